@@ -80,6 +80,15 @@ def faded(count: int, law: np.ndarray = LAW) -> np.ndarray:
     return TYPICAL * third * np.exp(-3j * np.angle(first)) / np.abs(first)
 
 
+def laid_over(count: int, strength: float, law: np.ndarray = LAW) -> np.ndarray:
+    """The overtone that so many photographs, evenly over a turn, show where all are laid over each other."""
+    taken = 2 * np.pi * np.arange(count) / count
+    share = (1 + 2 * strength * np.cos(law[:, None] - taken)) / count
+    first, third = (share @ np.exp(1j * h * taken) for h in (1, 3))
+    # The measured phase is the law's less its mean (`signal`), and a third harmonic is seen from there.
+    return TYPICAL * third * np.exp(-3j * np.angle(first)) / np.abs(first)
+
+
 def noise_of(size: float, seed: int, lasting: float = 0.0) -> np.ndarray:
     """Complex noise of standard deviation `size` in each part, which correlates by `lasting` from frame to frame."""
     rng = np.random.default_rng(seed)

@@ -18,6 +18,11 @@ Array = NDArray[np.float64]
 REACH_SDS = 4.0
 
 
+def standard(series: Array) -> Array:
+    """A series with mean 0 and standard deviation 1; 0 where it does not change."""
+    return np.asarray((series - series.mean()) / max(float(series.std()), 1e-12))
+
+
 def median_near(series: Array, frames: int) -> Array:
     """The median of each window of so many frames, an odd number."""
     return np.asarray(np.median(_windows(series, frames), axis=-1))

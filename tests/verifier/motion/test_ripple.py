@@ -106,7 +106,7 @@ def test_a_waveform_that_changes_slowly_is_no_ripple(law, near, change):
 def test_dots_that_stand_still_are_no_ripple():
     """Catches: a badge of fine lines left open, whose printed dots beat at a third of its fringe's length."""
     still = signal().phase_rad
-    found, limit = ripple_of(TYPICAL + 0.03 * np.exp(1j * (0.4 - 3 * still)) + noise_of(0.001, 1))
+    found, limit = ripple_of(TYPICAL + 0.02 * np.exp(1j * (0.4 - 3 * still)) + noise_of(0.001, 1))
     assert found < 0.5 * MAX_RIPPLE_CONTRASTS < limit
 
 

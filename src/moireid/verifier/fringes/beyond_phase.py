@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.badge import Cell, Lens
 from moireid.verifier.fringes.depth_law import DepthLaw
 from moireid.verifier.fringes.strip_phase import StripPhase
 
@@ -21,17 +22,24 @@ Array = NDArray[np.float64]
 class BeyondPhase:
     """law_rad (T,): predicted phase, with one constant for the whole film; depth: the spacing against distance;
     overtone (T,), complex: the third harmonic, as `StripPhase.overtone`; place_px (T, 2): of the badge's middle in the
-    picture.
+    picture; third_share: as of that name.
     """
 
     law_rad: Array
     depth: DepthLaw
     overtone: NDArray[np.complex128]
     place_px: Array
+    third_share: float = 1.0
 
     def part(self, frames: NDArray[np.int64] | slice) -> BeyondPhase:
         """The same in some frames."""
-        return BeyondPhase(self.law_rad[frames], self.depth.part(frames), self.overtone[frames], self.place_px[frames])
+        return replace(
+            self,
+            law_rad=self.law_rad[frames],
+            depth=self.depth.part(frames),
+            overtone=self.overtone[frames],
+            place_px=self.place_px[frames],
+        )
 
     def under(self, gain: float) -> BeyondPhase:
         """The same for a sheet that moves fringes that many times as far; as `GratingSignal.under`."""
@@ -53,7 +61,20 @@ def joined_in_time(parts: Sequence[BeyondPhase | None]) -> BeyondPhase | None:
         ),
         np.concatenate([part.overtone for part in known]),
         np.concatenate([part.place_px for part in known]),
+        known[0].third_share,
     )
+
+
+def third_share(lens: Lens, cells: Sequence[Cell]) -> float:
+    """The third harmonic of a grating's lines over their first, against that of lines as wide as the gaps.
+
+    Source: Fourier coefficients of a rectangle of width d, sin(3 pi d) / (3 sin(pi d)), each a third where d is a half;
+        a mask's openings add a like factor.
+    """
+    widths = [float(np.mean([cell.duty for cell in cells]))]
+    if lens.open_fraction is not None:
+        widths.append(lens.open_fraction)
+    return float(np.prod([abs(np.sin(3 * np.pi * width) / np.sin(np.pi * width)) for width in widths]))
 
 
 def mean_overtone(strips: Sequence[StripPhase]) -> NDArray[np.complex128]:

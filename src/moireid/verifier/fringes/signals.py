@@ -20,7 +20,7 @@ from moireid.turned import OwnFrame, own_rect
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, mean_overtone
+from moireid.verifier.fringes.beyond_phase import BeyondPhase, mean_overtone, third_share
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.depth_law import DepthLaw, depth_law
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
@@ -295,13 +295,17 @@ def _grating_signal(
         doubt=poses.doubt,
         zoom=poses.camera.zoom,
         mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
-        beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
+        beyond=_beyond(own, known, track.homographies, poses.page_mm, third_share(badge.lens, grating.cells))
+        if own
+        else None,
         way=seen_way(signal.phase_rad[np.isfinite(sd)]),
     )
 
 
-def _beyond(strips: list[_Strip], known: NDArray[np.bool_], homographies: Array, page_mm: Array) -> BeyondPhase:
-    """What the film shows beside the phase; known (T,): frames with a good pose."""
+def _beyond(
+    strips: list[_Strip], known: NDArray[np.bool_], homographies: Array, page_mm: Array, third: float
+) -> BeyondPhase:
+    """What the film shows beside the phase; known (T,): frames with a good pose; third: the grating's `third_share`."""
     depth = strips[0].depth
     for strip in strips[1:]:
         depth = depth + strip.depth
@@ -311,6 +315,7 @@ def _beyond(strips: list[_Strip], known: NDArray[np.bool_], homographies: Array,
         DepthLaw(*(np.where(known, values, 0.0) for values in (depth.score, depth.information, depth.power))),
         mean_overtone([strip.phase for strip in strips]),
         place[:, :2] / place[:, 2:],
+        third,
     )
 
 

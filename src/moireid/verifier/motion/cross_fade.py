@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, PHOTOGRAPH_SDS, REST_RAD, UNEVEN_SHARE
-from moireid.verifier.motion.other_causes import speed2, standard
+from moireid.verifier.motion.long_exposure import speed2
 from moireid.verifier.motion.taken_places import cross_faded, in_one_turn
+from moireid.verifier.series import standard
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -66,7 +67,8 @@ def cross_fade_of(signal: GratingSignal) -> CrossFade | None:
     def seen(series: Array) -> Array:
         return np.bincount(view, weights=series) / frames
 
-    smooth = [place, signal.times_s[used], speed2(signal.beyond.place_px, signal.stretch)[used]]
+    times, stretch = signal.times_s, signal.stretch
+    smooth = [place, times[used], speed2(signal.beyond.place_px, stretch, times)[used]]
     if signal.covariates is not None:
         smooth.append(signal.covariates[used, 1])
     columns = np.column_stack([np.ones(len(frames)), *(standard(seen(series)) for series in smooth)])
@@ -83,7 +85,8 @@ def cross_fade_of(signal: GratingSignal) -> CrossFade | None:
     # Between photographs it sinks, so what a photograph shows is nearer to the most than to the mean.
     mean = complex(shown.mean())
     typical = mean * float(np.quantile(np.abs(shown), WHOLE_SHARE)) / max(abs(mean), 1e-30)
-    turn2 = speed2(signal.phase_rad[:, None], signal.stretch)[used]
+    frame_s = float(np.median(np.diff(times)))
+    turn2 = speed2(signal.phase_rad[:, None], stretch, times)[used] * frame_s**2
     lost = np.minimum(9 * turn2 / 24, 1.0) + signal.mixed_share * (1 - np.cos(3 * np.sqrt(turn2)))
     # Noise lasts over frames, so a view is seen anew only where the course comes back to it.
     passed = np.bincount(view, weights=np.diff(view, prepend=-1) != 0)

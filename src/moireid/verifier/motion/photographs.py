@@ -3,7 +3,8 @@
 The picture of a badge with one axis depends on one parallax, and weakly on distance.  So a forger with some photographs
 can lay the fitting one over each frame, or cross-fade two.  That gives it away: the fringes' `spacing`, which keeps to
 the distance of the photographs, and their waveform, which changes between two of them: by its `ripple` where they are
-many, by the form of their `cross_fade` where they are few.
+many, by the form of their `cross_fade` where they are few.  Where all are laid over each other, their third harmonic is
+not `turning` with the fringes.
 
 A zoom within the film, or a shadow that moves, can do the same to a true badge, so neither rejects a film.
 """
@@ -29,6 +30,7 @@ from moireid.verifier.motion.cross_fade import CrossFade, cross_fade_of
 from moireid.verifier.motion.ripple import Course
 from moireid.verifier.motion.spacing import spacing_finding, spacing_of
 from moireid.verifier.motion.taken_places import cross_faded, evenly, seen_most
+from moireid.verifier.motion.turning import Turning, turning_findings
 from moireid.verifier.reasons import Level, Reason
 
 Array = NDArray[np.float64]
@@ -46,14 +48,14 @@ def no_photographs(signals: Sequence[GratingSignal], moved: Sequence[GratingSign
     spacing = spacing_of(signals)
     waveforms = [found for found in (waveform_of(signal, passes) for signal in moved) if found is not None]
     reasons = [] if spacing is None else [spacing_finding(spacing)]
+    reasons += _cross_faded([found for signal in moved if (found := cross_fade_of(signal)) is not None])
     if not waveforms:
         return reasons
-    worst = max(waveforms, key=lambda found: found.ripple / found.limit)
     count = max(found.photographs for found in waveforms)
     return [
         *reasons,
-        _even(worst),
-        *_cross_faded([found for signal in moved if (found := cross_fade_of(signal)) is not None]),
+        _even(max(waveforms, key=lambda found: found.ripple / found.limit)),
+        *turning_findings([found.turning for found in waveforms if found.turning is not None]),
         _needed(count, from_two=spacing is not None and spacing.tested and not spacing.wrong),
     ]
 
@@ -89,7 +91,8 @@ def _needed(count: int, *, from_two: bool) -> Reason:
 
 @dataclass(frozen=True)
 class Waveform:
-    """Ripple of the waveform and what is allowed, contrasts; and how many photographs would stay below that.
+    """Ripple of the waveform and what is allowed, contrasts; how many photographs would stay below that; and what turns
+    with the fringes, None for fringes so long that no third harmonic is looked for.
 
     photographs: cross-faded, and right in phase by the law; evenly spaced over what the fringes pass, or where they are
     seen most, whichever takes fewer.
@@ -98,6 +101,7 @@ class Waveform:
     ripple: float
     limit: float
     photographs: int
+    turning: Turning | None
 
 
 def waveform_of(signal: GratingSignal, passes: Passes) -> Waveform | None:
@@ -124,7 +128,7 @@ def waveform_of(signal: GratingSignal, passes: Passes) -> Waveform | None:
         next((n for n in range(2, MOST_PHOTOGRAPHS) if hidden(taken(n, course.place_rad))), MOST_PHOTOGRAPHS)
         for taken in (evenly, seen_most)
     ]
-    return Waveform(math.sqrt(max(square, 0.0)), limit, min(counts))
+    return Waveform(math.sqrt(max(square, 0.0)), limit, min(counts), course.turning(seen) if seen.any() else None)
 
 
 def _any_passes(_: GratingSignal) -> bool:

@@ -1,7 +1,8 @@
 """How much does the fringes' waveform change from place to place?
 
 Two cross-faded pictures, apart by a phase d, keep (1 - w) + w exp(i h d) of harmonic h, so the third one dips nine
-times as deep between two photographs as the first.  On a badge the waveform changes slowly with parallax.
+times as deep between two photographs as the first.  On a badge the waveform changes slowly with parallax, but for what
+stands still (`turning`) and what a long exposure smears.
 
 Convention: waveform is the third harmonic in contrasts, as `StripPhase.overtone`; its *ripple* is the root mean square,
 over views (`fringes.seen_way`), of what depends on parallax finely.
@@ -17,9 +18,11 @@ from numpy.typing import NDArray
 
 from moireid.verifier.fringes.seen_way import views_of
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import RIPPLE_STEP_RAD
-from moireid.verifier.motion.other_causes import smeared, standard, standing_still
+from moireid.verifier.limits import MAX_STILL_SHARE, RIPPLE_STEP_RAD
+from moireid.verifier.motion.long_exposure import smeared_parts
 from moireid.verifier.motion.taken_places import in_one_turn
+from moireid.verifier.motion.turning import Turning, standing_still, turning
+from moireid.verifier.series import standard
 from moireid.verifier.splines import cubic_bumps
 
 Array = NDArray[np.float64]
@@ -33,7 +36,7 @@ SHORT_FRAMES = 120
 
 
 class Course:
-    """What a grating's waveform is regressed on: place, distance, time and other causes, and the place finely."""
+    """What a grating's waveform is regressed on: place, distance and time, other causes, and the place finely."""
 
     def __init__(self, signal: GratingSignal) -> None:
         beyond = signal.beyond
@@ -46,11 +49,11 @@ class Course:
         self._weight = views_of(self.place_rad)
         short = len(place) < SHORT_FRAMES
         columns = [np.vander(place, 4 if short else 5), time[:, None] ** np.arange(1, 2 if short else 4)]
-        columns.append(standing_still(signal.phase_rad[self.used]))
-        columns.append(standard(smeared(beyond.place_px, signal.stretch)[self.used, : 1 if short else 2]))
         if signal.covariates is not None:
             near = standard(signal.covariates[self.used, 1])
             columns.append(np.column_stack([near] if short else [near, near * place, near**2]))
+        self._phase_rad, self._third_share = signal.phase_rad[self.used], beyond.third_share
+        self._smeared = smeared_parts(beyond.place_px, signal.stretch, signal.times_s)[self.used]
         weigh = np.sqrt(self._weight)[:, None]
         self._smooth = np.linalg.qr(weigh * np.column_stack(columns))[0]
         most = len(self.law_rad) / FRAMES_PER_UNKNOWN - self._smooth.shape[1] - 3
@@ -77,12 +80,30 @@ class Course:
         """Whether there are frames enough."""
         return bool(len(self.law_rad) >= FRAMES_PER_UNKNOWN * (self._smooth.shape[1] + self._fine.shape[1]))
 
+    def turning(self, overtone: Complex) -> Turning:
+        """What of the waveform turns with the fringes."""
+        return turning(overtone, self._phase_rad, self._weight, self._third_share)
+
+    def _without_other_causes(self, overtone: Complex) -> Complex:
+        """The waveform without what stands still on the badge, and as it was before a long exposure smeared it."""
+        own = self.turning(overtone).size
+        most = MAX_STILL_SHARE * abs(own)
+        seen = overtone - standing_still(overtone, self._phase_rad, self._weight, self._smooth, most)
+        # A shutter that is open for long makes a harmonic weaker, and turns it nowhere.
+        weigh = np.sqrt(self._weight)
+        along = weigh * (seen * np.conj(own)).real / max(abs(own) ** 2, 1e-30)
+        parts = weigh[:, None] * self._smeared
+        along, parts = (series - self._smooth @ (self._smooth.T @ series) for series in (along, parts))
+        share, *_ = np.linalg.lstsq(parts, along, rcond=1e-6)
+        return np.asarray(seen - own * np.clip(self._smeared @ share, -1.0, 0.0))
+
     def ripple2(self, overtone: Complex) -> tuple[float, float]:
         """Square of the ripple over views, not frames, which rests would thin out; and its standard deviation.
 
         Source: analysis of variance with weights; noise that lasts over frames counts by its correlation with the frame
             before.
         """
+        overtone = self._without_other_causes(overtone)
         square = variance = 0.0
         views = float(self._weight.sum())
         for part in (overtone.real, overtone.imag):

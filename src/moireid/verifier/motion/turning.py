@@ -1,0 +1,100 @@
+"""Does the third harmonic turn with the fringes, as on a badge?
+
+On a badge it turns three times while the fringes pass once, so that a fringe keeps its shape.  Photographs that are all
+laid over each other, each as strongly as the fringes' place asks, give a fundamental that is right in any place.  But
+the third harmonics of three, taken a third of a turn apart, are alike and stand still; those of five or six, or of
+blurred ones, are gone.
+
+A true badge has a little that stands still too: the printer's dots make lines wider here and narrower there, and where
+that beats at a third of a fringe it is read as third harmonic.  Dirt and uneven lenses do the same.
+
+Convention: as in `ripple`; seen from the fringes, what turns with them rests, and what stands still turns back by three
+turns in each of theirs.
+Source: Fourier series; sampling at three places a turn takes the third harmonic for a constant.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.limits import MIN_OVERTONE_CONTRASTS, PHOTOGRAPH_SDS
+from moireid.verifier.reasons import Level, Reason
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+#: A harmonic is unlike itself in frames so far apart, at least, as its errors last over some frames.
+LASTING_FRAMES = 4
+
+
+@dataclass(frozen=True)
+class Turning:
+    """What of the third harmonic turns with the fringes, and how much stands still; contrasts.
+
+    limit: by how much the first must be more than the second.
+    """
+
+    size: complex
+    still: float
+    limit: float
+
+    @property
+    def surplus(self) -> float:
+        """What turns with the fringes, less what stands still."""
+        return abs(self.size) - self.still
+
+    @property
+    def seen(self) -> bool:
+        """Whether the fringes have the sharp edges of a badge."""
+        return self.surplus >= self.limit
+
+
+def turning(overtone: Complex, phase_rad: Array, weight: Array, third_share: float) -> Turning:
+    """What of the overtone (T,) turns with the fringes.
+
+    Parameters: phase_rad (T,): the fringes' measured phase; weight (T,): of each frame; third_share: as in
+        `BeyondPhase`, by which less is asked of lines that are not half as wide as their pitch.
+    """
+    root = np.sqrt(weight)[:, None]
+    both = root * np.column_stack([np.ones(len(phase_rad)), np.exp(-3j * phase_rad)])
+    seen = root[:, 0] * overtone
+    found, *_ = np.linalg.lstsq(both, seen, rcond=None)
+    left = seen - both @ found
+    noise = float(np.vdot(left, left).real) / max(len(left) - 2, 1) * LASTING_FRAMES
+    variance = noise * float(np.trace(np.linalg.pinv(both.conj().T @ both)).real)
+    limit = math.hypot(MIN_OVERTONE_CONTRASTS * min(third_share, 1.0), PHOTOGRAPH_SDS * math.sqrt(variance))
+    return Turning(complex(found[0]), abs(complex(found[1])), limit)
+
+
+def standing_still(overtone: Complex, phase_rad: Array, weight: Array, smooth: Array, most: float) -> Complex:
+    """The part of the overtone, (T,), that stands still on the badge; `most` contrasts of it, no more.
+
+    Parameters: smooth (T, K): orthonormal columns that change slowly, times the weights' roots; what these take is not
+        taken twice.
+    """
+    root = np.sqrt(weight)
+    still = np.exp(-3j * phase_rad)
+    column, left = (root * series for series in (still, overtone))
+    column, left = (series - smooth @ (smooth.T @ series) for series in (column, left))
+    power = float(np.vdot(column, column).real)
+    if power < 1e-6 * float(weight.sum()):
+        return np.zeros_like(overtone)
+    size = complex(np.vdot(column, left)) / power
+    return np.asarray(size * min(1.0, most / max(abs(size), 1e-30)) * still)
+
+
+def turning_findings(found: Sequence[Turning]) -> list[Reason]:
+    """The finding on the grating whose fringes are softest; none where there is none."""
+    if not found:
+        return []
+    worst = min(found, key=lambda one: one.surplus / one.limit)
+    level: Level = "pass" if worst.seen else "undecided"
+    text = "The fringes have sharp edges, as lenses make them."
+    if not worst.seen:
+        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, or where photographs are "
+        text += "laid over each other. Film from nearer, and in focus."
+    return [Reason("edges", level, worst.surplus, worst.limit, "contrasts", text)]
