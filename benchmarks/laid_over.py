@@ -1,0 +1,164 @@
+"""A few true photographs of a badge, all laid over each other: run `.venv/bin/python benchmarks/laid_over.py`.
+
+N photographs are taken evenly over one turn of the fringes.  Each frame shows all of them, each as strongly as the
+fringes' place asks: (1 + 2 a cos(place - its own)) / N.  Then the fundamental is right in any place, over any number of
+turns, and blurred ones have no third harmonic that could betray them.  The badge is turned on the spot, so that the
+fringes tell nothing of its distance.  Printed is what becomes of each film, of which none should be accepted, and of a
+true film on each course, which should be.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge
+from moireid.bench.forgers.suite import CAMERA, badge_of
+from moireid.lenticule import view_law
+from moireid.simulate.filming import Show, film
+from moireid.simulate.forgeries.flat import SquaredUp
+from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.motion import Motion, Poses
+from moireid.simulate.scene import Build, Scene
+from moireid.verifier import Claim, verify
+
+Array = NDArray[np.float64]
+FRAMES, FPS, CRF, PX_PER_MM = 240, 30.0, 23, 4.0
+TANGENTS = np.linspace(-1.2, 1.2, 4801)
+
+
+@dataclass(frozen=True)
+class Laid:
+    """count: of photographs, 0 for a true film; strength: a; turns: of the fringes, over which the badge is turned."""
+
+    count: int
+    metres: float
+    strength: float = 1.0
+    blur_mm: float = 0.0
+    turns: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """In a few words."""
+        blurred = f", blurred over {self.blur_mm:g} mm" if self.blur_mm else ""
+        what = f"{self.count} laid over, strength {self.strength:g}{blurred}" if self.count else "a true film"
+        return f"{what}, {self.turns:g} turns, {self.metres:g} m"
+
+
+ALL = (
+    *(Laid(3, metres) for metres in (1.0, 2.0)),
+    *(Laid(3, 2.5, 0.5, turns=turns) for turns in (0.3, 0.6, 1.0)),
+    Laid(3, 1.0, turns=0.3),
+    *(Laid(3, metres, strength, 8.6) for metres in (1.0, 1.4) for strength in (0.5, 1.0)),
+    Laid(3, 1.0, blur_mm=8.6, turns=0.3),
+    *(Laid(5, 2.5, strength) for strength in (0.5, 1.0)),
+    *(Laid(6, 2.0, turns=turns) for turns in (0.5, 1.0)),
+    *(Laid(count, 2.0, 0.5) for count in (4, 7, 8)),
+    *(Laid(0, metres, turns=turns) for metres in (1.0, 2.0, 2.5) for turns in (0.3, 1.0)),
+)
+
+
+def phases_of(badge: Badge) -> Array:
+    """The fringes' phase at each of `TANGENTS`, rad."""
+    law = view_law(badge.lens, badge.gratings[0].pitch_mm)
+    return np.asarray(law.phase_rad(TANGENTS, np.zeros_like(TANGENTS)))
+
+
+def turned_on_the_spot(badge: Badge, laid: Laid, seed: int) -> Motion:
+    """The badge is turned to and fro before a camera that never looks quite at its middle."""
+    order = np.argsort(phases_of(badge))
+    half = np.arctan(abs(np.interp(np.pi * laid.turns, phases_of(badge)[order], TANGENTS[order])))
+    distance = 1000 * laid.metres
+
+    def motion(times_s: Array) -> Poses:
+        t = 2 * np.pi * np.asarray(times_s)
+        yaw = half * (0.78 * np.sin(0.21 * t + seed) + 0.22 * np.sin(0.53 * t + 2 * seed))
+        pitch = np.radians(2) * np.sin(0.37 * t + 1)
+        centre = distance * np.column_stack([np.sin(yaw) * np.cos(pitch), np.sin(pitch), -np.cos(yaw) * np.cos(pitch)])
+        aim = np.column_stack([40 * np.sin(0.31 * t + seed), 25 * np.sin(0.23 * t), np.zeros_like(t)])
+        z = aim - centre
+        z /= np.linalg.norm(z, axis=1, keepdims=True)
+        x = np.cross([0.0, 1.0, 0.0], z)
+        x /= np.linalg.norm(x, axis=1, keepdims=True)
+        return Poses(centre, np.stack([x, np.cross(z, x), z], axis=1))
+
+    return motion
+
+
+def photographs(scene: Scene, laid: Laid) -> tuple[Array, list[Array]]:
+    """The fringes' phase in each photograph, rad, and the photographs, coded as pictures are."""
+    phases = phases_of(scene.badge)
+    order = np.argsort(phases)
+    taken = 2 * np.pi * (np.arange(laid.count) - (laid.count - 1) / 2) / laid.count
+    flat = SquaredUp(scene, PX_PER_MM)
+    places = [np.array([np.interp(at, phases[order], TANGENTS[order]), 0.0, -1.0]) * 1000 * laid.metres for at in taken]
+    pictures = [np.sqrt(flat.picture(place)) for place in places]
+    if laid.blur_mm:
+        left, top, *_ = scene.badge.outline_mm
+        x0, y0, x1, y1 = np.rint(PX_PER_MM * np.subtract(scene.badge.gratings[0].rect_mm, (left, top) * 2)).astype(int)
+        width = round(PX_PER_MM * laid.blur_mm)
+        for picture in pictures:
+            field = np.ascontiguousarray(picture[y0:y1, x0:x1])
+            picture[y0:y1, x0:x1] = cv2.blur(field, (width, 1), borderType=cv2.BORDER_REFLECT)
+    return taken, pictures
+
+
+def laid_over(laid: Laid) -> Show:
+    """What shows them in a film, as `simulate.filming.film` takes it."""
+
+    def show(scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
+        taken, pictures = photographs(scene, laid)
+        place = np.interp(camera_mm[:, 0] / np.abs(camera_mm[:, 2]), TANGENTS, phases_of(scene.badge))
+        shares = (1 + 2 * laid.strength * np.cos(place[:, None] - taken)) / laid.count
+        straight = np.tile([0.0, 0.0, -1000 * laid.metres], (len(camera_mm), 1))
+
+        def picture(frame: int) -> NDArray[np.float32]:
+            mixed = sum(share * one for share, one in zip(shares[frame], pictures, strict=True))
+            return np.asarray(np.square(mixed), np.float32)
+
+        return Shown(straight, camera_mm, picture=picture)
+
+    return show
+
+
+def judged(job: tuple[Laid, int]) -> str:
+    """Make one film; a line on what becomes of it."""
+    laid, seed = job
+    badge = badge_of("x")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mp4"
+        film(
+            Scene(badge, Build.typical(seed), CAMERA),
+            turned_on_the_spot(badge, laid, seed),
+            path,
+            frames=FRAMES,
+            fps=FPS,
+            show=laid_over(laid) if laid.count else None,
+            seed=seed,
+            crf=CRF,
+        )
+        report = verify(path, Claim(badge, badge.id))
+    why = ", ".join(reason.code for reason in report.reasons if reason.level in ("fail", "undecided"))
+    return f"{laid.name:<58} seed {seed}: {report.verdict} {why}"
+
+
+def main() -> None:
+    """Print the verdict of each film."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=1, metavar="N", help="films of each kind; default: 1")
+    parser.add_argument("--jobs", type=int, default=2, help="processes; default: 2")
+    arguments = parser.parse_args()
+    with ProcessPoolExecutor(arguments.jobs) as pool:
+        for line in pool.map(judged, [(laid, seed) for laid in ALL for seed in range(1, arguments.seeds + 1)]):
+            print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()
