@@ -2,9 +2,10 @@
 
 N photographs are taken evenly over one turn of the fringes.  Each frame shows all of them, each as strongly as the
 fringes' place asks: (1 + 2 a cos(place - its own)) / N.  Then the fundamental is right in any place, over any number of
-turns, and blurred ones have no third harmonic that could betray them.  The badge is turned on the spot, so that the
-fringes tell nothing of its distance.  Printed is what becomes of each film, of which none should be accepted, and of a
-true film on each course, which should be.
+turns, and blurred ones have no third harmonic that could betray them.  With 2 b cos(3 (place - its own)) added, five are
+right in the third harmonic too: such films are known to pass, at a lower contrast.  The badge is turned on the spot, so that the
+fringes tell nothing of its distance.  Printed is what becomes of each film, of which no other should be accepted, and of
+a true film on each course, which should be.
 """
 
 from __future__ import annotations
@@ -36,19 +37,22 @@ TANGENTS = np.linspace(-1.2, 1.2, 4801)
 
 @dataclass(frozen=True)
 class Laid:
-    """count: of photographs, 0 for a true film; strength: a; turns: of the fringes, over which the badge is turned."""
+    """count: of photographs, 0 for a true film; strength: a; third: b; turns: of the fringes, over which the badge is
+    turned."""
 
     count: int
     metres: float
     strength: float = 1.0
     blur_mm: float = 0.0
     turns: float = 1.0
+    third: float = 0.0
 
     @property
     def name(self) -> str:
         """In a few words."""
         blurred = f", blurred over {self.blur_mm:g} mm" if self.blur_mm else ""
-        what = f"{self.count} laid over, strength {self.strength:g}{blurred}" if self.count else "a true film"
+        third = f" and {self.third:g}" if self.third else ""
+        what = f"{self.count} laid over, strength {self.strength:g}{third}{blurred}" if self.count else "a true film"
         return f"{what}, {self.turns:g} turns, {self.metres:g} m"
 
 
@@ -61,6 +65,7 @@ ALL = (
     *(Laid(5, 2.5, strength) for strength in (0.5, 1.0)),
     *(Laid(6, 2.0, turns=turns) for turns in (0.5, 1.0)),
     *(Laid(count, 2.0, 0.5) for count in (4, 7, 8)),
+    *(Laid(count, metres, 0.25, third=0.25) for count in (5, 7) for metres in (1.0, 2.0)),
     *(Laid(0, metres, turns=turns) for metres in (1.0, 2.0, 2.5) for turns in (0.3, 1.0)),
 )
 
@@ -116,7 +121,8 @@ def laid_over(laid: Laid) -> Show:
     def show(scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
         taken, pictures = photographs(scene, laid)
         place = np.interp(camera_mm[:, 0] / np.abs(camera_mm[:, 2]), TANGENTS, phases_of(scene.badge))
-        shares = (1 + 2 * laid.strength * np.cos(place[:, None] - taken)) / laid.count
+        away = place[:, None] - taken
+        shares = (1 + 2 * laid.strength * np.cos(away) + 2 * laid.third * np.cos(3 * away)) / laid.count
         straight = np.tile([0.0, 0.0, -1000 * laid.metres], (len(camera_mm), 1))
 
         def picture(frame: int) -> NDArray[np.float32]:

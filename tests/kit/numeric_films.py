@@ -93,7 +93,11 @@ def filmed(badge: Badge, built: Building | None = None) -> Track:
     profiles = np.empty((FRAMES, len(strips), len(strips[0].along_mm)), np.float32)
     for index, strip in enumerate(strips):
         turn = lines_seen(badge, strip, camera, built)
-        profiles[:, index] = 130.0 - 40.0 * (np.cos(turn) + 0.25 * np.cos(2 * turn)) + 0.1 * (strip.along_mm - 100.0)
+        profiles[:, index] = (
+            130.0
+            - 40.0 * (np.cos(turn) + 0.25 * np.cos(2 * turn) - 0.15 * np.cos(3 * turn))
+            + 0.1 * (strip.along_mm - 100.0)
+        )
     profiles += built.noise * rng.standard_normal(profiles.shape).astype(np.float32)
     times = np.arange(FRAMES) / FPS
     return Track(

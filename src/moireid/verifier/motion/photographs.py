@@ -83,7 +83,7 @@ def _cross_faded(found: Sequence[CrossFade]) -> list[Reason]:
 
 def _needed(count: int, *, from_two: bool) -> Reason:
     least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
-    text = f"To fake this film with unchanged photographs of the badge, a forger would need {least} along its course"
+    text = f"To fake this film by cross-fading photographs of the badge, a forger would need {least} along its course"
     # One from another distance may be all that the spacing asks for, so it adds nothing to the count.
     text += ", and some from another distance." if from_two else "."
     return Reason("photographs", "note", float(count), None, "photographs", text)
