@@ -2,10 +2,10 @@
 
 N photographs are taken evenly over one turn of the fringes.  Each frame shows all of them, each as strongly as the
 fringes' place asks: (1 + 2 a cos(place - its own)) / N.  Then the fundamental is right in any place, over any number of
-turns, and blurred ones have no third harmonic that could betray them.  With 2 b cos(3 (place - its own)) added, five are
-right in the third harmonic too: such films are known to pass, at a lower contrast.  The badge is turned on the spot, so that the
-fringes tell nothing of its distance.  Printed is what becomes of each film, of which no other should be accepted, and of
-a true film on each course, which should be.
+turns, and blurred ones have no third harmonic that could betray them.  With 2 b cos(3 (place - its own)) added, five
+are right in the third harmonic too: such films are known to pass, at a lower contrast.  The badge is turned on the
+spot, so that the fringes tell nothing of its distance.  Printed is what becomes of each film, of which no other should
+be accepted, and of a true film on each course, which should be.
 """
 
 from __future__ import annotations

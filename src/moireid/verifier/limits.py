@@ -322,6 +322,9 @@ EXPECTED: dict[str, Expected] = {
 #: a quarter of its fringes' contrast.  At a twist beyond the first the rows must agree better by the third.  Set by
 #: hand: five times what offsets wrong by 0.2 rad take away.
 USUAL_TWIST_RAD, MAX_TWIST_RAD, UNUSUAL_TWIST_LESS = math.radians(0.35), math.radians(1.6), 0.1
+#: Rows whose mean is less than this share of their size agree at no twist.  Derived: errors of 0.84 rad, and beyond
+#: 0.79 rad a cell is taken for its neighbour.
+LEAST_AGREEMENT = 0.7
 #: So many combinations of twists are tried at most.  Derived: a wrong one yields a payload with a probability of 2e-11
 #: at most (`idcodes.words`), and 1e-9 is allowed.
 MOST_FIELDS = 40

@@ -19,7 +19,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.idcodes.words import MAX_TRIES
 from moireid.verifier.fringes.signals import measure
-from moireid.verifier.identity.cell_phase import uniform_fields
+from moireid.verifier.identity.cell_phase import _twists, uniform_fields
 from moireid.verifier.identity.decode import Identity, _cells_move, judge_identity, read_identity
 from moireid.verifier.limits import MOST_FIELDS
 from moireid.verifier.tracking.track import Track
@@ -190,6 +190,17 @@ def test_a_sheet_that_was_laid_askew_is_read(ada, degrees):
     reading = read_identity(track, measure(track, focal_px=FOCAL))
     assert reading.decoded.payload.hex() == ada.id
     assert reading.fields[0].twist_rad_per_mm == pytest.approx(twist, abs=0.002)
+
+
+def test_rows_of_noise_choose_between_no_twists(rng):
+    """Catches: cells read under twenty twists and more, where the rows tell of none, for longer than all else takes."""
+    across, weight = np.linspace(-60.0, 60.0, 3), np.ones((3, FRAMES))
+    noise = rng.uniform(-math.pi, math.pi, (3, FRAMES))
+    slope = 2 * math.pi / 0.508
+    assert len(_twists(noise, across, weight, slope)) == 1
+    twist = slope * math.radians(0.2)
+    rows = twist * across[:, None] + rng.normal(0, 0.5, (3, FRAMES))
+    assert min(abs(one - twist) for one in _twists(rows, across, weight, slope)) < 0.003
 
 
 def test_no_more_twists_are_tried_than_the_chance_of_a_wrong_identity_allows():

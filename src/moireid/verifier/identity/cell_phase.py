@@ -24,6 +24,7 @@ from moireid.verifier.limits import (
     CELL_FLOOR_RAD,
     CELL_NOISE_RATIO,
     DOUBTFUL_AGREEMENT_SHARE,
+    LEAST_AGREEMENT,
     MAX_TWIST_RAD,
     UNUSUAL_TWIST_LESS,
     USUAL_TWIST_RAD,
@@ -196,7 +197,7 @@ def _twists(apart: Array, across: Array, weight: Array, slope: float) -> list[fl
 
     apart, weight (rows, T); slope: phase per mm across for a twist of one radian.  The mean of the rows in each frame
     is left free.  It must not be subtracted first, because a twist may make the rows cancel in it.  Twists beyond the
-    usual ones come first only if the rows agree clearly better there.
+    usual ones come first only if the rows agree clearly better there.  Where they agree nowhere, there is but one.
     """
     if len(apart) < 2:
         return [0.0]
@@ -212,6 +213,9 @@ def _twists(apart: Array, across: Array, weight: Array, slope: float) -> list[fl
         float(grid[usual][k]): float(agreement[usual][k]) + UNUSUAL_TWIST_LESS for k in _near_best(agreement[usual])
     }
     score = found | likely
+    if agreement.max() < LEAST_AGREEMENT:
+        # Such rows choose between no twists, and to read the cells under each would cost more than all else.
+        return [max(score, key=lambda twist: score[twist])]
     return sorted(score, key=lambda twist: -score[twist])
 
 
