@@ -95,6 +95,8 @@ def turning_findings(found: Sequence[Turning]) -> list[Reason]:
     level: Level = "pass" if worst.seen else "undecided"
     text = "The fringes have sharp edges, as lenses make them."
     if not worst.seen:
-        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, or where photographs are "
-        text += "laid over each other. Film from nearer, and in focus."
+        text = (
+            "The fringes lack the sharp edges that lenses make, as in a blurred picture, in photographs laid over each "
+        )
+        text += "other, or under a sheet with air beneath it. Film from nearer, in focus, with the sheet pressed flat."
     return [Reason("edges", level, worst.surplus, worst.limit, "contrasts", text)]

@@ -45,7 +45,10 @@ OPEN = {
     "steady": Words("the motion was too even", "Ask for another film: moved to and fro at changing speed, and turned."),
     "spacing": Words("the fringes do not follow the distance, as after a zoom", ORIGINAL),
     "waveform": Words("the fringes look uneven, as from cross-faded pictures", NEARER),
-    "edges": Words("the fringes look soft, as in a blurred or mixed picture", NEARER),
+    "edges": Words(
+        "the fringes look soft, as in a blurred or mixed picture",
+        "Ask for another film from nearer and in focus. A sheet that does not lie flat makes soft fringes too.",
+    ),
     "cross_fade": Words(
         "the fringes change as those of a few photographs do",
         "Ask for another film in even light, with the badge moved on and on.",
