@@ -71,7 +71,7 @@ WITHIN: dict[str, set[str]] = {
     "verifier.tracking.finding": {"picture"},
     "verifier.camera": {"limits", "series", "splines"},
     "verifier.fringes": {"tracking", "camera", "limits", "series"},
-    "verifier.motion": {"fringes", "camera", "limits", "reasons", "splines"},
+    "verifier.motion": {"fringes", "camera", "limits", "reasons", "series", "splines"},
     "verifier.identity": {"tracking", "fringes", "motion", "limits", "reasons"},
     "verifier.session": {
         "tracking",

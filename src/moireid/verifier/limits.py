@@ -244,7 +244,7 @@ SPACING_FLOOR_RAD = 0.001
 RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: A film is inconclusive if what turns with the fringes, of the third harmonic, is not by so many contrasts more than
 #: what stands still (`motion.turning`).  Derived: a third of what two gratings of lines have, 1/9.  Twelve films of
-#: photographs laid over each other show 0.004 at most; true ones, of two outside renderers and ours, 0.09 to 0.29.
+#: photographs laid over each other show 0.002 at most; true ones, of two outside renderers and ours, 0.09 to 0.29.
 MIN_OVERTONE_CONTRASTS = 0.035
 #: A pattern that stands still on the badge may be so much of that.  Set by hand: twice what dots of 600 dpi make in the
 #: finest lines.
