@@ -27,7 +27,7 @@ from moireid.verifier.reasons import Level, Reason
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-#: A harmonic is unlike itself in frames so far apart, at least, as its errors last over some frames.
+#: Errors of a harmonic last over some frames, so that so many count as one.  Set by hand.
 LASTING_FRAMES = 4
 
 
@@ -95,8 +95,7 @@ def turning_findings(found: Sequence[Turning]) -> list[Reason]:
     level: Level = "pass" if worst.seen else "undecided"
     text = "The fringes have sharp edges, as lenses make them."
     if not worst.seen:
-        text = (
-            "The fringes lack the sharp edges that lenses make, as in a blurred picture, in photographs laid over each "
-        )
-        text += "other, or under a sheet with air beneath it. Film from nearer, in focus, with the sheet pressed flat."
+        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in photographs laid over "
+        text += "each other, or under a sheet with air beneath it. "
+        text += "Film from nearer, in focus, with the sheet pressed flat."
     return [Reason("edges", level, worst.surplus, worst.limit, "contrasts", text)]
