@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from moireid.evaluation.statistics import area, interval, roc
+from moireid.verifier.explanations.likelihood import log10_ratio, scale_rad
 from moireid.verifier.limits import (
     ACCEPTED_LOG10,
     EXPECTED,
@@ -33,7 +34,6 @@ from moireid.verifier.limits import (
     RESIDUAL_MOTION_SHARE,
     Expected,
 )
-from moireid.verifier.motion.likelihood import log10_ratio, scale_rad
 
 FIGURES = Path(__file__).parents[1] / "tests/data/decision/figures.csv"
 COLUMNS = {

@@ -19,8 +19,8 @@ from moireid.badge import load_badge
 from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.verifier import Claim, verify
+from moireid.verifier.decision.judge import judge_invariant
 from moireid.verifier.fringes.signals import measure
-from moireid.verifier.motion.judge import judge_invariant
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from moireid.badge import load_badge
 from moireid.verifier import Claim, Film, Verifier
+from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.motion.judge import judge_signals
 
 FILMS = Path(__file__).parents[1] / "tests/data/films/collection.csv"
 SECONDS = (0.3, 0.5, 1.0, 2.0)

@@ -53,7 +53,7 @@ you would keep a key. Lengths are in millimetres of the page: origin top left, x
 REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys
 are only added. So a program must pass over the keys that it does not know. A figure is null where nothing was
 measured."""
-#: `{{ verifier.motion.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
+#: `{{ verifier.decision.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
 
 

@@ -20,11 +20,15 @@ from scipy.spatial.transform import Rotation
 Array = NDArray[np.float64]
 #: Time (n,) -> six figures (n, 6): rotations about x, y and z in radians, then x, y and z in mm.
 Six = Callable[[Array], Array]
-KINDS = ("sway", "arc", "measured")
-#: A real hand's run by motion capture; see THIRD_PARTY.md.  Data alone, nothing of the simulator.
-MEASURED = Path(__file__).parents[2] / "src" / "moireid" / "simulate" / "data" / "handheld_tum_fr1_xyz.csv"
+KINDS = ("sway", "arc", "measured", "walk")
+#: A real hand's run by motion capture, and a phone carried about a room; see THIRD_PARTY.md.  Data alone, nothing of
+#: the simulator.
+DATA = Path(__file__).parents[2] / "src" / "moireid" / "simulate" / "data"
+MEASURED, WALK = DATA / "handheld_tum_fr1_xyz.csv", DATA / "phone_walk.csv"
 #: How far the camera goes to either side in a measured run, as the tangent of its view.
 REACH = 0.3
+#: How far the camera turns away from the badge at most in such a run, rad: the person who films keeps it in view.
+MOST_TURN = 0.2
 
 
 @dataclass(frozen=True)
@@ -59,8 +63,9 @@ def course(kind: str, distance_mm: float, seconds: float, rng: np.random.Generat
         badge, camera = _swaying(distance_mm, hang, rng), _held(distance_mm, rng)
     elif kind == "arc":
         badge, camera = _breathing(hang, rng), _walking(distance_mm, rng)
-    elif kind == "measured":
-        badge, camera = _breathing(hang, rng), _measured(distance_mm, seconds, rng)
+    elif kind in ("measured", "walk"):
+        rows = MEASURED if kind == "measured" else WALK
+        badge, camera = _breathing(hang, rng), _recorded(rows, distance_mm, seconds, rng)
     else:
         raise ValueError(f"motion {kind!r} is not known; choose one of {', '.join(KINDS)}")
     return Course(kind, badge, camera)
@@ -146,9 +151,10 @@ def _walking(distance_mm: float, rng: np.random.Generator) -> Six:
     return _added(six, aim, _waves(rng, slow, 0.3), _tremor(rng, 0.25, 1.5))
 
 
-def _measured(distance_mm: float, seconds: float, rng: np.random.Generator) -> Six:
+def _recorded(path: Path, distance_mm: float, seconds: float, rng: np.random.Generator) -> Six:
     """A stretch of a real hand's run, scaled to `REACH`; the hand keeps the badge in view, its own turns stay."""
-    rows = np.array([[float(v) for v in row.values()] for row in csv.DictReader(MEASURED.open(encoding="utf-8"))])
+    with path.open(encoding="utf-8") as file:
+        rows = np.array([[float(v) for v in row.values()] for row in csv.DictReader(file)])
     # Half a second to spare at the end, for shutters.
     start = rng.uniform(0.1, max(rows[-1, 0] - seconds - 0.5, 0.2))
     rows = rows[(rows[:, 0] >= start - 0.1) & (rows[:, 0] <= start + seconds + 0.4)]
@@ -156,6 +162,7 @@ def _measured(distance_mm: float, seconds: float, rng: np.random.Generator) -> S
     level = turns.mean().inv()
     # In the mean camera's axes, which are those of a world that faces it.
     place, turned = level.apply(rows[:, 1:4] - rows[:, 1:4].mean(axis=0)), (level * turns).as_euler("YXZ")
+    turned *= min(1.0, MOST_TURN / np.abs(turned).max())
     # A hand's widest motion goes sideways here; up and down, and to and fro, at most half as far.
     wide = np.argsort(-place[:, :2].std(axis=0))
     place[:, :2] = place[:, wide]

@@ -10,8 +10,8 @@ import pytest
 
 from moireid.idcodes import WRONG_PERSON, PartialWord
 from moireid.idcodes.words import WordCode
+from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.session.identify import judge
 
 CODE = WordCode(8, 26)

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
+from moireid.verifier.explanations.photographs.count import no_photographs
+from moireid.verifier.explanations.photographs.photo_sampling import cross_faded
 from moireid.verifier.fringes.beyond_phase import BeyondPhase
 from moireid.verifier.fringes.depth_law import DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import GAIN_TOLERANCE_SHARE
-from moireid.verifier.motion.photographs import no_photographs
-from moireid.verifier.motion.taken_places import cross_faded
 from moireid.verifier.reasons import Reason
 
 FRAMES = 300

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.motion import COLUMNS, MEASURED_RUN, Poses, motion_named
 
-NAMES = ("handheld", "linear", "sway", "static", "roll", "tumble", "circle", "board", "both", "alike")
+NAMES = ("handheld", "walk", "linear", "sway", "static", "roll", "tumble", "circle", "board", "both", "alike")
 TIMES = np.arange(90) / 30.0 + 0.013
 
 
@@ -62,7 +62,9 @@ def test_camera_stands_before_the_board_and_looks_at_it(name):
     assert np.all(centre_seen[:, 2] > 600)
 
 
-@pytest.mark.parametrize("name", ["linear", "sway", "roll", "oblique", "tumble", "circle", "board", "both", "alike"])
+@pytest.mark.parametrize(
+    "name", ["walk", "linear", "sway", "roll", "oblique", "tumble", "circle", "board", "both", "alike"]
+)
 def test_the_seed_decides_what_is_random(name):
     """Catches: a global random state; a seed that is not used."""
     one, again, other = (motion_named(name, distance_mm=900.0, seed=seed)(TIMES) for seed in (5, 5, 6))
@@ -301,5 +303,5 @@ def test_absent_and_unreadable_files_are_refused(tmp_path):
     for path in (tmp_path / "none.csv", binary):
         with pytest.raises(MediaError, match="cannot be read"):
             motion_named(str(path), distance_mm=800.0, seed=0)
-    with pytest.raises(SpecError, match="handheld, linear, sway, static, roll, oblique, tumble, circle"):
+    with pytest.raises(SpecError, match="handheld, walk, linear, sway, static, roll, oblique, tumble, circle"):
         motion_named("wobble", distance_mm=800.0, seed=0)

@@ -7,6 +7,7 @@ simulate/    error against run time of the renderers, and what a scene does not 
 verify/      error against run time of the verifier; stiff and extreme motions
 forgers/     attacks by those who read this code, and everyday mishaps
 reality/     films by phones, editors, calls and services: is a true badge ever rejected?
+natural/     films with measured motions: does a longer film decide more?
 published/   the published paper's tables, filmed by our simulator
 live/        the live challenge, and replays
 film_set.py  films by the engine of collections, with the list that `evaluate` reads

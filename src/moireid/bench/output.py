@@ -12,6 +12,7 @@ from moireid import __version__
 from moireid.bench.fabricate.output import fabricate_plot, fabricate_table
 from moireid.bench.forgers.output import forgers_plot, forgers_table
 from moireid.bench.identity.output import identity_plot, identity_table
+from moireid.bench.natural.output import natural_plot, natural_table
 from moireid.bench.published.output import published_plot, published_table
 from moireid.bench.reality.output import reality_plot, reality_table
 from moireid.bench.simulate.output import simulate_plot, simulate_table
@@ -45,6 +46,7 @@ TABLES = {
     "verify": verify_table,
     "forgers": forgers_table,
     "reality": reality_table,
+    "natural": natural_table,
     "published": published_table,
 }
 PLOTS = {
@@ -55,5 +57,6 @@ PLOTS = {
     "verify": verify_plot,
     "forgers": forgers_plot,
     "reality": reality_plot,
+    "natural": natural_plot,
     "published": published_plot,
 }

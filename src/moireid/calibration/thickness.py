@@ -37,7 +37,7 @@ def thickness_from_film(film: Path, chart: Badge, *, focal_px: float | None = No
 
     Convention: in true mm, as the index is that of the label.
     Raises: MediaError where the file is no film.
-    Source: module docstring; `verifier.motion.sheet_gain`.
+    Source: module docstring; `verifier.decision.sheet_gain`.
     """
     report = verify(film, Claim(chart, focal_px=focal_px, enrolling=True))
     found = report.invariant

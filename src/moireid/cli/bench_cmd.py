@@ -13,7 +13,9 @@ from moireid.cli.rate import scheduler_option, workers_option
 @click.command("bench")
 @click.argument(
     "suite",
-    type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify", "forgers", "reality", "published"]),
+    type=click.Choice(
+        ["identity", "stability", "fabricate", "simulate", "verify", "forgers", "reality", "natural", "published"]
+    ),
 )
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the figures and plots.")
 @click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
@@ -21,7 +23,8 @@ from moireid.cli.rate import scheduler_option, workers_option
     "--clips",
     type=click.IntRange(1, 10000),
     metavar="NUMBER",
-    help="Films for each condition; default: 100, or 4 with --quick (published: 10, or 2; reality: 10, or 1).",
+    help="Films for each condition; default: 100, or 4 with --quick (published: 10, or 2; reality: 10, or 1; "
+    "natural: 5, or 1).",
 )
 @click.option(
     "--seed",
@@ -34,7 +37,7 @@ from moireid.cli.rate import scheduler_option, workers_option
 @click.option(
     "--only",
     metavar="REGEX",
-    help="Only the cases whose name holds this regular expression (forgers, reality).",
+    help="Only the cases whose name holds this regular expression (forgers, reality, natural).",
 )
 @workers_option
 @scheduler_option
@@ -65,13 +68,15 @@ def bench_command(
                 and honest films with hands, captions and cuts
     reality     true and forged badges filmed by phones, editors, calls and
                 services; at strengths but the ordinary, forged ones by --only
+    natural     true badges filmed with measured motions; verdicts on parts of
+                4 to 40 s of each film
     published   the published paper's tables on simulated films, beside ours
 
     The figures and a plot go into the folder of --out. Films of suites without run times, and the extreme
     motions of verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.
 
-    Figures of finished films are kept in clips.jsonl, verify.jsonl, forgers.jsonl and reality.jsonl, so a run that was
-    interrupted goes on there.
+    Figures of finished films are kept in clips.jsonl, verify.jsonl, forgers.jsonl, reality.jsonl and natural.jsonl, so
+    a run that was interrupted goes on there.
     """
     from moireid.bench.identity import suite as identity
     from moireid.bench.output import TABLES, outputs, write
@@ -81,8 +86,8 @@ def bench_command(
 
     if suite in ("fabricate", "simulate") and (workers or scheduler):
         fail(f"{suite} has no films to share out; leave out --workers and --scheduler")
-    if only is not None and suite not in ("forgers", "reality"):
-        fail(f"--only chooses cases of forgers or reality, and {suite} has none; leave it out")
+    if only is not None and suite not in ("forgers", "reality", "natural"):
+        fail(f"--only chooses cases of forgers, reality or natural, and {suite} has none; leave it out")
     where = Where(scheduler, workers)
     planned(outputs(folder, suite), overwrite=overwrite)
     with progress_bar("clips") as progress:
@@ -101,11 +106,13 @@ def bench_command(
             from moireid.bench.verify import suite as verify
 
             result = verify.run(quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress)
-        elif suite in ("forgers", "reality"):
+        elif suite in ("forgers", "reality", "natural"):
             from moireid.bench.forgers import suite as forgers
+            from moireid.bench.natural import suite as natural
             from moireid.bench.reality import suite as reality
 
-            kept, films = folder / f"{suite}.jsonl", forgers.run if suite == "forgers" else reality.run
+            kept = folder / f"{suite}.jsonl"
+            films = {"forgers": forgers.run, "reality": reality.run, "natural": natural.run}[suite]
             result = films(quick=quick, seed=seed, clips=clips, only=only, kept=kept, where=where, progress=progress)
         elif suite == "published":
             from moireid.bench.published import suite as published

@@ -71,7 +71,20 @@ FORMATS = ("848x480@24", "1280x720@24", "1920x1080@25")
 STRENGTHS = ("light", "ordinary", "strong")
 CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "meeting", "low", "double", "vfr")
-MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle", "board", "both", "alike")
+MOTIONS = (
+    "handheld",
+    "walk",
+    "linear",
+    "sway",
+    "static",
+    "roll",
+    "oblique",
+    "tumble",
+    "circle",
+    "board",
+    "both",
+    "alike",
+)
 LIGHT_NAMES = ("even", "softbox", "window", "lamp", "sun")
 SHEETS = ("thin", "gap", "bowed", "warm", "jittered", "fed")
 PARTS = ("background", "page", "shutter", "glare")

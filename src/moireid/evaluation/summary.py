@@ -23,7 +23,7 @@ from moireid.evaluation import statistics
 from moireid.evaluation.baseline.published import THRESHOLD
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.statistics import interval
-from moireid.verifier.limits import ACCEPTED_LOG10
+from moireid.verifier.limits import MAX_RIVAL_LOG10
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]
@@ -31,10 +31,9 @@ VERDICTS = ("accept", "reject", "inconclusive", "failed")
 UNANSWERED = ("inconclusive", "failed")
 #: Pipelines whose score is the decadic logarithm of a likelihood ratio; with the score from which each accepts.
 RATIOS = ("moireid",)
-LIMITS = {"moireid": ACCEPTED_LOG10, "published": THRESHOLD}
+LIMITS = {"moireid": -MAX_RIVAL_LOG10, "published": THRESHOLD}
 SCORES = {
-    "moireid": "decadic logarithm of how much likelier the film is of a true badge: "
-    f"{ACCEPTED_LOG10:g} and more is accepted",
+    "moireid": f"decadic logarithm of the odds of the law over its rivals: below {-MAX_RIVAL_LOG10:g} none is accepted",
     "published": f"greatest |rho| of a window of 30 frames: {THRESHOLD:g} and more is accepted",
 }
 #: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films.

@@ -1,7 +1,8 @@
 """Films of a badge, true or forged, with their ground truth.
 
 scene.py      one description of badge as built and camera, for every renderer
-motion.py     where the camera is: named motions, measured hand-held run, CSV files
+motion.py     where the camera is: named motions, two measured ones, CSV files
+phone_walk.py a phone's measured walk, changed to a walk around the badge
 cameras.py    cameras: lens and its distortion, shutter, exposure; some by name
 named_sheets.py  thin, gapped, bowed, warm and jittered lens sheets, and a page that was fed too far
 light.py      a disc of light before an even sky, and the bands into which the lenses focus it

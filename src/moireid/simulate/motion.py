@@ -1,4 +1,4 @@
-"""Where the camera is: named motions, the measured hand-held run, and CSV files.
+"""Where the camera is: named motions, two of them measured, and CSV files.
 
 Convention: board frame in mm, origin at the board's centre, x right, y down, z into the board; the camera looks along
 its own z, x right, y down (OpenCV).  `rotation` turns board vectors into camera vectors.
@@ -19,6 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from moireid.errors import MediaError, SpecError
+from moireid.simulate.phone_walk import PHONE_WALK, around_badge, fast_turns_rad, to_and_fro_s
 
 Array = NDArray[np.float64]
 COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw")
@@ -81,7 +82,8 @@ def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
     Notes
     -----
     Convention: as `Poses`.
-    Source: each motion's own docstring; "handheld" replays a measured run of the TUM RGB-D data set.
+    Source: each motion's own docstring; "handheld" replays a measured run of the TUM RGB-D data set, "walk" one of
+    ARKit-Data-Logger.
     """
     if name in NAMED:
         return NAMED[name](distance_mm, seed)
@@ -249,13 +251,40 @@ def measured_run(distance_mm: float) -> Motion:
 
     Source: TUM RGB-D benchmark, freiburg1_xyz, motion capture (Sturm et al., IROS 2012), CC BY 4.0.
     """
-    text = resources.files("moireid.simulate").joinpath(MEASURED_RUN).read_text(encoding="utf-8")
-    return _spline(text, "the measured run", distance_mm)
+    return _spline(_read_shipped_run(MEASURED_RUN), "the measured run", distance_mm)
+
+
+def walk(distance_mm: float, seed: int) -> Motion:
+    """A phone carried about a room, scaled to a walk around the badge; the seed chooses where in the run it begins.
+
+    The camera looks at the badge, but for half of the phone's own fast turns.  A film longer than the rest of the run
+    goes to and fro.
+
+    Convention: as in `phone_walk`.
+    Source: ARKit-Data-Logger, ARKit_camera_pose.txt (Pyojin Kim, 2019), MIT licence; scale and aim are ours.
+    """
+    rows = _rows(csv.DictReader(_read_shipped_run(PHONE_WALK).splitlines()), "the measured walk")
+    begin, length = rows[0, 0], rows[-1, 0] - rows[0, 0]
+    place = CubicSpline(rows[:, 0], distance_mm * around_badge(rows[:, 1:4]))
+    turn = CubicSpline(rows[:, 0], fast_turns_rad(rows[:, 0], rows[:, 4:]))
+    start = np.random.default_rng(seed).uniform(0.0, length)
+
+    def poses(times_s: Array) -> Poses:
+        clock = begin + to_and_fro_s(start + times_s, length)
+        return _aimed(place(clock), turn(clock))
+
+    return poses
+
+
+def _read_shipped_run(name: str) -> str:
+    """The text of a motion file that is shipped."""
+    return resources.files("moireid.simulate").joinpath(name).read_text(encoding="utf-8")
 
 
 #: Motions by name, of distance in mm and seed.
 NAMED: dict[str, Callable[[float, int], Motion]] = {
     "handheld": lambda distance_mm, seed: measured_run(distance_mm),
+    "walk": walk,
     "linear": linear,
     "sway": sway,
     "static": static,

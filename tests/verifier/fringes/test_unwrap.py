@@ -13,11 +13,11 @@ import pytest
 from kit.places import FILMS
 from moireid.badge import Badge, load_badge
 from moireid.verifier.camera.smoothing import frame_s, slow_part
+from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.fringes.signals import GratingSignal, _combine
 from moireid.verifier.fringes.strip_phase import StripPhase
 from moireid.verifier.fringes.unwrap import joined_frames, unwrap
 from moireid.verifier.limits import MAX_GAP_S, MAX_STEP_RAD
-from moireid.verifier.motion.figures import figures_of
 
 FRAMES = 240
 TIMES = np.arange(FRAMES) / 30

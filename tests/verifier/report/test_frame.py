@@ -16,9 +16,9 @@ import pytest
 from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.errors import MediaError
+from moireid.verifier.decision.judge import judge_invariant
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.motion.judge import judge_invariant
 from moireid.verifier.report.frame import frame_picture, telling_moment
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import Film

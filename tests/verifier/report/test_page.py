@@ -25,10 +25,10 @@ from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.provenance import Barred, Holder, Standing
+from moireid.verifier.decision.judge import judge_invariant
+from moireid.verifier.decision.segments import Segment
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.motion.judge import judge_invariant
-from moireid.verifier.motion.segments import Segment
 from moireid.verifier.reasons import Reason
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.law_plot import law_plot

@@ -102,7 +102,8 @@ def read_clip(clip: Clip) -> dict[str, Any]:
         row["phase_error_rad"].append(math.remainder(reading.free_rad - true, 2 * math.pi))
         row["cells_wrong"] += abs(math.remainder(reading.phase_rad - true, 2 * math.pi)) > math.pi / 4
         row["phase_sd_rad"].append(reading.phase_sd)
-    as_built = measure_built(report.track, report.measurement, report.invariant)
+    gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
+    as_built = measure_built(report.track, report.measurement, gain, gain_sd)
     row["as_built"] = as_built.to_json()
     # The sheet's pitch in page units: its true pitch in mm, divided by the scale of the print.
     lens_page_mm = badge.lens.pitch_mm * build.lens_scale / build.print_scale

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from moireid.verifier.motion.judge import Invariant
+from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of

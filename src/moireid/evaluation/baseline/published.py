@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
 from moireid.evaluation.baseline.corners import CornerFollower, Corners
+from moireid.verifier.decision.figures import pearson, window_correlations
+from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import WINDOW_FRAMES
-from moireid.verifier.motion.figures import pearson, window_correlations
-from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason, json_number, worst
 from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.result import Report

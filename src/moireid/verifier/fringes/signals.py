@@ -24,8 +24,8 @@ from moireid.verifier.fringes.beyond_phase import BeyondPhase, mean_overtone, th
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.depth_law import DepthLaw, depth_law
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
+from moireid.verifier.fringes.phase_coverage import SeenWay, seen_way
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
-from moireid.verifier.fringes.seen_way import SeenWay, seen_way
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
 from moireid.verifier.fringes.strip_shape import strip_shape
 from moireid.verifier.fringes.unwrap import joined_frames, numbered, unwrap

@@ -38,8 +38,6 @@ from moireid.verifier.limits import (
     TWIST_REPEATS_RAD,
     WEATHER_K,
 )
-from moireid.verifier.motion.judge import Invariant
-from moireid.verifier.motion.steady_course import KnownBuilt
 from moireid.verifier.reasons import Reason
 from moireid.verifier.tracking.track import Track
 
@@ -55,13 +53,15 @@ SEEN: dict[Built, str] = {
 
 @dataclass(frozen=True)
 class Comparison:
-    """Outcome of comparing a film's figures with those of enrolment; known: what that says of the fringes, if it is
-    the original.
+    """Outcome of comparing a film's figures with those of enrolment.
+
+    constant_room_rad: how far the fringes' phase constant may be from that at enrolment, where the film shows it there;
+    else None.
     """
 
     built: Built
     reasons: tuple[Reason, ...]
-    known: KnownBuilt | None = None
+    constant_room_rad: float | None = None
 
 
 @dataclass(frozen=True)
@@ -75,13 +75,15 @@ class Filmed:
     apart_sd: float = 1.0
 
 
-def measure_built(track: Track, measurement: Measurement, invariant: Invariant) -> AsBuilt:
+def measure_built(track: Track, measurement: Measurement, gain: float, gain_sd: float) -> AsBuilt:
     """The as-built figures of one film, for enrolment; as `filmed_built`."""
-    return filmed_built(track, measurement, invariant).as_built
+    return filmed_built(track, measurement, gain, gain_sd).as_built
 
 
-def filmed_built(track: Track, measurement: Measurement, invariant: Invariant) -> Filmed:
+def filmed_built(track: Track, measurement: Measurement, gain: float, gain_sd: float) -> Filmed:
     """The as-built figures measured from one film.
+
+    Parameters: gain, gain_sd: the film's gain over the design, and its standard deviation.
 
     Convention: as `AsBuilt`; the gain is over the design.
     Raises: DesignError for a board that carries no identity.
@@ -91,14 +93,13 @@ def filmed_built(track: Track, measurement: Measurement, invariant: Invariant) -
     """
     badge = track.badge
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), None)
-    if index is None or badge.id is None or invariant.gain_ratio is None or invariant.gain_sd is None:
+    if index is None or badge.id is None:
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
     reading = read_identity(track, measurement)
     field = reading.fields[index]
     code = badge.gratings[index].code
     assert code is not None
     reference = reading.cells[index][code.reference_cell]
-    gain, gain_sd = invariant.gain_expected * invariant.gain_ratio, invariant.gain_expected * invariant.gain_sd
     laws = [
         law
         for strip, law in zip(track.strips, measurement.predictions_rad, strict=True)
@@ -194,6 +195,6 @@ def compare_built(
     if built != "original":
         return Comparison(built, tuple(reasons))
     gain_sd = math.hypot(found.gain_sd, enrolled.gain_sd)
-    known = KnownBuilt(KNOWN_SDS * gain_sd, slide_rad + KNOWN_SDS * offset_sd)
-    sure = abs(found.gain_ratio - enrolled.gain_ratio) <= known.gain_room and offset <= known.offset_room_rad
-    return Comparison(built, tuple(reasons), known if sure else None)
+    room = slide_rad + KNOWN_SDS * offset_sd
+    sure = abs(found.gain_ratio - enrolled.gain_ratio) <= KNOWN_SDS * gain_sd and offset <= room
+    return Comparison(built, tuple(reasons), room if sure else None)

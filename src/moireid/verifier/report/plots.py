@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.decision.figures import window_correlations
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import WINDOW_FRAMES
-from moireid.verifier.motion.figures import window_correlations
 from moireid.verifier.report.drawing import INK, MEASURED, PALE, PREDICTED, broken, figure_of, svg_of
 from moireid.verifier.session.result import Report
 

@@ -45,7 +45,8 @@ def capture_as_built(
         if report.verdict != "accept" or report.measurement is None:
             why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
             raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")
-        parts.append(measure_built(report.track, report.measurement, report.invariant))
+        gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
+        parts.append(measure_built(report.track, report.measurement, gain, gain_sd))
     _check_gains(parts, videos)
     return replace(merge(parts), measured_scale=measured_scale)
 

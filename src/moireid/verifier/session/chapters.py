@@ -1,9 +1,9 @@
 """A film is judged in chapters, so that memory does not grow with its length and every frame is still examined.
 
 1. Estimate the camera (focal length, shutter, one smoothed pose per frame); measure and predict the fringe phase.
-2. Judge the motion invariant.
-3. Decode the identity, and compare it with the claim.
-4. If the badge was enrolled as built: is it that very badge, or a copy of it?
+2. Decode the identity, and compare it with the claim.
+3. If the badge was enrolled as built: is it that very badge, or a copy of it?
+4. Judge the motion invariant: compare explanations of the fringes.
 
 A film of up to `CHAPTER_FRAMES` is one chapter.  In a longer film each chapter is judged by itself, and then all of
 them together.  So an hour of true motion cannot average away one forged minute.
@@ -17,16 +17,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from moireid.verifier.decision.judge import Invariant, gain_of, judge_invariant, judge_signals
+from moireid.verifier.decision.segments import Segment, judge_segments
+from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.fringes.beyond_phase import joined_in_time
-from moireid.verifier.fringes.seen_way import SeenWay
+from moireid.verifier.fringes.phase_coverage import SeenWay
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
-from moireid.verifier.identity.compare_built import compare_built, filmed_built
+from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import MIN_FRAMES
-from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals, open_codes, steady_as_built
-from moireid.verifier.motion.segments import Segment, judge_segments
-from moireid.verifier.motion.sheet_gain import DESIGNED, SheetGain
-from moireid.verifier.motion.steady_course import KnownBuilt
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, judged_spans, seen_spans
@@ -54,9 +53,9 @@ class Chapter:
     """One chapter: what was found in it.
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
-    its frames, None once they are dropped; known: of the badge as built, if the chapter shows that badge; sheet: the
-    gain that was expected, under which its signals are; passed: as in `Track`;
-    judged_s, seen_s: when it was judged, and the badge seen.
+    its frames, None once they are dropped; constant_room_rad: as in `Comparison`; sheet: the gains that the
+    badge may have, under whose expected one its signals are; passed: as in `Track`; judged_s, seen_s: when it was
+    judged, and the badge seen.
     """
 
     frames_read: int
@@ -72,7 +71,7 @@ class Chapter:
     measurement: Measurement | None
     judged_s: tuple[Span, ...] = ()
     seen_s: tuple[Span, ...] = ()
-    known: KnownBuilt | None = None
+    constant_room_rad: float | None = None
     passed: int = 0
     sheet: SheetGain = DESIGNED
 
@@ -110,14 +109,15 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     measurement = measure(track, focal_px=claim.focal_px).under(sheet.expected)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()
-    invariant = judge_invariant(measurement, sheet)
+    identity = judge_identity(track, measurement, claimed_id=claim.badge_id, seal=claim.seal)
+    compared = _compared_built(track, measurement, identity, claim)
+    constant = compared.constant_room_rad if compared is not None and claim.original_required else None
+    stages["identity"] = time.perf_counter() - clock
+    clock = time.perf_counter()
+    invariant = judge_invariant(measurement, sheet, constant_room_rad=constant)
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
-    clock = time.perf_counter()
-    identity = judge_identity(track, measurement, claimed_id=claim.badge_id, seal=claim.seal)
-    stages["identity"] = time.perf_counter() - clock
-    identity, built_reasons, known = _judge_built(track, measurement, invariant, identity, claim)
-    invariant = steady_as_built(invariant, measurement.gratings, known, sheet)
+    identity, built_reasons = _judge_built(identity, compared, invariant, claim)
     signals = tuple(signal.part(slice(repeated, None)) for signal in measurement.gratings)
     return Chapter(
         track.frames_read,
@@ -133,7 +133,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         measurement,
         judged_spans(signals),
         seen_spans(track.times_s),
-        known,
+        constant,
         track.passed,
         sheet,
     )
@@ -149,19 +149,16 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
         return (seen or list(chapters))[0].invariant
     joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
     sheet = seen[0].sheet
-    whole = steady_as_built(judge_signals(joined, sheet), joined, _known_to_all(seen), sheet)
+    whole = judge_signals(joined, sheet, constant_room_rad=_known_to_all(seen))
     broken = [chapter for chapter in seen if chapter.invariant.verdict == "reject"]
     reasons = tuple(_broken_chapter(chapter) for chapter in broken)
     return replace(whole, verdict="reject" if broken else whole.verdict, reasons=whole.reasons + reasons)
 
 
-def _known_to_all(chapters: Sequence[Chapter]) -> KnownBuilt | None:
-    """What is known of the badge as built, with the widest room; None unless every chapter shows that badge."""
-    known = [chapter.known for chapter in chapters if chapter.known is not None]
-    if len(known) < len(chapters):
-        return None
-    gain_room, offset_room = max(one.gain_room for one in known), max(one.offset_room_rad for one in known)
-    return KnownBuilt(gain_room, offset_room)
+def _known_to_all(chapters: Sequence[Chapter]) -> float | None:
+    """How far the phase constant may be from that at enrolment; None unless every chapter shows that badge."""
+    known = [chapter.constant_room_rad for chapter in chapters if chapter.constant_room_rad is not None]
+    return max(known) if len(known) == len(chapters) else None
 
 
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
@@ -234,29 +231,38 @@ def _broken_chapter(chapter: Chapter) -> Reason:
     return Reason(why.code, "fail", why.measured, why.limit, why.unit, text)
 
 
+def _compared_built(track: Track, measurement: Measurement, identity: Identity, claim: Claim) -> Comparison | None:
+    """The film's figures compared with those of enrolment; None where there are none, or another badge is shown."""
+    gain = gain_of(measurement.gratings)
+    if claim.as_built is None or identity.verdict != "match" or gain is None:
+        return None
+    expected = claim.sheet.expected
+    filmed = filmed_built(track, measurement, expected * gain[0], expected * gain[1])
+    apart = {"apart_rad": filmed.apart_rad, "apart_sd": filmed.apart_sd}
+    return compare_built(filmed.as_built, claim.as_built, track.badge, **apart)
+
+
 def _judge_built(
-    track: Track, measurement: Measurement, invariant: Invariant, identity: Identity, claim: Claim
-) -> tuple[Identity, tuple[Reason, ...], KnownBuilt | None]:
-    """The identity compared with the badge as enrolled, the findings on that, and what it says of the fringes."""
+    identity: Identity, compared: Comparison | None, invariant: Invariant, claim: Claim
+) -> tuple[Identity, tuple[Reason, ...]]:
+    """The identity with what is known of the badge as built, and the findings on that.
+
+    Convention: where the law does not explain the fringes, their constants say nothing of a badge.
+    """
     as_built = claim.as_built
     if as_built is not None:
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
     reasons: tuple[Reason, ...] = ()
-    known = None
-    if as_built is not None and identity.verdict == "match" and open_codes(invariant.reasons) <= {"steady", "gain"}:
-        filmed = filmed_built(track, measurement, invariant)
-        apart = {"apart_rad": filmed.apart_rad, "apart_sd": filmed.apart_sd}
-        comparison = compare_built(filmed.as_built, as_built, track.badge, **apart)
-        identity, reasons = replace(identity, built=comparison.built), comparison.reasons
-        known = comparison.known if claim.original_required else None
+    if compared is not None and invariant.law_fits:
+        identity, reasons = replace(identity, built=compared.built), compared.reasons
     if not claim.original_required or identity.verdict != "match":
-        return identity, reasons, known
+        return identity, reasons
     level: Level = "pass" if identity.built == "original" else "fail" if identity.built == "copy" else "undecided"
     text = {
         "original": "This is the badge that was enrolled, and not a copy of it.",
         "copy": "This is a copy of the enrolled badge, and the original is required.",
     }.get(identity.built, NOT_TOLD if as_built else NOT_ENROLLED)
-    return identity, (*reasons, Reason("built", level, identity.built, "original", "", text)), known
+    return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
 
 
 def _badge_absent(track: Track) -> Reason:

@@ -10,9 +10,9 @@ from moireid.badge import Badge
 from moireid.idcodes import is_name_derived
 from moireid.names import hidden_letters, hidden_words
 from moireid.provenance import Provenance, Seal
+from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.motion.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.reasons import Level, Reason
 
 

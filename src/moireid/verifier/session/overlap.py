@@ -14,7 +14,6 @@ Source: the second mitigation of Qing et al. (2026): overlap of badge and face.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,23 +23,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.decision.figures import figures_of
+from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.sheet_gain import SheetGain
+from moireid.verifier.explanations.residuals import residual_limit_rad
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
-    EXPLAINED_SDS,
     MIN_AGREEING_SHARE,
     MIN_EXCITATION_RAD,
     MIN_OVERLAP_S,
     MIN_OVERLAP_SHARE,
     MIN_READ_SHARE,
-    POSSIBLE_RESIDUAL_RATIO,
-    RESIDUAL_FLOOR_RAD,
-    RESIDUAL_MOTION_SHARE,
     SEGMENT_S,
     WINDOW_FRAMES,
 )
-from moireid.verifier.motion.figures import figures_of
-from moireid.verifier.motion.judge import judge_signals
-from moireid.verifier.motion.sheet_gain import SheetGain
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 from moireid.verifier.session.chapters import Chapter
@@ -179,9 +175,9 @@ def _held(signal: GratingSignal, own: NDArray[np.bool_], sheet: SheetGain) -> ND
         gain = min(max(figures.gain_ratio, sheet.reach[0]), sheet.reach[1])
     deviation = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
     sd = signal.phase_sd_rad[own]
-    fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_MOTION_SHARE * figures.excitation_rad)
-    error = np.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad))
-    return np.array([np.isfinite(sd), deviation <= EXPLAINED_SDS * error])
+    error = np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad)
+    limit = [3 * residual_limit_rad(figures.excitation_rad, float(one)) for one in error]
+    return np.array([np.isfinite(sd), deviation <= limit])
 
 
 def _broken(chapter: Chapter, times: Array, interval_s: tuple[float, float]) -> Reason | None:
@@ -190,7 +186,7 @@ def _broken(chapter: Chapter, times: Array, interval_s: tuple[float, float]) -> 
     around = np.flatnonzero(np.abs(times - middle) <= half)
     if len(around) < WINDOW_FRAMES:
         return None
-    judged = judge_signals([signal.part(around) for signal in chapter.signals], chapter.sheet)
+    judged = judge_signals([signal.part(around) for signal in chapter.signals], chapter.sheet, whole=False)
     why = next((reason for reason in judged.reasons if reason.level == "fail"), None)
     if why is None:
         return None

@@ -9,17 +9,17 @@ from typing import Any
 from moireid import __version__
 from moireid.badge import Badge
 from moireid.provenance import Source, Standing
+from moireid.verifier.decision.judge import Invariant
+from moireid.verifier.decision.segments import Segment
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.motion.judge import Invariant
-from moireid.verifier.motion.segments import Segment
 from moireid.verifier.reasons import Reason, Verdict, json_number
 from moireid.verifier.session.cover import Cover
 from moireid.verifier.session.overlap import Overlap
 from moireid.verifier.tracking.track import Track
 
 #: Version of the JSON report; within one version, keys are only added.
-REPORT_FORMAT = 1
+REPORT_FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -123,6 +123,7 @@ class Report:
             "verdict": self.verdict,
             "reasons": [reason.to_json() for reason in self.reasons],
             "invariant": self.invariant.to_json() | {"gratings": self._gratings()},
+            "explanations": [one.to_json() for one in self.invariant.explanations],
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
             "registry": self.registry.to_json() if self.registry else None,

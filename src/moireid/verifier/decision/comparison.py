@@ -1,0 +1,226 @@
+"""The table of explanations of one grating: the law with what an honest film adds, and each rival's odds and share.
+
+1. Fit the law with bounded nuisances (`explanations.honest`).
+2. Odds of the law over each rival that does not contain it, by the residuals that both leave (`explanations.rivals`).
+3. Spells: does the law lose to a lie for a while? (`explanations.spells`)
+4. Odds over rivals that contain the law: a motion of its own on top, rows or places on clocks of their own
+   (`explanations.likelihood`).
+5. How often would a rival look as law-like as this film does? (`explanations.lookalikes`)
+
+Convention: odds are decadic logarithms of the law's over the rival's, above 0 where the law is likelier.  Rivals that
+contain the law always fit at least as well; they enter with a penalty for their freedom (4) or by their share alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from moireid.verifier.decision.figures import Figures, figures_of
+from moireid.verifier.decision.sheet_gain import SheetGain
+from moireid.verifier.explanations.honest import HonestModel
+from moireid.verifier.explanations.likelihood import containing_odds
+from moireid.verifier.explanations.lookalikes import lookalike_shares
+from moireid.verifier.explanations.residuals import independent_samples, residual_limit_rad, spread_rad
+from moireid.verifier.explanations.rivals import RIVALS, rival_odds
+from moireid.verifier.explanations.series import phase_series
+from moireid.verifier.explanations.spells import worst_spell
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import (
+    CAMERA_MOTION_SHARE,
+    MAX_LASTING_PX,
+    MAX_MIXED_SHARE,
+    MAX_RIVAL_LOG10,
+    MAX_RIVAL_SHARE,
+    MIN_EXCITATION_RAD,
+    MIN_EXCITATION_TO_ERROR_RATIO,
+    MOST_ZOOM,
+    POSSIBLE_RESIDUAL_RATIO,
+    REJECTED_LOG10,
+)
+from moireid.verifier.reasons import json_number
+
+#: The honest explanation's name in the table.
+LAW = "law"
+#: Rivals that contain the law, or are it but for a while: they lower a score where they fit better, and never raise it.
+CONTAINING = ("wander", "rows", "places", "spell")
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One row of the table.
+
+    name: of the explanation; log10_odds: of the law over it, None where its share alone counts, 0 for the law itself;
+    parameters: that fit best; share: how often it would look as law-like as this film, None where that is not asked;
+    fits: whether it remains as an explanation of this film.
+    """
+
+    name: str
+    log10_odds: float | None
+    parameters: dict[str, float]
+    share: float | None
+    fits: bool
+
+    @property
+    def better(self) -> bool:
+        """Whether it fits the film better than the law does, by more than chance."""
+        return self.log10_odds is not None and self.log10_odds < -MAX_RIVAL_LOG10
+
+    def to_json(self) -> dict[str, Any]:
+        """As an entry of `explanations` of `verify --json`."""
+        shown = {"name": self.name, "log10_odds": json_number(self.log10_odds), "fits": self.fits}
+        parameters = {name: json_number(value) for name, value in self.parameters.items()}
+        return shown | {"share": json_number(self.share), "parameters": parameters}
+
+
+@dataclass(frozen=True)
+class GratingComparison:
+    """One grating's figures, what the law leaves, and its table of rivals.
+
+    residual_rad: spread of what the law and its nuisances leave; limit_rad, possible_rad: what an honest film may leave
+    to be accepted, and what it can leave at all; doubted: whether the camera may have changed within the film;
+    nuisances_rad: by name; rivals: the table without the law's row.
+    """
+
+    figures: Figures
+    moved: bool
+    residual_rad: float = 0.0
+    limit_rad: float = math.inf
+    possible_rad: float = math.inf
+    doubted: bool = False
+    nuisances_rad: dict[str, float] | None = None
+    rivals: tuple[Explanation, ...] = ()
+
+    @property
+    def fits(self) -> bool:
+        """Whether the law explains the grating in absolute terms."""
+        return self.residual_rad <= self.limit_rad
+
+    @property
+    def possible(self) -> bool:
+        """Whether the law could explain it with errors as large as honest films ever have."""
+        return self.residual_rad <= self.possible_rad
+
+    @property
+    def beaten(self) -> bool:
+        """Whether a rival explains the film far better than the law does, or a free motion on top of it does."""
+        return any(rival.log10_odds is not None and rival.log10_odds <= -REJECTED_LOG10 for rival in self.rivals)
+
+    @property
+    def best(self) -> Explanation | None:
+        """The rival that fits best by its odds; None where none has odds."""
+        known = [rival for rival in self.rivals if rival.log10_odds is not None]
+        return min(known, key=lambda rival: rival.log10_odds or 0.0, default=None)
+
+    @property
+    def score(self) -> float:
+        """Decadic logarithm of the odds of the law over the evenly weighted rivals, lowered by those that contain it
+        where these fit better.
+        """
+        known = {rival.name: rival.log10_odds for rival in self.rivals if rival.log10_odds is not None}
+        apart = [odds for name, odds in known.items() if name not in CONTAINING]
+        if not apart:
+            return 0.0
+        least = min(apart)
+        total = least - math.log10(sum(10 ** (least - odds) for odds in apart) / len(apart))
+        return total + sum(min(0.0, known.get(name, 0.0)) for name in CONTAINING)
+
+
+def enough_motion_rad(expected_error_rad: float) -> float:
+    """Least excitation of a film that is judged, rad."""
+    return max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR_RATIO * expected_error_rad)
+
+
+def compare(
+    signal: GratingSignal,
+    sheet: SheetGain,
+    *,
+    constant_room_rad: float | None = None,
+    shares: bool = True,
+    doubted: bool = False,
+) -> GratingComparison:
+    """The comparison of one grating.
+
+    Parameters: sheet: gains that the badge may have; constant_room_rad: as `lookalike_shares`; shares: whether to ask
+        how often rivals would look alike, which takes most of the time; doubted: whether something else than this
+        grating shows that the camera changed.
+    """
+    figures = figures_of(signal)
+    moved = figures.excitation_rad >= enough_motion_rad(figures.expected_error_rad)
+    series = phase_series(signal)
+    if not moved or series is None:
+        return GratingComparison(figures, moved=False)
+    doubted = doubted or camera_doubted(signal)
+    reach = sheet.reach if not doubted else (sheet.reach[0] / MOST_ZOOM, sheet.reach[1] * MOST_ZOOM)
+    model = HonestModel(series, reach)
+    fit = model.fit(series.measured_rad[:, None])
+    residual, excitation = fit.residual_rad[:, 0], figures.excitation_rad
+    spread = float(spread_rad(fit.residual_rad)[0])
+    limit = residual_limit_rad(excitation, figures.expected_error_rad)
+    possible = POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * figures.expected_error_rad)
+    possible = math.hypot(possible, CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
+    own, samples = float(series.weight @ residual**2), independent_samples(residual)
+    room = sheet.room_for(figures.gain_sd)
+    # Where the law does not explain the film, nothing needs to look like it.
+    asked = {}
+    if shares and spread <= limit:
+        asked = lookalike_shares(model, residual, room, constant_room_rad=constant_room_rad)
+    rows = []
+    for rival in RIVALS:
+        odds = rival_odds(rival, series, own, samples, reach)
+        value, parameters = odds if odds is not None else (None, {})
+        rows.append(_row(rival.name, value, parameters, asked.get(rival.name)))
+    spell = worst_spell(series, model.robust_residual_rad())
+    if spell is not None:
+        at = {"gain": spell.gain, "start_s": spell.start_s, "end_s": spell.end_s}
+        rows.append(_row("spell", spell.log10_odds, at, None))
+    deviations = {"wander": spread, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
+    beyond = containing_odds(
+        deviations,
+        excitation,
+        signal.doubt * figures.expected_error_rad,
+        strip_sd_rad=figures.strip_sd_rad,
+        rounding_rad=figures.rounding_rad,
+    )
+    rows += [_row(name, value, {}, None) for name, value in beyond.items()]
+    nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
+    return GratingComparison(figures, True, spread, limit, possible, doubted, nuisances, tuple(rows))
+
+
+def _row(name: str, odds: float | None, parameters: dict[str, float], share: float | None) -> Explanation:
+    remains = (odds is not None and odds < -MAX_RIVAL_LOG10) or (share is not None and share > MAX_RIVAL_SHARE)
+    return Explanation(name, odds, parameters, share, remains)
+
+
+def camera_doubted(signal: GratingSignal) -> bool:
+    """Whether the film's own picture shows that it was zoomed, reframed, stabilised or mixed within."""
+    return bool(signal.lasting_px > MAX_LASTING_PX or signal.mixed_share > MAX_MIXED_SHARE or signal.zoom > 1)
+
+
+def film_table(gratings: list[GratingComparison]) -> tuple[Explanation, ...]:
+    """The table of a film: each rival where it does best by its odds, and the share of the grating that tells most.
+
+    Convention: a rival must look law-like in every grating that moved, so its share is the least of them.
+    """
+    moved = [one for one in gratings if one.moved]
+    names = list(dict.fromkeys(rival.name for one in moved for rival in one.rivals))
+    rows = []
+    for name in names:
+        own = [rival for one in moved for rival in one.rivals if rival.name == name]
+        best = min(own, key=lambda rival: math.inf if rival.log10_odds is None else rival.log10_odds)
+        known = [rival.share for rival in own if rival.share is not None]
+        rows.append(_row(name, best.log10_odds, best.parameters, min(known) if known else None))
+    return tuple(rows)
+
+
+def law_row(gratings: list[GratingComparison]) -> Explanation:
+    """The law's own row of the table, of the grating that tells most."""
+    most = max(gratings, key=lambda one: one.figures.information)
+    parameters = {"gain": most.figures.gain_ratio, "residual_rad": most.residual_rad} | {
+        f"{name}_rad": value for name, value in (most.nuisances_rad or {}).items()
+    }
+    fits = bool(np.all([one.fits for one in gratings if one.moved])) and any(one.moved for one in gratings)
+    return Explanation(LAW, 0.0, parameters, None, fits)

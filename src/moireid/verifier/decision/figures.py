@@ -1,0 +1,128 @@
+"""The figures of one grating over a film: how well its fringes follow the prediction, and the residuals.
+
+Convention: gain is measured over predicted phase, +1 for a genuine badge; all angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.camera.stretches import within_stretches
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import MAX_VAGUENESS_RATIO, WINDOW_FRAMES
+from moireid.verifier.reasons import json_number
+
+Array = NDArray[np.float64]
+
+
+#: Figures that a report does not show.
+INNER = ("rounding_rad", "tangent_sd")
+
+
+@dataclass(frozen=True)
+class Figures:
+    """One grating's figures, all 0 where too few frames could be read.
+
+    phase_residual_rad: standard deviation of the regression's residual; excitation_rad: standard deviation of the
+    predicted phase; expected_error_rad: expected error of one frame; strip_wander_rad: deviation of the worst strip;
+    strip_sd_rad: error bar of a typical strip; place_wander_rad: deviation of places within a strip; rounding_rad and
+    tangent_sd: as in `GratingSignal`; information: Fisher information on the gain.
+    """
+
+    correlation: float = 0.0
+    window_correlation_mean: float = 0.0
+    gain_ratio: float = 0.0
+    gain_sd: float = 0.0
+    phase_residual_rad: float = 0.0
+    excitation_rad: float = 0.0
+    expected_error_rad: float = 0.0
+    strip_wander_rad: float = 0.0
+    strip_sd_rad: float = 0.0
+    place_wander_rad: float = 0.0
+    rounding_rad: float = 0.0
+    tangent_sd: float = 0.0
+    information: float = 0.0
+
+    def to_json(self) -> dict[str, object]:
+        """As an entry of `invariant.gratings`."""
+        return {name: json_number(value) for name, value in asdict(self).items() if name not in INNER}
+
+
+def figures_of(signal: GratingSignal) -> Figures:
+    """All figures of one grating.
+
+    Source: linear regression of measured on *predicted* phase, so that the gain is a ratio at any angle.
+    """
+    used = np.isfinite(signal.phase_sd_rad)
+    measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
+    if len(measured) < WINDOW_FRAMES:
+        return Figures()
+    # Each stretch has a phase constant of its own, so only what moves within one is evidence.
+    stretch = signal.stretch[used]
+    measured, predicted = within_stretches(measured, stretch), within_stretches(predicted, stretch)
+    power = float(predicted @ predicted)
+    gain = float(predicted @ measured) / power if power > 0 else 0.0
+    residual = measured - gain * predicted
+    return Figures(
+        abs(pearson(measured, predicted)),
+        window_correlation_mean(measured, predicted),
+        gain,
+        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain)),
+        float(residual.std()),
+        float(predicted.std()),
+        math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad),
+        float(signal.strip_residual_rad.max(initial=0.0)),
+        float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0,
+        _places_apart(signal),
+        signal.rounding_rad,
+        signal.tangent_sd,
+        float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
+    )
+
+
+def _places_apart(signal: GratingSignal) -> float:
+    """Deviation of places within the worst strip, rad; 0 if it is not known.
+
+    A strip with a far larger error bar than the clearest is partly covered, for example by a hand, and is left out.
+    """
+    apart, sd = signal.place_residual_rad, signal.strip_sd_rad
+    if len(sd) == len(apart):
+        apart = apart[sd <= MAX_VAGUENESS_RATIO * sd.min(initial=math.inf)]
+    return float(apart.max(initial=0.0))
+
+
+def pearson(a: Array, b: Array) -> float:
+    """Correlation coefficient of two series; 0 where one of them does not move."""
+    a, b = a - a.mean(), b - b.mean()
+    scale = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / scale if scale > 0 else 0.0
+
+
+def window_correlation_mean(measured: Array, predicted: Array) -> float:
+    """Mean of |rho| over windows of 30 frames, stride 1: the published figure."""
+    return float(np.mean(np.abs(window_correlations(measured, predicted))))
+
+
+def window_correlations(measured: Array, predicted: Array) -> Array:
+    """Correlation in each window of 30 frames, stride 1, (T - 29,); empty for a shorter series."""
+    if len(measured) < WINDOW_FRAMES:
+        return np.zeros(0)
+    both = np.stack([measured, predicted])
+    windows = np.lib.stride_tricks.sliding_window_view(both, WINDOW_FRAMES, axis=1)
+    apart = windows - windows.mean(axis=2, keepdims=True)
+    seen, law = np.einsum("ktn,ktn->kt", apart, apart)
+    scale = np.sqrt(seen * law)
+    along = np.einsum("tn,tn->t", apart[0], apart[1])
+    return np.asarray(np.divide(along, scale, out=np.zeros_like(along), where=scale > 0))
+
+
+def _slope_sd(residual: Array, power: float) -> float:
+    """Standard deviation of the slope of a regression with residuals of a first-order autoregressive process."""
+    if power <= 0:
+        return math.inf
+    lag_one = float(np.clip(pearson(residual[1:], residual[:-1]), 0.0, 0.999))
+    return math.sqrt(float(residual @ residual) / len(residual) / power * (1 + lag_one) / (1 - lag_one))

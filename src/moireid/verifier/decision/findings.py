@@ -1,0 +1,281 @@
+"""Findings of the motion test, as sentences with measured value, limit and unit.
+
+Evidence comes first (is there enough to judge?), then the law, then one finding for each rival that remains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from moireid.verifier.decision.comparison import (
+    Explanation,
+    GratingComparison,
+    enough_motion_rad,
+)
+from moireid.verifier.decision.figures import Figures
+from moireid.verifier.explanations.rivals import RIVALS
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import (
+    EXPLAINED_SDS,
+    GAIN_REJECTED_SDS,
+    GAIN_TOLERANCE_SHARE,
+    MAX_COVERED_SHARE,
+    MAX_LASTING_PX,
+    MAX_MIXED_SHARE,
+    MAX_RIVAL_LOG10,
+    MAX_RIVAL_SHARE,
+    MAX_STRAY_SHARE,
+    MAX_STRIP_WANDER_RAD,
+    MAX_UNSEEN_WAY_SHARE,
+    MIN_HELD_SHARE,
+    MOST_ZOOM,
+    POSSIBLE_RESIDUAL_RATIO,
+    REJECTED_LOG10,
+    RESIDUAL_FLOOR_RAD,
+    SMALL_MARKER_DOUBT_RATIO,
+)
+from moireid.verifier.reasons import Level, Reason
+
+#: What the fringes do by each explanation, as the end of "fringes that ...", and the motion that would exclude it.
+WORDS = {rival.name: (rival.words, rival.remedy) for rival in RIVALS} | {
+    "spell": ("leave the law for a while", "film the badge throughout, in even light"),
+    "wander": ("wander on top of the law", "film from nearer, with more motion"),
+    "rows": ("differ from row to row", "film from nearer, in even light"),
+    "places": ("differ from place to place within a row", "film from nearer, in even light"),
+}
+
+
+def no_fringes() -> Reason:
+    """The finding that nothing can be read."""
+    return Reason("fringes", "undecided", 0.0, None, "", "No fringes could be read on the badge.")
+
+
+def evidence(signals: Sequence[GratingSignal], mean: Figures, *, enough: bool) -> list[Reason]:
+    """Is there enough to judge?
+
+    Parameters: mean: figures of all gratings; enough: whether one of them moved enough.
+    """
+    reasons = [_motion(mean, enough=enough)]
+    if not enough:
+        reasons += _motion_gaps(signals, reasons[0])
+    reasons += _pose_outliers(max(signal.stray_share for signal in signals))
+    reasons += _covered(*(max(getattr(one, name) for one in signals) for name in ("covered_share", "held_share")))
+    if any(signal.focal_at_limit for signal in signals):
+        text = (
+            "No camera's focal length fits this film: its picture looks stretched, or cut out of a larger one. Give "
+            "the film as it was taken, or the focal length of its camera."
+        )
+        reasons.append(Reason("focal", "undecided", None, None, "", text))
+    return reasons
+
+
+def _motion(mean: Figures, *, enough: bool) -> Reason:
+    limit = enough_motion_rad(mean.expected_error_rad)
+    if enough:
+        text = "The badge moved enough: its fringes had to move far."
+        return Reason("motion", "pass", mean.excitation_rad, limit, "rad", text)
+    text = (
+        "The badge hardly moved, so its fringes had no way to show what they do. Film again, and move the badge or the "
+        "camera sideways by 20 cm or more, several times."
+    )
+    return Reason("motion", "undecided", mean.excitation_rad, limit, "rad", text)
+
+
+def _motion_gaps(signals: Sequence[GratingSignal], motion: Reason) -> list[Reason]:
+    """Whether the badge moved enough where the film does not show it; nothing where it did not."""
+    paths = [s.beyond.law_rad[np.isfinite(s.phase_sd_rad)] for s in signals if s.beyond is not None]
+    apart = max((float(path.std()) for path in paths if len(path)), default=0.0)
+    if not (isinstance(motion.limit, float) and apart >= motion.limit):
+        return []
+    text = (
+        "The badge moved, but the film is cut, or pictures are missing, where it did, and fringes that are not seen to "
+        "move prove nothing. Film again in one piece, or use a faster connection."
+    )
+    return [Reason("motion_gaps", "undecided", apart, motion.limit, "rad", text)]
+
+
+def _pose_outliers(share: float) -> list[Reason]:
+    """Whether few enough poses were left out as outliers; nothing where none was."""
+    if share == 0:
+        return []
+    level: Level = "note" if share <= MAX_STRAY_SHARE else "undecided"
+    text = f"In {100 * share:.0f} % of the frames the markers are not where a flat page has them; these are not judged"
+    text += "." if level == "note" else f", and at most {100 * MAX_STRAY_SHARE:.0f} % may be so."
+    return [Reason("pose_outliers", level, share, MAX_STRAY_SHARE, "share", text)]
+
+
+def _covered(share: float, held: float) -> list[Reason]:
+    """Whether enough of the rows and markers can be seen; nothing where all of them can.
+
+    Parameters: held: share of frames in which something covers a marker.
+    """
+    if share < 0.005 and held < MIN_HELD_SHARE:
+        return []
+    if share < 0.005:
+        text = f"Something covers an edge of the badge (a hand, a caption, glare) in {100 * held:.0f} % of the frames."
+        return [Reason("covered", "note", held, None, "share", text)]
+    level: Level = "note" if share <= MAX_COVERED_SHARE else "undecided"
+    text = f"Something covers the badge (a hand, a caption, glare): {100 * share:.0f} % of its rows are not judged"
+    text += "." if level == "note" else f"; at most {100 * MAX_COVERED_SHARE:.0f} % are allowed. Film it uncovered."
+    return [Reason("covered", level, share, MAX_COVERED_SHARE, "share", text)]
+
+
+def law_fits(compared: Sequence[GratingComparison]) -> list[Reason]:
+    """Whether the law explains the phase in absolute terms, of the grating that it explains worst."""
+    moved = [one for one in compared if one.moved]
+    worst = max(moved, key=lambda one: one.residual_rad / one.limit_rad)
+    rested = [_at_rest(one, moved) for one in compared if not one.moved and one.figures.information > 0]
+    level: Level = "pass" if worst.fits else "undecided"
+    text = "The law of optics explains the fringes, but for errors that every film has."
+    if not worst.fits:
+        text = "The fringes leave the law, and it is not clear whether errors of the film explain that. "
+        text += "Film again from nearer, or with more motion."
+    if not worst.possible and worst.beaten:
+        level, text = "fail", "The fringes leave the law, further than any error of a film explains."
+    found = Reason("residual", level, worst.residual_rad, worst.limit_rad, "rad", text)
+    order: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
+    return [max([found, *rested], key=lambda reason: order[reason.level])]
+
+
+def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison]) -> Reason:
+    """A grating that should hardly move by the law must hardly move.
+
+    Its gain means nothing, so the measured phase is compared with the prediction itself.  The tolerance of the gain is
+    allowed, and a share of the largest motion of any grating, as the camera's pose may turn the badge.
+    """
+    own, most = grating.figures, max(one.figures.excitation_rad for one in moved)
+    deviation = float(np.hypot((own.gain_ratio - 1) * own.excitation_rad, own.phase_residual_rad))
+    fixed = RESIDUAL_FLOOR_RAD * POSSIBLE_RESIDUAL_RATIO + 0.03 * most
+    fixed += (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
+    limit = float(np.hypot(fixed, EXPLAINED_SDS * own.expected_error_rad))
+    good, possible = deviation <= limit, deviation <= POSSIBLE_RESIDUAL_RATIO * limit
+    text = "Fringes that should hardly move do so."
+    if not good:
+        text = "Fringes that should hardly move by the law do move, as if they were those of another grating."
+    return Reason("residual", "pass" if good else "undecided" if possible else "fail", deviation, limit, "rad", text)
+
+
+def rows_agree(compared: Sequence[GratingComparison]) -> Reason:
+    """Whether the rows of the badge move together, of the grating whose rows differ most."""
+    worst = max((one.figures for one in compared), key=lambda one: one.strip_wander_rad)
+    limit = float(np.hypot(MAX_STRIP_WANDER_RAD, 3 * worst.expected_error_rad))
+    good = worst.strip_wander_rad <= limit
+    text = "The fringes of all rows of the badge move together."
+    if not good:
+        text = "The fringes of different rows of the badge move apart, as on a badge put together from pictures."
+    return Reason("agreement", "pass" if good else "fail", worst.strip_wander_rad, limit, "rad", text)
+
+
+def with_nuisances(
+    reasons: list[Reason], signals: Sequence[GratingSignal], compared: Sequence[GratingComparison]
+) -> list[Reason]:
+    """The findings on gain, law and rows, with the honest cause where one may have made them: camera, mixed frames, a
+    tiny badge, a hand.
+
+    A cause lets nothing pass: it keeps what it can do from being a failure, as forgers can make it, too.
+    """
+    gain, laws, rows = reasons
+    troubled = any(reason.level in ("fail", "undecided") for reason in (gain, laws))
+    if not troubled and rows.level == "pass":
+        return reasons
+    moved = [(s, one) for s, one in zip(signals, compared, strict=True) if one.moved]
+    if any(signal.covered_share >= 0.005 for signal in signals):
+        laws, rows = _softened(laws), _softened(rows)
+    small = _small(moved)
+    if any(one.doubted for _, one in moved) and troubled:
+        if isinstance(gain.measured, float) and 1 / MOST_ZOOM < gain.measured < MOST_ZOOM:
+            gain = _softened(gain)
+        return [gain, laws, rows, _camera([signal for signal, _ in moved])]
+    if small is not None and troubled:
+        return [_softened(gain), _softened(laws), rows, small]
+    return [gain, laws, rows]
+
+
+def _softened(reason: Reason) -> Reason:
+    return replace(reason, level="undecided") if reason.level == "fail" else reason
+
+
+def _small(moved: Sequence[tuple[GratingSignal, GratingComparison]]) -> Reason | None:
+    """The finding that markers are so small that the motion might not be enough."""
+    for signal, one in moved:
+        needed = SMALL_MARKER_DOUBT_RATIO * enough_motion_rad(one.figures.expected_error_rad)
+        if signal.doubt > 1 and one.figures.excitation_rad < needed:
+            text = (
+                "The badge is so small in the picture that how it turned is uncertain, and the fringes prove nothing "
+                "against it. Film from nearer, or move more."
+            )
+            return Reason("small", "undecided", one.figures.excitation_rad, needed, "rad", text)
+    return None
+
+
+def _camera(signals: Sequence[GratingSignal]) -> Reason:
+    mixed, lasting = max(s.mixed_share for s in signals), max(s.lasting_px for s in signals)
+    if mixed > MAX_MIXED_SHARE:
+        text = (
+            "The fringes fade where they move, as in frames that are mixed with their neighbours by noise reduction or "
+            "a changed frame rate. Film again with such functions off, or from nearer."
+        )
+        return Reason("mixed_frames", "undecided", mixed, MAX_MIXED_SHARE, "share", text)
+    text = (
+        "No single camera explains how the badge appears in the picture, so it may have been zoomed, reframed or "
+        "stabilised. Give the film as the camera took it, or film again with such functions off."
+    )
+    return Reason("camera", "undecided", lasting, MAX_LASTING_PX, "px", text)
+
+
+def rivals(table: Sequence[Explanation], *, law_fits: bool) -> list[Reason]:
+    """One finding for each rival that remains; where none does, one that says by how much the law is ahead.
+
+    Where the law does not explain the film, the rival that does so best is the only one named.
+    """
+    remaining = [one for one in table if one.fits]
+    if not law_fits:
+        better = [one for one in remaining if one.better]
+        remaining = sorted(better, key=lambda one: one.log10_odds or 0.0)[:1]
+    if remaining or not law_fits:
+        return [_remains(one) for one in remaining]
+    known = [one for one in table if one.log10_odds is not None and one.share is not None]
+    if not known:
+        return [Reason("explanations", "pass", None, None, "log10", "No other explanation fits as well as the law.")]
+    best = min(known, key=lambda one: one.log10_odds or 0.0)
+    odds = float(best.log10_odds or 0.0)
+    text = f"The law explains this film better than fringes that {WORDS[best.name][0]}, the best of {len(table)} rivals"
+    text += f": by a factor of 10^{odds:.0f}." if odds >= 1 else "."
+    return [Reason("explanations", "pass", odds, -MAX_RIVAL_LOG10, "log10", text)]
+
+
+def _remains(one: Explanation) -> Reason:
+    words, remedy = WORDS[one.name]
+    if one.better:
+        odds = float(one.log10_odds or 0.0)
+        when = ""
+        if one.name == "spell":
+            when = f" (from {one.parameters['start_s']:.1f} to {one.parameters['end_s']:.1f} s)"
+        if one.name == "late":
+            when = f" (by {one.parameters['late_s']:.2g} s)"
+        text = f"Fringes that {words}{when} explain this film 10^{-odds:.1f} times better than the law does. "
+        text += f"To exclude that, {remedy}."
+        level: Level = "fail" if one.name in ("rows", "places") and odds <= -REJECTED_LOG10 else "undecided"
+        return Reason(one.name, level, odds, -MAX_RIVAL_LOG10, "log10", text)
+    share = float(one.share or 0.0)
+    text = f"On this motion, fringes that {words} would look as this film does in {100 * share:.0f} of 100 cases. To "
+    text += f"exclude that, {remedy}."
+    return Reason(one.name, "undecided", share, MAX_RIVAL_SHARE, "share", text)
+
+
+def phase_gaps(moving: Sequence[GratingSignal]) -> list[Reason]:
+    """Whether the film shows the fringes between its views; nothing where no grating moved enough."""
+    if not moving:
+        return []
+    share = max(signal.way.unseen_share for signal in moving)
+    level: Level = "pass" if share <= MAX_UNSEEN_WAY_SHARE else "undecided"
+    text = "The fringes were seen all along their way."
+    if level == "undecided":
+        text = (
+            "The fringes were seen at a few places of their way and not between, as in photographs that are shown in "
+            "turn. Film again with more moves, slower ones, or more frames a second."
+        )
+    return [Reason("phase_gaps", level, share, MAX_UNSEEN_WAY_SHARE, "share", text)]

@@ -1,0 +1,146 @@
+"""What gain a badge's sheet has: as designed, as measured at enrolment, or still to be measured.
+
+Gain is a property of the built badge: sheets of one pitch are sold in several thicknesses, and air between sheet and
+page lets fringes move farther still.  So a badge that nobody measured may have any gain that a shop's sheet can give
+it; such a film is open, since the gain alone tells no thin sheet from a lie.
+
+Convention: `expected` is over the design; signals are judged under it (`GratingSignal.under`), so that 1 is what is
+expected, and all other gains here are shares of it.
+Source: `moireid.sheets.possible_gains`; limits by `verifier.limits`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import cast
+
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
+from moireid.sheets import possible_gains
+from moireid.verifier.limits import (
+    BUILT_GAIN_ROOM_SHARE,
+    BUILT_GAIN_SDS,
+    ENROLLED_GAINS,
+    GAIN_REJECTED_SDS,
+    GAIN_TOLERANCE_SHARE,
+    MAX_GAIN_SD_SHARE,
+)
+from moireid.verifier.reasons import Level, Reason
+
+
+@dataclass(frozen=True)
+class SheetGain:
+    """The gain that a badge's sheet is expected to have.
+
+    expected: over the design; sd: its standard deviation as a share; room: what may be accepted at most, least and
+    greatest; handled: gains that assembly and a shop's sheet
+    can give, which are never rejected, or None; measured: whether the film is to measure the gain, and any within the
+    room will do; built: whether `expected` was measured.
+    """
+
+    expected: float = 1.0
+    sd: float = 0.0
+    room: tuple[float, float] = (1 - GAIN_TOLERANCE_SHARE, 1 + GAIN_TOLERANCE_SHARE)
+    handled: tuple[float, float] | None = None
+    measured: bool = False
+    built: bool = False
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Least and greatest gain that is not rejected, error bars aside."""
+        low, high = self.handled or self.room
+        return min(low, self.room[0]), max(high, self.room[1])
+
+    def room_for(self, gain_sd: float) -> tuple[float, float]:
+        """Least and greatest gain that a film with that error bar may be accepted with."""
+        if not self.built:
+            return self.room
+        half = max(BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS * math.hypot(gain_sd, self.sd))
+        return max(1 - half, self.room[0]), min(1 + half, self.room[1])
+
+    def accepts(self, gain: float, gain_sd: float) -> bool:
+        """Whether a gain may be accepted."""
+        low, high = self.room_for(gain_sd)
+        return low <= gain <= high
+
+    def explains(self, gain: float, gain_sd: float) -> bool:
+        """Whether some sheet as sold gives this gain, within its error bar; a vague gain needs no sheet."""
+        if self.handled is None or gain_sd >= MAX_GAIN_SD_SHARE * abs(gain):
+            return False
+        return (
+            self.handled[0] <= gain + GAIN_REJECTED_SDS * gain_sd
+            and gain - GAIN_REJECTED_SDS * gain_sd <= self.handled[1]
+        )
+
+    def span(self, half: float) -> str:
+        """The room, widened to that half width, in words; over the design."""
+        middle = (self.room[0] + self.room[1]) / 2
+        if self.measured:
+            return f"{self.expected * (middle - half):.2g} to {self.expected * (middle + half):.2g}"
+        return f"{self.expected * middle:.3g} ± {self.expected * half:.2g}"
+
+    def cause(self, gain: float) -> str:
+        """What ordinary thing gives such a gain, and what to do; a sentence's end."""
+        if self.built:
+            sheet = "has come off the page" if gain > 1 else "lies nearer to the page"
+            return (
+                f"; when the badge was enrolled it was {self.expected:.3f}. A sheet that {sheet} does that, and so "
+                "does another sheet. Press it flat and film again, or enroll the badge again with a new film of it."
+            )
+        sheet = "A thicker sheet, or a gap under it," if gain > 1 else "A thinner sheet"
+        return f". {sheet} does that. Enroll this badge with a film of it."
+
+
+#: Of a board of which nothing is known but its design.
+DESIGNED = SheetGain()
+
+
+def designed(badge: Badge) -> SheetGain:
+    """Of a badge that nobody measured."""
+    return replace(DESIGNED, handled=_handled(badge))
+
+
+def as_built(badge: Badge, built: AsBuilt) -> SheetGain:
+    """Of a badge that was measured when it was enrolled."""
+    gain = built.gain_ratio
+    low, high = _handled(badge)
+    return SheetGain(gain, built.gain_sd / gain, handled=(low / gain, high / gain), built=True)
+
+
+def to_measure() -> SheetGain:
+    """Of a badge that is being enrolled."""
+    return replace(DESIGNED, room=ENROLLED_GAINS, measured=True)
+
+
+def _handled(badge: Badge) -> tuple[float, float]:
+    """What shops and assembly can do to a badge, as far as it can be enrolled."""
+    low, high = possible_gains(badge.lens, badge.gratings[0].pitch_mm)
+    return max(low, ENROLLED_GAINS[0]), min(high, ENROLLED_GAINS[1])
+
+
+def gain_reason(gain: float, gain_sd: float, sheet: SheetGain) -> Reason:
+    """Pass within the room; open where a sheet as sold explains it; fail beyond by three error bars; else undecided.
+
+    Parameters: gain, gain_sd: over what is expected.
+    """
+    sd = math.hypot(gain_sd, gain * sheet.sd)
+    low, high = sheet.room_for(gain_sd)
+    beyond = GAIN_REJECTED_SDS * sd
+    shown, limit = sheet.expected * gain, (high - low) / 2
+    words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"
+    # With so wide an error bar even a wrong gain could be estimated as right, so the estimate does not count.
+    vague = sd >= MAX_GAIN_SD_SHARE * abs(gain)
+    accepted, level = low <= gain <= high, "undecided"
+    if accepted and not vague:
+        level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."
+    elif not accepted and sheet.explains(gain, sd):
+        text = words + sheet.cause(gain)
+    elif not low - beyond <= gain <= high + beyond:
+        level, limit = "fail", limit + beyond
+        text = f"{words}; a real badge gives {sheet.span(limit)}."
+    else:
+        limit += beyond
+        text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film with more "
+        text += "motion."
+    return Reason("gain", cast(Level, level), shown, sheet.expected * limit, "ratio", text)

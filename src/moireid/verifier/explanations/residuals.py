@@ -1,0 +1,70 @@
+"""How large a residual is, and how many independent samples it holds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.limits import (
+    EXPLAINED_SDS,
+    LEAST_SAMPLES,
+    RESIDUAL_FLOOR_RAD,
+    RESIDUAL_MOTION_SHARE,
+    UNMODELLED_RAD,
+)
+
+Array = NDArray[np.float64]
+#: Where the autocorrelation of a residual has fallen below this, it is taken as noise.
+CORRELATED = 0.2
+
+
+def spread_rad(residual_rad: Array) -> Array:
+    """Size of residuals (N, D): the mean of a robust and a plain standard deviation, (D,), rad.
+
+    Notes
+    -----
+    Source: 1.4826 times the median absolute deviation is the standard deviation of a normal distribution.  The plain
+    one alone would rest on a few bad poses, the robust one alone would overlook a short lie.
+    """
+    middle = np.median(residual_rad, axis=0)
+    robust = 1.4826 * np.median(np.abs(residual_rad - middle), axis=0)
+    return np.asarray(0.5 * robust + 0.5 * residual_rad.std(axis=0))
+
+
+def independent_samples(residual_rad: Array) -> float:
+    """Number of independent samples in a residual (N,), from its autocorrelation.
+
+    Notes
+    -----
+    Source: N over one plus twice the sum of the autocorrelations (Bartlett 1935), up to the first below `CORRELATED`.
+    """
+    left, count = residual_rad - residual_rad.mean(), len(residual_rad)
+    power = np.abs(np.fft.rfft(left, 2 * count)) ** 2
+    together = np.fft.irfft(power)[:count]
+    if together[0] <= 0:
+        return LEAST_SAMPLES
+    together = together / together[0]
+    end = int(np.argmax(together < CORRELATED)) or count
+    return float(max(count / (1 + 2 * together[1:end].sum()), LEAST_SAMPLES))
+
+
+def log10_odds(own: float, other: float, blocks: float, samples: float) -> float:
+    """Decadic logarithm of the odds of one explanation over another, from their residuals' sums of squares.
+
+    Parameters: own, other: sums over the blocks, rad^2; blocks: number of them; samples: independent ones.
+
+    Notes
+    -----
+    Source: ratio of normal likelihoods whose standard deviation is fitted; each block has `UNMODELLED_RAD` of error
+    that no explanation models.
+    """
+    floor = blocks * UNMODELLED_RAD**2
+    return float(samples / 2 * np.log10((other + floor) / (own + floor)))
+
+
+def residual_limit_rad(excitation_rad: float, expected_error_rad: float) -> float:
+    """What an honest film may leave of the phase: a floor, a share of the motion, and its own expected error."""
+    fixed = RESIDUAL_FLOOR_RAD + RESIDUAL_MOTION_SHARE * excitation_rad
+    return math.hypot(fixed, EXPLAINED_SDS * expected_error_rad)

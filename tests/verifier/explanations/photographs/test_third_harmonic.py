@@ -1,0 +1,103 @@
+"""Does the third harmonic turn with the fringes?  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kit.photographed import FRAMES, LAW, TYPICAL, found_in, laid_over, noise_of, signal
+from moireid.badge import Cell, Lens
+from moireid.verifier.explanations.photographs.third_harmonic import standing_still, turning
+from moireid.verifier.fringes.beyond_phase import third_share
+from moireid.verifier.limits import MAX_STILL_SHARE, MIN_OVERTONE_CONTRASTS
+
+ALL_ALIKE = np.ones(FRAMES)
+WIDE = LAW / np.ptp(LAW)
+
+
+@pytest.mark.parametrize("range_rad", [1.5, 2.1, 3.0, 5.0, 8.0, 12.6])
+@pytest.mark.parametrize("strength", [0.5, 1.0])
+def test_three_photographs_laid_over_each_other_are_seen(range_rad, strength):
+    """Catches: three photographs a third of a turn apart, whose fundamental is right in any place."""
+    law = range_rad * WIDE
+    found = found_in(signal(laid_over(3, strength, law) + noise_of(0.001, 1), law=law))
+    assert found["edges"].level == "undecided"
+    # On a short course what stands still changes as smoothly as a lens out of focus.
+    assert range_rad < 2 or found["waveform"].level == "undecided"
+
+
+@pytest.mark.parametrize("count", [5, 6])
+def test_more_photographs_that_lose_the_third_harmonic_are_seen(count):
+    """Catches: five or six photographs, in which the third harmonic is nearly gone, taken for an even waveform."""
+    law = 6.0 * WIDE
+    found = found_in(signal(laid_over(count, 0.5, law) + noise_of(0.001, 1), law=law))
+    assert found["edges"].level == "undecided"
+
+
+@pytest.mark.parametrize("noise", [0.0001, 0.002, 0.02])
+def test_blurred_photographs_are_seen(noise):
+    """Catches: a forger who blurs away what would betray him; and noise taken for a harmonic."""
+    found = found_in(signal(noise_of(noise, 1, lasting=0.6)))
+    assert found["edges"].level == "undecided"
+    assert "soft" not in found["edges"].text and "in focus" in found["edges"].text
+
+
+@pytest.mark.parametrize("range_rad", [1.2, 3.0, 8.0])
+def test_a_badge_s_fringes_have_edges(range_rad):
+    """Catches: a true film left open for its dots and its noise."""
+    law = range_rad * WIDE
+    still = 0.02 * np.exp(-3j * law)
+    found = found_in(signal(TYPICAL + still + noise_of(0.003, 1), law=law))
+    assert found["edges"].level == "pass" and found["waveform"].level == "pass"
+    assert found["edges"].measured == pytest.approx(abs(TYPICAL) - 0.02, rel=0.1)
+
+
+def test_what_turns_is_told_from_what_stands():
+    """Catches: a mean in which what stands still counts, on a course too short for it to come round."""
+    law = 1.5 * WIDE
+    found = turning(0.1 + 0.3j * np.exp(-3j * law), law, ALL_ALIKE, 1.0)
+    assert found.size == pytest.approx(0.1, abs=1e-9) and found.still == pytest.approx(0.3, abs=1e-9)
+    assert not found.seen and turning(0.3 + 0.1j * np.exp(-3j * law), law, ALL_ALIKE, 1.0).seen
+    still = standing_still(0.3j * np.exp(-3j * law), law, ALL_ALIKE, np.zeros((FRAMES, 0)), most=0.1)
+    assert np.abs(still) == pytest.approx(0.1)
+    assert MAX_STILL_SHARE < 1
+
+
+def test_what_turns_the_other_way_does_not_stand_still():
+    """Catches: cosine and sine taken for what stands still, which take up a pattern that no badge has."""
+    law = 6.0 * WIDE
+    away = 0.02 * np.exp(3j * law)
+    left = away - standing_still(away, law, ALL_ALIKE, np.zeros((FRAMES, 0)), most=1.0)
+    assert np.sqrt(np.mean(np.abs(left) ** 2)) > 0.015
+
+
+@pytest.mark.parametrize(
+    ("duty", "open_fraction", "expected"),
+    [(0.5, None, 1.0), (1 / 3, None, 0.0), (0.25, None, 1.0), (0.5, 0.5, 1.0), (0.5, 1 / 3, 0.0), (0.4, None, 0.618)],
+)
+def test_lines_of_another_width_owe_less(duty, open_fraction, expected):
+    """Catches: a badge made elsewhere, of lines a third of the pitch wide, whose true films stay open for ever."""
+    kind = "lenticular" if open_fraction is None else "mask"
+    lens = Lens(kind, 0.508, 1.0, 1.56 if open_fraction is None else 1.0, open_fraction=open_fraction)
+    share = third_share(lens, [Cell((0, 0, 1, 1), 0.52, 0.0, duty)])
+    assert share == pytest.approx(expected, abs=1e-3)
+    law = 4.0 * WIDE
+    soft = noise_of(0.0001, 1)
+    assert turning(soft, law, ALL_ALIKE, share).limit == pytest.approx(MIN_OVERTONE_CONTRASTS * share, abs=1e-4)
+
+
+def test_fringes_without_a_third_harmonic_looked_for_are_not_asked_for_one():
+    """Catches: a badge whose fringes are longer than its field, left open for what nobody measured."""
+    bare = signal(np.zeros(FRAMES, complex))
+    assert "edges" not in found_in(bare)
+    both = found_in(bare, signal(TYPICAL + noise_of(0.001, 1)))
+    assert both["edges"].level == "pass"
+
+
+def test_the_softest_grating_speaks():
+    """Catches: one grating of true fringes that speaks for one of photographs."""
+    true = signal(TYPICAL + noise_of(0.001, 1))
+    assert found_in(true, signal(laid_over(3, 1.0)))["edges"].level == "undecided"
+    assert found_in(replace(true), true)["edges"].level == "pass"
