@@ -13,6 +13,7 @@ camera.py    a phone's or laptop's camera: rays of its pixels, shutter, noise
 trace.py     one frame in linear light
 sensor.py    from light to bytes: vignetting, noise, gamma
 forge.py     thirteen lies: the lens region's picture taken from a wrong view
+rivals.py    forgeries on the film's own trajectory, each rival of the law at its best
 film.py      all of it together, into an H.264 file
 rows.py      what became of films, and the tables
 

@@ -15,6 +15,8 @@ from outside.camera import Camera
 from outside.forge import FLAT, Lie, flat_page, told
 from outside.motion import Course
 from outside.page import PAPER, Page
+from outside.rivals import KINDS as RIVALS
+from outside.rivals import rival_lie
 from outside.sensor import WALL_FAR, expose, falloff, fill_wall, noise_pool, video_curve, wall
 from outside.trace import LENS_SAMPLES, NEAR, NEAR_SAMPLES, PAPER_SAMPLES, offsets, trace
 
@@ -54,6 +56,8 @@ class Tracer:
         distance_mm = abs(float(course.views(np.zeros(1))[0][0, 2]))
         if shoot.forge in FLAT:
             page, build = flat_page(str(shoot.forge), page, build, distance_mm, distance_mm / camera.focal_px)
+        elif shoot.forge in RIVALS:
+            self.lie = rival_lie(str(shoot.forge), course, seconds, rng)
         elif shoot.forge:
             self.lie = told(shoot.forge, course, seconds, shoot.fps, rng)
         self.page, self.build, self.camera, self.course, self.shoot = page, build, camera, course, shoot

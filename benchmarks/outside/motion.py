@@ -20,14 +20,14 @@ from scipy.spatial.transform import Rotation
 Array = NDArray[np.float64]
 #: Time (n,) -> six figures (n, 6): rotations about x, y and z in radians, then x, y and z in mm.
 Six = Callable[[Array], Array]
-KINDS = ("sway", "arc", "measured", "walk")
+KINDS = ("sway", "arc", "measured")
 #: A real hand's run by motion capture, and a phone carried about a room; see THIRD_PARTY.md.  Data alone, nothing of
 #: the simulator.
 DATA = Path(__file__).parents[2] / "src" / "moireid" / "simulate" / "data"
 MEASURED, WALK = DATA / "handheld_tum_fr1_xyz.csv", DATA / "phone_walk.csv"
 #: How far the camera goes to either side in a measured run, as the tangent of its view.
-REACH = 0.3
-#: How far the camera turns away from the badge at most in such a run, rad: the person who films keeps it in view.
+REACH, WALK_REACH = 0.3, (0.2, 0.45)
+#: How far the camera turns away from the badge at most in a walk, rad: the person who films keeps it in view.
 MOST_TURN = 0.2
 
 
@@ -57,15 +57,15 @@ def _rotation(six: Array) -> Rotation:
 
 
 def course(kind: str, distance_mm: float, seconds: float, rng: np.random.Generator) -> Course:
-    """One of `KINDS` at about that distance, with a hand's tremor, and a badge that hangs a little askew."""
+    """One of `KINDS`, or `walk`, at about that distance, with a tremor, and a badge that hangs a little askew."""
     hang = np.array([rng.uniform(-8, 8), rng.uniform(-4, 4), rng.uniform(-3, 3)]) * math.pi / 180
     if kind == "sway":
         badge, camera = _swaying(distance_mm, hang, rng), _held(distance_mm, rng)
     elif kind == "arc":
         badge, camera = _breathing(hang, rng), _walking(distance_mm, rng)
     elif kind in ("measured", "walk"):
-        rows = MEASURED if kind == "measured" else WALK
-        badge, camera = _breathing(hang, rng), _recorded(rows, distance_mm, seconds, rng)
+        run = (MEASURED, REACH, np.inf) if kind == "measured" else (WALK, rng.uniform(*WALK_REACH), MOST_TURN)
+        badge, camera = _breathing(hang, rng), _recorded(*run, distance_mm, seconds, rng)
     else:
         raise ValueError(f"motion {kind!r} is not known; choose one of {', '.join(KINDS)}")
     return Course(kind, badge, camera)
@@ -151,8 +151,10 @@ def _walking(distance_mm: float, rng: np.random.Generator) -> Six:
     return _added(six, aim, _waves(rng, slow, 0.3), _tremor(rng, 0.25, 1.5))
 
 
-def _recorded(path: Path, distance_mm: float, seconds: float, rng: np.random.Generator) -> Six:
-    """A stretch of a real hand's run, scaled to `REACH`; the hand keeps the badge in view, its own turns stay."""
+def _recorded(
+    path: Path, most: float, most_turn: float, distance_mm: float, seconds: float, rng: np.random.Generator
+) -> Six:
+    """A stretch of a real hand's run, scaled so that the tangent of its view is `most`; the badge stays in view."""
     with path.open(encoding="utf-8") as file:
         rows = np.array([[float(v) for v in row.values()] for row in csv.DictReader(file)])
     # Half a second to spare at the end, for shutters.
@@ -162,13 +164,13 @@ def _recorded(path: Path, distance_mm: float, seconds: float, rng: np.random.Gen
     level = turns.mean().inv()
     # In the mean camera's axes, which are those of a world that faces it.
     place, turned = level.apply(rows[:, 1:4] - rows[:, 1:4].mean(axis=0)), (level * turns).as_euler("YXZ")
-    turned *= min(1.0, MOST_TURN / np.abs(turned).max())
+    turned *= min(1.0, most_turn / np.abs(turned).max())
     # A hand's widest motion goes sideways here; up and down, and to and fro, at most half as far.
     wide = np.argsort(-place[:, :2].std(axis=0))
     place[:, :2] = place[:, wide]
     turned[:, :2] = turned[:, wide]
     reach = np.abs(place).max(axis=0)
-    place *= np.minimum(REACH * distance_mm / reach[0], np.array([1.0, 0.5, 0.4]) * REACH * distance_mm / reach)
+    place *= most * distance_mm * np.minimum(1 / reach[0], np.array([1.0, 0.5, 0.4]) / reach)
     place[:, 2] -= distance_mm
     yaw, pitch = np.arctan2(-place[:, 0], -place[:, 2]), np.arctan2(place[:, 1], -place[:, 2])
     six = np.column_stack([pitch + 0.5 * turned[:, 1], yaw + 0.5 * turned[:, 0], turned[:, 2], place])

@@ -16,10 +16,12 @@ from click.testing import CliRunner, Result
 from securesystemslib.dsse import Envelope
 from securesystemslib.signer import CryptoSigner
 
+from kit.places import TESTS
 from kit.signing import certificate, certified_key, new_key, pem_of_certificates, public_pem_of
-from moireid.attest import check, load_signing_key
+from moireid.attest import check, load_signing_key, signed_envelope
 from moireid.attest.envelope import MOST_BYTES
 from moireid.attest.keys import SigningKey
+from moireid.attest.statement import PREDICATE_TYPE, STATEMENT_TYPE, attested, statement
 from moireid.cli.main import moireid
 
 Sign = Callable[..., str]
@@ -72,6 +74,33 @@ def test_a_key_that_is_only_in_the_file_proves_nothing_and_that_is_said(tmp_path
     done = checked(tmp_path / "verdict.json")
     assert done.exit_code == 0 and "does not prove who signed" in done.output
     assert "a certificate by Root, House gives to Famous Newsroom, House; only the key and certificate" in done.output
+
+
+def test_a_verdict_of_format_1_still_holds(key: SigningKey, judged: dict[str, Any], tmp_path: Path) -> None:
+    """Catches: evidence of last year that no version checks any more; an old report that passes for a new one."""
+    old = json.loads((TESTS / "data" / "reports" / "format_1.json").read_text(encoding="utf-8"))
+    registry = {"fingerprint": "ab" * 16, "head": "2:" + "cd" * 32, "expires": None}
+    names = {1: "urn:moireid:predicate:verify-report:1", 2: PREDICATE_TYPE}
+    for number, report in ((1, old), (2, copy.deepcopy(judged))):
+        signed = attested(report | {"registry": registry}, key)
+        for kind, name in names.items():
+            document = {
+                "_type": STATEMENT_TYPE,
+                "subject": [{"name": "film.mp4", "digest": {"sha256": report["input"]["sha256"]}}],
+                "predicateType": name,
+                "predicate": signed,
+            }
+            text = signed_envelope(json.dumps(document).encode(), key)
+            found = check(text.encode(), key=key.public)
+            assert found.holds == (kind == number), (number, kind, found.faults)
+            if found.holds:
+                (tmp_path / f"{number}.json").write_text(text)
+                done = checked(tmp_path / f"{number}.json")
+                assert done.exit_code == 0 and done.output.startswith("HOLDS: film.mp4 was judged ACCEPT"), done.output
+    # A new report is never signed as an old one.
+    assert (
+        json.loads(statement(attested(judged | {"registry": registry}, key), "film.mp4"))["predicateType"] == names[2]
+    )
 
 
 def flipped(text: str, part: str, place: int) -> str:
@@ -208,7 +237,7 @@ HOSTILE: dict[str, tuple[str, Hostile]] = {
     "signed: a list": ("report", lambda d, k: _again(d, [1], k)),
     "signed: deep": ("report", lambda d, k: _again(d, b'{"a":' * 200_000, k)),
     "signed: another statement": ("report", lambda d, k: _again(d, _put(d, "https://x/v0.1", "_type"), k)),
-    "signed: a later format": ("report", lambda d, k: _again(d, _put(d, 2, "predicate", "format"), k)),
+    "signed: a later format": ("report", lambda d, k: _again(d, _put(d, 3, "predicate", "format"), k)),
     "signed: another subject": (
         "report",
         lambda d, k: _again(d, _put(d, [{"name": "x", "digest": {"sha256": "0" * 64}}], "subject"), k),

@@ -7,6 +7,7 @@ drawn_pages.py      pictures of a page whose homography is known
 drawn_frames.py     the same of a page with a coded frame
 coded_films.py      films of given pictures, and short ones of long ones
 numeric_films.py    tracks of a badge, made of numbers alone
+fringe_signals.py   phase signals of one grating, and series of them
 photographed.py     signals of a badge and of photographs of it
 made_corners.py     a badge's corners as a film would give them
 rendered_frames.py  frames by either renderer, and their phase

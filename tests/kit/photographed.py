@@ -11,7 +11,6 @@ from moireid.verifier.explanations.photographs.photo_sampling import cross_faded
 from moireid.verifier.fringes.beyond_phase import BeyondPhase
 from moireid.verifier.fringes.depth_law import DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import GAIN_TOLERANCE_SHARE
 from moireid.verifier.reasons import Reason
 
 FRAMES = 300
@@ -66,14 +65,6 @@ def signal(
     )
 
 
-def as_the_law(forged: GratingSignal) -> bool:
-    """Stands for the judge: a signal passes if it is near the prediction, its gain within the tolerance."""
-    power = float(forged.predicted_rad @ forged.predicted_rad)
-    gain = float(forged.predicted_rad @ forged.measured_rad) / power
-    left = forged.measured_rad - gain * forged.predicted_rad
-    return abs(gain - 1) <= GAIN_TOLERANCE_SHARE and float(left.std()) < 0.1
-
-
 def faded(count: int, law: np.ndarray = LAW) -> np.ndarray:
     """The overtone that so many cross-faded photographs of a badge show, turned to the fundamental."""
     first, third = cross_faded(law, np.linspace(law.min(), law.max(), count))
@@ -100,4 +91,4 @@ def noise_of(size: float, seed: int, lasting: float = 0.0) -> np.ndarray:
 
 
 def found_in(*signals: GratingSignal) -> dict[str, Reason]:
-    return {reason.code: reason for reason in no_photographs(signals, signals, as_the_law)}
+    return {reason.code: reason for reason in no_photographs(signals, signals)}

@@ -8,7 +8,7 @@ import pytest
 
 from moireid.errors import SpecError
 from moireid.verifier.camera import smoothing
-from moireid.verifier.limits import MAX_GAP_S
+from moireid.verifier.measuring import MAX_GAP_S
 from moireid.verifier.timeline import BREAK_S, JOINT_S, RESTART_S, FilmTime, restart_findings
 from moireid.verifier.tracking.smeared_frames import LOST_S
 

@@ -20,8 +20,8 @@ from moireid.attest.keys import SigningKey, certificate_digest, fingerprint
 from moireid.errors import SpecError
 
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
-#: With the number of the report's format.
-PREDICATE_TYPE = "urn:moireid:predicate:verify-report:1"
+#: With the number of the report's format; statements of format 1 are still checked.
+PREDICATE_TYPE = "urn:moireid:predicate:verify-report:2"
 
 
 def attested(report: dict[str, Any], key: SigningKey) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def statement(report: dict[str, Any], film_name: str) -> bytes:
 
 def statement_schema() -> str:
     """JSON Schema (2020-12) of the statement, as text; it refers to the report's."""
-    return _schema_text("attestation")
+    return _schema_text("attestation.schema")
 
 
 def statement_fault(document: dict[str, Any]) -> str | None:
@@ -77,10 +77,10 @@ def utc(moment: datetime) -> str:
 
 @cache
 def _validator() -> Draft202012Validator:
-    report, own = (json.loads(_schema_text(name)) for name in ("report", "attestation"))
-    known: Registry[Any] = Registry().with_resource(report["$id"], Resource.from_contents(report))
-    return Draft202012Validator(own, registry=known)
+    reports = [json.loads(_schema_text(name)) for name in ("report.schema", "report.schema.1")]
+    known: Registry[Any] = Registry().with_resources((one["$id"], Resource.from_contents(one)) for one in reports)
+    return Draft202012Validator(json.loads(_schema_text("attestation.schema")), registry=known)
 
 
 def _schema_text(name: str) -> str:
-    return resources.files("moireid").joinpath(f"schema/{name}.schema.json").read_text(encoding="utf-8")
+    return resources.files("moireid").joinpath(f"schema/{name}.json").read_text(encoding="utf-8")

@@ -202,7 +202,7 @@ def _from_photo(
     from moireid.calibration.chart import check_chart
     from moireid.calibration.lens_fit import lens_from_views
     from moireid.calibration.still import is_film, load_pictures
-    from moireid.verifier.limits import FOCAL_PRIOR_RATIO
+    from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 
     check_chart(chart)
     pictures, noted_px = load_pictures(photo)

@@ -17,7 +17,7 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "identity": ("string", "match, mismatch, unreadable, not_claimed"),
     "score": (
         "double",
-        "moireid: decadic log of a likelihood ratio; published: greatest |rho| of a window",
+        "moireid: decadic log of the odds of the law over its rivals; published: greatest |rho| of a window",
     ),
     "window_correlation_mean": ("double", "mean of |rho| over windows of 30 frames, in both pipelines"),
     "window_correlation_max": ("double", "the greatest of these windows; null in moireid"),

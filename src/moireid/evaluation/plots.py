@@ -10,13 +10,15 @@ from scipy.stats import norm
 
 from moireid.evaluation.summary import LIMITS, RATIOS
 from moireid.files import whole_file
+from moireid.verifier.decision.calibration import calibrated_log10
+from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 
 Document = dict[str, Any]
 INK, PALE = "#1d2733", "#8a97a6"
 GENUINE, FORGED = "#1f6fb2", "#c2571a"
 LINES = {"moireid": ("#1f6fb2", "-"), "published": ("#8a97a6", "--")}
 #: Range of each score in the plot.  Scores outside are drawn at the edge, as they would compress all others.
-SHOWN = {"moireid": (-8.0, 3.0), "published": (-0.05, 1.0)}
+SHOWN = {"moireid": (-30.0, 60.0), "published": (-0.05, 1.0)}
 RATES = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
 
@@ -61,7 +63,7 @@ def _scores(document: Document) -> Any:
             own = [
                 row for row in document["rows"] if row["pipeline"] == pipeline and (row["group"], row["label"]) == kind
             ]
-            _dots(axes, place, own, GENUINE if kind[1] == "genuine" else FORGED, least, most + 0.08 * (most - least))
+            _dots(axes, place, own, GENUINE if kind[1] == "genuine" else FORGED, (least, most))
         best = figures["scored_films"].get("best_threshold")
         if best:
             axes.axvline(best["threshold"], color=INK, linewidth=1, linestyle=":")
@@ -81,7 +83,7 @@ def _scores(document: Document) -> Any:
     panels[0].set_yticks(range(len(kinds)), names)
     panels[0].set_ylim(-0.6, len(kinds) - 0.4)
     figure.suptitle(
-        "A dot a film, an arrow a lower score; bar: the median; dotted: the threshold of greatest accuracy",
+        "A dot: a film; an arrow: a score beyond the edge; bar: the median; dotted: the threshold of greatest accuracy",
         fontsize=9,
         color=INK,
         x=0.01,
@@ -90,18 +92,22 @@ def _scores(document: Document) -> Any:
     return figure
 
 
-def _dots(axes: Any, place: int, rows: list[Document], colour: str, least: float, aside: float) -> None:
-    """The films of one row: dots in five lanes, an arrow beyond the edge, the number of films without a score."""
+def _dots(axes: Any, place: int, rows: list[Document], colour: str, shown: tuple[float, float]) -> None:
+    """The films of one row: dots in five lanes, arrows beyond the edges, the number of films without a score."""
+    least, most = shown
     scores = np.array(sorted(row["score"] for row in rows if row["score"] is not None))
     lanes = place + 0.12 * (np.arange(len(scores)) % 5 - 2) if len(scores) > 1 else np.full(len(scores), float(place))
-    off = scores < least
-    axes.plot(scores[~off], lanes[~off], "o", color=colour, markersize=4.5, alpha=0.6, markeredgewidth=0)
-    axes.plot(np.full(off.sum(), least), lanes[off], "<", color=colour, markersize=5, alpha=0.8)
+    within = (scores >= least) & (scores <= most)
+    axes.plot(scores[within], lanes[within], "o", color=colour, markersize=4.5, alpha=0.6, markeredgewidth=0)
+    for edge, beyond, mark in ((least, scores < least, "<"), (most, scores > most, ">")):
+        axes.plot(np.full(beyond.sum(), edge), lanes[beyond], mark, color=colour, markersize=5, alpha=0.8)
     if len(scores) > 4:
-        median = max(float(np.median(scores)), least)
+        median = float(np.clip(np.median(scores), least, most))
         axes.plot([median, median], [place - 0.36, place + 0.36], color=INK, linewidth=1.6)
     if len(scores) < len(rows):
-        axes.text(aside, place, str(len(rows) - len(scores)), color=colour, va="center", fontsize=9)
+        axes.text(
+            most + 0.08 * (most - least), place, str(len(rows) - len(scores)), color=colour, va="center", fontsize=9
+        )
 
 
 def _roc(document: Document) -> Any:
@@ -184,19 +190,20 @@ def _accuracy(document: Document) -> Any:
 
 
 def _tippett(document: Document) -> Any:
-    """Shares of genuine and of forged films whose likelihood ratio is that great or greater."""
+    """Shares of genuine and of forged films whose calibrated odds are that great or greater."""
     figure = figure_of(5.6, 4.0)
     axes = figure.add_subplot()
     for name in RATIOS:
         for key, colour, told in (("true_accept", GENUINE, "genuine"), ("false_accept", FORGED, "forged")):
             found = document["pipelines"].get(name, {}).get("scored_films", {})
             at, shares = _steps(found, key, *SHOWN[name])
+            at = [calibrated_log10(score) for score in at]
             axes.plot(at, shares, color=colour, linewidth=2, label=f"{told} films", drawstyle="steps-pre")
-        axes.set_xlim(*SHOWN[name])
+    axes.set_xlim(-1.1 * CALIBRATION_CAP_LOG10, 1.1 * CALIBRATION_CAP_LOG10)
     axes.axvline(0, color=INK, linewidth=1, linestyle=":")
     axes.set_ylim(-0.02, 1.02)
-    axes.set_xlabel("decadic logarithm of the likelihood ratio", color=INK)
-    axes.set_ylabel("share of films with that ratio or more", color=INK)
+    axes.set_xlabel("decadic logarithm of the calibrated odds", color=INK)
+    axes.set_ylabel("share of films with these odds or more", color=INK)
     plain(axes)
     _legend_or_reason(axes, document)
     return figure

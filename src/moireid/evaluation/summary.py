@@ -23,14 +23,16 @@ from moireid.evaluation import statistics
 from moireid.evaluation.baseline.published import THRESHOLD
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.statistics import interval
+from moireid.verifier.decision.calibration import calibrated_log10
 from moireid.verifier.limits import MAX_RIVAL_LOG10
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]
 VERDICTS = ("accept", "reject", "inconclusive", "failed")
 UNANSWERED = ("inconclusive", "failed")
-#: Pipelines whose score is the decadic logarithm of a likelihood ratio; with the score from which each accepts.
+#: Pipelines whose score, calibrated, is the decadic logarithm of odds.
 RATIOS = ("moireid",)
+#: Score below which each accepts no film.
 LIMITS = {"moireid": -MAX_RIVAL_LOG10, "published": THRESHOLD}
 SCORES = {
     "moireid": f"decadic logarithm of the odds of the law over its rivals: below {-MAX_RIVAL_LOG10:g} none is accepted",
@@ -155,7 +157,8 @@ def _at_limit(genuine: Array, forged: Array, limit: float) -> Document:
 
 
 def _ratios(genuine: Array, forged: Array, pipeline: str, seed: int) -> Document | None:
-    """What the scores (M,), (N,) cost as likelihood ratios; of one that is none, what it would if it were calibrated.
+    """What the calibrated odds of scores (M,), (N,) cost as likelihood ratios; of a score that gives no odds, what it
+    would cost if it were calibrated.
 
     None where there is one kind of films only.
     """
@@ -164,6 +167,7 @@ def _ratios(genuine: Array, forged: Array, pipeline: str, seed: int) -> Document
     least = statistics.least_cllr(genuine, forged)
     if pipeline not in RATIOS:
         return {"cllr_min": least}
+    genuine, forged = (np.array([calibrated_log10(score) for score in some]) for some in (genuine, forged))
     cost = statistics.cllr(genuine, forged)
     return {
         "cllr": cost,

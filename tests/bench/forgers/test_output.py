@@ -18,7 +18,7 @@ def row(case: str, verdict: str, *why: str, genuine: bool = False, seconds: floa
 @pytest.fixture
 def result() -> dict[str, Any]:
     rows = [
-        row("8 photographs", "inconclusive", "spacing", "steady"),
+        row("8 photographs", "inconclusive", "spacing", "late"),
         row("8 photographs", "inconclusive", "spacing", seconds=3.0),
         row("8 photographs", "accept", seconds=4.0),
         row("frozen", "reject", "gain"),

@@ -48,7 +48,7 @@ def test_a_film_has_the_frames_and_the_edit_of_its_case(tmp_path: Path):
     [
         ("8 photographs, cross-faded", "inconclusive", "spacing"),
         ("one photograph in turns, plain cuts", "inconclusive", "motion"),
-        ("frozen for 2 s", "reject", "correlation"),
+        ("frozen for 2 s", "reject", "residual"),
         ("a hand over 60 % for 0.4 s", "accept", None),
         ("a jump cut of 1 s", "accept", None),
         ("a sticker", "accept", None),

@@ -16,7 +16,8 @@ from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.page_speed import jumps
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
-from moireid.verifier.limits import AXIS_PRIOR_SD_SHARE, MAX_LASTING_PX
+from moireid.verifier.limits import MAX_LASTING_PX
+from moireid.verifier.measuring import AXIS_PRIOR_SD_SHARE
 
 
 def fitted(points: np.ndarray, times: np.ndarray, focal_px: float | None = None) -> CameraFit:

@@ -17,7 +17,7 @@ from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.fringes.signals import GratingSignal, _combine
 from moireid.verifier.fringes.strip_phase import StripPhase
 from moireid.verifier.fringes.unwrap import joined_frames, unwrap
-from moireid.verifier.limits import MAX_GAP_S, MAX_STEP_RAD
+from moireid.verifier.measuring import MAX_GAP_S, MAX_STEP_RAD
 
 FRAMES = 240
 TIMES = np.arange(FRAMES) / 30

@@ -14,7 +14,7 @@ from moireid.bench.identity.clips import Clip, read_clip
 from moireid.errors import SpecError
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.identity.compare_built import _worst_stretch, compare_built
-from moireid.verifier.limits import PAPER_GROWTH_SHARE, SHEET_GROWTH_PER_K, WEATHER_K
+from moireid.verifier.measuring import KNOWN_SDS, OFFSET_REPEATS_RAD, PAPER_GROWTH_SHARE, SHEET_GROWTH_PER_K, WEATHER_K
 
 ONE = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
 
@@ -109,11 +109,21 @@ def test_the_worst_stretch_is_told_with_the_error_of_the_gain():
     [(ONE, True), (replace(ONE, offset_rad=2.8), False), (replace(ONE, gain_ratio=1.05), False)],
     ids=["as enrolled", "offset off", "gain off"],
 )
-def test_the_badge_speaks_for_a_steady_film_only_where_gain_and_offset_agree_closely(ada, found, known):
-    """Catches: the wide limits of an original used where a delay must be told."""
+def test_the_phase_constant_is_known_only_where_gain_and_offset_agree_closely(ada, found, known):
+    """Catches: the wide limits of an original used where a delay must be excluded."""
     outcome = compare_built(found, ONE, ada)
     assert outcome.built == "original"
-    assert (outcome.known is not None) == known
+    assert (outcome.constant_room_rad is not None) == known
+
+
+def test_the_room_of_the_phase_constant_is_that_of_its_error_bars_and_of_weather(ada):
+    """Catches: a room of one error bar of two; a sheet that slid with the weather held to its place.  Closed form."""
+    sd = math.hypot(0.04, 0.04, OFFSET_REPEATS_RAD)
+    assert compare_built(ONE, ONE, ada).constant_room_rad == pytest.approx(KNOWN_SDS * sd)
+    drift = 0.5 * PAPER_GROWTH_SHARE[0] / ada.lens.pitch_mm
+    grown = replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + drift)
+    assert compare_built(grown, ONE, ada).constant_room_rad > KNOWN_SDS * sd + 0.1
+    assert compare_built(replace(ONE, offset_rad=2.0), ONE, ada).constant_room_rad is None
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from moireid.idcodes.words import MAX_TRIES
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.cell_phase import _twists, uniform_fields
 from moireid.verifier.identity.decode import Identity, _cells_move, judge_identity, read_identity
-from moireid.verifier.limits import MOST_FIELDS
+from moireid.verifier.measuring import MOST_FIELDS
 from moireid.verifier.tracking.track import Track
 
 

@@ -25,6 +25,7 @@ from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.provenance import Barred, Holder, Standing
+from moireid.verifier.decision.calibration import in_words
 from moireid.verifier.decision.judge import judge_invariant
 from moireid.verifier.decision.segments import Segment
 from moireid.verifier.fringes.signals import measure
@@ -34,6 +35,7 @@ from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.law_plot import law_plot
 from moireid.verifier.report.page import render_page, report_paths, write_report
 from moireid.verifier.report.pictures import pictures_of
+from moireid.verifier.report.rival_table import DOES
 from moireid.verifier.session.cover import Cover
 from moireid.verifier.session.result import Report
 
@@ -262,7 +264,7 @@ def test_the_check_itself_is_told(ada):
     by_id = Page(page_of(report_of(ada), replace(KNOWN, claim=str(ada.id)))).text
     assert f"claim {ada.id}: {ada.name}" in by_id
     alone = Page(page_of(report_of(ada), Circumstances(KNOWN.checked_at))).text
-    assert "nobody vouches for a name" in alone and FINGERPRINT not in alone and HEAD not in alone
+    assert "no one vouches for a name" in alone and FINGERPRINT not in alone and HEAD not in alone
 
 
 def test_other_detectors_are_told_and_are_no_part_of_the_verdict(ada):
@@ -287,6 +289,18 @@ def test_every_reason_and_figure_is_told(ada):
     assert f"{report.identity.beat_period_mm:.2f} mm, expected {report.identity.expected_beat_period_mm:.2f}" in text
 
 
+def test_the_table_of_explanations_is_on_the_page(ada, page):
+    """Catches: a page that gives a verdict and not what it was weighed against; odds that pass for a probability."""
+    report, text = report_of(ada), Page(page).text
+    assert len(report.invariant.explanations) > 5
+    body = page[page.index('<table class="rivals">') : page.index("</table>", page.index('<table class="rivals">'))]
+    assert body.count("<tr") == len(report.invariant.explanations) + 1 and 'class="holds"' in body
+    assert all(words.replace("'", "&#39;") in body for words in DOES.values()) and "no probability" in text
+    assert in_words(report.to_json()["invariant"]["calibrated_log10"]) in text
+    none = page_of(replace(report, invariant=replace(report.invariant, explanations=())))
+    assert '<table class="rivals">' not in none and "no probability" not in Page(none).text
+
+
 def test_the_plots_and_the_picture_are_in_the_page(page, ada):
     """Catches: a plot left out; a picture that is no picture; the plot of the same data twice."""
     picture = next(attributes["src"] for tag, attributes in Page(page).tags if tag == "img")
@@ -294,7 +308,7 @@ def test_the_plots_and_the_picture_are_in_the_page(page, ada):
     assert kind == "data:image/png;base64"
     shown = cv2.imdecode(np.frombuffer(base64.b64decode(content), np.uint8), cv2.IMREAD_UNCHANGED)
     assert np.array_equal(shown, report_of(ada).track.snapshot)
-    assert len(plots_in(page)) == len(set(plots_in(page))) == 7
+    assert len(plots_in(page)) == len(set(plots_in(page))) == 9
 
 
 def test_a_film_without_a_badge_has_a_page_too(ada):

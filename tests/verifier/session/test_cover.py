@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.session.cover import cover_finding, cover_of, judged_spans, outside
+from moireid.verifier.limits import MIN_PRESENT_SHARE
+from moireid.verifier.session.cover import cover_findings, cover_of, judged_spans, outside
 
 STEP = 1 / 30
 
@@ -25,7 +26,7 @@ def test_a_badge_all_film_long_covers_it():
     times = np.arange(300) * STEP
     cover = cover_of(judged_spans([signal(times)]), times[0], times[-1], 300)
     assert cover.share == pytest.approx(1.0) and cover.longest_gap_s == pytest.approx(0.0, abs=1e-9)
-    assert len(cover.spans_s) == 1 and cover_finding(cover, 0.9).level == "pass"
+    assert len(cover.spans_s) == 1 and [one.level for one in cover_findings(cover, 0.9)] == ["pass"]
 
 
 def test_two_seconds_of_thirty_are_named_and_are_too_few():
@@ -34,8 +35,19 @@ def test_two_seconds_of_thirty_are_named_and_are_too_few():
     cover = cover_of(judged_spans([signal(times)]), 0.0, 30.0 - STEP, 900)
     assert cover.share == pytest.approx(2 / 30, rel=0.01)
     assert cover.longest_gap_s == pytest.approx(24.0, abs=0.1)
-    finding = cover_finding(cover, 0.5)
+    (finding,) = cover_findings(cover, 0.5)
     assert finding.level == "undecided" and "4.0 to 6.0 s" in finding.text
+
+
+@pytest.mark.parametrize(("tracked", "shown"), [(300, 1.0), (240, 0.8), (150, 0.5)])
+def test_a_badge_that_is_in_some_frames_only_makes_a_film_inconclusive(tracked, shown):
+    """Catches: frames between which anything may be shown; a film that loses a tenth of its frames to blur."""
+    times = np.arange(300) * STEP
+    span = [(float(times[0]), float(times[-1]))]
+    cover = cover_of(judged_spans([signal(times)]), times[0], times[-1], 300, span, tracked)
+    assert cover.present_share == pytest.approx(shown, rel=0.01)
+    codes = [one.code for one in cover_findings(cover, 0.5) if one.level == "undecided"]
+    assert codes == (["flicker"] if shown < MIN_PRESENT_SHARE else [])
 
 
 def test_unread_frames_are_not_covered():

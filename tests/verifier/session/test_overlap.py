@@ -23,8 +23,8 @@ from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError
 from moireid.simulate.recording.encode import FilmWriter, recipe_for
 from moireid.verifier import verify
-from moireid.verifier.limits import MIN_OVERLAP_S
 from moireid.verifier.live.challenge import Prompt
+from moireid.verifier.measuring import MIN_OVERLAP_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.report.page import write_report
 from moireid.verifier.session import faces

@@ -18,12 +18,14 @@ from moireid.cli.verify.verify_cmd import verify_command
 from moireid.evaluation.baseline.published import verify_published
 from moireid.provenance import Barred
 from moireid.verifier import Claim, verify
+from moireid.verifier.session.result import REPORT_FORMAT
 
 #: What the contract of the command line promises, by object.
 PROMISED = {
-    "": "verdict reasons invariant identity frames timing left_out input",
+    "": "verdict reasons invariant explanations identity frames timing left_out input",
     "invariant": (
-        "verdict correlation window_correlation_mean gain_ratio phase_residual_rad excitation_rad score gratings"
+        "verdict correlation window_correlation_mean gain_ratio phase_residual_rad excitation_rad score "
+        "calibrated_log10 gratings"
     ),
     "identity": (
         "verdict decoded_id claimed_id beat_period_mm expected_beat_period_mm symbol_errors_corrected built score"
@@ -61,7 +63,7 @@ def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
 def test_the_schema_is_one():
     """Catches: a keyword misspelt so that it holds nothing."""
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
-    assert SCHEMA["properties"]["format"]["const"] == 1 and SCHEMA["$id"].endswith(":1")
+    assert SCHEMA["properties"]["format"]["const"] == REPORT_FORMAT == 2 and SCHEMA["$id"].endswith(":2")
 
 
 def test_every_end_of_a_verify_is_as_the_schema_says(reports):
@@ -87,7 +89,12 @@ def test_the_contract_s_names_are_asked_for():
     ("place", "value"),
     [
         (("verdict",), "maybe"),
-        (("format",), 2),
+        (("format",), 1),
+        (("explanations", 0, "fits"), None),
+        (("explanations", 1, "log10_odds"), "10"),
+        (("explanations", 1, "share"), 1.5),
+        (("explanations", 0, "parameters", "gain"), "one"),
+        (("invariant", "calibrated_log10"), "2"),
         (("frames", "read"), 1.5),
         (("input", "sha256"), "ab"),
         (("invariant", "correlation"), "0.9"),
@@ -109,6 +116,16 @@ def test_what_is_wrong_is_refused(reports, place, value):
     assert inner[place[-1]] != value
     inner[place[-1]] = value
     assert faults(document)
+
+
+def test_the_law_is_first_of_what_is_compared(reports):
+    """Catches: a table without the law, or one whose rows a program cannot find by their place."""
+    for name, report in reports.items():
+        table, moved = report["explanations"], report["pipeline"] == "moireid" and "no badge" not in name
+        assert (table != []) == moved, name
+        if table:
+            assert (table[0]["name"], table[0]["log10_odds"]) == ("law", 0.0), name
+            assert len({one["name"] for one in table}) == len(table), name
 
 
 def test_keys_of_later_versions_are_let_through(reports):

@@ -15,7 +15,8 @@ from moireid.badge import Badge
 from moireid.verifier import Claim, Running, Verifier, verify
 from moireid.verifier.decision.segments import judge_segments
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.limits import MAX_UNSEARCHED_S, SEGMENT_S
+from moireid.verifier.limits import SEGMENT_S
+from moireid.verifier.measuring import MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream

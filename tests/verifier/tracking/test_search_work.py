@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import draw, filmed, seen_from
-from moireid.verifier.limits import MAX_UNSEARCHED_S
+from moireid.verifier.measuring import MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.scene_tracker import GLANCE_WAIT_S, SceneTracker

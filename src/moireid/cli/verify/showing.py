@@ -1,4 +1,4 @@
-"""A verdict in the terminal: the case, what to do, failures first."""
+"""A verdict in the terminal: the result, what to do, failures first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from moireid.verifier.report.headline import Headline
 
 MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
-#: Findings tell no options, as pages show them too; here is where each is said.
+#: Findings name no options, as pages show them too; these are the options that help, by code.
 OPTIONS = {
     "focal": "--focal-px",
     "gain": "--focal-px, or enroll --capture",
@@ -33,6 +33,7 @@ def show_verdict(
     """
     from moireid.verifier.report.findings import sorted_findings
     from moireid.verifier.report.headline import headline_of
+    from moireid.verifier.report.rival_table import odds_line
     from moireid.verifier.report.seconds import seconds_of
 
     headline, found = headline or headline_of(document, known), sorted_findings(document["reasons"])
@@ -41,6 +42,8 @@ def show_verdict(
     click.echo(f"What to do: {headline.advice}")
     if (seconds := seconds_of(document)) is not None:
         click.echo(f"Seconds: {seconds.text}")
+    if odds := odds_line(document):
+        click.echo(f"Odds: {odds}")
     for finding in found.first:
         option = OPTIONS.get(finding["code"], "") if finding["level"] in ("undecided", "note") else ""
         click.echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")

@@ -20,7 +20,8 @@ from moireid.verifier.camera.one_camera import lasting_error_px, slow_to_fast
 from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.camera.zoom_course import unzoomed, zoom_course
-from moireid.verifier.limits import FOCAL_RANGE_RATIO, MAX_LASTING_PX
+from moireid.verifier.limits import MAX_LASTING_PX
+from moireid.verifier.measuring import FOCAL_RANGE_RATIO
 
 Array = NDArray[np.float64]
 #: Change of the film's unknowns, in standard deviations, to measure their effect on the poses.

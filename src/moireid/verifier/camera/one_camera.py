@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import CUT_OFFS_HZ, GAP_S, slow_part, unbroken
-from moireid.verifier.limits import STRAY_MEDIANS_RATIO
+from moireid.verifier.measuring import STRAY_MEDIANS_RATIO
 
 Array = NDArray[np.float64]
 #: Standard deviation of the mean over time that separates what lasts from noise, s.

@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.stretches import AROUND, even_or_apart
-from moireid.verifier.limits import (
-    HAND_JERK_PER_S3,
-    JUMP_NOISE_SDS,
-    MAX_PICTURE_JUMP,
-    MOST_JERK_S,
-    TREMOR_HZ,
-)
+from moireid.verifier.measuring import HAND_JERK_PER_S3, JUMP_NOISE_SDS, MAX_PICTURE_JUMP, MOST_JERK_S, TREMOR_HZ
 from moireid.verifier.series import median_near
 from moireid.verifier.splines import slopes
 

@@ -29,7 +29,7 @@ from moireid.verifier.camera.page_speed import hidden_speed_px_s, jumps, velocit
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, point_error_px, start_poses, tangent_error
 from moireid.verifier.camera.print_aspect import lengthened_px
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
-from moireid.verifier.limits import (
+from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     AXIS_PRIOR_SD_SHARE,
     DISTORTION_PRIOR_SD_K1,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import (
+from moireid.verifier.measuring import (
     DOUBTED_MEDIANS_RATIO,
     DOUBTED_PX,
     SMOOTHED_ERROR_RATIO,

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import JUMP_NOISE_SDS, MAX_GAP_S, MAX_MISSING_FRAMES, MAX_TURN_PER_S2, MIN_GAP_S
+from moireid.verifier.measuring import JUMP_NOISE_SDS, MAX_GAP_S, MAX_MISSING_FRAMES, MAX_TURN_PER_S2, MIN_GAP_S
 from moireid.verifier.series import greatest_near, median_near
 
 Array = NDArray[np.float64]

@@ -14,6 +14,7 @@ contain the law always fit at least as well; they enter with a penalty for their
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +22,7 @@ import numpy as np
 
 from moireid.verifier.decision.figures import Figures, figures_of
 from moireid.verifier.decision.sheet_gain import SheetGain
-from moireid.verifier.explanations.honest import HonestModel
+from moireid.verifier.explanations.honest import HonestModel, Room
 from moireid.verifier.explanations.likelihood import containing_odds
 from moireid.verifier.explanations.lookalikes import lookalike_shares
 from moireid.verifier.explanations.residuals import independent_samples, residual_limit_rad, spread_rad
@@ -31,6 +32,7 @@ from moireid.verifier.explanations.spells import worst_spell
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
     CAMERA_MOTION_SHARE,
+    GAIN_REJECTED_SDS,
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,
     MAX_RIVAL_LOG10,
@@ -82,7 +84,7 @@ class GratingComparison:
 
     residual_rad: spread of what the law and its nuisances leave; limit_rad, possible_rad: what an honest film may leave
     to be accepted, and what it can leave at all; doubted: whether the camera may have changed within the film;
-    nuisances_rad: by name; rivals: the table without the law's row.
+    reach: gains that an honest badge may then have; nuisances_rad: by name; rivals: the table without the law's row.
     """
 
     figures: Figures
@@ -91,6 +93,7 @@ class GratingComparison:
     limit_rad: float = math.inf
     possible_rad: float = math.inf
     doubted: bool = False
+    reach: Room = (0.0, math.inf)
     nuisances_rad: dict[str, float] | None = None
     rivals: tuple[Explanation, ...] = ()
 
@@ -155,6 +158,9 @@ def compare(
         return GratingComparison(figures, moved=False)
     doubted = doubted or camera_doubted(signal)
     reach = sheet.reach if not doubted else (sheet.reach[0] / MOST_ZOOM, sheet.reach[1] * MOST_ZOOM)
+    # A gain that is uncertain leaves as much of the phase uncertain.
+    vague = GAIN_REJECTED_SDS * figures.tangent_sd * abs(figures.gain_ratio)
+    reach = (reach[0] - vague, reach[1] + vague)
     model = HonestModel(series, reach)
     fit = model.fit(series.measured_rad[:, None])
     residual, excitation = fit.residual_rad[:, 0], figures.excitation_rad
@@ -187,7 +193,39 @@ def compare(
     )
     rows += [_row(name, value, {}, None) for name, value in beyond.items()]
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
-    return GratingComparison(figures, True, spread, limit, possible, doubted, nuisances, tuple(rows))
+    return GratingComparison(figures, True, spread, limit, possible, doubted, reach, nuisances, tuple(rows))
+
+
+def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> GratingComparison:
+    """The comparison of one grating over several chapters of a film.
+
+    Parameters: parts: of each chapter; figures: of all of them together.
+
+    Notes
+    -----
+    Convention: evidence adds up.  Odds of a rival are the sum over chapters, each with the rival's own best parameters;
+    a spell's are those of its chapter, for as many more windows that were tried; a rival's share is the least, as it
+    must look law-like in each chapter.
+    """
+    moved = [part for part in parts if part.moved]
+    if not moved:
+        return GratingComparison(figures, moved=False)
+    rows = []
+    for name in dict.fromkeys(rival.name for part in moved for rival in part.rivals):
+        own = [rival for part in moved for rival in part.rivals if rival.name == name]
+        odds = [rival.log10_odds for rival in own if rival.log10_odds is not None]
+        worst = min(own, key=lambda rival: math.inf if rival.log10_odds is None else rival.log10_odds)
+        total = None if not odds else sum(odds) if name != "spell" else min(odds) + math.log10(len(moved))
+        shares = [rival.share for rival in own if rival.share is not None]
+        rows.append(_row(name, total, worst.parameters, min(shares, default=None)))
+    residual, limit, possible = (
+        math.sqrt(sum(getattr(part, name) ** 2 for part in moved) / len(moved))
+        for name in ("residual_rad", "limit_rad", "possible_rad")
+    )
+    doubted = any(part.doubted for part in moved)
+    reach = min(part.reach[0] for part in moved), max(part.reach[1] for part in moved)
+    most = max(moved, key=lambda part: part.figures.information)
+    return GratingComparison(figures, True, residual, limit, possible, doubted, reach, most.nuisances_rad, tuple(rows))
 
 
 def _row(name: str, odds: float | None, parameters: dict[str, float], share: float | None) -> Explanation:

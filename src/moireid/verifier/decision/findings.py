@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from moireid.verifier.decision.comparison import (
+    CONTAINING,
     Explanation,
     GratingComparison,
     enough_motion_rad,
@@ -22,6 +23,8 @@ from moireid.verifier.limits import (
     EXPLAINED_SDS,
     GAIN_REJECTED_SDS,
     GAIN_TOLERANCE_SHARE,
+    MAX_CODE_WANDER_RAD,
+    MAX_CODE_WANDER_SHARE,
     MAX_COVERED_SHARE,
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,
@@ -30,8 +33,8 @@ from moireid.verifier.limits import (
     MAX_STRAY_SHARE,
     MAX_STRIP_WANDER_RAD,
     MAX_UNSEEN_WAY_SHARE,
+    MIN_EXCITATION_TO_ERROR_RATIO,
     MIN_HELD_SHARE,
-    MOST_ZOOM,
     POSSIBLE_RESIDUAL_RATIO,
     REJECTED_LOG10,
     RESIDUAL_FLOOR_RAD,
@@ -39,6 +42,8 @@ from moireid.verifier.limits import (
 )
 from moireid.verifier.reasons import Level, Reason
 
+#: A whole-film rival is named where it leaves at most this share of the law's motion.
+NAMED_RESIDUAL_SHARE = 0.35
 #: What the fringes do by each explanation, as the end of "fringes that ...", and the motion that would exclude it.
 WORDS = {rival.name: (rival.words, rival.remedy) for rival in RIVALS} | {
     "spell": ("leave the law for a while", "film the badge throughout, in even light"),
@@ -158,15 +163,25 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison]) -> 
     return Reason("residual", "pass" if good else "undecided" if possible else "fail", deviation, limit, "rad", text)
 
 
-def rows_agree(compared: Sequence[GratingComparison]) -> Reason:
-    """Whether the rows of the badge move together, of the grating whose rows differ most."""
+def rows_agree(compared: Sequence[GratingComparison], code_apart_rad: float) -> Reason:
+    """Whether the rows of the badge move together: the plain ones, and those of the code with them.
+
+    Parameters: code_apart_rad: how far the code's row that differs most moves apart from the plain ones.
+    """
     worst = max((one.figures for one in compared), key=lambda one: one.strip_wander_rad)
     limit = float(np.hypot(MAX_STRIP_WANDER_RAD, 3 * worst.expected_error_rad))
-    good = worst.strip_wander_rad <= limit
+    excitation = max(one.figures.excitation_rad for one in compared)
+    of_code = MAX_CODE_WANDER_RAD + MAX_CODE_WANDER_SHARE * excitation
     text = "The fringes of all rows of the badge move together."
-    if not good:
+    if worst.strip_wander_rad > limit:
         text = "The fringes of different rows of the badge move apart, as on a badge put together from pictures."
-    return Reason("agreement", "pass" if good else "fail", worst.strip_wander_rad, limit, "rad", text)
+        return Reason("agreement", "fail", worst.strip_wander_rad, limit, "rad", text)
+    if code_apart_rad > of_code:
+        level: Level = "fail" if code_apart_rad > POSSIBLE_RESIDUAL_RATIO * of_code else "undecided"
+        text = "The fringes of the code's rows do not move as those of the plain rows do. Film from nearer, in even "
+        text += "light, without effects that mix frames."
+        return Reason("agreement", level, code_apart_rad, of_code, "rad", text)
+    return Reason("agreement", "pass", max(worst.strip_wander_rad, code_apart_rad), max(limit, of_code), "rad", text)
 
 
 def with_nuisances(
@@ -186,10 +201,14 @@ def with_nuisances(
         laws, rows = _softened(laws), _softened(rows)
     small = _small(moved)
     if any(one.doubted for _, one in moved) and troubled:
-        if isinstance(gain.measured, float) and 1 / MOST_ZOOM < gain.measured < MOST_ZOOM:
+        if all(one.reach[0] < one.figures.gain_ratio < one.reach[1] for _, one in moved):
             gain = _softened(gain)
         return [gain, laws, rows, _camera([signal for signal, _ in moved])]
     if small is not None and troubled:
+        # Errors of poses lower a gain by their power over that of the motion; they take none away.
+        room = GAIN_TOLERANCE_SHARE + (SMALL_MARKER_DOUBT_RATIO / MIN_EXCITATION_TO_ERROR_RATIO) ** 2
+        if any(abs(one.figures.gain_ratio - 1) > room for _, one in moved):
+            return [gain, laws, rows]
         return [_softened(gain), _softened(laws), rows, small]
     return [gain, laws, rows]
 
@@ -226,15 +245,14 @@ def _camera(signals: Sequence[GratingSignal]) -> Reason:
     return Reason("camera", "undecided", lasting, MAX_LASTING_PX, "px", text)
 
 
-def rivals(table: Sequence[Explanation], *, law_fits: bool) -> list[Reason]:
+def rivals(table: Sequence[Explanation], excitation_rad: float, *, law_fits: bool) -> list[Reason]:
     """One finding for each rival that remains; where none does, one that says by how much the law is ahead.
 
     Where the law does not explain the film, the rival that does so best is the only one named.
     """
     remaining = [one for one in table if one.fits]
     if not law_fits:
-        better = [one for one in remaining if one.better]
-        remaining = sorted(better, key=lambda one: one.log10_odds or 0.0)[:1]
+        remaining = _best_rival([one for one in remaining if one.better], excitation_rad)
     if remaining or not law_fits:
         return [_remains(one) for one in remaining]
     known = [one for one in table if one.log10_odds is not None and one.share is not None]
@@ -247,6 +265,19 @@ def rivals(table: Sequence[Explanation], *, law_fits: bool) -> list[Reason]:
     return [Reason("explanations", "pass", odds, -MAX_RIVAL_LOG10, "log10", text)]
 
 
+def _best_rival(better: Sequence[Explanation], excitation_rad: float) -> list[Explanation]:
+    """Of rivals that fit better than the law, the one to name; empty for none.
+
+    Convention: one that says what the fringes do, and leaves little of the motion, comes before one that only adds
+    freedom to the law; of those within a factor of ten of the best, the first of the table, which is the simplest.
+    """
+    most = NAMED_RESIDUAL_SHARE * excitation_rad
+    close = [one for one in better if one.parameters.get("residual_rad", np.inf) <= most]
+    specific = [one for one in close if one.name not in CONTAINING] or list(better)
+    least = min((one.log10_odds or 0.0 for one in specific), default=0.0)
+    return [one for one in specific if (one.log10_odds or 0.0) <= least + MAX_RIVAL_LOG10][:1]
+
+
 def _remains(one: Explanation) -> Reason:
     words, remedy = WORDS[one.name]
     if one.better:
@@ -256,7 +287,7 @@ def _remains(one: Explanation) -> Reason:
             when = f" (from {one.parameters['start_s']:.1f} to {one.parameters['end_s']:.1f} s)"
         if one.name == "late":
             when = f" (by {one.parameters['late_s']:.2g} s)"
-        text = f"Fringes that {words}{when} explain this film 10^{-odds:.1f} times better than the law does. "
+        text = f"Fringes that {words}{when} explain this film 10^{-odds:.0f} times better than the law does. "
         text += f"To exclude that, {remedy}."
         level: Level = "fail" if one.name in ("rows", "places") and odds <= -REJECTED_LOG10 else "undecided"
         return Reason(one.name, level, odds, -MAX_RIVAL_LOG10, "log10", text)

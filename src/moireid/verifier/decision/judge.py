@@ -23,7 +23,14 @@ from numpy.typing import NDArray
 
 from moireid.verifier.decision import findings
 from moireid.verifier.decision.calibration import calibrated_log10
-from moireid.verifier.decision.comparison import Explanation, compare, film_table, law_row
+from moireid.verifier.decision.comparison import (
+    Explanation,
+    GratingComparison,
+    compare,
+    film_table,
+    law_row,
+    merge_chapters,
+)
 from moireid.verifier.decision.figures import Figures, figures_of
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reason
 from moireid.verifier.explanations.photographs.count import no_photographs
@@ -40,7 +47,7 @@ class Invariant:
 
     gain_ratio: of measured over predicted phase; gain_expected: by which the prediction was multiplied, as the badge is
     known as built, 1 for one as designed; score: log10 odds of the law over its weighted rivals; calibrated_log10: the
-    same, calibrated on honest and forged films; explanations: the table, the law first.
+    same, calibrated on honest and forged films; explanations: the table, the law first; compared: of each grating.
     """
 
     verdict: Verdict
@@ -56,6 +63,7 @@ class Invariant:
     gratings: tuple[dict[str, Any], ...] = ()
     gain_expected: float = 1.0
     explanations: tuple[Explanation, ...] = ()
+    compared: tuple[GratingComparison, ...] = ()
 
     @property
     def law_fits(self) -> bool:
@@ -80,10 +88,16 @@ class Invariant:
 
 
 def judge_invariant(
-    measurement: Measurement, sheet: SheetGain = DESIGNED, *, constant_room_rad: float | None = None
+    measurement: Measurement,
+    sheet: SheetGain = DESIGNED,
+    *,
+    constant_room_rad: float | None = None,
+    code_apart_rad: float = 0.0,
 ) -> Invariant:
     """Compare explanations of a whole measurement; parameters as `judge_signals`."""
-    return judge_signals(measurement.gratings, sheet, constant_room_rad=constant_room_rad)
+    return judge_signals(
+        measurement.gratings, sheet, constant_room_rad=constant_room_rad, code_apart_rad=code_apart_rad
+    )
 
 
 def judge_signals(
@@ -91,20 +105,27 @@ def judge_signals(
     sheet: SheetGain = DESIGNED,
     *,
     constant_room_rad: float | None = None,
+    code_apart_rad: float = 0.0,
     whole: bool = True,
+    chapters: Sequence[Sequence[GratingComparison]] = (),
 ) -> Invariant:
     """Compare explanations of one signal per grating.
 
     Parameters: signals: under the gain that `sheet` expects; constant_room_rad: how far the phase constant may be from
-        that at enrolment, None where none is known; whole: False leaves out what a few seconds do not need, the rivals'
-        shares and photographs.
+        that at enrolment, None where none is known; code_apart_rad: how far the code's row that differs most moves
+        apart from the plain rows; whole: False leaves out what a few seconds do not need, the rivals' shares and
+        photographs; chapters: comparisons of the film's chapters, of which the signals are the whole.
     Source: module docstring; gratings are combined by their Fisher information.
     """
-    # Fringes whose spacing does not follow the distance may be seen through a zoom.
-    spacing = spacing_of(signals)
-    options: dict[str, Any] = {"constant_room_rad": constant_room_rad, "shares": whole}
-    options["doubted"] = spacing is not None and spacing.wrong
-    compared = [compare(signal, sheet, **options) for signal in signals]
+    if chapters:
+        grouped = zip(*chapters, strict=True)
+        compared = [merge_chapters(parts, figures_of(s)) for parts, s in zip(grouped, signals, strict=True)]
+    else:
+        # Fringes whose spacing does not follow the distance may be seen through a zoom.
+        spacing = spacing_of(signals)
+        options: dict[str, Any] = {"constant_room_rad": constant_room_rad, "shares": whole}
+        options["doubted"] = spacing is not None and spacing.wrong
+        compared = [compare(signal, sheet, **options) for signal in signals]
     information = np.array([one.figures.information for one in compared])
     if not information.sum() > 0:
         return Invariant("inconclusive", (findings.no_fringes(),))
@@ -120,8 +141,10 @@ def judge_signals(
         wrong = max((one.figures for one in moved), key=lambda one: abs(one.gain_ratio - 1))
         gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet)
         laws = findings.law_fits(compared)
-        reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared)], signals, compared)
-        reasons += findings.rivals(table, law_fits=all(one.fits for one in moved))
+        reasons += findings.with_nuisances(
+            [gain, *laws, findings.rows_agree(compared, code_apart_rad)], signals, compared
+        )
+        reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
         if whole:
             reasons += no_photographs(signals, [signal for signal, _ in moving])
             reasons += findings.phase_gaps([signal for signal, _ in moving])
@@ -139,6 +162,7 @@ def judge_signals(
         tuple(one.figures.to_json() | {"score": json_number(one.score)} for one in compared),
         sheet.expected,
         (law_row(compared), *table) if table else (),
+        tuple(compared),
     )
 
 

@@ -24,13 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.explanations.series import PhaseSeries
-from moireid.verifier.limits import (
-    MAX_AXIS_DRIFT_RAD,
-    MAX_LAG_S,
-    MAX_LEAD_S,
-    MAX_SHAPE_SHARE,
-    MAX_ZOOM_DRIFT_SHARE,
-)
+from moireid.verifier.limits import MAX_AXIS_DRIFT_RAD, MAX_LAG_S, MAX_LEAD_S, MAX_SHAPE_SHARE, MAX_ZOOM_DRIFT_SHARE
 
 Array = NDArray[np.float64]
 #: A column that keeps less than this share of itself beside the others before it adds nothing.

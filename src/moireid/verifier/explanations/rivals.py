@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,19 +52,25 @@ def even(count: int, low: float, high: float) -> Array:
 
 def delayed(series: PhaseSeries, delay_s: float) -> Array:
     """The law so much later, (N,), with the law's own constant; beyond the ends of a stretch it goes on as it went."""
-    out = np.empty_like(series.law_rad)
-    starts = np.append(np.flatnonzero(np.diff(series.stretch, prepend=-1)), len(out))
-    for begin, end in pairwise(starts):
-        clock, kept = np.unique(series.times_s[begin:end], return_index=True)
-        law = series.law_rad[begin:end][kept]
-        wanted = series.times_s[begin:end] - delay_s
-        out[begin:end] = np.interp(wanted, clock, law)
-        if len(clock) > 1:
-            near = min(abs(delay_s), float(clock[-1] - clock[0]))
-            early = (float(np.interp(clock[0] + near, clock, law)) - law[0]) / near
-            late = (law[-1] - float(np.interp(clock[-1] - near, clock, law))) / near
-            out[begin:end] += early * np.minimum(wanted - clock[0], 0.0) + late * np.maximum(wanted - clock[-1], 0.0)
-    return out
+    begins = np.flatnonzero(np.diff(series.stretch, prepend=-1))
+    first = series.times_s[begins]
+    last = series.times_s[np.append(begins[1:], len(series.times_s)) - 1]
+    # One clock for all stretches, far enough apart that none reaches into the next.
+    apart = np.arange(len(begins)) * (float(np.ptp(series.times_s)) + 1.0)
+    clock = series.times_s + apart[series.stretch]
+
+    def law_at(times_s: Array, stretch: NDArray[np.int64]) -> Array:
+        within = np.clip(times_s, first[stretch], last[stretch])
+        return np.asarray(np.interp(within + apart[stretch], clock, series.law_rad))
+
+    each, wanted = np.arange(len(begins)), series.times_s - delay_s
+    near = np.minimum(abs(delay_s), last - first)
+    pace = np.maximum(near, 1e-9)
+    early = np.where(near > 0, (law_at(first + near, each) - law_at(first, each)) / pace, 0.0)[series.stretch]
+    late = np.where(near > 0, (law_at(last, each) - law_at(last - near, each)) / pace, 0.0)[series.stretch]
+    before = np.minimum(wanted - first[series.stretch], 0.0)
+    after = np.maximum(wanted - last[series.stretch], 0.0)
+    return np.asarray(law_at(wanted, series.stretch) + early * before + late * after)
 
 
 def _fitted(series: PhaseSeries, columns: Array) -> Array:
@@ -162,7 +167,8 @@ def rival_odds(
     else:
         fits = [(_left(series, columns), _parameters(rival.name, value)) for value, columns in rival.variants(series)]
     left, parameters = min(fits, key=lambda fit: fit[0])
-    return log10_odds(own, left, len(series.times_s), samples), parameters
+    residual = float(np.sqrt(left / series.weight.sum()))
+    return log10_odds(own, left, len(series.times_s), samples), parameters | {"residual_rad": residual}
 
 
 def _parameters(name: str, value: float | None) -> dict[str, float]:

@@ -18,13 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.explanations.series import PhaseSeries
-from moireid.verifier.limits import (
-    LEAST_SLIP_RAD,
-    MIN_SPELL_MOTION_RAD,
-    SPELL_FREEDOM,
-    SPELL_GAINS,
-    SPELLS_S,
-)
+from moireid.verifier.limits import LEAST_SLIP_RAD, MIN_SPELL_MOTION_RAD, SPELL_FREEDOM, SPELL_GAINS, SPELLS_S
 
 Array = NDArray[np.float64]
 #: Time that a window may hold beyond its length, as a share: frames may be missing.

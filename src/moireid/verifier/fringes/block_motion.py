@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import frame_s
 from moireid.verifier.fringes.strip_shape import StripShape
-from moireid.verifier.limits import PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
+from moireid.verifier.measuring import PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
 from moireid.verifier.series import moving_mean
 
 Array = NDArray[np.float64]

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from moireid.turned import OwnFrame
 from moireid.verifier.camera.stretches import longest_step_s
-from moireid.verifier.limits import MAX_STEP_RAD, MIXED_SDS
+from moireid.verifier.limits import MIXED_SDS
+from moireid.verifier.measuring import MAX_STEP_RAD
 
 Array = NDArray[np.float64]
 #: Fewer frames than this are too few for a regression of four unknowns.

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import MAX_VIEW_GAP_SHARE, REST_RAD
+from moireid.verifier.limits import REST_RAD
+from moireid.verifier.measuring import MAX_VIEW_GAP_SHARE
 
 Array = NDArray[np.float64]
 

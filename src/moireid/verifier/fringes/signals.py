@@ -29,20 +29,18 @@ from moireid.verifier.fringes.predicted_phase import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
 from moireid.verifier.fringes.strip_shape import strip_shape
 from moireid.verifier.fringes.unwrap import joined_frames, numbered, unwrap
-from moireid.verifier.limits import (
+from moireid.verifier.limits import DOUBTED_MARKER_PX, MAX_VAGUENESS_RATIO, SMALL_MARKER_WORST_RATIO
+from moireid.verifier.measuring import (
     COVERED_CORRELATION,
     COVERED_CORRELATION_SDS,
     COVERED_MISFIT_CONTRASTS,
     COVERED_MISFIT_RATIO,
-    DOUBTED_MARKER_PX,
     MAX_PHASE_SD_RAD,
-    MAX_VAGUENESS_RATIO,
     PITCH_TOLERANCE_SHARE,
     ROUNDING_ONLY_RAD,
     SLOW_ERROR_RATIO,
     SMALL_MARKER_POWER,
     SMALL_MARKER_PX,
-    SMALL_MARKER_WORST_RATIO,
     SMOOTHED_SHARE,
 )
 from moireid.verifier.tracking.patches import marker_corners_mm

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.fringes.predicted_phase import StripLaw
 from moireid.verifier.fringes.sinusoid import Fit, fit_rows
-from moireid.verifier.limits import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
+from moireid.verifier.measuring import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
 from moireid.verifier.series import greatest_near
 from moireid.verifier.tracking.profiles import CODING_POWER
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from moireid.verifier.fringes.predicted_phase import StripLaw
 from moireid.verifier.fringes.sinusoid import Single, fit_columns, fit_together, slope_of
 from moireid.verifier.fringes.strip_phase import StripPhase, level_and_slope
-from moireid.verifier.limits import PLACE_CLEAR_RAD
+from moireid.verifier.measuring import PLACE_CLEAR_RAD
 
 Array = NDArray[np.float64]
 HARMONICS = 5

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import unbroken
-from moireid.verifier.limits import MAX_GAP_S, MAX_STEP_RAD
+from moireid.verifier.measuring import MAX_GAP_S, MAX_STEP_RAD
 
 Array = NDArray[np.float64]
 Frames = NDArray[np.int64]

@@ -2,4 +2,5 @@
 
 cell_phase.py  phases of the cells                  waveform.py       the shape of a fringe
 decode.py      the identity, and the claim          compare_built.py  original or copy
+row_slip.py    do the code's rows move with the plain rows?
 """

@@ -19,8 +19,9 @@ from moireid.turned import own_rect
 from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
+from moireid.verifier.identity.row_slip import CellSlip, cell_slip
 from moireid.verifier.identity.waveform import learn_waveform, match_cost, match_phase, match_symbol
-from moireid.verifier.limits import (
+from moireid.verifier.measuring import (
     CELL_FLOOR_RAD,
     CELL_NOISE_RATIO,
     DOUBTFUL_AGREEMENT_SHARE,
@@ -48,7 +49,8 @@ class CellPhase:
     """Phase of one cell relative to the uniform rows' field, its standard deviation, and the cell's middle, own mm.
 
     free_rad: the phase without the constraint to one of the code's places; moved: mean over frames and samples of the
-    measured change times the change expected of this symbol; power: mean of the expected change squared.
+    measured change times the change expected of this symbol; power: mean of the expected change squared; slip: how far
+    its fringes are off the rows' field, frame by frame (`row_slip`).
     """
 
     phase_rad: float
@@ -58,6 +60,7 @@ class CellPhase:
     free_rad: float = math.nan
     moved: float = 0.0
     power: float = 0.0
+    slip: CellSlip | None = None
 
 
 @dataclass(frozen=True)
@@ -117,6 +120,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
         moved, power = _motion(*views[cell], shape, value + offset)
         placed[cell] = replace(
             found[cell],
+            slip=cell_slip(*views[cell], shape, found[cell].phase_rad),
             phase_rad=value,
             phase_sd_rad=math.hypot(sd, CELL_FLOOR_RAD),
             free_rad=free,

@@ -24,9 +24,9 @@ from moireid.errors import DesignError
 from moireid.turned import own_rect
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.identity.decode import read_identity
-from moireid.verifier.limits import (
+from moireid.verifier.limits import INDEPENDENT_PER_S
+from moireid.verifier.measuring import (
     COPY_SDS,
-    INDEPENDENT_PER_S,
     KNOWN_SDS,
     LEAST_STRETCH_S,
     MIN_FREQUENCY_SD_PER_MM,

@@ -15,11 +15,12 @@ from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
-from moireid.verifier.limits import (
+from moireid.verifier.identity.row_slip import row_apart_rad
+from moireid.verifier.limits import MAX_VAGUENESS_RATIO
+from moireid.verifier.measuring import (
     CELLS_MOST_RATIO,
     CELLS_MOVE_RATIO,
     CELLS_STAND_RATIO,
-    MAX_VAGUENESS_RATIO,
     MIN_CELL_CHANGE_CONTRASTS2,
     MIN_FREQUENCY_SD_PER_MM,
     MOST_FIELDS,
@@ -35,7 +36,7 @@ class Identity:
     """Outcome of the identity test; beat periods of the reference cell in page mm.
 
     beats_agree: whether the rows' beats belong to the decoded id, None if no row is readable; partial: the symbols
-    read, if they cannot be decoded; cell_motion: as in `Reading`.
+    read, if they cannot be decoded; cell_motion, rows_apart_rad: as in `Reading`.
     """
 
     verdict: IdentityVerdict
@@ -50,6 +51,7 @@ class Identity:
     beats_agree: bool | None = True
     partial: PartialWord | None = None
     cell_motion: float | None = None
+    rows_apart_rad: float = 0.0
 
     def to_json(self) -> dict[str, Any]:
         """As the `identity` object of `verify --json`."""
@@ -71,13 +73,15 @@ class Reading:
 
     cells: one reading per cell, by grating; fields: of the uniform rows, by grating, as used for decoding; cell_motion:
     change of the cells' fringes relative to that expected from the rows: 1 if they move together, 0 for a still picture
-    of cells, None if it cannot be measured.
+    of cells, None if it cannot be measured; rows_apart_rad: how far the code's row that differs most moves apart from
+    the plain rows (`row_slip`).
     """
 
     decoded: Decoded | None
     cells: tuple[tuple[CellReading, ...], ...]
     fields: dict[int, Field]
     cell_motion: float | None = None
+    rows_apart_rad: float = 0.0
 
 
 def read_identity(track: Track, measurement: Measurement) -> Reading:
@@ -115,12 +119,25 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
         )
         gratings = tuple(badge.gratings[index] for index in coded)
         decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
-        reading = Reading(decoded, cells, fields, motion)
+        apart = max(_rows_apart_rad(track, index, fields[index], shifted[index]) for index in coded)
+        reading = Reading(decoded, cells, fields, motion, apart)
         first = first or reading
         if decoded.payload is not None:
             return reading
     assert first is not None
     return first
+
+
+def _rows_apart_rad(track: Track, grating: int, field: Field, cells: dict[int, CellPhase]) -> float:
+    """How far the code's row that differs most moves apart from the plain rows; 0 where no cell is read."""
+    times = track.times_s[track.cell_frames[field.read[track.cell_frames]]]
+    apart = [0.0]
+    for strip in track.strips:
+        slips = [cells[k].slip for k in strip.cells if strip.grating == grating and k in cells]
+        known = [slip for slip in slips if slip is not None]
+        if known:
+            apart.append(row_apart_rad(known, times))
+    return max(apart)
 
 
 def judge_identity(
@@ -146,6 +163,7 @@ def judge_identity(
         verdict,
         (reason, *_cells_move(reading.cell_motion, found)),
         cell_motion=reading.cell_motion,
+        rows_apart_rad=reading.rows_apart_rad,
         decoded_id=found,
         claimed_id=claimed_id,
         beat_period_mm=float(beat_period_mm(readings[index][reference].frequency_per_mm)),

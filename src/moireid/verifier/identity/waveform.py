@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.fringes.sinusoid import Complex, fit_series
-from moireid.verifier.limits import (
+from moireid.verifier.measuring import (
     CELL_CONTRAST_RANGE_RATIO,
     CELL_CONTRAST_SD_RATIO,
     CELL_LEVEL_SD_CONTRASTS,

@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import MAX_GAP_S
 from moireid.verifier.live.pace import DONE_S, HERE, SOONEST_S, SPREAD_S, Pace
+from moireid.verifier.measuring import MAX_GAP_S
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.timeline import Spans
 

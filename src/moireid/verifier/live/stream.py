@@ -23,7 +23,7 @@ from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.claim import Claim, with_photographs
-from moireid.verifier.session.cover import cover_finding
+from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import NoWatch, OverlapWatch
 from moireid.verifier.session.result import Report
 from moireid.verifier.tracking.track import no_track
@@ -156,7 +156,7 @@ class StreamCheck(LiveCheck):
             told = with_photographs(invariant.reasons, self._claim.photographs)
             reasons += tuple(reason for reason in told if reason.code == "photographs")
         if event["frames"]["tracked"] and self._prompts is None:
-            reasons += (cover_finding(cover, self._claim.cover_share), *self._verifier.long_unsearched)
+            reasons += (*cover_findings(cover, self._claim.cover_share), *self._verifier.long_unsearched)
         if self._barred is not None:
             reasons += (self._barred_reason(self._barred),)
         shown = next((chapter for chapter in chapters if chapter.track is not None), None)

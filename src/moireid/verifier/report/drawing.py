@@ -16,12 +16,14 @@ from moireid.verifier.camera.stretches import longest_step_s
 
 Array = NDArray[np.float64]
 INK, PREDICTED, MEASURED, PALE, GRID = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6", "#e4e8ed"
+RIVAL = "#7a3fa0"
 BANDS = {"accept": "#1c7c4a", "reject": "#b3261e", "inconclusive": "#9aa4b0"}
 #: Each colour by night.
 DARK = {
     INK: "#e6eaef",
     PREDICTED: "#f0a06c",
     MEASURED: "#7db8ee",
+    RIVAL: "#c9a0e6",
     PALE: "#93a0ae",
     GRID: "#36414e",
     BANDS["accept"]: "#54b884",

@@ -1,4 +1,4 @@
-"""The findings of a report in the order in which people need them: what fails, is open, warns, holds."""
+"""The findings of a report in the order in which people need them: failures, what is inconclusive, warnings, passes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,15 @@ Finding = Mapping[str, Any]
 WEIGHTIEST = (
     *("revoked", "suspended", "expired"),
     *("name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
-    *("gain", "correlation", "agreement", "residual", "spacing", "waveform", "likelihood"),
+    # Rivals of the law that say what the fringes do; `wander` only says that they leave it.
+    *("explanations", "still", "drift", "late", "place", "another_gain", "own_motion", "spell"),
+    *("gain", "agreement", "rows", "places", "residual", "spacing", "waveform", "wander"),
 )
-#: What leaves all else open comes before what it leaves open.
-CAUSES = ("badge_absent", "fringes", "camera", "mixed_frames", "small", "covered", "leaps", "views", "motion")
+#: What makes everything else inconclusive comes before what it makes inconclusive.
+CAUSES = (
+    *("badge_absent", "fringes", "camera", "mixed_frames", "small", "covered"),
+    *("motion_gaps", "phase_gaps", "motion"),
+)
 #: Notes that warn; all others are for experts.
 WARNINGS = frozenset(
     {
@@ -28,7 +33,7 @@ WARNINGS = frozenset(
         "others",
         "times",
         "covered",
-        "strays",
+        "pose_outliers",
         "challenge",
     }
 )
@@ -36,7 +41,7 @@ WARNINGS = frozenset(
 
 @dataclass(frozen=True)
 class Findings:
-    """Findings by what they mean: they fail, leave the film open, warn, or hold; the rest is for experts."""
+    """Findings by what they mean: they fail, make the film inconclusive, warn, or hold; the rest is for experts."""
 
     fail: tuple[Finding, ...]
     open: tuple[Finding, ...]
@@ -46,7 +51,7 @@ class Findings:
 
     @property
     def first(self) -> tuple[Finding, ...]:
-        """What stands above the fold, failures first."""
+        """What is shown unfolded, failures first."""
         return self.fail + self.open + self.warn
 
     @property

@@ -1,7 +1,7 @@
-"""What is the case, in one line by name; what it means; and what to do next.
+"""The result in one line, by name; what it means; and what to do next.
 
-Convention: a name is said of a badge only where a registry vouches for it.  "Genuine" is said only where the fringes
-keep the law, and whatever fails comes before whatever is open.
+Convention: a badge is given a name only where a registry vouches for it.  "Genuine" is said only where the fringes
+follow the law, and failures come before what is inconclusive.
 """
 
 from __future__ import annotations
@@ -13,17 +13,34 @@ from typing import Any
 from moireid.provenance import Barred
 from moireid.verifier.report.circumstances import Circumstances, day
 from moireid.verifier.report.findings import Finding, Findings, sorted_findings
-from moireid.verifier.report.open_words import GENERAL, OPEN
+from moireid.verifier.report.open_words import GENERAL, first_open, words_of
 from moireid.verifier.report.person import Claimed, claimed_in
+from moireid.verifier.report.rival_table import Entry, best_rival
 
-#: A ratio of motions that is called still, and the shares that have words of their own.
-STILL, SHARES = 0.12, ((0.45, 0.55, "half as far as"), (1.9, 2.1, "twice as far as"))
+#: Shares of the expected motion that have words of their own.
+SHARES = ((-0.12, 0.12, "hardly move where"), (0.45, 0.55, "move half as far as"), (1.9, 2.1, "move twice as far as"))
 #: The law itself; what else fails is not about the fringes.
-LAW = ("gain", "correlation", "agreement", "residual", "likelihood", "window_correlation", "overlap_law", "genuine")
+LAW = ("gain", "agreement", "rows", "places", "residual", "window_correlation", "overlap_law", "genuine")
+#: What the fringes do by the rival that explains them best, without those whose parameters have words of their own.
+INSTEAD = {
+    "still": "they stand still while the badge moves",
+    "drift": "they drift at a constant speed",
+    "place": "they go with the badge's place in the picture",
+    "rows": "rows of the badge move apart",
+    "places": "parts of a row move apart",
+}
+#: What fails without a rival that explains it, in the order in which it is named.
+BROKEN = {
+    "rows": INSTEAD["rows"],
+    "places": INSTEAD["places"],
+    "agreement": "parts of the badge move apart",
+    "window_correlation": "they do not go with the badge's motion",
+    "overlap_law": "they leave it while the badge is before the face",
+}
 #: What bars a badge, whatever its film shows, gravest first: the finding's code, and what is the case.
 BARRED = {
     "revoked": "is no longer valid",
-    "suspended": "is not valid until whoever runs the registry reinstates it",
+    "suspended": "is not valid until the operator of the registry reinstates it",
     "expired": "is no longer valid",
 }
 DISTRUST = "Do not use this film as proof. If you think that it is genuine, ask for the file as the camera made it."
@@ -93,9 +110,9 @@ def _look(name: str) -> str:
 
 
 def _open(found: Findings) -> Headline:
-    """The first open finding says why; what else is open stands below."""
-    code = found.open[0]["code"] if found.open else ""
-    words = OPEN.get(code, GENERAL)
+    """The first undecided finding says why; the others are in the list of findings."""
+    first = first_open(found.open)
+    words = GENERAL if first is None else words_of(first)
     text = "This film neither proves nor disproves the badge."
     return Headline("inconclusive", f"Cannot tell: {words.because}", text, words.advice)
 
@@ -111,7 +128,7 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: Claimed, kno
         text = "So this is no film of a real badge that moved as the picture shows."
         return Headline("reject", f"The fringes do not follow the law: {_how(document, failed)}", text, DISTRUST)
     if "cells_move" in failed:
-        text = "A code that stands still was put between fringes that move."
+        text = "A code that stays still was put between fringes that move."
         return Headline("reject", "The badge's code is a still picture", text, DISTRUST)
     if "name" in failed:
         text = f"The registry issued this badge to {claimed.name}. The file that was given names somebody else."
@@ -147,7 +164,7 @@ def _barred(document: Mapping[str, Any], finding: Finding, claimed: Claimed, kno
     text = f"{whose} {BARRED[code]}. {rest}".strip()
     advice = f"Accept no film of this badge. Ask {claimed.name} for one of the badge that replaced it."
     if code == "suspended":
-        advice = "Accept no film of this badge meanwhile. Ask whoever runs the registry what became of it."
+        advice = "Accept no film of this badge meanwhile. Ask the operator of the registry what became of it."
     if known.barred is not None:
         return Headline("reject", _bar(known.barred, known), text, advice)
     title = f"Expired on {day(reason, known.checked_at)}" if code == "expired" else f"{code.capitalize()}: {reason}"
@@ -198,27 +215,30 @@ def _nobody(finding: Finding, held: bool, known: Circumstances) -> Headline:
 
 
 def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
-    """In which way the law is broken, in a few words."""
-    invariant = document["invariant"]
-    gain, still = failed.get("gain"), STILL * (invariant.get("excitation_rad") or 0.0)
-    ratio = (invariant.get("gain_ratio") or 0.0) / (invariant.get("gain_expected") or 1.0)
+    """In which way the law is broken, in a few words: by the best rival, or else by what fails."""
+    rival = best_rival(document)
+    if rival is not None and (words := _instead(rival)):
+        return words
+    gain = failed.get("gain")
     if gain is not None and isinstance(gain["measured"], float):
-        ratio = gain["measured"] / (invariant.get("gain_expected") or 1.0)
-    if abs(ratio) < STILL and (invariant.get("phase_residual_rad") or 0.0) < still:
-        return "they stand still while the badge moves"
-    if "correlation" in failed or "window_correlation" in failed:
-        return "they move the wrong way" if ratio < -0.5 else "they do not go with the badge's motion"
-    if gain is not None:
-        return f"they move {_far(ratio)} they should"
-    if "agreement" in failed:
-        return "parts of the badge move apart"
-    if "overlap_law" in failed:
-        return "they leave it while the badge is before the face"
-    return "they stray from it, as forged fringes do"
+        return f"they {_far(gain['measured'] / (document['invariant'].get('gain_expected') or 1.0))} they should"
+    return next((words for code, words in BROKEN.items() if code in failed), "they leave it, as forged fringes do")
+
+
+def _instead(rival: Entry) -> str:
+    """What the fringes do by a rival; "" for one that only says that they leave the law."""
+    name, parameters = rival["name"], rival["parameters"]
+    if name == "late" and (late_s := parameters.get("late_s")):
+        return "they come late" if late_s > 0 else "they come early"
+    if name == "another_gain" and parameters.get("gain") is not None:
+        return f"they {_far(parameters['gain'])} they should"
+    if name == "spell" and parameters.get("start_s") is not None and parameters.get("end_s") is not None:
+        return f"they leave it from {parameters['start_s']:.1f} to {parameters['end_s']:.1f} s"
+    return INSTEAD.get(name, "")
 
 
 def _far(ratio: float) -> str:
-    if ratio < 0:
-        return "the other way than"
     named = next((words for low, high, words in SHARES if low <= ratio <= high), None)
-    return named or f"{'only ' if ratio < 1 else ''}{ratio:.2g} times as far as"
+    if named or ratio < 0:
+        return named or "move the other way than"
+    return f"move {'only ' if ratio < 1 else ''}{ratio:.2g} times as far as"

@@ -1,4 +1,4 @@
-"""The headline of a live check: that of a film, where the camera is here and people can begin again."""
+"""The headline of a live check: that of a film, where the person is in front of the camera and can begin again."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from typing import Any
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.findings import Findings, sorted_findings
 from moireid.verifier.report.headline import Headline, headline_of
-from moireid.verifier.report.open_words import SHOW
+from moireid.verifier.report.open_words import RIVALS, SHOW
 
 AGAIN = "Begin again, with the badge and the face in good light. If it comes out so again, do not take it for live."
 MOVE = "Begin again, and move the badge sideways by 20 cm or more, several times."
 SLOWLY = "Begin again over a faster connection, or with a smaller picture, and move the badge slowly."
-#: By what leaves a check open.
-ADVICE = {"motion": MOVE, "leaps": SLOWLY, "views": SLOWLY}
+CHANGE = "Begin again, and move the badge to and fro at changing speed, and turn it as well."
+#: By what makes a check inconclusive.
+ADVICE = {"motion": MOVE, "motion_gaps": SLOWLY, "phase_gaps": SLOWLY} | dict.fromkeys(RIVALS, CHANGE) | {"still": MOVE}
 DISTRUST = "Do not take this for the badge. If you think that it is, begin again in better light, with another camera."
 PIN = "Pin the person in the call's program, so that their tile is large and stays where it is, and begin again."
 RECOGNISE = "Only the badge was checked: is the face {name}'s, and does it pass behind the badge as a face does?"
-#: What leaves a call's picture open, in the title.
+#: What makes a call's picture inconclusive, in the title.
 TILE = {
     "tile": "the tile is too small",
     "tile_moved": "the tile did not stay where it was",
@@ -31,7 +32,10 @@ LIVE = {
         "The prompts were not followed",
         "A film that was made earlier cannot follow prompts that are drawn now.",
     ),
-    "unbroken": ("The badge was away between the moves", "It may have been exchanged for another while nobody saw it."),
+    "unbroken": (
+        "The badge was away between the moves",
+        "It may have been exchanged for another while it was not seen.",
+    ),
     "clock": (
         "The pictures came too late",
         "Pictures that come late can be made, or chosen, after the prompt is known.",

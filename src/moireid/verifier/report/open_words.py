@@ -1,8 +1,10 @@
-"""Why a film can be left open, in a few words, and what to do next; by the code of the finding."""
+"""Why a film can be inconclusive, in a few words, and what to do next; by the code of the finding."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 NEARER = "Ask for another film: the whole badge from nearer, in even light, moved sideways several times."
 ORIGINAL = "Ask for the file as the camera made it, or for another film with such functions switched off."
@@ -22,36 +24,57 @@ class Words:
 
 
 GENERAL = Words("the film shows too little", NEARER)
+#: Rivals of the law that may remain: the end of "fringes that …", and the motion that would exclude them.
+RIVALS = {
+    "still": Words("stay where they are, as in print", MOVE),
+    "drift": Words(
+        "drift at a constant speed",
+        "Ask for another film in which badge or camera moves to and fro, instead of steadily one way.",
+    ),
+    "late": Words(
+        "come late or early",
+        "Ask for another film in which badge or camera changes its speed and direction more often.",
+    ),
+    "place": Words(
+        "go with the badge's place in the picture",
+        "Ask for another film in which the badge is turned as well, or the camera walks around it.",
+    ),
+    "another_gain": Words("move too far or not far enough", "Ask for another film with more motion, or from nearer."),
+    "own_motion": Words("move smoothly by themselves", "Ask for a longer film with more motion."),
+    "spell": Words(
+        "leave the law for a while", "Ask for another film, in even light, that shows the badge throughout."
+    ),
+    "wander": Words("wander on top of the law", "Ask for another film from nearer, with more motion."),
+    "rows": Words("differ from row to row", "Ask for another film from nearer, in even light."),
+    "places": Words("differ from place to place within a row", "Ask for another film from nearer, in even light."),
+}
 OPEN = {
     "badge_absent": Words("the badge is hardly to be seen", NEARER),
     "fringes": Words("no fringes could be read", NEARER),
     "motion": Words("the badge hardly moved", MOVE),
-    "leaps": Words(
+    "motion_gaps": Words(
         "the badge moved only where pictures are missing",
         "Ask for another film in one piece; in a call, for a faster connection.",
     ),
-    "views": Words(
+    "phase_gaps": Words(
         "the film shows few views of the badge, as a few photographs would",
         "Ask for another film with more and slower moves, or with more frames a second.",
     ),
-    "correlation": Words("the fringes are not clear enough", NEARER),
     "gain": Words(
-        "how far the fringes move does not settle it",
-        "Whoever issued the badge can enroll it with a film of it; then its own measure is known.",
+        "how far the fringes move does not decide it",
+        "The issuer of the badge can enroll it with a film of it; then it is known how far its fringes move.",
     ),
-    "residual": Words("the fringes stray, perhaps by the film's own faults", NEARER),
+    "residual": Words("the fringes leave the law, perhaps by errors of the film", NEARER),
     "agreement": Words("parts of the badge do not quite agree", NEARER),
-    "likelihood": Words("the film is not clear enough", NEARER),
-    "steady": Words("the motion was too even", "Ask for another film: moved to and fro at changing speed, and turned."),
     "spacing": Words("the fringes do not follow the distance, as after a zoom", ORIGINAL),
     "waveform": Words("the fringes look uneven, as from cross-faded pictures", NEARER),
-    "edges": Words(
+    "third_harmonic": Words(
         "the fringes look soft, as in a blurred or mixed picture",
         "Ask for another film from nearer and in focus. A sheet that does not lie flat makes soft fringes too.",
     ),
     "cross_fade": Words(
         "the fringes change as those of a few photographs do",
-        "Ask for another film in even light, with the badge moved on and on.",
+        "Ask for another film in even light, in which the badge keeps moving.",
     ),
     "photographs": Words(
         "a few photographs of the badge could make this film",
@@ -64,9 +87,13 @@ OPEN = {
     "covered": Words(
         "something covers the badge", "Ask for another film in which no hand, caption or glare covers it."
     ),
-    "strays": Words("the badge does not lie flat in too many frames", NEARER),
+    "pose_outliers": Words("the badge does not look flat in too many frames", NEARER),
+    "flicker": Words(
+        "the badge is missing in too many frames",
+        "Ask for another film, in better light and with slower moves, that shows the badge in every frame.",
+    ),
     "unsearched": Words(
-        "the badge may have been in view where nobody looked",
+        "the badge may have been in view where the film was not searched",
         "Ask for another film, before a plainer background, that shows the badge throughout.",
     ),
     "cover": Words(
@@ -95,3 +122,24 @@ OPEN = {
     "unbroken": Words("the badge, or the picture, was lost during the moves", SHOW),
     "window_correlation": Words("nothing moved", MOVE),
 }
+
+
+def words_of(finding: Mapping[str, Any]) -> Words:
+    """The words of an undecided finding."""
+    code = finding["code"]
+    if code not in RIVALS:
+        return OPEN.get(code, GENERAL)
+    end = "would explain it better" if finding["unit"] == "log10" else "would look the same"
+    return Words(f"fringes that {RIVALS[code].because} {end}", RIVALS[code].advice)
+
+
+def first_open(findings: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """The undecided finding that is named: the first, and of several rivals the one that is likeliest."""
+    first = next(iter(findings), None)
+    if first is None or first["code"] not in RIVALS:
+        return first
+    remaining = [one for one in findings if one["code"] in RIVALS]
+    better = [one for one in remaining if one["unit"] == "log10"]
+    if better:
+        return min(better, key=lambda one: float(one["measured"]))
+    return max(remaining, key=lambda one: float(one["measured"]))

@@ -24,6 +24,7 @@ from moireid.verifier.report.headline import headline_of
 from moireid.verifier.report.person import claimed_in
 from moireid.verifier.report.pictures import KINDS, Pictures, pictures_of
 from moireid.verifier.report.plots import parallax_of
+from moireid.verifier.report.rival_table import NO_PROBABILITY, table_of
 from moireid.verifier.report.seconds import seconds_of
 from moireid.verifier.session.result import Report
 
@@ -133,6 +134,8 @@ def told(
         "headline": headline_of(document, known),
         "findings": sorted_findings(document["reasons"]),
         "seconds": seconds_of(document),
+        "table": table_of(document),
+        "no_probability": NO_PROBABILITY,
         "claimed": claimed_in(document),
         "pictures": pictures,
         "source": source,

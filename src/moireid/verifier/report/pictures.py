@@ -11,11 +11,13 @@ import cv2
 from moireid.verifier.report.frame import frame_picture, telling_moment
 from moireid.verifier.report.law_plot import NARROW, law_plot
 from moireid.verifier.report.plots import plots_of
+from moireid.verifier.report.rival_plot import rival_plot
 from moireid.verifier.session.result import Report
 
 LAW, LAW_NARROW, BADGE, FRAME = "law.svg", "law-narrow.svg", "badge.png", "frame.jpg"
+RIVAL, RIVAL_NARROW = "rival.svg", "rival-narrow.svg"
 #: The names that pictures can have, and nothing else.
-NAME = re.compile(r"law\.svg|law-narrow\.svg|plot[0-9]{1,2}\.svg|badge\.png|frame\.jpg")
+NAME = re.compile(r"(?:law|rival)(?:-narrow)?\.svg|plot[0-9]{1,2}\.svg|badge\.png|frame\.jpg")
 KINDS = {"svg": "image/svg+xml", "png": "image/png", "jpg": "image/jpeg"}
 
 
@@ -30,10 +32,11 @@ class Pictures:
 
 def pictures_of(report: Report) -> Pictures:
     """Draw the pictures of a report, in about a second."""
-    files, plots = {}, plots_of(report)
-    for name, svg in ((LAW, law_plot(report)), (LAW_NARROW, law_plot(report, NARROW))):
-        if svg is not None:
-            files[name] = svg.encode()
+    files: dict[str, bytes] = {}
+    plots = plots_of(report)
+    drawn = {LAW: law_plot(report), LAW_NARROW: law_plot(report, NARROW)}
+    drawn |= {RIVAL: rival_plot(report), RIVAL_NARROW: rival_plot(report, NARROW)}
+    files |= {name: svg.encode() for name, svg in drawn.items() if svg is not None}
     files |= {f"plot{number}.svg": svg.encode() for number, (_, svg) in enumerate(plots)}
     if report.track.snapshot is not None:
         files[BADGE] = cv2.imencode(".png", report.track.snapshot)[1].tobytes()

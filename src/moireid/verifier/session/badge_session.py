@@ -12,7 +12,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 from typing import Any
 
-from moireid.verifier.limits import SPELL_S
+from moireid.verifier.measuring import SPELL_S
 from moireid.verifier.reasons import Reason, json_number, worst
 from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of, invariant_of, judge_chapter
 from moireid.verifier.session.claim import Claim

@@ -11,6 +11,7 @@ them together.  So an hour of true motion cannot average away one forged minute.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,8 +26,8 @@ from moireid.verifier.fringes.phase_coverage import SeenWay
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
 from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
-from moireid.verifier.limits import MIN_FRAMES
-from moireid.verifier.reasons import Level, Reason
+from moireid.verifier.limits import MAX_RIVAL_LOG10, MIN_FRAMES
+from moireid.verifier.reasons import Level, Reason, worst
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, judged_spans, seen_spans
 from moireid.verifier.tracking.track import Track
@@ -53,8 +54,8 @@ class Chapter:
     """One chapter: what was found in it.
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
-    its frames, None once they are dropped; constant_room_rad: as in `Comparison`; sheet: the gains that the
-    badge may have, under whose expected one its signals are; passed: as in `Track`; judged_s, seen_s: when it was
+    its frames, None once they are dropped; sheet: the gains that the badge
+    may have, under whose expected one its signals are; passed: as in `Track`; judged_s, seen_s: when it was
     judged, and the badge seen.
     """
 
@@ -71,7 +72,6 @@ class Chapter:
     measurement: Measurement | None
     judged_s: tuple[Span, ...] = ()
     seen_s: tuple[Span, ...] = ()
-    constant_room_rad: float | None = None
     passed: int = 0
     sheet: SheetGain = DESIGNED
 
@@ -114,7 +114,8 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     constant = compared.constant_room_rad if compared is not None and claim.original_required else None
     stages["identity"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    invariant = judge_invariant(measurement, sheet, constant_room_rad=constant)
+    apart = identity.rows_apart_rad
+    invariant = judge_invariant(measurement, sheet, constant_room_rad=constant, code_apart_rad=apart)
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
     identity, built_reasons = _judge_built(identity, compared, invariant, claim)
@@ -133,32 +134,37 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         measurement,
         judged_spans(signals),
         seen_spans(track.times_s),
-        constant,
         track.passed,
         sheet,
     )
 
 
 def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
-    """The motion invariant of all chapters together, on their joined signals.
+    """The motion invariant of all chapters together: their evidence added up.
 
-    Convention: each chapter's signals have mean 0, so a drift from one chapter to the next does not count.
+    Convention: each chapter's signals have mean 0, so a drift from one chapter to the next does not count.  A chapter
+        that is rejected rejects the film, and one that a rival explains far better leaves it inconclusive, so an hour
+        of true motion hides no forged minute.
     """
     seen = [chapter for chapter in chapters if chapter.signals]
     if len(seen) <= 1:
         return (seen or list(chapters))[0].invariant
     joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
     sheet = seen[0].sheet
-    whole = judge_signals(joined, sheet, constant_room_rad=_known_to_all(seen))
-    broken = [chapter for chapter in seen if chapter.invariant.verdict == "reject"]
-    reasons = tuple(_broken_chapter(chapter) for chapter in broken)
-    return replace(whole, verdict="reject" if broken else whole.verdict, reasons=whole.reasons + reasons)
+    apart = max(chapter.identity.rows_apart_rad for chapter in seen)
+    compared = [chapter.invariant.compared for chapter in seen if chapter.invariant.compared]
+    whole = judge_signals(joined, sheet, code_apart_rad=apart, chapters=compared)
+    # Of many chapters, one is more easily the worst by chance.
+    limit = MAX_RIVAL_LOG10 + math.log10(len(seen))
+    broken = [_broken_chapter(chapter) for chapter in seen if _is_broken(chapter, limit)]
+    reasons = (*whole.reasons, *(reason for reason in broken if reason is not None))
+    return replace(whole, verdict=worst(list(reasons)), reasons=reasons)
 
 
-def _known_to_all(chapters: Sequence[Chapter]) -> float | None:
-    """How far the phase constant may be from that at enrolment; None unless every chapter shows that badge."""
-    known = [chapter.constant_room_rad for chapter in chapters if chapter.constant_room_rad is not None]
-    return max(known) if len(known) == len(chapters) else None
+def _is_broken(chapter: Chapter, limit_log10: float) -> bool:
+    """Whether a chapter is rejected, or a rival explains it better than the law by more than that power of ten."""
+    odds = [one.log10_odds for one in chapter.invariant.explanations if one.log10_odds is not None]
+    return chapter.invariant.verdict == "reject" or min(odds, default=0.0) < -limit_log10
 
 
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
@@ -224,11 +230,14 @@ def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:
     return np.concatenate([place - place.mean(axis=0) for place in places]) if len(places) == len(signals) else None
 
 
-def _broken_chapter(chapter: Chapter) -> Reason:
+def _broken_chapter(chapter: Chapter) -> Reason | None:
+    """The gravest finding of a chapter, with its time; None where it has none that is grave."""
     start, end = chapter.span_s
-    why = next(reason for reason in chapter.invariant.reasons if reason.level == "fail")
-    text = f"Between {start:.0f} and {end:.0f} s: {why.text}"
-    return Reason(why.code, "fail", why.measured, why.limit, why.unit, text)
+    order: dict[Level, int] = {"fail": 0, "undecided": 1, "pass": 2, "note": 2}
+    why = min(chapter.invariant.reasons, key=lambda reason: order[reason.level])
+    if order[why.level] > 1:
+        return None
+    return replace(why, text=f"Between {start:.0f} and {end:.0f} s: {why.text}")
 
 
 def _compared_built(track: Track, measurement: Measurement, identity: Identity, claim: Claim) -> Comparison | None:

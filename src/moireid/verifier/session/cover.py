@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from moireid.verifier.camera.smoothing import unbroken
 from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import REST_RAD
+from moireid.verifier.limits import MIN_PRESENT_SHARE, REST_RAD
 from moireid.verifier.reasons import Level, Reason, json_number
 
 Array = NDArray[np.float64]
@@ -33,7 +33,8 @@ MOST_NAMED = 3
 @dataclass(frozen=True)
 class Cover:
     """Share of the film that is judged, 0 to 1; the spans (from, to) that are, s; the longest time that is not, s; the
-    film's first and last time, s; the spans in which the badge was seen, s.
+    film's first and last time, s; the spans in which the badge was seen, s; the share of the frames in these spans that
+    show it.
     """
 
     share: float
@@ -41,6 +42,7 @@ class Cover:
     longest_gap_s: float
     film_s: Span = (0.0, 0.0)
     seen_s: tuple[Span, ...] = ()
+    present_share: float = 1.0
 
     def to_json(self) -> dict[str, Any]:
         """As the `cover` object of `verify --json`."""
@@ -91,11 +93,18 @@ def _told(signal: GratingSignal) -> NDArray[np.bool_]:
     return told
 
 
-def cover_of(spans: Sequence[Span], first_s: float, last_s: float, frames: int, seen: Sequence[Span] = ()) -> Cover:
+def cover_of(
+    spans: Sequence[Span],
+    first_s: float,
+    last_s: float,
+    frames: int,
+    seen: Sequence[Span] = (),
+    tracked: int | None = None,
+) -> Cover:
     """The cover of a film by spans of its chapters.
 
     Parameters: first_s, last_s: times of the film's first and last frame; frames: number of them; seen: spans in which
-        the badge was seen.
+        the badge was seen; tracked: number of frames that show it, None for all of these spans.
     """
     step = (last_s - first_s) / (frames - 1) if frames > 1 else 0.0
     joined = _joined(spans, step)
@@ -105,7 +114,10 @@ def cover_of(spans: Sequence[Span], first_s: float, last_s: float, frames: int, 
     judged = sum(end - start + step for start, end in joined)
     whole = last_s - first_s + step
     share = min(judged / whole, 1.0) if whole > 0 else 0.0
-    return Cover(share, tuple(joined), max(gaps), (first_s, last_s), tuple(_joined(seen, step)))
+    shown = tuple(_joined(seen, step))
+    held = sum(end - start + step for start, end in shown) / step if step > 0 else 0.0
+    present = min(tracked / held, 1.0) if tracked is not None and held > 0 else 1.0
+    return Cover(share, tuple(joined), max(gaps), (first_s, last_s), shown, present)
 
 
 def _joined(spans: Sequence[Span], step_s: float) -> list[Span]:
@@ -134,7 +146,19 @@ def within(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
     return tuple(part for part in parts if part[1] > part[0])
 
 
-def cover_finding(cover: Cover, least: float) -> Reason:
+def cover_findings(cover: Cover, least: float) -> tuple[Reason, ...]:
+    """Whether enough of the film is judged, and whether the badge is there throughout; least: share, 0 to 1."""
+    if cover.present_share >= MIN_PRESENT_SHARE:
+        return (_cover_finding(cover, least),)
+    text = (
+        f"Where the badge is seen, only {100 * cover.present_share:.0f} % of the frames show it, so what the others "
+        "show is not known. Film again, in better light and with slower moves."
+    )
+    flicker = Reason("flicker", "undecided", cover.present_share, MIN_PRESENT_SHARE, "share", text)
+    return _cover_finding(cover, least), flicker
+
+
+def _cover_finding(cover: Cover, least: float) -> Reason:
     """Whether enough of the film is judged; least: share, 0 to 1."""
     level: Level = "pass" if cover.share >= least else "undecided"
     named = [f"{start:.1f} to {end:.1f} s" for start, end in cover.spans_s[:MOST_NAMED]]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.extras import missing_extra
-from moireid.verifier.limits import MIN_FACE_SCORE
+from moireid.verifier.measuring import MIN_FACE_SCORE
 
 Box = tuple[float, float, float, float]
 #: Time between two searches: around a known face, and in the whole frame.

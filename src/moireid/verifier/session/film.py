@@ -36,7 +36,7 @@ from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
 from moireid.verifier.session.claim import Claim, claim_reasons, with_photographs
-from moireid.verifier.session.cover import cover_finding
+from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Verifier
@@ -108,7 +108,7 @@ def verify(
         reasons += overlapped.reasons
     cover = seen.verifier.cover
     if seen.tracked:
-        reasons += (cover_finding(cover, claim.cover_share), *seen.verifier.long_unsearched)
+        reasons += (*cover_findings(cover, claim.cover_share), *seen.verifier.long_unsearched)
     reasons += claim_reasons(claim, identity)
     if barred is not None:
         reasons += (Reason(barred.code, "fail", barred.reason, None, "", barred.text),)

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from moireid.verifier.limits import FOCAL_KEPT_SHARE, MAX_UNSEARCHED_S, MIN_FRAMES, WINDOW_FRAMES
+from moireid.verifier.limits import MIN_FRAMES, WINDOW_FRAMES
+from moireid.verifier.measuring import FOCAL_KEPT_SHARE, MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, breaking_finding, others_note, rank_of, reasons_of
@@ -175,7 +176,8 @@ class Verifier:
         chapters = self.chapters
         judged = [span for chapter in chapters for span in chapter.judged_s]
         seen = [span for chapter in chapters for span in chapter.seen_s]
-        return cover_of(judged, self._first_s, self.now_s, self._pushed, seen)
+        tracked = sum(chapter.tracked + chapter.passed for chapter in chapters)
+        return cover_of(judged, self._first_s, self.now_s, self._pushed, seen, tracked)
 
     @property
     def long_unsearched(self) -> tuple[Reason, ...]:

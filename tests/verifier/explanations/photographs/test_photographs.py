@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from kit.photographed import (
+    FRAMES,
     LAW,
     TYPICAL,
-    as_the_law,
     depth_of,
     faded,
     found_in,
@@ -20,8 +20,8 @@ from kit.photographed import (
 )
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.explanations.photographs import count
 from moireid.verifier.explanations.photographs.count import MOST_PHOTOGRAPHS, waveform_of
-from moireid.verifier.fringes.signals import GratingSignal
 
 # How many photographs?
 
@@ -29,7 +29,7 @@ from moireid.verifier.fringes.signals import GratingSignal
 def test_more_photographs_are_needed_for_a_wider_course():
     """Catches: a count of the design, and none of the film: it grows as the range of parallax."""
     overtone = TYPICAL + noise_of(0.003, 4)
-    counts = [waveform_of(signal(overtone, law=wide * LAW), as_the_law).photographs for wide in (0.5, 1.0, 2.0)]
+    counts = [waveform_of(signal(overtone, law=wide * LAW)).photographs for wide in (0.5, 1.0, 2.0)]
     assert counts[0] < counts[1] < counts[2] < MOST_PHOTOGRAPHS
     # The dip goes with the square of the step, so steps are alike and their number goes with the range.
     assert counts[2] - 1 == pytest.approx(2 * (counts[1] - 1), rel=0.25)
@@ -37,20 +37,17 @@ def test_more_photographs_are_needed_for_a_wider_course():
 
 def test_the_count_is_borne_out_by_the_film_s_own_test():
     """Catches: a count that promises more than a film shows: coding takes away a part of what so many would show."""
-    count = waveform_of(signal(TYPICAL + noise_of(0.003, 4)), as_the_law).photographs
-    uncoded = {n: waveform_of(signal(faded(n) + noise_of(0.003, 4)), as_the_law) for n in (count, 3 * count)}
-    assert uncoded[count].ripple > uncoded[count].limit
-    assert uncoded[3 * count].ripple <= uncoded[3 * count].limit
+    least = waveform_of(signal(TYPICAL + noise_of(0.003, 4))).photographs
+    uncoded = {n: waveform_of(signal(faded(n) + noise_of(0.003, 4))) for n in (least, 3 * least)}
+    assert uncoded[least].ripple > uncoded[least].limit
+    assert uncoded[3 * least].ripple <= uncoded[3 * least].limit
 
 
-def test_a_sharp_judge_of_the_phase_asks_for_more():
+def test_a_clear_phase_asks_for_more():
     """Catches: photographs counted by the waveform alone where the phase between them would give them away."""
     faint = signal(1e-4 * (TYPICAL + noise_of(0.003, 4)))
-
-    def sharp(forged: GratingSignal) -> bool:
-        return float((forged.measured_rad - forged.predicted_rad).std()) < 0.005
-
-    assert waveform_of(faint, lambda forged: False).photographs == 2 < waveform_of(faint, sharp).photographs
+    clear, vague = (replace(faint, phase_sd_rad=np.full(FRAMES, sd)) for sd in (0.01, 0.4))
+    assert waveform_of(vague).photographs == 2 < waveform_of(clear).photographs
 
 
 def test_a_tested_spacing_asks_for_another_distance_and_adds_nothing():
@@ -65,11 +62,12 @@ def test_a_tested_spacing_asks_for_another_distance_and_adds_nothing():
         assert int(told) == level["photographs"].measured
 
 
-def test_a_course_that_asks_for_too_many_to_count_says_more_than():
+def test_a_trajectory_that_asks_for_too_many_to_count_reports_more_than(monkeypatch):
     """Catches: a count of the last number tried, given as exact."""
-    found = found_in(signal(law=40 * LAW))["photographs"]
-    assert found.measured >= MOST_PHOTOGRAPHS
-    assert f"more than {MOST_PHOTOGRAPHS} " in found.text and "at least" not in found.text
+    monkeypatch.setattr(count, "MOST_PHOTOGRAPHS", 12)
+    found = found_in(signal(law=2 * LAW))["photographs"]
+    assert found.measured == 12
+    assert "more than 12 " in found.text and "at least" not in found.text
 
 
 def rested(shift_rad: float) -> tuple[np.ndarray, np.ndarray]:
@@ -94,7 +92,7 @@ def test_two_photographs_that_rest_for_long_are_two():
             phase_rad=place + np.where(stretch == 1, 2 * np.pi * round(shift_rad / 2 / np.pi), 0.0),
             stretch=stretch,
         )
-        assert waveform_of(held, as_the_law).photographs == 2
+        assert waveform_of(held).photographs == 2
 
 
 # Findings.
@@ -106,7 +104,7 @@ def test_a_badge_passes_and_its_texts_hold_no_word_of_photographs_found():
     """Catches: a passing film whose findings read as an accusation, or whose figures are the wrong way round."""
     found = found_in(signal(TYPICAL + noise_of(0.003, 4), depth=depth_of(0.97, change_rad=0.02)))
     levels = {code: reason.level for code, reason in found.items()}
-    held = ("spacing", "waveform", "cross_fade", "edges")
+    held = ("spacing", "waveform", "cross_fade", "third_harmonic")
     assert levels == dict.fromkeys(held, "pass") | {"photographs": "note"}
     for reason in found.values():
         assert not re.search(r"as on photographs|cross-faded|[Ff]ilm (without|in)|Film again", reason.text), reason.text

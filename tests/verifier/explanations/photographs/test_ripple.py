@@ -14,7 +14,6 @@ from kit.photographed import (
     NEAR,
     TIMES,
     TYPICAL,
-    as_the_law,
     faded,
     found_in,
     noise_of,
@@ -29,7 +28,7 @@ SWEEP = np.linspace(-3, 3, FRAMES)
 
 def ripple_of(overtone: np.ndarray, **how) -> tuple[float, float]:
     """Ripple and limit."""
-    found = waveform_of(signal(overtone, **how), lambda forged: False)
+    found = waveform_of(signal(overtone, **how))
     assert found is not None
     return found.ripple, found.limit
 
@@ -64,8 +63,8 @@ def test_rests_thin_no_ripple_out(share):
     """Catches: a mean over frames, so that photographs held for long hide what lies between them."""
     moving = LAW[:: round(1 / (1 - share))]
     law = np.r_[moving, np.full(FRAMES - len(moving), LAW.max())]
-    alone = waveform_of(signal(faded(8)).part(slice(0, FRAMES, round(1 / (1 - share)))), as_the_law)
-    held = waveform_of(signal(faded(8, law), law=law), as_the_law)
+    alone = waveform_of(signal(faded(8)).part(slice(0, FRAMES, round(1 / (1 - share)))))
+    held = waveform_of(signal(faded(8, law), law=law))
     assert held.ripple > held.limit and held.ripple == pytest.approx(alone.ripple, rel=0.25)
 
 
@@ -142,17 +141,17 @@ def test_ripple_is_by_place_and_not_by_time():
 def test_a_short_film_is_told_by_what_it_has():
     """Catches: a grid too fine for the frames, so that a few seconds are never held against a badge's waveform."""
     short = signal(faded(8) + noise_of(0.002, 1)).part(slice(0, 120))
-    found = waveform_of(short, as_the_law)
+    found = waveform_of(short)
     assert found is not None and found.ripple > found.limit
 
 
 def test_a_film_of_few_frames_tells_no_waveform():
     """Catches: a regression with more unknowns than frames, which leaves no noise to compare with."""
     short = signal().part(slice(0, 12))
-    assert waveform_of(short, as_the_law) is None
+    assert waveform_of(short) is None
     blank = replace(signal(), phase_sd_rad=np.full(FRAMES, np.inf))
-    assert waveform_of(blank, as_the_law) is None
-    assert waveform_of(replace(signal(), beyond=None), as_the_law) is None
+    assert waveform_of(blank) is None
+    assert waveform_of(replace(signal(), beyond=None)) is None
     found = found_in(short)
     assert "waveform" not in found and "photographs" not in found and "spacing" in found
 
@@ -164,6 +163,6 @@ def test_a_course_leaves_out_frames_that_cannot_be_read():
     sd = np.full(FRAMES, 0.01)
     sd[100:130] = np.inf
     unread = replace(signal(overtone), phase_sd_rad=sd)
-    found = waveform_of(unread, as_the_law)
+    found = waveform_of(unread)
     assert found is not None and found.ripple < MAX_RIPPLE_CONTRASTS
     assert Course(unread).used.sum() == FRAMES - 30

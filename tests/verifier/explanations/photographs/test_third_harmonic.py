@@ -23,7 +23,7 @@ def test_three_photographs_laid_over_each_other_are_seen(range_rad, strength):
     """Catches: three photographs a third of a turn apart, whose fundamental is right in any place."""
     law = range_rad * WIDE
     found = found_in(signal(laid_over(3, strength, law) + noise_of(0.001, 1), law=law))
-    assert found["edges"].level == "undecided"
+    assert found["third_harmonic"].level == "undecided"
     # On a short course what stands still changes as smoothly as a lens out of focus.
     assert range_rad < 2 or found["waveform"].level == "undecided"
 
@@ -33,15 +33,15 @@ def test_more_photographs_that_lose_the_third_harmonic_are_seen(count):
     """Catches: five or six photographs, in which the third harmonic is nearly gone, taken for an even waveform."""
     law = 6.0 * WIDE
     found = found_in(signal(laid_over(count, 0.5, law) + noise_of(0.001, 1), law=law))
-    assert found["edges"].level == "undecided"
+    assert found["third_harmonic"].level == "undecided"
 
 
 @pytest.mark.parametrize("noise", [0.0001, 0.002, 0.02])
 def test_blurred_photographs_are_seen(noise):
     """Catches: a forger who blurs away what would betray him; and noise taken for a harmonic."""
     found = found_in(signal(noise_of(noise, 1, lasting=0.6)))
-    assert found["edges"].level == "undecided"
-    assert "soft" not in found["edges"].text and "in focus" in found["edges"].text
+    assert found["third_harmonic"].level == "undecided"
+    assert "soft" not in found["third_harmonic"].text and "in focus" in found["third_harmonic"].text
 
 
 @pytest.mark.parametrize("range_rad", [1.2, 3.0, 8.0])
@@ -50,8 +50,8 @@ def test_a_badge_s_fringes_have_edges(range_rad):
     law = range_rad * WIDE
     still = 0.02 * np.exp(-3j * law)
     found = found_in(signal(TYPICAL + still + noise_of(0.003, 1), law=law))
-    assert found["edges"].level == "pass" and found["waveform"].level == "pass"
-    assert found["edges"].measured == pytest.approx(abs(TYPICAL) - 0.02, rel=0.1)
+    assert found["third_harmonic"].level == "pass" and found["waveform"].level == "pass"
+    assert found["third_harmonic"].measured == pytest.approx(abs(TYPICAL) - 0.02, rel=0.1)
 
 
 def test_what_turns_is_told_from_what_stands():
@@ -91,13 +91,13 @@ def test_lines_of_another_width_owe_less(duty, open_fraction, expected):
 def test_fringes_without_a_third_harmonic_looked_for_are_not_asked_for_one():
     """Catches: a badge whose fringes are longer than its field, left open for what nobody measured."""
     bare = signal(np.zeros(FRAMES, complex))
-    assert "edges" not in found_in(bare)
+    assert "third_harmonic" not in found_in(bare)
     both = found_in(bare, signal(TYPICAL + noise_of(0.001, 1)))
-    assert both["edges"].level == "pass"
+    assert both["third_harmonic"].level == "pass"
 
 
 def test_the_softest_grating_speaks():
     """Catches: one grating of true fringes that speaks for one of photographs."""
     true = signal(TYPICAL + noise_of(0.001, 1))
-    assert found_in(true, signal(laid_over(3, 1.0)))["edges"].level == "undecided"
-    assert found_in(replace(true), true)["edges"].level == "pass"
+    assert found_in(true, signal(laid_over(3, 1.0)))["third_harmonic"].level == "undecided"
+    assert found_in(replace(true), true)["third_harmonic"].level == "pass"

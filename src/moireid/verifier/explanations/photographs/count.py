@@ -26,12 +26,7 @@ from moireid.verifier.explanations.photographs.spacing import spacing_finding, s
 from moireid.verifier.explanations.photographs.third_harmonic import Turning, turning_findings
 from moireid.verifier.explanations.residuals import residual_limit_rad
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import (
-    MAX_CROSS_FADE_SHARE,
-    MAX_RIPPLE_CONTRASTS,
-    PHOTOGRAPH_SDS,
-    RIPPLE_LEFT_SHARE,
-)
+from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, MAX_RIPPLE_CONTRASTS, PHOTOGRAPH_SDS, RIPPLE_LEFT_SHARE
 from moireid.verifier.reasons import Level, Reason
 
 Array = NDArray[np.float64]

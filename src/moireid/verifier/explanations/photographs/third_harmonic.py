@@ -98,4 +98,4 @@ def turning_findings(found: Sequence[Turning]) -> list[Reason]:
         text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in photographs laid over "
         text += "each other, or under a sheet with air beneath it. "
         text += "Film from nearer, in focus, with the sheet pressed flat."
-    return [Reason("edges", level, worst.surplus, worst.limit, "contrasts", text)]
+    return [Reason("third_harmonic", level, worst.surplus, worst.limit, "contrasts", text)]

@@ -1,0 +1,277 @@
+"""Natural motion by an outside tracer: run `.venv/bin/python benchmarks/natural_films.py [--films N] [--filmed N]`.
+
+A printed badge is filmed by `outside`, which shares nothing with `moireid.simulate`, with measured motions (a hand's
+run, a phone carried about a room) at 1 m and 2 m for 24 s.  Each film is tracked once; its parts of 4, 10 and 24 s are
+judged by themselves.  Printed is, by distance and length, how many parts are accepted, inconclusive and rejected, the
+same of those whose predicted phase spreads by 0.3 rad or more, the median odds, and processor time; and in how many
+nested pairs the longer part's verdict is the worse one.
+
+Then the measured phase of each accepted part of 10 s is forged on its own trajectory, with its own errors kept: each
+rival at its best (`KINDS`).  With `--filmed N`, N such trajectories are also filmed with each forgery of
+`outside.rivals`.  `--table FILE` writes the figures of all parts, true and forged, which `benchmarks/priors.py` reads.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from outside.build import built
+from outside.camera import PHONE, drawn
+from outside.film import Shoot, film
+from outside.motion import course
+from outside.page import load_page
+from outside.rivals import KINDS as FILMED_KINDS
+
+from moireid.badge import load_badge
+from moireid.bench.natural.film_parts import cut_track, part_starts
+from moireid.verifier import Claim, verify
+from moireid.verifier.camera.stretches import within_stretches
+from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.fringes.signals import GratingSignal, measure
+from moireid.verifier.tracking.track import Track
+
+FPS, SECONDS, LENGTHS_S, FORGED_S = 30, 24, (4, 10, 24), 10
+MOTIONS, DISTANCES_M = ("walk", "measured"), (1.0, 2.0)
+PROGRAM = Path(sys.executable).with_name("print-your-badge")
+#: Numerical forgeries on a part's own trajectory.
+KINDS = (
+    "drift", "late_0.3", "late_0.5", "late_1", "late_2", "early_0.3", "place", "gain_0.5", "gain_0.8", "gain_1.25",
+    "wander_0.2", "still_0.3", "still_0.5", "still_1", "stop_0.3", "stop_0.5",
+)  # fmt: skip
+#: Least motion of the law in a lie for a while, rad.
+LEAST_RAD = 0.25
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One film: motion, distance, number, and the filmed forgery, if any."""
+
+    motion: str
+    distance_m: float
+    number: int
+    folder: str
+    forge: str | None = None
+    seed: int = 0
+    seconds: int = SECONDS
+
+    @property
+    def name(self) -> str:
+        """Unique among films of one run."""
+        return "_".join(str(word) for word in (self.motion, self.distance_m, self.number, self.forge or "true"))
+
+
+def tracked(task: Task) -> Track:
+    """Make the film, and follow the badge in it; kept in the task's folder."""
+    folder = Path(task.folder)
+    kept = folder / f"{task.name}.track"
+    if kept.is_file():
+        return pickle.loads(kept.read_bytes())  # type: ignore[no-any-return]
+    rng = np.random.default_rng([task.seed, MOTIONS.index(task.motion), round(10 * task.distance_m), task.number])
+    camera = drawn(rng, PHONE)
+    path = course(task.motion, 1000 * task.distance_m, min(task.seconds, 18 if task.motion == "measured" else 40), rng)
+    page, video = load_page(folder / "badge"), folder / f"{task.name}.mp4"
+    seconds = min(task.seconds, 18) if task.motion == "measured" else task.seconds
+    shoot = Shoot(seconds * FPS, FPS, (23, 28)[task.number % 2], int(rng.integers(1 << 30)), task.forge)
+    film(page, built(page, rng), camera, path, video, shoot)
+    badge = load_badge(folder / "badge" / "badge.json")
+    track = replace(verify(video, Claim(badge, badge.id)).track, snapshot=None)
+    video.unlink()
+    kept.write_bytes(pickle.dumps(track))
+    return track
+
+
+def rows_of(task: Task) -> list[Row]:
+    """The parts of a film, judged, and the forgeries of its accepted parts; a filmed forgery is judged whole."""
+    os.nice(10)
+    track = tracked(task)
+    claim = Claim(track.badge, track.badge.id)
+    lengths = (task.seconds,) if task.forge else LENGTHS_S
+    starts = part_starts(lengths, round(track.frames_read / FPS))
+    rows = []
+    for length, begins in starts.items():
+        for begin in begins:
+            part = cut_track(track, begin * FPS, (begin + length) * FPS)
+            if part.tracked < 60:
+                continue
+            signals = measure(part).gratings
+            clock = time.process_time()
+            row = row_of(task, task.forge or "true", signals, claim)
+            row |= {"length_s": length, "start_s": begin, "judge_s": time.process_time() - clock}
+            rows.append(row)
+            if length == FORGED_S and row["verdict"] == "accept":
+                rng = np.random.default_rng([task.seed, task.number, begin])
+                for kind in KINDS:
+                    lie = forged(signals[0], kind, rng)
+                    if lie is not None:
+                        rows.append(row_of(task, kind, (lie, *signals[1:]), claim) | {"length_s": length})
+    return rows
+
+
+def row_of(task: Task, kind: str, signals: tuple[GratingSignal, ...], claim: Claim) -> Row:
+    """The figures of one set of signals."""
+    found = judge_signals(signals, claim.sheet)
+    figures = max(found.gratings, key=lambda one: one["information"], default={})
+    law = found.explanations[0].parameters if found.explanations else {}
+    return {
+        "film": task.name,
+        "distance_m": task.distance_m,
+        "kind": kind,
+        "verdict": found.verdict,
+        "score": found.score if found.explanations else None,
+        "gain": found.gain_ratio,
+        "residual_rad": law.get("residual_rad"),
+        **{
+            name: figures.get(name)
+            for name in ("excitation_rad", "expected_error_rad", "strip_wander_rad", "strip_sd_rad", "place_wander_rad")
+        },
+        "frames": len(signals[0].times_s),
+        "why": " ".join(reason.code for reason in found.reasons if reason.level in ("fail", "undecided")),
+    }
+
+
+def forged(signal: GratingSignal, kind: str, rng: np.random.Generator) -> GratingSignal | None:
+    """A signal whose fringes do what a rival says, with the film's own errors; None where the law does not move so."""
+    name, _, figure = kind.partition("_")
+    times, law, errors = signal.times_s, signal.predicted_rad, signal.measured_rad - signal.predicted_rad
+    read = np.isfinite(signal.phase_sd_rad)
+    if name == "drift":
+        phase = np.polyfit(times[read], law[read], 1)[0] * (times - times.mean())
+    elif name in ("late", "early"):
+        phase = np.interp(times - (1 if name == "late" else -1) * float(figure), times, law)
+    elif name == "place":
+        assert signal.beyond is not None
+        place = signal.beyond.place_px - signal.beyond.place_px.mean(axis=0)
+        phase = place @ np.linalg.lstsq(place[read], law[read] - law[read].mean(), rcond=None)[0]
+    elif name == "gain":
+        phase = float(figure) * law
+    elif name == "wander":
+        waves = np.sin(2 * np.pi * np.outer(times, rng.uniform(0.2, 1.0, 4)) + rng.uniform(0, 2 * np.pi, 4)).sum(axis=1)
+        phase = law + float(figure) * waves / waves.std()
+    else:
+        spell = _spell(signal, float(figure), rng)
+        if spell is None:
+            return None
+        phase = law.copy()
+        phase[spell] = law[spell[0]]
+        if name == "stop":
+            phase[spell[-1] + 1 :] -= law[spell[-1]] - law[spell[0]]
+    return replace(signal, measured_rad=within_stretches(phase + errors, signal.stretch))
+
+
+def _spell(signal: GratingSignal, seconds: float, rng: np.random.Generator) -> np.ndarray | None:
+    """Frames of a spell in which the law moves by `LEAST_RAD` and the badge is seen; None where there is none."""
+    times = signal.times_s
+    count = round(seconds / float(np.median(np.diff(times)))) + 1
+    read = np.isfinite(signal.phase_sd_rad)
+    begins = [
+        k
+        for k in range(len(times) - count)
+        if signal.stretch[k] == signal.stretch[k + count - 1]
+        and times[k + count - 1] - times[k] < 1.3 * seconds + 0.05
+        and read[k : k + count].mean() > 0.9
+        and np.ptp(signal.predicted_rad[k : k + count]) >= LEAST_RAD
+    ]
+    return int(rng.choice(begins)) + np.arange(count) if begins else None
+
+
+def report(rows: list[Row]) -> None:
+    """Print the tables."""
+    order = {"accept": 0, "inconclusive": 1, "reject": 2}
+    true = [row for row in rows if row["kind"] == "true"]
+    head = f"{'true films':<14}{'parts':>6}{'accept':>8}{'inconcl.':>9}{'reject':>7}{'of >= 0.3 rad':>15}"
+    print(head + f"{'log10 odds':>12}{'ms a film':>11}{'ms a frame':>11}  why not")
+    for distance in DISTANCES_M:
+        for length in LENGTHS_S:
+            own = [row for row in true if row["distance_m"] == distance and row["length_s"] == length]
+            if not own:
+                continue
+            counts = Counter(row["verdict"] for row in own)
+            moved = [row for row in own if (row["excitation_rad"] or 0) >= 0.3]
+            good = sum(row["verdict"] == "accept" for row in moved)
+            scores = [row["score"] for row in moved if row["score"] is not None]
+            seconds, frames = sum(row["judge_s"] for row in own), sum(row["frames"] for row in own)
+            why = Counter(code for row in moved for code in row["why"].split()).most_common(4)
+            line = f"{distance:g} m, {length:>2} s    {len(own):>6}" + "".join(
+                f"{counts[name]:>{width}}" for name, width in zip(order, (8, 9, 7), strict=True)
+            )
+            print(
+                f"{line}{f'{good} of {len(moved)}':>15}{np.median(scores) if scores else np.nan:>12.1f}"
+                f"{1e3 * seconds / len(own):>11.0f}{1e3 * seconds / frames:>11.2f}  {why}"
+            )
+    pairs = [
+        order[long["verdict"]] > order[short["verdict"]]
+        for long in true
+        for short in true
+        if long["film"] == short["film"]
+        and long["length_s"] > short["length_s"]
+        and long["start_s"] <= short["start_s"]
+        and short["start_s"] + short["length_s"] <= long["start_s"] + long["length_s"]
+    ]
+    print(f"\nthe longer part's verdict is the worse one in {sum(pairs)} of {len(pairs)} nested pairs")
+    lies = [row for row in rows if row["kind"] != "true"]
+    print(f"\n{'forged':<16}" + "".join(f"{f'{d:g} m: accept':>14}{'inconcl.':>9}{'reject':>7}" for d in DISTANCES_M))
+    for kind in dict.fromkeys(row["kind"] for row in lies):
+        print(f"{kind:<16}", end="")
+        for distance in DISTANCES_M:
+            counts = Counter(r["verdict"] for r in lies if r["kind"] == kind and r["distance_m"] == distance)
+            print("".join(f"{counts[name]:>{w}}" for name, w in zip(order, (14, 9, 7), strict=True)), end="")
+        print()
+    for row in lies:
+        if row["verdict"] == "accept":
+            print(f"accepted: {row['film']} {row['kind']}, spread {row['excitation_rad']:.2f} rad")
+
+
+def main() -> None:
+    """Make and judge all films, two at a time, and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--films", type=int, default=6, metavar="N", help="of each motion and distance; default: 6")
+    parser.add_argument("--filmed", type=int, default=0, metavar="N", help="trajectories filmed with each forgery")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--keep", type=Path, metavar="DIR", help="keep tracks there, and use those that are there")
+    parser.add_argument("--table", type=Path, metavar="FILE", help="write the figures of all parts as CSV")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = arguments.keep or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        if not (folder / "badge").exists():
+            wish = ["Guest", "--payload", "0f5ac3962d784be1", "--mount", "none", "--out", str(folder / "badge")]
+            subprocess.run([str(PROGRAM), *wish, "--json"], check=True, stdout=subprocess.DEVNULL)
+        common = {"folder": str(folder), "seed": arguments.seed}
+        tasks = [Task(m, d, k, **common) for k in range(arguments.films) for m in MOTIONS for d in DISTANCES_M]
+        tasks += [
+            Task(MOTIONS[k % 2], 1.0, 1000 + k, forge=kind, seconds=FORGED_S, **common)
+            for k in range(arguments.filmed)
+            for kind in FILMED_KINDS
+        ]
+        rows: list[Row] = []
+        with ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool:
+            for number, found in enumerate(pool.map(rows_of, tasks), 1):
+                rows += found
+                print(f"{number} of {len(tasks)} films", file=sys.stderr, flush=True)
+    if arguments.table:
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        with arguments.table.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, names)
+            writer.writeheader()
+            writer.writerows(rows)
+    report(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,57 @@
+"""From a score to calibrated odds and words.  Each docstring names the wrong code that the test would catch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from moireid.verifier.decision.calibration import SCALE, calibrated_log10, in_words
+from moireid.verifier.limits import CALIBRATION_CAP_LOG10, CALIBRATION_OFFSET_LOG10, CALIBRATION_SLOPE
+
+
+def test_calibrated_odds_rise_with_the_score_and_end_at_the_cap():
+    """Catches: a sign; odds beyond what the set of films supports."""
+    scores = np.linspace(-400, 400, 801)
+    found = np.array([calibrated_log10(float(score)) for score in scores])
+    assert (np.diff(found) >= 0).all() and np.ptp(found) > 0
+    assert found.max() == CALIBRATION_CAP_LOG10 and found.min() == -CALIBRATION_CAP_LOG10
+    assert calibrated_log10(math.inf) == CALIBRATION_CAP_LOG10
+
+
+def test_between_the_caps_they_are_a_line():
+    """Catches: natural logarithms; an offset that is scaled."""
+    for score in (-2.0, 0.0, 1.0, 3.0):
+        wanted = CALIBRATION_SLOPE * score + CALIBRATION_OFFSET_LOG10
+        assert calibrated_log10(score) == pytest.approx(wanted)
+    assert 0 < CALIBRATION_SLOPE < 1
+
+
+@pytest.mark.parametrize(
+    ("log10", "words"),
+    [
+        (4.5, "very strong"),
+        (4.0, "very strong"),
+        (3.2, "strong"),
+        (2.0, "moderately strong"),
+        (1.99, "moderate"),
+        (0.4, "weak"),
+    ],
+)
+def test_words_go_by_the_scale_on_both_sides(log10, words):
+    """Catches: a limit that belongs to the class below; strong support for the law in a forged film."""
+    assert in_words(log10) == f"{words} support for the law"
+    assert in_words(-log10) == f"{words} support for another explanation"
+
+
+@pytest.mark.parametrize("log10", [0.0, 0.29, -0.29])
+def test_odds_near_one_support_neither(log10):
+    """Catches: a side taken by rounding."""
+    assert in_words(log10) == "no support either way"
+
+
+def test_the_scale_falls_and_its_words_differ():
+    """Catches: a class that no odds reach."""
+    leasts = [least for least, _ in SCALE]
+    assert leasts == sorted(leasts, reverse=True) and len({words for _, words in SCALE}) == len(SCALE)

@@ -1,0 +1,328 @@
+"""The table of explanations.  Each docstring names the wrong code that the test would catch."""
+
+from __future__ import annotations
+
+import json
+import math
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kit.fringe_signals import FRAMES, apart_from, clock, fringe_signal, lasting_noise, trajectory
+from moireid.verifier.decision.comparison import (
+    Explanation,
+    GratingComparison,
+    camera_doubted,
+    compare,
+    enough_motion_rad,
+    film_table,
+    law_row,
+    merge_chapters,
+)
+from moireid.verifier.decision.figures import Figures
+from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.sheet_gain import DESIGNED, to_measure
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import (
+    MAX_LASTING_PX,
+    MAX_MIXED_SHARE,
+    MAX_RIVAL_LOG10,
+    MAX_RIVAL_SHARE,
+    MIN_EXCITATION_RAD,
+    POSSIBLE_RESIDUAL_RATIO,
+    REJECTED_LOG10,
+)
+
+LAW = 1.2 * trajectory()
+SWEEP = 0.6 * (clock() - clock().mean())
+ROWS = ["still", "drift", "late", "place", "another_gain", "own_motion", "spell", "wander", "rows", "places"]
+
+
+def true_film(law: np.ndarray = LAW, **how) -> GratingSignal:
+    return fringe_signal(law, law + lasting_noise(len(law)), **how)
+
+
+def row(name: str, odds: float | None = None, share: float | None = None) -> Explanation:
+    remains = (odds is not None and odds < -MAX_RIVAL_LOG10) or (share is not None and share > MAX_RIVAL_SHARE)
+    return Explanation(name, odds, {}, share, remains)
+
+
+def grating(*rows: Explanation, information: float = 1.0, residual: float = 0.0) -> GratingComparison:
+    figures = replace(Figures(), information=information, gain_ratio=1.0)
+    return GratingComparison(figures, True, residual, 1.0, 2.0, rivals=rows)
+
+
+# One grating.
+
+
+def test_a_true_film_s_table_holds_each_rival_and_none_remains():
+    """Catches: a rival that is left out, or that is compared with the rest of its own kind alone."""
+    found = compare(true_film(), DESIGNED)
+    assert [one.name for one in found.rivals] == ROWS
+    assert found.moved and found.fits and found.possible and not found.beaten
+    assert not any(one.fits or one.better for one in found.rivals)
+    assert set(found.nuisances_rad or {}) == {"lag", "bend", "zoom", "axis", "axis_turn"}
+    assert found.residual_rad == pytest.approx(0.01, rel=0.3)
+
+
+def test_shares_are_asked_only_where_the_law_fits_and_where_they_are_wanted():
+    """Catches: time spent on lookalikes of a film that the law does not explain."""
+
+    def shares(found: GratingComparison) -> list[float]:
+        return [one.share for one in found.rivals if one.share is not None]
+
+    assert len(shares(compare(true_film(), DESIGNED))) == 6
+    assert shares(compare(true_film(), DESIGNED, shares=False)) == []
+    assert shares(compare(fringe_signal(LAW, 0.2 * LAW), DESIGNED)) == []
+
+
+def test_what_hardly_moves_is_not_compared():
+    """Catches: a table of noise."""
+    found = compare(true_film(0.1 * trajectory()), DESIGNED)
+    assert not found.moved and found.rivals == () and found.score == 0.0
+    assert enough_motion_rad(0.0) == MIN_EXCITATION_RAD < enough_motion_rad(0.2)
+
+
+def test_the_limit_of_what_is_possible_grows_with_the_doubt_of_small_markers():
+    """Catches: a doubt that widens what is accepted; one that widens nothing."""
+    sure, doubtful = (compare(true_film(phase_sd=0.05, doubt=doubt), DESIGNED) for doubt in (1.0, 2.6))
+    assert doubtful.limit_rad == sure.limit_rad
+    assert sure.possible_rad == pytest.approx(POSSIBLE_RESIDUAL_RATIO * sure.limit_rad)
+    assert doubtful.possible_rad > 1.8 * sure.possible_rad
+
+
+@pytest.mark.parametrize(
+    "sign",
+    [{"lasting_px": 1.1 * MAX_LASTING_PX}, {"mixed_share": 1.1 * MAX_MIXED_SHARE}, {"zoom": 1.01}],
+    ids=["camera", "mixed", "zoom"],
+)
+def test_a_doubted_camera_widens_what_is_possible_and_nothing_else(sign):
+    """Catches: a doubt that makes a film pass; a sign that is not looked at."""
+    assert not camera_doubted(true_film()) and camera_doubted(true_film(**sign))
+    sure, doubted = compare(true_film(), DESIGNED), compare(true_film(**sign), DESIGNED)
+    assert doubted.doubted and not sure.doubted
+    assert doubted.limit_rad == sure.limit_rad and doubted.possible_rad > 2 * sure.possible_rad
+    assert compare(true_film(), DESIGNED, doubted=True).doubted
+
+
+def test_a_lie_of_a_second_is_a_row_with_its_time_and_gain():
+    """Catches: a spell without its place; one that counts as odds for the law where none is found."""
+    lie = LAW + lasting_noise()
+    lie[150:166] += LAW[150] - LAW[150:166]
+    (spell,) = [one for one in compare(fringe_signal(LAW, lie), DESIGNED).rivals if one.name == "spell"]
+    assert spell.better and spell.fits and spell.parameters["gain"] == 0.0
+    assert spell.parameters["start_s"] < 5.2 < 5.3 < spell.parameters["end_s"] + 0.1
+
+
+# The score.
+
+
+def test_the_score_is_the_odds_over_the_mean_of_the_rivals():
+    """Catches: the product of all odds; the best rival alone.  Closed form."""
+    assert grating(row("still", 3.0), row("drift", 3.0)).score == pytest.approx(3.0)
+    two = grating(row("still", 1.0), row("drift", 50.0)).score
+    assert two == pytest.approx(1.0 + math.log10(2))
+    assert grating(row("still", -400.0), row("drift", 400.0)).score == pytest.approx(-400 + math.log10(2))
+
+
+@pytest.mark.parametrize("name", ["wander", "rows", "places", "spell"])
+def test_a_rival_that_contains_the_law_lowers_the_score_and_never_raises_it(name):
+    """Catches: a film that scores higher because its rows agree."""
+    assert grating(row("still", 3.0), row(name, 9.0)).score == pytest.approx(3.0)
+    assert grating(row("still", 3.0), row(name, -2.0)).score == pytest.approx(1.0)
+    assert grating(row(name, -2.0)).score == 0.0
+
+
+def test_a_rival_without_odds_does_not_count():
+    """Catches: None taken for 0, or for proof."""
+    assert grating(row("still", 3.0), row("own_motion", None, 0.5)).score == pytest.approx(3.0)
+    assert grating(row("own_motion", None, 0.5)).score == 0.0
+    assert grating(row("own_motion", None, 0.5)).best is None
+
+
+def test_the_score_falls_with_every_departure():
+    """Catches: a score that does not rise with genuineness; a departure that it does not see."""
+    white = lasting_noise(lasting=0.0, size=1.0)
+    departures = [
+        [fringe_signal(LAW, gain * LAW + 0.01 * white) for gain in (1.0, 1.1, 1.3, 1.6)],
+        [fringe_signal(LAW, gain * LAW + 0.01 * white) for gain in (1.0, 0.9, 0.7, 0.4)],
+        [fringe_signal(LAW, LAW + share * apart_from(LAW) + 0.01 * white) for share in (0.0, 0.1, 0.2, 0.5)],
+        [true_film(rows_rad=size) for size in (0.01, 0.1, 0.3)],
+        [true_film(places_rad=size) for size in (0.02, 0.2, 0.4)],
+    ]
+    for signals in departures:
+        scores = [compare(one, DESIGNED, shares=False).score for one in signals]
+        assert scores == sorted(scores, reverse=True) and len(set(scores)) == len(scores)
+        assert scores[0] > 20
+
+
+# A film of several gratings.
+
+
+def test_a_rival_counts_where_it_does_best_and_looks_alike_only_in_every_grating():
+    """Catches: odds of the first grating; a drift that one grating excludes kept for the other."""
+    steady = grating(row("drift", 0.1, 0.06), row("late", 0.2, 1.0), information=9.0)
+    varied = grating(row("drift", 40.0, 0.0), row("late", -5.0, 0.5))
+    still = replace(grating(row("drift", -9.0, 1.0)), moved=False)
+    drift, late = film_table([steady, varied, still])
+    assert (drift.name, drift.log10_odds, drift.share, drift.fits) == ("drift", 0.1, 0.0, False)
+    assert (late.name, late.log10_odds, late.share, late.fits) == ("late", -5.0, 0.5, True)
+    assert film_table([varied, steady])[0].share == 0.0
+
+
+def test_a_share_that_no_grating_asked_for_is_not_known():
+    """Catches: None taken for 0, which would exclude a rival that was never drawn."""
+    (drift,) = film_table([grating(row("drift", 2.0))])
+    assert drift.share is None and not drift.fits
+    (own,) = film_table([grating(row("own_motion", None, 0.3))])
+    assert own.log10_odds is None and own.fits and not own.better
+
+
+def test_the_law_s_row_is_of_the_grating_that_holds_most_and_fits_where_all_do():
+    """Catches: one grating that speaks for another that leaves the law."""
+    good, bad = grating(information=9.0, residual=0.5), grating(residual=1.5)
+    assert law_row([bad, good]).parameters["residual_rad"] == 0.5
+    assert law_row([good]).fits and not law_row([good, bad]).fits
+    assert law_row([good, replace(bad, moved=False)]).fits
+    assert not law_row([replace(good, moved=False)]).fits
+
+
+def test_rows_go_to_json():
+    """Catches: infinity or numpy's figures in JSON."""
+    wild = Explanation("late", math.inf, {"late_s": float(np.float64(0.2))}, None, False)
+    document = json.loads(json.dumps(wild.to_json(), allow_nan=False))
+    assert document == {
+        "name": "late",
+        "log10_odds": None,
+        "fits": False,
+        "share": None,
+        "parameters": {"late_s": 0.2},
+    }
+
+
+# Extremes.
+
+
+def one_short_stretch() -> GratingSignal:
+    return true_film(stretch=np.repeat([0, 1, 2], [150, 3, 147]))
+
+
+EXTREMES = {
+    "60 frames": lambda: true_film(LAW[:60]),
+    "a stretch of 3 frames": one_short_stretch,
+    "only stretches of 3 frames": lambda: true_film(stretch=np.arange(FRAMES) // 3),
+    "no frame readable": lambda: true_film(phase_sd=np.inf),
+    "31 frames readable": lambda: true_film(phase_sd=np.where(np.arange(FRAMES) < 31, 0.02, np.inf)),
+    "constant law": lambda: fringe_signal(np.zeros(FRAMES), lasting_noise()),
+    "constant law and measurement": lambda: fringe_signal(np.ones(FRAMES), np.ones(FRAMES)),
+    "each time twice": lambda: true_film(times_s=np.repeat(clock(150), 2)),
+    "one time": lambda: true_film(times_s=np.zeros(FRAMES)),
+    "times of 1970": lambda: true_film(times_s=1.7e9 + clock()),
+    "without error": lambda: fringe_signal(LAW, LAW, phase_sd=1e-4, pose_sd=0.0),
+    "of a still picture": lambda: fringe_signal(LAW, np.zeros(FRAMES)),
+    "a thousand turns": lambda: fringe_signal(1e4 * LAW, 1e4 * LAW),
+    "wild measurement": lambda: fringe_signal(LAW, 1e9 * lasting_noise()),
+    "wild error bars": lambda: true_film(phase_sd=np.where(np.arange(FRAMES) % 2, 1e-12, 1e9)),
+    "at rest in the picture": lambda: true_film(place_px=np.full((FRAMES, 2), 640.0)),
+    "one view": lambda: true_film(covariates=np.full((FRAMES, 2), 0.25)),
+}
+
+
+@pytest.mark.parametrize("name", list(EXTREMES))
+@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_extreme_signals_give_finite_figures(name, whole):
+    """Catches: NaN, a division by 0, an overflow, in any figure of the film."""
+    outcome = judge_signals([EXTREMES[name]()], whole=whole)
+    json.dumps([outcome.to_json(), *(one.to_json() for one in outcome.explanations)], allow_nan=False)
+    figures = [outcome.score, outcome.calibrated_log10, outcome.gain_ratio, outcome.phase_residual_rad]
+    figures += [one.log10_odds for one in outcome.explanations] + [one.share for one in outcome.explanations]
+    figures += [value for one in outcome.explanations for value in one.parameters.values()]
+    assert all(math.isfinite(value) for value in figures if value is not None)
+    assert outcome.verdict in ("accept", "reject", "inconclusive")
+
+
+def an_hour(**how) -> GratingSignal:
+    frames = 108_000
+    law = 1.2 * trajectory(frames=frames)
+    return fringe_signal(law, law + lasting_noise(frames), **how)
+
+
+def test_an_hour_takes_little_memory():
+    """Catches: draws of each frame of an hour."""
+    signal = an_hour(place_px=300 * np.column_stack([trajectory(5, 108_000)] * 2))
+    tracemalloc.start()
+    try:
+        judge_signals([signal])
+        assert tracemalloc.get_traced_memory()[1] < 1e9
+    finally:
+        tracemalloc.stop()
+
+
+def test_an_hour_of_chapters_is_accepted_with_all_their_evidence():
+    """Catches: blocks so long that a hand's motion is averaged away in them, and rivals look like what is left."""
+    film, minute = an_hour(), 1800
+    chapters = [judge_signals([film.part(slice(k, k + minute))]) for k in range(0, 10 * minute, minute)]
+    joined = film.part(slice(0, 10 * minute))
+    outcome = judge_signals([joined], chapters=[chapter.compared for chapter in chapters])
+    assert {chapter.verdict for chapter in chapters} == {"accept"} and outcome.verdict == "accept"
+    assert (outcome.score or 0) > max(chapter.score or 0 for chapter in chapters)
+
+
+# Several chapters.
+
+
+def test_odds_of_chapters_add_up_and_a_share_is_the_least():
+    """Catches: a mean of odds; a rival that one chapter excludes kept for another."""
+    parts = [grating(row("late", 3.0, 0.5), row("rows", 2.0)), grating(row("late", -1.0, 0.0), row("rows", -0.5))]
+    late, rows = merge_chapters(parts, parts[0].figures).rivals
+    assert (late.log10_odds, late.share, late.fits) == (2.0, 0.0, False)
+    assert (rows.log10_odds, rows.share) == (1.5, None)
+
+
+def test_a_spell_of_one_chapter_is_a_spell_of_the_film():
+    """Catches: a lie of a second averaged away by the minutes around it; tries that are not counted."""
+    parts = [grating(row("spell", 5.0)), grating(row("spell", -6.0)), *[grating(row("still", 9.0))] * 8]
+    spell = next(one for one in merge_chapters(parts, parts[0].figures).rivals if one.name == "spell")
+    assert spell.log10_odds == pytest.approx(-6.0 + 1.0) and spell.fits
+
+
+def test_a_chapter_at_rest_counts_for_nothing():
+    """Catches: figures of a minute in which the badge was on a table."""
+    rest = replace(grating(row("late", -9.0, 1.0), residual=9.0), moved=False)
+    one = grating(row("late", 3.0, 0.0), residual=0.5)
+    merged = merge_chapters([rest, one], one.figures)
+    assert merged.moved and merged.residual_rad == 0.5 and merged.rivals == one.rivals
+    assert not merge_chapters([rest, rest], one.figures).moved
+    assert merge_chapters([one], one.figures).rivals == one.rivals
+
+
+@pytest.mark.parametrize("law", [trajectory(frames=900), 0.4 * trajectory(3, 900), 1.2 * trajectory(4, 900)])
+def test_a_longer_signal_is_not_worse_than_its_parts(law):
+    """Catches: shares or limits that grow with the length of a film."""
+    film = fringe_signal(law, law + lasting_noise(900, 0.02))
+    parts = [compare(film.part(slice(300 * k, 300 * k + 300)), DESIGNED) for k in range(3)]
+    whole = compare(film, DESIGNED)
+    assert whole.fits and whole.score > max(part.score for part in parts)
+    for index, one in enumerate(whole.rivals):
+        shares = [part.rivals[index].share for part in parts]
+        assert one.share is None or one.share <= max(share or 0.0 for share in shares) + 0.005
+    assert judge_signals([film]).verdict == "accept"
+
+
+def test_a_free_gain_leaves_a_rival_more_room():
+    """Catches: one room for a badge that is known and for one that is being enrolled."""
+    film = true_film(SWEEP)
+    known, enrolled = (
+        {one.name: one.share for one in compare(film, sheet).rivals} for sheet in (DESIGNED, to_measure())
+    )
+    assert (enrolled["drift"] or 0) > 2.5 * (known["drift"] or 0) > 0
+
+
+def test_odds_of_a_forgery_are_beyond_the_limit_of_a_rejection():
+    """Catches: a limit that no film reaches."""
+    found = compare(fringe_signal(LAW, lasting_noise()), DESIGNED)
+    assert found.beaten and not found.fits and not found.possible
+    assert found.best is not None and (found.best.log10_odds or 0) < -REJECTED_LOG10

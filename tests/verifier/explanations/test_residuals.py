@@ -1,0 +1,102 @@
+"""Size of residuals and odds.  Each docstring names the wrong code that the test would catch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from kit.fringe_signals import lasting_noise
+from moireid.verifier.explanations.residuals import (
+    independent_samples,
+    log10_odds,
+    residual_limit_rad,
+    spread_rad,
+)
+from moireid.verifier.limits import (
+    EXPLAINED_SDS,
+    LEAST_SAMPLES,
+    RESIDUAL_FLOOR_RAD,
+    RESIDUAL_MOTION_SHARE,
+    UNMODELLED_RAD,
+)
+
+
+def test_the_spread_of_a_normal_sample_is_its_standard_deviation(rng):
+    """Catches: a median absolute deviation without its factor of 1.4826."""
+    sample = rng.normal(3.0, [0.1, 0.7], (20000, 2))
+    assert spread_rad(sample) == pytest.approx([0.1, 0.7], rel=0.03)
+
+
+def test_the_spread_is_half_robust_and_half_plain():
+    """Catches: one of the two alone.  Closed form: of +1 and -1, and of a lie of 3 over a tenth of the film."""
+    signs = np.where(np.arange(1000) % 2, 1.0, -1.0)
+    lie = np.where(np.arange(1000) < 100, 3.0, 0.0)
+    wanted = [0.5 * 1.4826 + 0.5, 0.5 * 3 * math.sqrt(0.1 * 0.9)]
+    assert spread_rad(np.column_stack([signs, lie])) == pytest.approx(wanted)
+    assert spread_rad(np.full((50, 1), 4.0)) == pytest.approx([0.0])
+
+
+def test_a_few_bad_poses_hardly_widen_the_spread(rng):
+    """Catches: a verdict that rests on three frames of hundreds."""
+    clean = rng.normal(0, 0.02, 600)
+    spoilt = clean.copy()
+    spoilt[[50, 300, 500]] += 0.5
+    plain, robust = spoilt.std(), spread_rad(spoilt[:, None])[0]
+    assert robust < 0.02 + 0.55 * (plain - 0.02)
+
+
+def test_samples_of_white_noise_are_all_independent(rng):
+    """Catches: correlations of noise that are summed up, by which N falls far below the number of frames."""
+    assert independent_samples(rng.normal(size=4000)) == pytest.approx(4000, rel=0.05)
+
+
+@pytest.mark.parametrize("lasting", [0.3, 0.6, 0.9])
+def test_samples_of_lasting_noise_are_fewer_by_the_known_factor(lasting):
+    """Catches: frames counted as independent.  Closed form: N (1 - a) / (1 + a), the sum cut off below 0.2."""
+    noise = lasting_noise(20000, 0.02, lasting=lasting)
+    assert independent_samples(noise) == pytest.approx(20000 * (1 - lasting) / (1 + lasting), rel=0.3)
+
+
+def test_samples_do_not_depend_on_size_or_mean():
+    """Catches: an autocorrelation that is not normalised, or not about the mean."""
+    noise = lasting_noise(600, 0.02)
+    wanted = independent_samples(noise)
+    assert independent_samples(1e3 * noise + 7.0) == pytest.approx(wanted)
+    assert LEAST_SAMPLES < wanted < 600
+
+
+@pytest.mark.parametrize("residual", [np.zeros(300), np.full(300, 2.0), np.linspace(-1, 1, 300), np.array([0.1, -0.1])])
+def test_there_are_always_some_samples(residual):
+    """Catches: a division by no variance; odds of a steady ramp that vanish, or grow with each of its frames."""
+    found = independent_samples(residual)
+    assert LEAST_SAMPLES <= found <= max(LEAST_SAMPLES, 0.1 * len(residual))
+
+
+def test_odds_have_the_sign_of_the_better_explanation():
+    """Catches: odds of the rival over the law."""
+    small, large = 300 * 0.02**2, 300 * 0.2**2
+    assert log10_odds(small, large, 300, 100) > 0 > log10_odds(large, small, 300, 100)
+    assert log10_odds(large, small, 300, 100) == pytest.approx(-log10_odds(small, large, 300, 100))
+    assert log10_odds(small, small, 300, 100) == 0.0
+
+
+def test_odds_of_large_residuals_are_half_a_power_of_ten_a_sample():
+    """Catches: natural logarithms; blocks counted in place of independent samples.  Closed form."""
+    assert log10_odds(1e3, 1e4, 300, 80) == pytest.approx(40.0, abs=1e-2)
+
+
+def test_odds_end_at_the_error_that_no_explanation_models():
+    """Catches: boundless odds where one explanation fits to a rounding error.  Closed form of the floor."""
+    floor = 300 * UNMODELLED_RAD**2
+    assert log10_odds(0.0, 0.0, 300, 80) == 0.0
+    assert log10_odds(0.0, floor, 300, 80) == pytest.approx(40 * math.log10(2))
+    assert log10_odds(1e-12, floor / 100, 300, 80) < 0.2
+
+
+def test_the_limit_of_a_residual_is_a_closed_form():
+    """Catches: errors that are added where they combine in squares; a limit without the film's own error."""
+    assert residual_limit_rad(0.0, 0.0) == pytest.approx(RESIDUAL_FLOOR_RAD)
+    fixed = RESIDUAL_FLOOR_RAD + 1.2 * RESIDUAL_MOTION_SHARE
+    assert residual_limit_rad(1.2, 0.05) == pytest.approx(math.hypot(fixed, EXPLAINED_SDS * 0.05))

@@ -1,0 +1,222 @@
+"""Rivals of the law over a whole film.  Each docstring names the wrong code that the test would catch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kit.fringe_signals import FRAMES, apart_from, clock, lasting_noise, series_of, trajectory
+from moireid.verifier.explanations.honest import HonestModel
+from moireid.verifier.explanations.residuals import independent_samples
+from moireid.verifier.explanations.rivals import RIVALS, delayed, even, rival_odds
+from moireid.verifier.explanations.series import PhaseSeries
+from moireid.verifier.limits import DELAYS_S, FORGED_GAINS, LATE_RANGE_S, MAX_LAG_S, REJECTED_LOG10
+
+ROOM = (0.85, 1.15)
+EXCITATION = 1.2
+LAW = EXCITATION * trajectory()
+#: The badge shifts in the picture along a trajectory of its own, and trembles up and down.
+PLACE_PX = np.column_stack([640 + 180 * trajectory(5), 360 + 3 * apart_from(LAW, 6)])
+BY_NAME = {rival.name: rival for rival in RIVALS}
+#: What each whole-film rival makes of the fringes, rad.
+MADE = {
+    "still": 0 * LAW,
+    "drift": 0.4 * (clock() - clock().mean()),
+    "late": EXCITATION * trajectory(late_s=0.4),
+    "place": (PLACE_PX[:, 0] - 640) / 200,
+    "another_gain": 1.7 * LAW,
+}
+
+
+def filmed(measured: np.ndarray, **how) -> PhaseSeries:
+    return series_of(LAW, measured + lasting_noise(size=0.02), place_px=PLACE_PX, **how)
+
+
+def odds_on(series: PhaseSeries, room=ROOM) -> dict[str, float]:
+    """Logarithm of the odds of the law over each rival that has them."""
+    return {name: found[0] for name, found in found_on(series, room).items()}
+
+
+def found_on(series: PhaseSeries, room=ROOM) -> dict[str, tuple[float, dict[str, float]]]:
+    left = HonestModel(series, room).fit(series.measured_rad[:, None]).residual_rad[:, 0]
+    own, samples = float(series.weight @ left**2), independent_samples(left)
+    found = {rival.name: rival_odds(rival, series, own, samples, room) for rival in RIVALS}
+    return {name: one for name, one in found.items() if one is not None}
+
+
+def drawn(name: str, series: PhaseSeries, count: int = 200, room=ROOM) -> np.ndarray:
+    return BY_NAME[name].draws(series, np.random.default_rng(1), count, room)
+
+
+# The law, later.
+
+
+@pytest.mark.parametrize("delay_s", [0.2, 0.5, 1.3, -0.2, -0.75])
+def test_the_law_so_much_later_is_the_law_at_an_earlier_time(delay_s):
+    """Catches: a lead taken for a delay; a delay in frames.  Closed form: the wave itself, within the film."""
+    series = series_of(LAW)
+    times = clock()
+    inside = (times - delay_s >= 0) & (times - delay_s <= times[-1])
+    wanted = EXCITATION * trajectory(late_s=delay_s)
+    assert delayed(series, delay_s)[inside] == pytest.approx(wanted[inside], abs=0.02)
+
+
+@pytest.mark.parametrize("delay_s", [0.2, 2.0, -2.0, 4.9])
+def test_a_steady_sweep_goes_on_beyond_its_ends(delay_s):
+    """Catches: fringes that rest before the film begins, which no delayed film shows.  Closed form: -rate x delay."""
+    stretch = np.repeat([0, 1], [150, 150])
+    rate = np.where(stretch == 0, 0.6, -0.3)
+    series = series_of(rate * clock(), stretch=stretch)
+    assert delayed(series, delay_s) == pytest.approx(series.law_rad - rate * delay_s, abs=1e-9)
+
+
+def test_beyond_an_end_the_law_goes_on_at_its_speed_there():
+    """Catches: a speed from two noisy frames; the mean speed of the whole film."""
+    times = clock()
+    kinked = np.where(times < 5, 0.8 * times, 4.0)
+    series = series_of(kinked)
+    shift = series.law_rad - delayed(series, 1.0)
+    assert shift[times < 5] == pytest.approx(np.full(150, 0.8), abs=1e-9)
+    assert shift[times > 6.1] == pytest.approx(np.zeros(116), abs=1e-9)
+
+
+def test_one_frame_and_times_that_repeat_have_a_delay_too():
+    """Catches: a division by no time."""
+    stretch = np.repeat([0, 1, 2], [150, 1, 149])
+    one = delayed(series_of(LAW, stretch=stretch), 0.5)
+    assert one[150] == pytest.approx(0.0) and np.isfinite(one).all()
+    assert np.isfinite(delayed(series_of(LAW, times_s=np.repeat(clock(150), 2)), 0.5)).all()
+    still = series_of(LAW, times_s=np.zeros(FRAMES))
+    assert np.ptp(delayed(still, 0.5)) == 0.0
+
+
+# Odds.
+
+
+@pytest.mark.parametrize("name", list(MADE))
+def test_each_rival_beats_the_law_on_what_it_made_and_no_other_beats_it(name):
+    """Catches: a shape that is not its rival's; a best variant that is the first one.
+
+    A rival that contains this one fits as well, as a drift of speed 0 does where fringes stay still.
+    """
+    odds = odds_on(filmed(MADE[name]))
+    assert odds[name] < -REJECTED_LOG10
+    assert odds[name] < min(odds.values()) + 0.5
+
+
+def test_the_law_beats_each_rival_on_a_true_film():
+    """Catches: odds of the rival over the law; a rival so free that it fits any film."""
+    odds = odds_on(filmed(LAW))
+    assert odds.keys() == MADE.keys()
+    assert min(odds.values()) > 50
+
+
+def test_a_film_between_law_and_rival_is_decided_by_the_nearer():
+    """Catches: a rival that is not fitted, but compared at its usual size."""
+    drifting = filmed(LAW + 0.2 * MADE["drift"])
+    assert odds_on(drifting)["drift"] > 0
+    assert odds_on(filmed(0.05 * LAW + 3.0 * MADE["drift"]))["drift"] < -REJECTED_LOG10
+
+
+@pytest.mark.parametrize("late_s", [0.4, 1.0, -0.5])
+def test_the_delay_is_reported(late_s):
+    """Catches: a delay without its sign, or that of another variant."""
+    odds, parameters = found_on(filmed(EXCITATION * trajectory(late_s=late_s)))["late"]
+    assert odds < 0 and parameters["late_s"] == late_s
+
+
+def test_fitted_delays_begin_where_a_codec_s_lag_ends_and_cover_the_prior():
+    """Catches: an honest lag called a rival; drawn delays that are never fitted."""
+    assert min(DELAYS_S) > MAX_LAG_S and (min(DELAYS_S), max(DELAYS_S)) == LATE_RANGE_S
+
+
+@pytest.mark.parametrize(
+    ("gain", "found"), [(1.0, ROOM), (1.1, ROOM[1:]), (0.88, ROOM[:1]), (1.7, (1.7,)), (-1, (-1,))]
+)
+def test_another_gain_is_one_outside_of_what_honest_badges_have(gain, found):
+    """Catches: the law's own gain as a rival, which fits any true film as well as the law."""
+    odds, parameters = found_on(filmed(gain * LAW))["another_gain"]
+    assert min(abs(parameters["gain"] - one) for one in found) < 0.01
+    assert (odds > 3) == (ROOM[0] < gain < ROOM[1])
+
+
+def test_a_motion_of_its_own_has_no_best_fit():
+    """Catches: a free curve fitted to a true film, which no law could beat."""
+    series = filmed(LAW)
+    assert rival_odds(BY_NAME["own_motion"], series, 1.0, 10.0, ROOM) is None
+    assert [rival.name for rival in RIVALS if rival.variants is None] == ["own_motion"]
+
+
+def test_without_a_known_place_the_place_moves_nothing():
+    """Catches: a crash, or free columns, for a film whose track is not known."""
+    series = replace(filmed(LAW), place_px=None)
+    odds = odds_on(series)
+    assert odds["place"] == pytest.approx(odds["still"])
+    assert not drawn("place", series).any()
+
+
+def test_a_place_has_two_directions_and_any_slope():
+    """Catches: x alone; a slope of the page's own millimetres; a constant that a cut may not change."""
+    stretch = np.repeat([0, 1], [150, 150])
+    for px in (PLACE_PX, PLACE_PX[:, ::-1], 1e-3 * PLACE_PX, PLACE_PX + 300.0 * stretch[:, None]):
+        series = series_of(LAW, MADE["place"] + lasting_noise(), place_px=px, stretch=stretch)
+        assert odds_on(series)["place"] < -REJECTED_LOG10
+
+
+# Priors.
+
+
+def test_even_values_are_the_middles_of_equal_parts():
+    """Catches: both ends drawn, by which a share of ten is known to a ninth."""
+    assert even(5, 0.0, 1.0) == pytest.approx([0.1, 0.3, 0.5, 0.7, 0.9])
+    assert even(4, -2.0, 2.0) == pytest.approx([-1.5, -0.5, 0.5, 1.5])
+
+
+@pytest.mark.parametrize("name", ["drift", "place"])
+def test_sizes_are_even_over_the_gains_of_forgers(name):
+    """Catches: sizes in units of their own, so that a share depends on pixels or seconds."""
+    sweep = 0.6 * clock()
+    series = series_of(sweep, place_px=np.column_stack([640 - 50 * sweep, 0 * sweep]))
+    ratios = drawn(name, series, 50).T @ series.law_rad / (series.law_rad @ series.law_rad)
+    assert ratios == pytest.approx(even(50, *FORGED_GAINS), abs=1e-9)
+
+
+def test_delays_are_even_on_both_sides():
+    """Catches: delays alone; those of the fit, of which most are short.  On a sweep the delay can be read back."""
+    series = series_of(0.6 * clock())
+    late = (series.law_rad[:, None] - drawn("late", series, 100)) / 0.6
+    assert np.ptp(late, axis=0) == pytest.approx(np.zeros(100), abs=1e-9)
+    wanted = even(50, *LATE_RANGE_S)
+    assert np.sort(late[0]) == pytest.approx(np.sort([*wanted, *-wanted]))
+
+
+@pytest.mark.parametrize("room", [ROOM, (0.5, 1.6)])
+def test_drawn_gains_leave_out_the_room(room):
+    """Catches: an honest sheet counted among the forgeries."""
+    series = series_of(LAW)
+    gains = drawn("another_gain", series, 100, room)[50] / series.law_rad[50]
+    assert gains.min() > FORGED_GAINS[0] and gains.max() < FORGED_GAINS[1]
+    assert not ((gains > room[0]) & (gains < room[1])).any()
+    width = FORGED_GAINS[1] - FORGED_GAINS[0]
+    assert len(gains) == pytest.approx(100 * (1 - (room[1] - room[0]) / width), abs=1)
+
+
+def test_own_motions_are_as_wide_as_the_law_smooth_and_unlike_it():
+    """Catches: forgeries too small to be taken for the badge; ones that jitter, or that follow the law."""
+    series = series_of(LAW, stretch=np.repeat([0, 1], [120, 180]))
+    motions = drawn("own_motion", series)
+    assert np.sqrt(np.mean(motions**2, axis=0)) == pytest.approx(np.full(200, series.excitation_rad))
+    assert series.centred(motions) == pytest.approx(motions, abs=1e-9)
+    whole = drawn("own_motion", series_of(LAW))
+    power = np.abs(np.fft.rfft(whole * np.hanning(FRAMES)[:, None], axis=0)) ** 2
+    fast = np.fft.rfftfreq(FRAMES, 1 / 30) > 2
+    assert (power[fast].sum(axis=0) / power.sum(axis=0)).max() < 0.01
+    alike = [np.corrcoef(whole[:, k], LAW)[0, 1] for k in range(200)]
+    assert abs(np.mean(alike)) < 0.1 and np.max(alike) < 0.9
+
+
+def test_a_still_picture_is_drawn_still():
+    """Catches: draws of noise, which the film's own residual already adds."""
+    assert not drawn("still", series_of(LAW)).any()
