@@ -154,8 +154,9 @@ DOUBTFUL_AGREEMENT_SHARE = 0.02
 CELL_NOISE_RATIO = 3.0
 #: Least standard deviation of a reading.  Set by hand: lens pitch and sheet thickness vary that much over a sheet.
 CELL_FLOOR_RAD = 0.05
-#: Slips of the code's rows are averaged over this time.  Set by hand: half of what a short lie lasts.
-SLIP_MEAN_S = 0.4
+#: Slips of the code's rows are averaged over the first, and the worst time of the second length is looked at by itself.
+#: Set by hand: half of what a short lie lasts, and a short lie.
+SLIP_MEAN_S, SLIP_WORST_S = 0.4, 1.2
 #: Difference between a cell's shape and the learnt one, in contrasts: blur from neighbours, uneven sheets.  It is
 #: smooth, so a cell has about this many independent pieces of it.  Set by hand.
 SHAPE_ERROR_CONTRASTS, SHAPE_ERROR_PIECES = 0.06, 4

@@ -25,7 +25,12 @@ from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations.honest import HonestModel, Room
 from moireid.verifier.explanations.likelihood import containing_odds
 from moireid.verifier.explanations.lookalikes import lookalike_shares
-from moireid.verifier.explanations.residuals import independent_samples, residual_limit_rad, spread_rad
+from moireid.verifier.explanations.residuals import (
+    credible_error_rad,
+    independent_samples,
+    residual_limit_rad,
+    spread_rad,
+)
 from moireid.verifier.explanations.rivals import RIVALS, rival_odds
 from moireid.verifier.explanations.series import phase_series
 from moireid.verifier.explanations.spells import worst_spell
@@ -164,9 +169,11 @@ def compare(
     model = HonestModel(series, reach)
     fit = model.fit(series.measured_rad[:, None])
     residual, excitation = fit.residual_rad[:, 0], figures.excitation_rad
-    spread = float(spread_rad(fit.residual_rad)[0])
-    limit = residual_limit_rad(excitation, figures.expected_error_rad)
-    possible = POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * figures.expected_error_rad)
+    # What changes within a block is no less a deviation than what lasts.
+    spread = math.hypot(float(spread_rad(fit.residual_rad)[0]), series.within_rad)
+    error = figures.expected_error_rad
+    limit = residual_limit_rad(excitation, credible_error_rad(excitation, error))
+    possible = POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * error)
     possible = math.hypot(possible, CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
     own, samples = float(series.weight @ residual**2), independent_samples(residual)
     room = sheet.room_for(figures.gain_sd)
@@ -187,7 +194,7 @@ def compare(
     beyond = containing_odds(
         deviations,
         excitation,
-        signal.doubt * figures.expected_error_rad,
+        credible_error_rad(excitation, signal.doubt * error),
         strip_sd_rad=figures.strip_sd_rad,
         rounding_rad=figures.rounding_rad,
     )

@@ -23,8 +23,7 @@ from moireid.verifier.limits import (
     EXPLAINED_SDS,
     GAIN_REJECTED_SDS,
     GAIN_TOLERANCE_SHARE,
-    MAX_CODE_WANDER_RAD,
-    MAX_CODE_WANDER_SHARE,
+    MAX_CODE_WANDER,
     MAX_COVERED_SHARE,
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,
@@ -33,6 +32,7 @@ from moireid.verifier.limits import (
     MAX_STRAY_SHARE,
     MAX_STRIP_WANDER_RAD,
     MAX_UNSEEN_WAY_SHARE,
+    MIN_EXCITATION_RAD,
     MIN_EXCITATION_TO_ERROR_RATIO,
     MIN_HELD_SHARE,
     POSSIBLE_RESIDUAL_RATIO,
@@ -152,10 +152,14 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison]) -> 
     allowed, and a share of the largest motion of any grating, as the camera's pose may turn the badge.
     """
     own, most = grating.figures, max(one.figures.excitation_rad for one in moved)
+    if own.excitation_rad >= MIN_EXCITATION_RAD:
+        text = "One field of the badge moved, but its fringes are too unclear to say how. Film from nearer."
+        limit = enough_motion_rad(own.expected_error_rad)
+        return Reason("residual", "undecided", own.excitation_rad, limit, "rad", text)
     deviation = float(np.hypot((own.gain_ratio - 1) * own.excitation_rad, own.phase_residual_rad))
     fixed = RESIDUAL_FLOOR_RAD * POSSIBLE_RESIDUAL_RATIO + 0.03 * most
     fixed += (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
-    limit = float(np.hypot(fixed, EXPLAINED_SDS * own.expected_error_rad))
+    limit = float(np.hypot(fixed, EXPLAINED_SDS * min(own.expected_error_rad, MAX_STRIP_WANDER_RAD)))
     good, possible = deviation <= limit, deviation <= POSSIBLE_RESIDUAL_RATIO * limit
     text = "Fringes that should hardly move do so."
     if not good:
@@ -163,25 +167,26 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison]) -> 
     return Reason("residual", "pass" if good else "undecided" if possible else "fail", deviation, limit, "rad", text)
 
 
-def rows_agree(compared: Sequence[GratingComparison], code_apart_rad: float) -> Reason:
+def rows_agree(compared: Sequence[GratingComparison], code_apart_rad: tuple[float, float]) -> Reason:
     """Whether the rows of the badge move together: the plain ones, and those of the code with them.
 
-    Parameters: code_apart_rad: how far the code's row that differs most moves apart from the plain ones.
+    Parameters: code_apart_rad: how far the code's rows move apart from the plain ones, over the film and in the worst
+        second.
     """
     worst = max((one.figures for one in compared), key=lambda one: one.strip_wander_rad)
     limit = float(np.hypot(MAX_STRIP_WANDER_RAD, 3 * worst.expected_error_rad))
-    excitation = max(one.figures.excitation_rad for one in compared)
-    of_code = MAX_CODE_WANDER_RAD + MAX_CODE_WANDER_SHARE * excitation
-    text = "The fringes of all rows of the badge move together."
     if worst.strip_wander_rad > limit:
         text = "The fringes of different rows of the badge move apart, as on a badge put together from pictures."
         return Reason("agreement", "fail", worst.strip_wander_rad, limit, "rad", text)
-    if code_apart_rad > of_code:
-        level: Level = "fail" if code_apart_rad > POSSIBLE_RESIDUAL_RATIO * of_code else "undecided"
+    excitation = max(one.figures.excitation_rad for one in compared)
+    limits = [floor + share * excitation for floor, share in MAX_CODE_WANDER]
+    apart, limit = max(zip(code_apart_rad, limits, strict=True), key=lambda one: one[0] / one[1])
+    level: Level = "pass" if apart <= limit else "undecided" if apart <= POSSIBLE_RESIDUAL_RATIO * limit else "fail"
+    text = "The fringes of all rows of the badge move together."
+    if level != "pass":
         text = "The fringes of the code's rows do not move as those of the plain rows do. Film from nearer, in even "
         text += "light, without effects that mix frames."
-        return Reason("agreement", level, code_apart_rad, of_code, "rad", text)
-    return Reason("agreement", "pass", max(worst.strip_wander_rad, code_apart_rad), max(limit, of_code), "rad", text)
+    return Reason("agreement", level, apart, limit, "rad", text)
 
 
 def with_nuisances(
@@ -272,7 +277,7 @@ def _best_rival(better: Sequence[Explanation], excitation_rad: float) -> list[Ex
     freedom to the law; of those within a factor of ten of the best, the first of the table, which is the simplest.
     """
     most = NAMED_RESIDUAL_SHARE * excitation_rad
-    close = [one for one in better if one.parameters.get("residual_rad", np.inf) <= most]
+    close = [one for one in better if one.parameters.get("residual_rad", 0.0) <= most]
     specific = [one for one in close if one.name not in CONTAINING] or list(better)
     least = min((one.log10_odds or 0.0 for one in specific), default=0.0)
     return [one for one in specific if (one.log10_odds or 0.0) <= least + MAX_RIVAL_LOG10][:1]

@@ -35,6 +35,7 @@ from moireid.verifier.decision.figures import Figures, figures_of
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reason
 from moireid.verifier.explanations.photographs.count import no_photographs
 from moireid.verifier.explanations.photographs.spacing import spacing_of
+from moireid.verifier.explanations.series import without_short_stretches
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.reasons import Reason, Verdict, json_number, worst
 
@@ -92,7 +93,7 @@ def judge_invariant(
     sheet: SheetGain = DESIGNED,
     *,
     constant_room_rad: float | None = None,
-    code_apart_rad: float = 0.0,
+    code_apart_rad: tuple[float, float] = (0.0, 0.0),
 ) -> Invariant:
     """Compare explanations of a whole measurement; parameters as `judge_signals`."""
     return judge_signals(
@@ -105,18 +106,19 @@ def judge_signals(
     sheet: SheetGain = DESIGNED,
     *,
     constant_room_rad: float | None = None,
-    code_apart_rad: float = 0.0,
+    code_apart_rad: tuple[float, float] = (0.0, 0.0),
     whole: bool = True,
     chapters: Sequence[Sequence[GratingComparison]] = (),
 ) -> Invariant:
     """Compare explanations of one signal per grating.
 
     Parameters: signals: under the gain that `sheet` expects; constant_room_rad: how far the phase constant may be from
-        that at enrolment, None where none is known; code_apart_rad: how far the code's row that differs most moves
-        apart from the plain rows; whole: False leaves out what a few seconds do not need, the rivals' shares and
-        photographs; chapters: comparisons of the film's chapters, of which the signals are the whole.
+        that at enrolment, None where none is known; code_apart_rad: as `findings.rows_agree`; whole: False leaves out
+        what a few seconds do not need, the rivals' shares and photographs; chapters: comparisons of the film's
+        chapters, of which the signals are the whole.
     Source: module docstring; gratings are combined by their Fisher information.
     """
+    signals = [without_short_stretches(signal) for signal in signals]
     if chapters:
         grouped = zip(*chapters, strict=True)
         compared = [merge_chapters(parts, figures_of(s)) for parts, s in zip(grouped, signals, strict=True)]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from moireid.verifier.limits import (
     EXPLAINED_SDS,
     LEAST_SAMPLES,
+    MAX_ERROR_SHARE,
     RESIDUAL_FLOOR_RAD,
     RESIDUAL_MOTION_SHARE,
     UNMODELLED_RAD,
@@ -68,3 +69,8 @@ def residual_limit_rad(excitation_rad: float, expected_error_rad: float) -> floa
     """What an honest film may leave of the phase: a floor, a share of the motion, and its own expected error."""
     fixed = RESIDUAL_FLOOR_RAD + RESIDUAL_MOTION_SHARE * excitation_rad
     return math.hypot(fixed, EXPLAINED_SDS * expected_error_rad)
+
+
+def credible_error_rad(excitation_rad: float, expected_error_rad: float) -> float:
+    """The expected error as far as it may excuse a deviation: a film that is made noisy must not buy room for a lie."""
+    return min(expected_error_rad, MAX_ERROR_SHARE * excitation_rad)

@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import LEAST_SCALE_RAD, MOST_BLOCKS
+from moireid.verifier.limits import LEAST_SCALE_RAD, LEAST_SEEN_S, MOST_BLOCKS
+from moireid.verifier.measuring import MAX_GAP_S
 
 Array = NDArray[np.float64]
+#: Of a film that lacks fewer frames than this share, none is put in.
+LEAST_MISSING_SHARE = 0.01
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,8 @@ class PhaseSeries:
         The camera's parallax along the lines, and one over its distance, 1/mm.
     error_rad : float
         Expected error of one frame, from the error bars of phase and pose.
+    within_rad : float
+        Spread of the frames' deviation from the law about their block's mean; 0 where a block is a frame.
     """
 
     times_s: Array
@@ -51,6 +56,7 @@ class PhaseSeries:
     place_px: Array | None
     views: Array | None
     error_rad: float
+    within_rad: float = 0.0
 
     @property
     def excitation_rad(self) -> float:
@@ -81,6 +87,20 @@ class PhaseSeries:
         return replace(other, measured_rad=measured, law_rad=law, rate_rad_per_s=rate)
 
 
+def without_short_stretches(signal: GratingSignal) -> GratingSignal:
+    """The signal, unread in stretches shorter than the shortest lie that is looked for.
+
+    Each stretch has a phase constant of its own, so a picture that stands still between frequent cuts would leave none.
+    """
+    _, own = np.unique(signal.stretch, return_inverse=True)
+    starts = np.flatnonzero(np.diff(own, prepend=-1))
+    ends = np.append(starts[1:], len(own)) - 1
+    short = (signal.times_s[ends] - signal.times_s[starts] < LEAST_SEEN_S)[own]
+    if not short.any():
+        return signal
+    return replace(signal, phase_sd_rad=np.where(short, np.inf, signal.phase_sd_rad))
+
+
 def phase_series(signal: GratingSignal) -> PhaseSeries | None:
     """The series of one grating's readable frames, of at most `MOST_BLOCKS` blocks; None where no frame is readable.
 
@@ -92,8 +112,6 @@ def phase_series(signal: GratingSignal) -> PhaseSeries | None:
     if not len(used):
         return None
     stretch = np.unique(signal.stretch[used], return_inverse=True)[1]
-    starts = _block_starts(stretch, -(-len(used) // MOST_BLOCKS))
-    size = np.diff(np.append(starts, len(used)))[:, None]
     sd = np.hypot(signal.phase_sd_rad[used], signal.pose_sd_rad)
     weight = np.minimum(1.0, (max(float(np.median(sd)), LEAST_SCALE_RAD) / np.maximum(sd, 1e-9)) ** 2)
     predicted = signal.predicted_rad[used]
@@ -103,7 +121,11 @@ def phase_series(signal: GratingSignal) -> PhaseSeries | None:
         columns += list(signal.beyond.place_px[used].T)
     if signal.covariates is not None:
         columns += list(signal.covariates[used].T)
-    means = np.add.reduceat(np.column_stack(columns), starts, axis=0) / size
+    table, stretch = _evenly(np.column_stack(columns), stretch)
+    starts = _block_starts(stretch, -(-len(table) // MOST_BLOCKS))
+    size = np.diff(np.append(starts, len(table)))
+    means = np.add.reduceat(table, starts, axis=0) / size[:, None]
+    apart = table[:, 1] - table[:, 2] - np.repeat(means[:, 1] - means[:, 2], size)
     times, measured, law, rate, weights = means[:, :5].T
     first, last = means[:, 5:7], means[:, -2:]
     raw = PhaseSeries(
@@ -116,8 +138,27 @@ def phase_series(signal: GratingSignal) -> PhaseSeries | None:
         first if signal.beyond is not None else None,
         last if signal.covariates is not None else None,
         float(np.hypot(np.median(signal.phase_sd_rad[used]), signal.pose_sd_rad)),
+        float(apart.std()),
     )
     return raw.weighted(weights)
+
+
+def _evenly(table: Array, stretch: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """A table (T, K), whose first column is the time, with frames put in where some are missing, by interpolation.
+
+    So each second of a film counts alike: a lie that is shown at fewer frames a second would weigh less.
+    """
+    times = table[:, 0]
+    steps = np.where(np.diff(stretch) == 0, np.diff(times), 0.0)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    steps[steps > MAX_GAP_S] = 0.0
+    missing = np.maximum(np.round(steps / max(usual, 1e-9)).astype(int) - 1, 0)
+    if missing.sum() < LEAST_MISSING_SHARE * len(times):
+        return table, stretch
+    place = np.arange(len(times)) + np.concatenate([[0], np.cumsum(missing)])
+    every = np.arange(place[-1] + 1)
+    filled = np.column_stack([np.interp(every, place, column) for column in table.T])
+    return filled, stretch[np.searchsorted(place, every, side="right") - 1]
 
 
 def _block_starts(stretch: NDArray[np.int64], frames: int) -> NDArray[np.int64]:

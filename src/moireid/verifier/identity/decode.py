@@ -51,7 +51,7 @@ class Identity:
     beats_agree: bool | None = True
     partial: PartialWord | None = None
     cell_motion: float | None = None
-    rows_apart_rad: float = 0.0
+    rows_apart_rad: tuple[float, float] = (0.0, 0.0)
 
     def to_json(self) -> dict[str, Any]:
         """As the `identity` object of `verify --json`."""
@@ -73,15 +73,15 @@ class Reading:
 
     cells: one reading per cell, by grating; fields: of the uniform rows, by grating, as used for decoding; cell_motion:
     change of the cells' fringes relative to that expected from the rows: 1 if they move together, 0 for a still picture
-    of cells, None if it cannot be measured; rows_apart_rad: how far the code's row that differs most moves apart from
-    the plain rows (`row_slip`).
+    of cells, None if it cannot be measured; rows_apart_rad: how far the code's rows that differ most move apart from
+    the plain rows, over the film and in the worst second (`row_slip`).
     """
 
     decoded: Decoded | None
     cells: tuple[tuple[CellReading, ...], ...]
     fields: dict[int, Field]
     cell_motion: float | None = None
-    rows_apart_rad: float = 0.0
+    rows_apart_rad: tuple[float, float] = (0.0, 0.0)
 
 
 def read_identity(track: Track, measurement: Measurement) -> Reading:
@@ -119,8 +119,8 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
         )
         gratings = tuple(badge.gratings[index] for index in coded)
         decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
-        apart = max(_rows_apart_rad(track, index, fields[index], shifted[index]) for index in coded)
-        reading = Reading(decoded, cells, fields, motion, apart)
+        apart = [_rows_apart_rad(track, index, fields[index], shifted[index]) for index in coded]
+        reading = Reading(decoded, cells, fields, motion, (max(a for a, _ in apart), max(b for _, b in apart)))
         first = first or reading
         if decoded.payload is not None:
             return reading
@@ -128,16 +128,17 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
     return first
 
 
-def _rows_apart_rad(track: Track, grating: int, field: Field, cells: dict[int, CellPhase]) -> float:
-    """How far the code's row that differs most moves apart from the plain rows; 0 where no cell is read."""
+def _rows_apart_rad(track: Track, grating: int, field: Field, cells: dict[int, CellPhase]) -> tuple[float, float]:
+    """How far the code's rows that differ most move apart from the plain rows; 0 where no cell is read."""
     times = track.times_s[track.cell_frames[field.read[track.cell_frames]]]
-    apart = [0.0]
+    apart = [(0.0, 0.0)]
     for strip in track.strips:
         slips = [cells[k].slip for k in strip.cells if strip.grating == grating and k in cells]
         known = [slip for slip in slips if slip is not None]
-        if known:
-            apart.append(row_apart_rad(known, times))
-    return max(apart)
+        # Neighbours that deviate the opposite way would cancel in the mean of a row.
+        apart += [row_apart_rad(part, times) for part in (known, known[::2], known[1::2]) if part]
+    whole, worst = zip(*apart, strict=True)
+    return max(whole), max(worst)
 
 
 def judge_identity(

@@ -18,18 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.fringes.sinusoid import Complex, series
-from moireid.verifier.measuring import CELL_NOISE_RATIO, SLIP_MEAN_S
+from moireid.verifier.measuring import SLIP_MEAN_S, SLIP_WORST_S
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class CellSlip:
-    """Of one cell: the slip is along / power, (F,); left: mean square of what no slip explains, contrasts^2."""
+    """Of one cell: the slip is along / power, (F,)."""
 
     along: Array
     power: Array
-    left: float
 
 
 def cell_slip(seen: Array, phase: Array, shape: Complex, ahead: float) -> CellSlip:
@@ -47,27 +46,32 @@ def cell_slip(seen: Array, phase: Array, shape: Complex, ahead: float) -> CellSl
     left = _without(_without(seen, level), fringe)
     # What is the same in all frames is dirt, or an uneven sheet.
     left = left - left.mean(axis=0)
-    along, power = np.sum(left * slope, axis=1), np.sum(slope * slope, axis=1)
-    shift = along.sum() / max(float(power.sum()), 1e-12)
-    return CellSlip(along, power, float(np.mean((left - shift * slope) ** 2)))
+    return CellSlip(np.sum(left * slope, axis=1), np.sum(slope * slope, axis=1))
 
 
-def row_apart_rad(cells: Sequence[CellSlip], times_s: Array) -> float:
-    """How far a row moves apart from the plain rows, root mean square over time without what noise explains, rad.
+def row_apart_rad(cells: Sequence[CellSlip], times_s: Array) -> tuple[float, float]:
+    """How far a row moves apart from the plain rows, root mean squares over the film and over its worst second, rad.
 
     Parameters: times_s (F,).
+
+    Notes
+    -----
+    Convention: noise is not taken off, or a row that is made noisy could hide anything.
     """
     along, power = (np.sum([getattr(cell, name) for cell in cells], axis=0) for name in ("along", "power"))
-    left = float(np.mean([cell.left for cell in cells])) * CELL_NOISE_RATIO**2
-    step = float(np.median(np.diff(times_s))) if len(times_s) > 1 else SLIP_MEAN_S
-    window = np.ones(min(max(round(SLIP_MEAN_S / max(step, 1e-3)), 1), max(len(times_s), 1)))
-    along, power = (np.convolve(values, window, "same") for values in (along, power))
     if not power.sum() > 0:
-        return 0.0
+        return 0.0, 0.0
+    step = float(np.median(np.diff(times_s))) if len(times_s) > 1 else SLIP_MEAN_S
+    along, power = (_moving_sums(values, SLIP_MEAN_S / max(step, 1e-3)) for values in (along, power))
     slip = along / np.maximum(power, 1e-9)
     slip = slip - np.average(slip, weights=power)
-    noise = left / np.maximum(power, 1e-9)
-    return float(np.sqrt(max(np.average(slip**2 - noise, weights=power), 0.0)))
+    square, weight = (_moving_sums(values, SLIP_WORST_S / max(step, 1e-3)) for values in (slip**2 * power, power))
+    return float(np.sqrt(np.average(slip**2, weights=power))), float(np.sqrt((square / np.maximum(weight, 1e-9)).max()))
+
+
+def _moving_sums(values: Array, frames: float) -> Array:
+    """Sums over windows of so many frames about each, shorter at the ends."""
+    return np.convolve(values, np.ones(min(max(round(frames), 1), len(values))), "same")
 
 
 def _without(values: Array, column: Array) -> Array:

@@ -6,7 +6,6 @@ a rival would look as much like the law as this film does.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -103,7 +102,7 @@ def best_rival(document: Mapping[str, Any]) -> Entry | None:
     """
     better = [one for one in _rivals(document) if one["log10_odds"] < -MAX_RIVAL_LOG10]
     most = NAMED_RESIDUAL_SHARE * ((document.get("invariant") or {}).get("excitation_rad") or 0.0)
-    close = [one for one in better if one["parameters"].get("residual_rad", math.inf) <= most]
+    close = [one for one in better if one["parameters"].get("residual_rad", 0.0) <= most]
     specific = [one for one in close if one["name"] not in CONTAINING]
     return simplest(specific or better)
 

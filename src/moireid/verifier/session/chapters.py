@@ -26,7 +26,7 @@ from moireid.verifier.fringes.phase_coverage import SeenWay
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
 from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
-from moireid.verifier.limits import MAX_RIVAL_LOG10, MIN_FRAMES
+from moireid.verifier.limits import MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
 from moireid.verifier.reasons import Level, Reason, worst
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, judged_spans, seen_spans
@@ -151,12 +151,15 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
         return (seen or list(chapters))[0].invariant
     joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
     sheet = seen[0].sheet
-    apart = max(chapter.identity.rows_apart_rad for chapter in seen)
+    whole_rad, worst_rad = zip(*(chapter.identity.rows_apart_rad for chapter in seen), strict=True)
+    apart = float(np.sqrt(np.mean(np.square(whole_rad)))), max(worst_rad)
     compared = [chapter.invariant.compared for chapter in seen if chapter.invariant.compared]
     whole = judge_signals(joined, sheet, code_apart_rad=apart, chapters=compared)
     # Of many chapters, one is more easily the worst by chance.
     limit = MAX_RIVAL_LOG10 + math.log10(len(seen))
-    broken = [_broken_chapter(chapter) for chapter in seen if _is_broken(chapter, limit)]
+    doubtful = [chapter for chapter in seen if _is_doubtful(chapter)]
+    several = len(doubtful) > MAX_DOUBTFUL_SHARE * len(seen)
+    broken = [_broken_chapter(c) for c in seen if _is_broken(c, limit) or (several and c in doubtful)]
     reasons = (*whole.reasons, *(reason for reason in broken if reason is not None))
     return replace(whole, verdict=worst(list(reasons)), reasons=reasons)
 
@@ -228,6 +231,11 @@ def _numbered_on(numbers: Sequence[np.ndarray]) -> np.ndarray:
 def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:
     places = [signal.covariates for signal in signals if signal.covariates is not None]
     return np.concatenate([place - place.mean(axis=0) for place in places]) if len(places) == len(signals) else None
+
+
+def _is_doubtful(chapter: Chapter) -> bool:
+    """Whether a chapter that moves enough is left inconclusive."""
+    return chapter.invariant.verdict == "inconclusive" and any(one.moved for one in chapter.invariant.compared)
 
 
 def _broken_chapter(chapter: Chapter) -> Reason | None:
