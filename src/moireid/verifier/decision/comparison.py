@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from moireid.verifier.decision.figures import Figures, figures_of
 from moireid.verifier.decision.sheet_gain import SheetGain
@@ -50,6 +51,7 @@ from moireid.verifier.limits import (
 )
 from moireid.verifier.reasons import json_number
 
+Array = NDArray[np.float64]
 #: The honest explanation's name in the table.
 LAW = "law"
 #: Rivals that contain the law, or are it but for a while: they lower a score where they fit better, and never raise it.
@@ -118,23 +120,19 @@ class GratingComparison:
         return any(rival.log10_odds is not None and rival.log10_odds <= -REJECTED_LOG10 for rival in self.rivals)
 
     @property
-    def best(self) -> Explanation | None:
-        """The rival that fits best by its odds; None where none has odds."""
-        known = [rival for rival in self.rivals if rival.log10_odds is not None]
-        return min(known, key=lambda rival: rival.log10_odds or 0.0, default=None)
-
-    @property
     def score(self) -> float:
-        """Decadic logarithm of the odds of the law over the evenly weighted rivals, lowered by those that contain it
-        where these fit better.
+        """Decadic logarithm of the odds of the law over the evenly weighted rivals.
+
+        Rivals that contain the law count only where they fit better by more than chance.
         """
         known = {rival.name: rival.log10_odds for rival in self.rivals if rival.log10_odds is not None}
         apart = [odds for name, odds in known.items() if name not in CONTAINING]
         if not apart:
             return 0.0
-        least = min(apart)
-        total = least - math.log10(sum(10 ** (least - odds) for odds in apart) / len(apart))
-        return total + sum(min(0.0, known.get(name, 0.0)) for name in CONTAINING)
+        weighed = [odds + math.log10(len(apart)) for odds in apart]
+        weighed += [odds for name, odds in known.items() if name in CONTAINING and odds < -MAX_RIVAL_LOG10]
+        least = min(weighed)
+        return least - math.log10(sum(10 ** (least - odds) for odds in weighed))
 
 
 def enough_motion_rad(expected_error_rad: float) -> float:
@@ -175,32 +173,39 @@ def compare(
     limit = residual_limit_rad(excitation, credible_error_rad(excitation, error))
     possible = POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * error)
     possible = math.hypot(possible, CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
-    own, samples = float(series.weight @ residual**2), independent_samples(residual)
-    room = sheet.room_for(figures.gain_sd)
     # Where the law does not explain the film, nothing needs to look like it.
     asked = {}
     if shares and spread <= limit:
+        room = sheet.room_for(figures.gain_sd)
         asked = lookalike_shares(model, residual, room, constant_room_rad=constant_room_rad)
+    rows = _rows_apart(model, residual, asked)
+    rows += _rows_within(model, figures, spread, credible_error_rad(excitation, signal.doubt * error))
+    nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
+    return GratingComparison(figures, True, spread, limit, possible, doubted, reach, nuisances, tuple(rows))
+
+
+def _rows_apart(model: HonestModel, residual_rad: Array, shares: dict[str, float]) -> list[Explanation]:
+    """The rows of whole-film rivals; residual_rad: what the law leaves; shares: by the rivals' names."""
+    own, samples = float(model.series.weight @ residual_rad**2), independent_samples(residual_rad)
     rows = []
     for rival in RIVALS:
-        odds = rival_odds(rival, series, own, samples, reach)
+        odds = rival_odds(rival, model.series, own, samples, model.room)
         value, parameters = odds if odds is not None else (None, {})
-        rows.append(_row(rival.name, value, parameters, asked.get(rival.name)))
-    spell = worst_spell(series, model.robust_residual_rad())
+        rows.append(_row(rival.name, value, parameters, shares.get(rival.name)))
+    return rows
+
+
+def _rows_within(model: HonestModel, figures: Figures, spread_rad: float, error_rad: float) -> list[Explanation]:
+    """The rows of rivals that contain the law, or are it but for a while; spread_rad: of what the law leaves."""
+    rows = []
+    spell = worst_spell(model.series, model.robust_residual_rad())
     if spell is not None:
         at = {"gain": spell.gain, "start_s": spell.start_s, "end_s": spell.end_s}
         rows.append(_row("spell", spell.log10_odds, at, None))
-    deviations = {"wander": spread, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
-    beyond = containing_odds(
-        deviations,
-        excitation,
-        credible_error_rad(excitation, signal.doubt * error),
-        strip_sd_rad=figures.strip_sd_rad,
-        rounding_rad=figures.rounding_rad,
-    )
-    rows += [_row(name, value, {}, None) for name, value in beyond.items()]
-    nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
-    return GratingComparison(figures, True, spread, limit, possible, doubted, reach, nuisances, tuple(rows))
+    deviations = {"wander": spread_rad, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
+    strips = {"strip_sd_rad": figures.strip_sd_rad, "rounding_rad": figures.rounding_rad}
+    odds = containing_odds(deviations, figures.excitation_rad, error_rad, **strips)
+    return rows + [_row(name, value, {}, None) for name, value in odds.items()]
 
 
 def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> GratingComparison:
