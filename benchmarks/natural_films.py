@@ -110,7 +110,7 @@ def rows_of(task: Task) -> list[Row]:
                 continue
             signals = measure(part).gratings
             clock = time.process_time()
-            row = row_of(task, task.forge or "true", signals, claim)
+            row = row_of(task, f"filmed_{task.forge}" if task.forge else "true", signals, claim)
             row |= {"length_s": length, "start_s": begin, "judge_s": time.process_time() - clock}
             rows.append(row)
             if length == FORGED_S and row["verdict"] == "accept":

@@ -27,7 +27,7 @@ from moireid.verifier.limits import CALIBRATION_CAP_LOG10, CALIBRATION_OFFSET_LO
 
 FILMS = Path(__file__).parents[1] / "tests/data/explanations/films.csv"
 COLUMNS = {"wander": "residual_rad", "rows": "strip_wander_rad", "places": "place_wander_rad"}
-OF_A_SHEET = ("gain_0.8", "gain_1.25")
+OF_A_SHEET = ("gain_0.8", "gain_1.25", "filmed_gain_0.8", "filmed_gain_1.25")
 #: Widths of the bins of calibrated odds, powers of ten.
 BINS = (-2.5, -1.5, -0.5, 0.5, 1.5, 2.5)
 Film = dict[str, str]

@@ -22,7 +22,7 @@ def test_calibrated_odds_rise_with_the_score_and_end_at_the_cap():
 
 def test_between_the_caps_they_are_a_line():
     """Catches: natural logarithms; an offset that is scaled."""
-    for score in (-2.0, 0.0, 1.0, 3.0):
+    for score in (0.0, 3.0, 8.0, 15.0):
         wanted = CALIBRATION_SLOPE * score + CALIBRATION_OFFSET_LOG10
         assert calibrated_log10(score) == pytest.approx(wanted)
     assert 0 < CALIBRATION_SLOPE < 1
