@@ -104,7 +104,7 @@ MAX_STRIP_WANDER_RAD = 0.1
 #: of the motion: over the film, and in its worst second.  188 honest films of an outside tracer and of `bench reality`:
 #: at most 0.11 and 0.21 rad, but for frames that are mixed or coded too small, 0.16 and 0.43.
 MAX_CODE_WANDER = ((0.12, 0.02), (0.25, 0.08))
-#: Spacing of the fringes against distance (`motion.spacing`): a film whose gain differs from a badge's by more
+#: Spacing of the fringes against distance (`spacing`): a film whose gain differs from a badge's by more
 #: than the first is inconclusive.  Derived: half of the way to a table of photographs, whose gain is 0.  Error bars
 #: beyond the second: 99.7 % of a normal distribution.
 MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS = 0.5, 3.0
@@ -115,7 +115,7 @@ SPACING_FLOOR_RAD = 0.001
 #: is a badge's.  Set by hand: three outside films show 0.0020 to 0.0021, those of this project up to 0.0016.
 RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: A film is inconclusive if what turns with the fringes, of the third harmonic, is not by so many contrasts more than
-#: what stands still (`motion.turning`).  Derived: a third of what two gratings of lines have, 1/9.  Twelve films of
+#: what stands still (`third_harmonic`).  Derived: a third of what two gratings of lines have, 1/9.  Twelve films of
 #: photographs laid over each other show 0.002 at most; true ones, of two outside renderers and ours, 0.09 to 0.29.
 MIN_OVERTONE_CONTRASTS = 0.035
 #: A pattern that stands still on the badge may be so much of that.  Set by hand: twice what dots of 600 dpi make in the
@@ -125,7 +125,7 @@ MAX_STILL_SHARE = 0.3
 #: Films of this project: 0.26 to 0.74; the count of photographs rests on the low end.
 RIPPLE_LEFT_SHARE = 0.33
 #: A film is inconclusive if its waveform surely changes by more than this share of what two to four cross-faded
-#: photographs make (`motion.cross_fade`).  Set by hand: 38 true films of this project and three outside ones show -0.02
+#: photographs make (`cross_fade`).  Set by hand: 38 true films of this project and three outside ones show -0.02
 #: at most, films of two or three such photographs 0.27 and more.
 MAX_CROSS_FADE_SHARE = 0.2
 #: By how much a badge's own waveform may change with the place in that form.  Set by hand: those films show 2 %.

@@ -129,7 +129,7 @@ SPELL_S = 1.0
 MAX_UNSEARCHED_S = 2.0
 
 #: A gap between neighbouring views of the fringes counts as unseen from this share of the mean difference between two
-#: views on (`fringes.seen_way`).  Derived: fewer than 12 photographs at even distances.
+#: views on (`fringes.phase_coverage`).  Derived: fewer than 12 photographs at even distances.
 MAX_VIEW_GAP_SHARE = 0.25
 
 

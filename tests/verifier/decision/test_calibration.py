@@ -22,10 +22,16 @@ def test_calibrated_odds_rise_with_the_score_and_end_at_the_cap():
 
 def test_between_the_caps_they_are_a_line():
     """Catches: natural logarithms; an offset that is scaled."""
-    for score in (0.0, 3.0, 8.0, 15.0):
+    for score in (9.0, 12.0, 15.0):
         wanted = CALIBRATION_SLOPE * score + CALIBRATION_OFFSET_LOG10
         assert calibrated_log10(score) == pytest.approx(wanted)
+    assert calibrated_log10(-3.0) == pytest.approx(-3.0 * CALIBRATION_SLOPE)
     assert 0 < CALIBRATION_SLOPE < 1
+
+
+def test_a_film_that_hardly_tests_the_law_supports_nothing():
+    """Catches: a true sweep whose low odds for the law are calibrated into odds against it."""
+    assert calibrated_log10(1.4) == 0.0 and calibrated_log10(0.0) == 0.0
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,14 @@ SCALE = (
 
 
 def calibrated_log10(score: float) -> float:
-    """Calibrated decadic logarithm of the odds of the honest explanation, capped on both sides."""
-    value = CALIBRATION_SLOPE * score + CALIBRATION_OFFSET_LOG10
+    """Calibrated decadic logarithm of the odds of the honest explanation, capped on both sides.
+
+    Convention: it never has another sign than the score.  A film that hardly tests the law, such as a single sweep, has
+    a low score and no support either way; the films of the calibration all test it.
+    """
+    value = CALIBRATION_SLOPE * score
+    if score > 0:
+        value = max(value + CALIBRATION_OFFSET_LOG10, 0.0)
     return min(max(value, -CALIBRATION_CAP_LOG10), CALIBRATION_CAP_LOG10)
 
 

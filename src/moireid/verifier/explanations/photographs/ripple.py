@@ -5,7 +5,7 @@ times as deep between two photographs as the first.  On a badge the waveform cha
 stands still (`turning`) and what a long exposure smears.
 
 Convention: waveform is the third harmonic in contrasts, as `StripPhase.overtone`; its *ripple* is the root mean square,
-over views (`fringes.seen_way`), of what depends on parallax finely.
+over views (`fringes.phase_coverage`), of what depends on parallax finely.
 Source: complex amplitudes of a sum of two shifted waves; regression on B-splines (Eilers and Marx 1996).
 """
 
