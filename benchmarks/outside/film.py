@@ -16,7 +16,7 @@ from outside.forge import FLAT, Lie, flat_page, told
 from outside.motion import Course
 from outside.page import PAPER, Page
 from outside.rivals import KINDS as RIVALS
-from outside.rivals import rival_lie
+from outside.rivals import rival_lie, sheared
 from outside.sensor import WALL_FAR, expose, falloff, fill_wall, noise_pool, video_curve, wall
 from outside.trace import LENS_SAMPLES, NEAR, NEAR_SAMPLES, PAPER_SAMPLES, offsets, trace
 
@@ -113,6 +113,9 @@ class Tracer:
         expose(
             light, self.shade, exposure, camera.white_electrons, camera.read_share, self.pool, start, self.curve, out
         )
+        if self.shoot.forge == "sheared":
+            rows = camera.size_px[1]
+            out[:rows] = sheared(out[:rows], np.random.default_rng([self.shoot.seed, number]))
 
     def _box(self, places: NDArray[np.float64], turns: NDArray[np.float64]) -> tuple[int, int, int, int]:
         """Pixels in which the badge can be during this frame."""

@@ -4,13 +4,15 @@ Page and markers move truly; the lens region's picture is taken from the view of
 moves at the constant speed that fits the true one best.  `late_300ms`, `late_700ms`: the true view so much earlier.
 `place_fitted`: a view that goes with the badge's place in the picture, as far as fits best.  `gain_0.5`, `gain_0.8`,
 `gain_1.25`: parallax times that.  `wander`: true, and a smooth motion of 0.2 rad on it.  `spell_300ms`, `spell_600ms`:
-true, but the fringes stay still for so long where they should move fastest.
+true, but the fringes stay still for so long where they should move fastest.  `sheared`: as `gain_1.25`, and each frame,
+markers and all, is sheared at random by 0.3 %, so that poses are uncertain and hide the gain.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -21,10 +23,12 @@ from outside.motion import Course
 Array = NDArray[np.float64]
 KINDS = (
     "drift_fitted", "late_300ms", "late_700ms", "place_fitted", "gain_0.5", "gain_0.8", "gain_1.25", "wander",
-    "spell_300ms", "spell_600ms",
+    "spell_300ms", "spell_600ms", "sheared",
 )  # fmt: skip
 #: Size of the wander as a tangent: 0.2 rad of phase over the 7.2 rad per unit of tangent that the board has.
 WANDER, WANDER_HZ = 0.2 / 7.2, (0.2, 1.0)
+#: Random shear of a frame, its standard deviation.
+SHEAR = 0.003
 #: Times at which a trajectory is looked at, per second.
 STEPS_PER_S = 60
 
@@ -48,7 +52,7 @@ def _tangent(kind: str, course: Course, seconds: float, rng: np.random.Generator
     true = -places[:, 0] / places[:, 2]
     path = CubicSpline(clock, true)
     of_time = lambda t: path(np.clip(t, 0.0, clock[-1]))  # noqa: E731
-    name, _, figure = kind.partition("_")
+    name, _, figure = ("gain_1.25" if kind == "sheared" else kind).partition("_")
     if name == "drift":
         slope, start = np.polyfit(clock, true, 1)
         return lambda t: start + slope * t
@@ -71,3 +75,11 @@ def _tangent(kind: str, course: Course, seconds: float, rng: np.random.Generator
         begin = clock[int(np.argmax(np.abs(true[steps:] - true[:-steps])))]
         return lambda t: of_time(np.where((t >= begin) & (t < begin + length), begin, t))
     raise ValueError(f"forgery {kind!r} is not known; choose one of {', '.join(KINDS)}")
+
+
+def sheared(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """A frame's luma (H, W), each axis sheared at random along the other, about the middle."""
+    height, width = picture.shape
+    a, b = rng.normal(0.0, SHEAR, 2)
+    turn = np.array([[1.0, a, -a * height / 2], [b, 1.0, -b * width / 2]])
+    return np.asarray(cv2.warpAffine(picture, turn, (width, height), borderMode=cv2.BORDER_REPLICATE), np.uint8)

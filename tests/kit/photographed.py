@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from moireid.verifier.explanations.photographs.count import no_photographs
+from moireid.verifier.decision.photographs import photographs
 from moireid.verifier.explanations.photographs.photo_sampling import cross_faded
+from moireid.verifier.explanations.photographs.spacing import spacing_of
 from moireid.verifier.fringes.beyond_phase import BeyondPhase
 from moireid.verifier.fringes.depth_law import DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal
@@ -91,4 +92,4 @@ def noise_of(size: float, seed: int, lasting: float = 0.0) -> np.ndarray:
 
 
 def found_in(*signals: GratingSignal) -> dict[str, Reason]:
-    return {reason.code: reason for reason in no_photographs(signals, signals)}
+    return {reason.code: reason for reason in photographs(spacing_of(signals), signals)[1]}

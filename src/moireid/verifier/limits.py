@@ -97,6 +97,8 @@ MAX_ERROR_SHARE = 0.1
 #: A film that could be honest with a residual this many times larger is inconclusive and not rejected.  Ray-traced
 #: films: far away, where markers are a few pixels, poses err by up to 2.5 times their estimate.
 POSSIBLE_RESIDUAL_RATIO = 2.0
+#: What changes faster is noise of single frames.  Derived: the shortest delay that is told from the law takes 0.2 s.
+LASTING_S = 0.2
 #: Strips of a genuine badge share the camera's pose, so they move together within their noise.  Decision set: 0.030 rad
 #: at most on genuine films.  Patches that move independently show 0.15 and more.
 MAX_STRIP_WANDER_RAD = 0.1

@@ -472,7 +472,7 @@ def test_what_covers_a_badge_is_noted(what):
 @pytest.mark.parametrize(("gain", "verdict"), [(1.0, "inconclusive"), (0.5, "reject")])
 def test_what_covers_a_badge_excuses_a_residual_and_no_gain(gain, verdict):
     """Catches: a hand before a true badge called a forgery; half a gain excused by a caption."""
-    forged = fringe_signal(LAW, gain * LAW + 0.2 * white(LAW))
+    forged = fringe_signal(LAW, gain * LAW + lasting_noise(FRAMES, 0.2, lasting=0.9))
     assert judge_signals([forged]).verdict == "reject"
     outcome = judge_signals([replace(forged, covered_share=0.2)])
     assert outcome.verdict == verdict and levels(outcome)["residual"] == "undecided"
@@ -563,7 +563,7 @@ def test_what_goes_with_the_camera_s_place_is_no_wander():
     assert bent.verdict == "accept" and bent.phase_residual_rad == pytest.approx(0.03, rel=0.02)
     law_row = bent.explanations[0].parameters
     assert abs(law_row["across_rad"]) == pytest.approx(0.03, rel=0.1) and law_row["residual_rad"] < 0.01
-    wander = judge_signals([replace(film, measured_rad=LAW + 0.11 * white(LAW))])
+    wander = judge_signals([replace(film, measured_rad=LAW + lasting_noise(FRAMES, 0.15, lasting=0.9))])
     assert wander.verdict == "reject" and named(wander) == ["wander"]
 
 
@@ -576,7 +576,7 @@ def test_little_of_the_motion_may_go_with_the_camera_s_place():
 
 def test_places_that_hardly_move_explain_nothing():
     """Catches: columns of rounding errors blown up until they explain any wander; NaN from a camera at rest."""
-    film, _ = viewed(LAW + 0.11 * white(LAW))
+    film, _ = viewed(LAW + lasting_noise(FRAMES, 0.15, lasting=0.9))
     still = replace(film, covariates=np.full((FRAMES, 2), 0.25))
     assert judge_signals([still]).verdict == "reject"
     assert judge_signals([replace(still, measured_rad=LAW)]).verdict == "accept"

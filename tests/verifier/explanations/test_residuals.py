@@ -9,6 +9,7 @@ import pytest
 
 from kit.fringe_signals import lasting_noise
 from moireid.verifier.explanations.residuals import (
+    deviation_rad,
     independent_samples,
     log10_odds,
     residual_limit_rad,
@@ -17,6 +18,7 @@ from moireid.verifier.explanations.residuals import (
 from moireid.verifier.limits import (
     EXPLAINED_SDS,
     LEAST_SAMPLES,
+    POSSIBLE_RESIDUAL_RATIO,
     RESIDUAL_FLOOR_RAD,
     RESIDUAL_MOTION_SHARE,
     UNMODELLED_RAD,
@@ -57,6 +59,19 @@ def test_samples_of_lasting_noise_are_fewer_by_the_known_factor(lasting):
     """Catches: frames counted as independent.  Closed form: N (1 - a) / (1 + a), the sum cut off below 0.2."""
     noise = lasting_noise(20000, 0.02, lasting=lasting)
     assert independent_samples(noise) == pytest.approx(20000 * (1 - lasting) / (1 + lasting), rel=0.3)
+
+
+def test_what_lasts_counts_in_full_and_noise_of_single_frames_in_part():
+    """Catches: frame noise that is called a wander; a wander that is averaged away; flicker that counts for nothing."""
+    clock, rng = np.arange(300) / 30, np.random.default_rng(1)
+    wander = 0.1 * math.sqrt(2) * np.sin(2 * np.pi * 0.5 * clock)
+    assert deviation_rad(wander, 1 / 30) == pytest.approx(float(spread_rad(wander[:, None])[0]), rel=0.05)
+    noise = 0.1 * rng.standard_normal(300)
+    assert deviation_rad(noise, 1 / 30) == pytest.approx(0.1 / POSSIBLE_RESIDUAL_RATIO, rel=0.15)
+    flicker = 0.1 * (-1.0) ** np.arange(300)
+    assert deviation_rad(flicker, 1 / 30) >= 0.1 / POSSIBLE_RESIDUAL_RATIO
+    # Blocks of 0.4 s: what changes within one is known as a spread alone.
+    assert deviation_rad(np.zeros(50), 0.4, 0.1) == pytest.approx(0.1 / POSSIBLE_RESIDUAL_RATIO)
 
 
 def test_samples_do_not_depend_on_size_or_mean():

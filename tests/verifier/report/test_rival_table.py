@@ -23,7 +23,7 @@ from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 from moireid.verifier.report.rival_plot import best_fit, rival_plot, shaped_rival
-from moireid.verifier.report.rival_table import DOES, best_rival, odds_line, table_of
+from moireid.verifier.report.rival_table import DOES, PHOTOGRAPHS, best_rival, odds_line, table_of
 from moireid.verifier.session.result import Report
 
 
@@ -41,7 +41,7 @@ def document(*rivals: dict[str, Any], calibrated: float | None = 1.2) -> dict[st
 
 def test_each_rival_that_is_compared_has_words() -> None:
     """Catches: a rival that is added and shown by its code, or one that is gone and keeps its words."""
-    assert set(DOES) == {"law", *WORDS} and len(set(DOES.values())) == len(DOES)
+    assert set(DOES) == {"law", *WORDS, *PHOTOGRAPHS} and len(set(DOES.values())) == len(DOES)
 
 
 def test_odds_and_shares_are_shown_as_they_count() -> None:

@@ -28,9 +28,9 @@ from moireid.verifier.explanations.likelihood import containing_odds
 from moireid.verifier.explanations.lookalikes import lookalike_shares
 from moireid.verifier.explanations.residuals import (
     credible_error_rad,
+    deviation_rad,
     independent_samples,
     residual_limit_rad,
-    spread_rad,
 )
 from moireid.verifier.explanations.rivals import RIVALS, rival_odds
 from moireid.verifier.explanations.series import phase_series
@@ -89,9 +89,10 @@ class Explanation:
 class GratingComparison:
     """One grating's figures, what the law leaves, and its table of rivals.
 
-    residual_rad: spread of what the law and its nuisances leave; limit_rad, possible_rad: what an honest film may leave
-    to be accepted, and what it can leave at all; doubted: whether the camera may have changed within the film;
-    reach: gains that an honest badge may then have; nuisances_rad: by name; rivals: the table without the law's row.
+    residual_rad: by how much the film leaves the law and its nuisances (`residuals.deviation_rad`); limit_rad,
+    possible_rad: what an honest film may leave to be accepted, and what it can leave at all; doubted: whether the
+    camera may have changed within the film; reach: gains that an honest badge may then have; nuisances_rad: by name;
+    rivals: the table without the law's row.
     """
 
     figures: Figures
@@ -167,21 +168,20 @@ def compare(
     model = HonestModel(series, reach)
     fit = model.fit(series.measured_rad[:, None])
     residual, excitation = fit.residual_rad[:, 0], figures.excitation_rad
-    # What changes within a block is no less a deviation than what lasts.
-    spread = math.hypot(float(spread_rad(fit.residual_rad)[0]), series.within_rad)
+    deviation = deviation_rad(residual, series.step_s, series.within_rad)
     error = figures.expected_error_rad
     limit = residual_limit_rad(excitation, credible_error_rad(excitation, error))
     possible = POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * error)
     possible = math.hypot(possible, CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
     # Where the law does not explain the film, nothing needs to look like it.
     asked = {}
-    if shares and spread <= limit:
+    if shares and deviation <= limit:
         room = sheet.room_for(figures.gain_sd)
         asked = lookalike_shares(model, residual, room, constant_room_rad=constant_room_rad)
     rows = _rows_apart(model, residual, asked)
-    rows += _rows_within(model, figures, spread, credible_error_rad(excitation, signal.doubt * error))
+    rows += _rows_within(model, figures, deviation, credible_error_rad(excitation, signal.doubt * error))
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
-    return GratingComparison(figures, True, spread, limit, possible, doubted, reach, nuisances, tuple(rows))
+    return GratingComparison(figures, True, deviation, limit, possible, doubted, reach, nuisances, tuple(rows))
 
 
 def _rows_apart(model: HonestModel, residual_rad: Array, shares: dict[str, float]) -> list[Explanation]:
@@ -195,14 +195,14 @@ def _rows_apart(model: HonestModel, residual_rad: Array, shares: dict[str, float
     return rows
 
 
-def _rows_within(model: HonestModel, figures: Figures, spread_rad: float, error_rad: float) -> list[Explanation]:
-    """The rows of rivals that contain the law, or are it but for a while; spread_rad: of what the law leaves."""
+def _rows_within(model: HonestModel, figures: Figures, deviation_rad: float, error_rad: float) -> list[Explanation]:
+    """The rows of rivals that contain the law, or are it but for a while; deviation_rad: of the film from it."""
     rows = []
     spell = worst_spell(model.series, model.robust_residual_rad())
     if spell is not None:
         at = {"gain": spell.gain, "start_s": spell.start_s, "end_s": spell.end_s}
         rows.append(_row("spell", spell.log10_odds, at, None))
-    deviations = {"wander": spread_rad, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
+    deviations = {"wander": deviation_rad, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
     strips = {"strip_sd_rad": figures.strip_sd_rad, "rounding_rad": figures.rounding_rad}
     odds = containing_odds(deviations, figures.excitation_rad, error_rad, **strips)
     return rows + [_row(name, value, {}, None) for name, value in odds.items()]

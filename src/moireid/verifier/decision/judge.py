@@ -4,7 +4,7 @@
 2. The gain: is it one that this badge's sheet may have? (`sheet_gain`)
 3. The law: does it explain the phase in absolute terms, nuisances allowed? (`comparison`)
 4. Rivals: does any fit better, and would any look as law-like as this film does?
-5. Photographs: do the fringes' spacing and shape follow the law, too? (`explanations.photographs`)
+5. Photographs: do the fringes' spacing and shape follow the law, too? (`photographs`)
 
 A film is accepted if all of that holds.  It is rejected if the law does not explain it with every nuisance allowed, and
 a rival does far better.  Else it is inconclusive, and the findings name the rival that remains.
@@ -32,8 +32,8 @@ from moireid.verifier.decision.comparison import (
     merge_chapters,
 )
 from moireid.verifier.decision.figures import Figures, figures_of
+from moireid.verifier.decision.photographs import photographs
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reason
-from moireid.verifier.explanations.photographs.count import no_photographs
 from moireid.verifier.explanations.photographs.spacing import spacing_of
 from moireid.verifier.explanations.series import without_short_stretches
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
@@ -48,7 +48,8 @@ class Invariant:
 
     gain_ratio: of measured over predicted phase; gain_expected: by which the prediction was multiplied, as the badge is
     known as built, 1 for one as designed; score: log10 odds of the law over its weighted rivals; calibrated_log10: the
-    same, calibrated on honest and forged films; explanations: the table, the law first; compared: of each grating.
+    same, calibrated on honest and forged films; explanations: the table, the law first; photographs: rows on the
+    fringes' spacing and shape; compared: of each grating.
     """
 
     verdict: Verdict
@@ -64,7 +65,13 @@ class Invariant:
     gratings: tuple[dict[str, Any], ...] = ()
     gain_expected: float = 1.0
     explanations: tuple[Explanation, ...] = ()
+    photographs: tuple[Explanation, ...] = ()
     compared: tuple[GratingComparison, ...] = ()
+
+    @property
+    def table(self) -> tuple[Explanation, ...]:
+        """All explanations: the law, its rivals, and photographs."""
+        return (*self.explanations, *self.photographs)
 
     @property
     def law_fits(self) -> bool:
@@ -119,12 +126,12 @@ def judge_signals(
     Source: module docstring; gratings are combined by their Fisher information.
     """
     signals = [without_short_stretches(signal) for signal in signals]
+    # Fringes whose spacing does not follow the distance may be seen through a zoom.
+    spacing = spacing_of(signals)
     if chapters:
         grouped = zip(*chapters, strict=True)
         compared = [merge_chapters(parts, figures_of(s)) for parts, s in zip(grouped, signals, strict=True)]
     else:
-        # Fringes whose spacing does not follow the distance may be seen through a zoom.
-        spacing = spacing_of(signals)
         options: dict[str, Any] = {"constant_room_rad": constant_room_rad, "shares": whole}
         options["doubted"] = spacing is not None and spacing.wrong
         compared = [compare(signal, sheet, **options) for signal in signals]
@@ -136,6 +143,7 @@ def judge_signals(
     moved = [one for _, one in moving]
     reasons = list(findings.evidence(signals, mean, enough=bool(moved)))
     table: tuple[Explanation, ...] = ()
+    of_photographs: tuple[Explanation, ...] = ()
     score = 0.0
     if moved:
         table = film_table(compared)
@@ -148,7 +156,8 @@ def judge_signals(
         )
         reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
         if whole:
-            reasons += no_photographs(signals, [signal for signal, _ in moving])
+            of_photographs, told = photographs(spacing, [signal for signal, _ in moving])
+            reasons += told
             reasons += findings.phase_gaps([signal for signal, _ in moving])
     return Invariant(
         worst(reasons),
@@ -164,6 +173,7 @@ def judge_signals(
         tuple(one.figures.to_json() | {"score": json_number(one.score)} for one in compared),
         sheet.expected,
         (law_row(compared), *table) if table else (),
+        of_photographs,
         tuple(compared),
     )
 

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from moireid.verifier.limits import (
     EXPLAINED_SDS,
+    LASTING_S,
     LEAST_SAMPLES,
     MAX_ERROR_SHARE,
+    POSSIBLE_RESIDUAL_RATIO,
     RESIDUAL_FLOOR_RAD,
     RESIDUAL_MOTION_SHARE,
     UNMODELLED_RAD,
@@ -32,6 +34,24 @@ def spread_rad(residual_rad: Array) -> Array:
     middle = np.median(residual_rad, axis=0)
     robust = 1.4826 * np.median(np.abs(residual_rad - middle), axis=0)
     return np.asarray(0.5 * robust + 0.5 * residual_rad.std(axis=0))
+
+
+def deviation_rad(residual_rad: Array, step_s: float, within_rad: float = 0.0) -> float:
+    """How far a film leaves the law: by what lasts for `LASTING_S`, or by a part of what changes faster, rad.
+
+    Parameters: residual_rad (N,): of one film; step_s: time between two blocks; within_rad: spread within a block.
+
+    Notes
+    -----
+    Convention: noise from frame to frame counts by one over `POSSIBLE_RESIDUAL_RATIO`.  Fringes that are no badge's
+        differ from the law for longer; so short a deviation comes from codecs, mixed frames and single bad poses.
+    """
+    width = max(1, round(LASTING_S / step_s))
+    window = np.ones(min(width, len(residual_rad)))
+    frames = np.convolve(np.ones(len(residual_rad)), window, "same")
+    lasting = np.convolve(residual_rad, window, "same") / frames
+    whole = math.hypot(float(spread_rad(residual_rad[:, None])[0]), within_rad)
+    return max(float(spread_rad(lasting[:, None])[0]), whole / POSSIBLE_RESIDUAL_RATIO)
 
 
 def independent_samples(residual_rad: Array) -> float:

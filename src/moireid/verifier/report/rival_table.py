@@ -30,7 +30,13 @@ DOES = {
     "wander": "follow the law, and wander on top of it",
     "rows": "follow the law, but each row a little differently",
     "places": "follow the law, but each place of a row a little differently",
+    "photographs_at_one_distance": "be those of photographs from one distance, moved by the law",
+    "photographs_in_turn": "be those of a few photographs, shown in turn or faded into each other",
+    "photographs_faded": "be those of more photographs, faded into each other",
+    "photographs_laid_over": "be those of photographs, all laid over each other",
 }
+#: Rivals of which the fringes' spacing and shape tell, and not their motion.
+PHOTOGRAPHS = tuple(name for name in DOES if name.startswith("photographs"))
 #: Reminder that belongs to all odds.
 NO_PROBABILITY = (
     "They are no probability that the film is genuine: for that, one must also know how many films are forged in the "
@@ -73,9 +79,10 @@ def table_of(document: Mapping[str, Any]) -> RivalTable | None:
     rivals = len(rows) - 1
     factor, cases = 10**MAX_RIVAL_LOG10, 100 * MAX_RIVAL_SHARE
     compared = (
-        f"The law of optics and {rivals} other explanations of how the fringes moved were each fitted to this film. "
-        f"Another explanation remains if it fits the film more than {factor:.0f} times better than the law does, or if "
-        f"it would look as much like the law as this film does in more than {cases:.0f} of 100 cases."
+        f"The law of optics and {rivals} other explanations of how the fringes moved, and of their shape, were each "
+        f"fitted to this film. Another explanation remains if it fits the film more than {factor:.0f} times better "
+        f"than the law does, or if it would look as much like the law as this film does in more than {cases:.0f} of "
+        "100 cases."
     )
     calibrated = (document.get("invariant") or {}).get("calibrated_log10")
     if calibrated is None:
@@ -114,9 +121,9 @@ def simplest(entries: Sequence[Entry]) -> Entry | None:
 
 
 def _rivals(document: Mapping[str, Any]) -> list[Entry]:
-    """All rivals that have odds."""
+    """All rivals of the motion that have odds."""
     known = document.get("explanations") or []
-    return [one for one in known if one["name"] != LAW and one["log10_odds"] is not None]
+    return [one for one in known if one["name"] not in (LAW, *PHOTOGRAPHS) and one["log10_odds"] is not None]
 
 
 def _row(entry: Entry) -> RivalRow:
@@ -135,6 +142,8 @@ def _detail(entry: Entry) -> str:
         return f"at best from {found['start_s']:.1f} to {found['end_s']:.1f} s"
     if "late_s" in found:
         return f"at best {abs(found['late_s']):.2g} s {'late' if found['late_s'] > 0 else 'early'}"
+    if "photographs" in found:
+        return f"{found['photographs']:.0f} of them, at best"
     if "gain" in found and entry["name"] != LAW:
         return f"at best {found['gain']:.2g} times as far"
     return ""

@@ -123,7 +123,7 @@ class Report:
             "verdict": self.verdict,
             "reasons": [reason.to_json() for reason in self.reasons],
             "invariant": self.invariant.to_json() | {"gratings": self._gratings()},
-            "explanations": [one.to_json() for one in self.invariant.explanations],
+            "explanations": [one.to_json() for one in self.invariant.table],
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
             "registry": self.registry.to_json() if self.registry else None,

@@ -19,8 +19,8 @@ from kit.photographed import (
     noise_of,
     signal,
 )
-from moireid.verifier.explanations.photographs.count import waveform_of
-from moireid.verifier.explanations.photographs.ripple import Course
+from moireid.verifier.explanations.photographs.ripple import WaveformModel
+from moireid.verifier.explanations.photographs.waveform import waveform_of
 from moireid.verifier.limits import MAX_RIPPLE_CONTRASTS
 
 SWEEP = np.linspace(-3, 3, FRAMES)
@@ -165,4 +165,4 @@ def test_a_course_leaves_out_frames_that_cannot_be_read():
     unread = replace(signal(overtone), phase_sd_rad=sd)
     found = waveform_of(unread)
     assert found is not None and found.ripple < MAX_RIPPLE_CONTRASTS
-    assert Course(unread).used.sum() == FRAMES - 30
+    assert WaveformModel(unread).used.sum() == FRAMES - 30

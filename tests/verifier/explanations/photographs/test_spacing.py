@@ -92,3 +92,10 @@ def test_a_distance_that_hardly_changes_tests_nothing(change_rad, tested):
     assert found is not None and found.tested == tested
     forged = spacing_of([signal(depth=depth_of(0.0, change_rad=change_rad))])
     assert forged is not None and forged.wrong == tested and forged.sd == pytest.approx(found.sd)
+
+
+def test_a_zoom_that_the_picture_shows_leaves_the_spacing_untold():
+    """Catches: a true badge under a zoom taken for photographs from one distance."""
+    of_photographs = signal(depth=depth_of(0.0, change_rad=0.02))
+    assert found_in(of_photographs)["spacing"].level == "undecided"
+    assert "spacing" not in found_in(replace(of_photographs, zoom=1.3))

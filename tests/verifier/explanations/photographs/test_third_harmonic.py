@@ -9,7 +9,7 @@ import pytest
 
 from kit.photographed import FRAMES, LAW, TYPICAL, found_in, laid_over, noise_of, signal
 from moireid.badge import Cell, Lens
-from moireid.verifier.explanations.photographs.third_harmonic import standing_still, turning
+from moireid.verifier.explanations.photographs.third_harmonic import standing_still, third_harmonic_of
 from moireid.verifier.fringes.beyond_phase import third_share
 from moireid.verifier.limits import MAX_STILL_SHARE, MIN_OVERTONE_CONTRASTS
 
@@ -57,9 +57,9 @@ def test_a_badge_s_fringes_have_edges(range_rad):
 def test_what_turns_is_told_from_what_stands():
     """Catches: a mean in which what stands still counts, on a course too short for it to come round."""
     law = 1.5 * WIDE
-    found = turning(0.1 + 0.3j * np.exp(-3j * law), law, ALL_ALIKE, 1.0)
+    found = third_harmonic_of(0.1 + 0.3j * np.exp(-3j * law), law, ALL_ALIKE, 1.0)
     assert found.size == pytest.approx(0.1, abs=1e-9) and found.still == pytest.approx(0.3, abs=1e-9)
-    assert not found.seen and turning(0.3 + 0.1j * np.exp(-3j * law), law, ALL_ALIKE, 1.0).seen
+    assert not found.seen and third_harmonic_of(0.3 + 0.1j * np.exp(-3j * law), law, ALL_ALIKE, 1.0).seen
     still = standing_still(0.3j * np.exp(-3j * law), law, ALL_ALIKE, np.zeros((FRAMES, 0)), most=0.1)
     assert np.abs(still) == pytest.approx(0.1)
     assert MAX_STILL_SHARE < 1
@@ -85,7 +85,9 @@ def test_lines_of_another_width_owe_less(duty, open_fraction, expected):
     assert share == pytest.approx(expected, abs=1e-3)
     law = 4.0 * WIDE
     soft = noise_of(0.0001, 1)
-    assert turning(soft, law, ALL_ALIKE, share).limit == pytest.approx(MIN_OVERTONE_CONTRASTS * share, abs=1e-4)
+    assert third_harmonic_of(soft, law, ALL_ALIKE, share).limit == pytest.approx(
+        MIN_OVERTONE_CONTRASTS * share, abs=1e-4
+    )
 
 
 def test_fringes_without_a_third_harmonic_looked_for_are_not_asked_for_one():

@@ -1,10 +1,13 @@
-"""Could the film show photographs of the badge instead of the badge?
+"""Photographs of the badge instead of the badge: phases that are posed by the law do not tell, other figures do.
 
-count.py           the findings, and how many photographs such a film takes
-spacing.py         the spacing of the fringes against the distance
+The picture of a badge with one axis depends on one parallax, and weakly on distance.  So a forger with some photographs
+can show, in each frame, what the law asks for.  What photographs cannot do as well:
+
+spacing.py         the spacing of the fringes follows the distance; of photographs from one distance it stays
+cross_fade.py      two to four photographs, shown in turn or cross-faded, bend the waveform in a form of their own
+waveform.py        many cross-faded photographs let the waveform ripple, and how many would not
 ripple.py          how much the waveform changes from place to place
-cross_fade.py      the form that two to four cross-faded photographs leave in the waveform
-third_harmonic.py  the part of the third harmonic that turns with the fringes
+third_harmonic.py  of photographs laid over each other the third harmonic does not turn with the fringes
 photo_sampling.py  where photographs would be taken, and what they show between
 exposure_blur.py   what a long exposure does to a waveform
 """

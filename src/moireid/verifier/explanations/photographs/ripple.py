@@ -2,7 +2,7 @@
 
 Two cross-faded pictures, apart by a phase d, keep (1 - w) + w exp(i h d) of harmonic h, so the third one dips nine
 times as deep between two photographs as the first.  On a badge the waveform changes slowly with parallax, but for what
-stands still (`turning`) and what a long exposure smears.
+stands still (`third_harmonic`) and what a long exposure smears.
 
 Convention: waveform is the third harmonic in contrasts, as `StripPhase.overtone`; its *ripple* is the root mean square,
 over views (`fringes.phase_coverage`), of what depends on parallax finely.
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.explanations.photographs.exposure_blur import smeared_parts
 from moireid.verifier.explanations.photographs.photo_sampling import in_one_turn
-from moireid.verifier.explanations.photographs.third_harmonic import Turning, standing_still, turning
+from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic, standing_still, third_harmonic_of
 from moireid.verifier.fringes.phase_coverage import views_of
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import MAX_STILL_SHARE, RIPPLE_STEP_RAD
@@ -35,7 +35,7 @@ PIECE_FRAMES = 8192
 SHORT_FRAMES = 120
 
 
-class Course:
+class WaveformModel:
     """What a grating's waveform is regressed on: place, distance and time, other causes, and the place finely."""
 
     def __init__(self, signal: GratingSignal) -> None:
@@ -76,17 +76,17 @@ class Course:
         self._left = float(self._weight.sum()) - smooth - float(np.trace(self._spread))
 
     @property
-    def told(self) -> bool:
+    def enough(self) -> bool:
         """Whether there are frames enough."""
         return bool(len(self.law_rad) >= FRAMES_PER_UNKNOWN * (self._smooth.shape[1] + self._fine.shape[1]))
 
-    def turning(self, overtone: Complex) -> Turning:
+    def third_harmonic(self, overtone: Complex) -> ThirdHarmonic:
         """What of the waveform turns with the fringes."""
-        return turning(overtone, self._phase_rad, self._weight, self._third_share)
+        return third_harmonic_of(overtone, self._phase_rad, self._weight, self._third_share)
 
     def _without_other_causes(self, overtone: Complex) -> Complex:
         """The waveform without what stands still on the badge, and as it was before a long exposure smeared it."""
-        own = self.turning(overtone).size
+        own = self.third_harmonic(overtone).size
         most = MAX_STILL_SHARE * abs(own)
         seen = overtone - standing_still(overtone, self._phase_rad, self._weight, self._smooth, most)
         # A shutter that is open for long makes a harmonic weaker, and turns it nowhere.

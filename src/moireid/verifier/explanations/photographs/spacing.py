@@ -1,7 +1,8 @@
 """Does the spacing of the fringes follow the distance?
 
 Nearer to the camera the fringes stand closer (`fringes.depth_law`).  Photographs from one distance that are laid over
-a film keep their spacing.  A zoom within a film changes it too, so it rejects no film.
+a film keep their spacing.  A zoom within a film changes it too, so it rejects no film, and where a zoom is seen, nothing
+is said.
 
 Convention: the gain is the change seen over that predicted: 1 on a badge, 0 on photographs.
 """
@@ -16,7 +17,6 @@ import numpy as np
 
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import INDEPENDENT_PER_S, MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS, SPACING_FLOOR_RAD
-from moireid.verifier.reasons import Level, Reason
 
 #: Independent times below which the scatter of the spacing says nothing.
 LEAST_PIECES = 2.0
@@ -50,12 +50,12 @@ class Spacing:
         return student / PHOTOGRAPH_SDS * math.sqrt(self.pieces / (self.pieces - 1))
 
     @property
-    def of_pictures(self) -> float:
-        """How much less likely the gain is where the spacing stays than on a badge, at most 1.
+    def log10_odds(self) -> float:
+        """Decadic logarithm of the odds of a badge over photographs from one distance.
 
-        Source: ratio of two normal densities, about 0 and about 1.
+        Source: ratio of two normal densities of the gain, about 1 and about 0.
         """
-        return math.exp(-max(0.0, (self.gain**2 - (self.gain - 1) ** 2) / 2 / self.sd**2))
+        return (self.gain**2 - (self.gain - 1) ** 2) / (2 * self.sd**2 * math.log(10))
 
     @property
     def wrong(self) -> bool:
@@ -69,14 +69,16 @@ class Spacing:
 
 
 def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
-    """The spacing's gain, of all gratings together; None if the distance does not change at all.
+    """The spacing's gain, of all gratings together; None if the distance does not change, or is not known.
+
+    Where the picture itself shows a zoom within the film, distance is the zoom's estimate and no measurement.
 
     Source: the error bar is the scatter of sums over times that a hand's motion makes independent
         (`INDEPENDENT_PER_S`), and `SPACING_FLOOR_RAD`.  A short film has few such times: `PHOTOGRAPH_SDS` of Student's
         t are exceeded as seldom as those of a normal distribution.
     """
     depths = [signal.beyond.depth for signal in signals if signal.beyond is not None]
-    if not depths:
+    if not depths or any(signal.zoom > 1 for signal in signals):
         return None
     score, information = (sum(getattr(depth, name) for depth in depths) for name in ("score", "information"))
     whole = float(np.sum(information))
@@ -92,15 +94,3 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
     change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
     return Spacing(1 + error, math.hypot(scatter, SPACING_FLOOR_RAD / max(change, 1e-12)), pieces)
-
-
-def spacing_finding(spacing: Spacing) -> Reason:
-    level: Level = "undecided" if spacing.wrong else "pass" if spacing.tested else "note"
-    seen = "As the badge comes nearer or goes away, the spacing of its fringes"
-    text = {
-        "undecided": f"{seen} does not follow, as on photographs laid over a film, or under a zoom. Film without zoom.",
-        "pass": f"{seen} follows, which that of photographs from one distance does not.",
-        "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
-    }[level]
-    gain = None if level == "note" else spacing.gain
-    return Reason("spacing", level, gain, MAX_SPACING_ERROR_RATIO, "ratio", text)

@@ -16,14 +16,12 @@ Source: Fourier series; sampling at three places a turn takes the third harmonic
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.limits import MIN_OVERTONE_CONTRASTS, PHOTOGRAPH_SDS
-from moireid.verifier.reasons import Level, Reason
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -32,15 +30,32 @@ LASTING_FRAMES = 4
 
 
 @dataclass(frozen=True)
-class Turning:
-    """What of the third harmonic turns with the fringes, and how much stands still; contrasts.
+class ThirdHarmonic:
+    """What of the third harmonic turns with the fringes, how much stands still, and their error; contrasts.
 
-    limit: by how much the first must be more than the second.
+    least: by how much the first is more than the second on a badge, at least; sd: standard deviation of either.
     """
 
     size: complex
     still: float
-    limit: float
+    least: float
+    sd: float
+
+    @property
+    def limit(self) -> float:
+        """Of the surplus that is surely a badge's."""
+        return math.hypot(self.least, PHOTOGRAPH_SDS * self.sd)
+
+    @property
+    def log10_odds(self) -> float:
+        """Decadic logarithm of the odds of a badge over photographs that are laid over each other.
+
+        Source: ratio of two normal densities of the surplus: about any of at least `least`, and about any of at most 0.
+            A surplus of `least` counts as `PHOTOGRAPH_SDS` standard deviations at most, as light and dirt change it.
+        """
+        badge, photographs = min(self.surplus - self.least, 0.0), max(self.surplus, 0.0)
+        sd = math.hypot(self.sd, self.least / PHOTOGRAPH_SDS)
+        return (photographs**2 - badge**2) / (2 * sd**2 * math.log(10))
 
     @property
     def surplus(self) -> float:
@@ -53,7 +68,7 @@ class Turning:
         return self.surplus >= self.limit
 
 
-def turning(overtone: Complex, phase_rad: Array, weight: Array, third_share: float) -> Turning:
+def third_harmonic_of(overtone: Complex, phase_rad: Array, weight: Array, third_share: float) -> ThirdHarmonic:
     """What of the overtone (T,) turns with the fringes.
 
     Parameters: phase_rad (T,): the fringes' measured phase; weight (T,): of each frame; third_share: as in
@@ -66,8 +81,8 @@ def turning(overtone: Complex, phase_rad: Array, weight: Array, third_share: flo
     left = seen - both @ found
     noise = float(np.vdot(left, left).real) / max(len(left) - 2, 1) * LASTING_FRAMES
     variance = noise * float(np.trace(np.linalg.pinv(both.conj().T @ both)).real)
-    limit = math.hypot(MIN_OVERTONE_CONTRASTS * min(third_share, 1.0), PHOTOGRAPH_SDS * math.sqrt(variance))
-    return Turning(complex(found[0]), abs(complex(found[1])), limit)
+    least = MIN_OVERTONE_CONTRASTS * min(third_share, 1.0)
+    return ThirdHarmonic(complex(found[0]), abs(complex(found[1])), least, math.sqrt(variance))
 
 
 def standing_still(overtone: Complex, phase_rad: Array, weight: Array, smooth: Array, most: float) -> Complex:
@@ -85,17 +100,3 @@ def standing_still(overtone: Complex, phase_rad: Array, weight: Array, smooth: A
         return np.zeros_like(overtone)
     size = complex(np.vdot(column, left)) / power
     return np.asarray(size * min(1.0, most / max(abs(size), 1e-30)) * still)
-
-
-def turning_findings(found: Sequence[Turning]) -> list[Reason]:
-    """The finding on the grating whose fringes are softest; none where there is none."""
-    if not found:
-        return []
-    worst = min(found, key=lambda one: one.surplus / one.limit)
-    level: Level = "pass" if worst.seen else "undecided"
-    text = "The fringes have sharp edges, as lenses make them."
-    if not worst.seen:
-        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in photographs laid over "
-        text += "each other, or under a sheet with air beneath it. "
-        text += "Film from nearer, in focus, with the sheet pressed flat."
-    return [Reason("third_harmonic", level, worst.surplus, worst.limit, "contrasts", text)]
