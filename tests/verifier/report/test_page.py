@@ -298,7 +298,7 @@ def test_the_table_of_explanations_is_on_the_page(ada, page):
     rows = [DOES[one.name].replace("'", "&#39;") for one in report.invariant.table]
     assert all(words in body for words in rows) and "no probability" in text
     assert in_words(report.to_json()["invariant"]["calibrated_log10"]) in text
-    none = page_of(replace(report, invariant=replace(report.invariant, explanations=())))
+    none = page_of(replace(report, invariant=replace(report.invariant, explanations=(), photographs=())))
     assert '<table class="rivals">' not in none and "no probability" not in Page(none).text
 
 

@@ -13,6 +13,7 @@ from kit.photographed import (
     FRAMES,
     TIMES,
     depth_of,
+    found_in,
     signal,
 )
 from moireid.verifier.explanations.photographs.spacing import Spacing, spacing_of

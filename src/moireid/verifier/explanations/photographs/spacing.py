@@ -1,8 +1,8 @@
 """Does the spacing of the fringes follow the distance?
 
 Nearer to the camera the fringes stand closer (`fringes.depth_law`).  Photographs from one distance that are laid over
-a film keep their spacing.  A zoom within a film changes it too, so it rejects no film, and where a zoom is seen, nothing
-is said.
+a film keep their spacing.  A zoom within a film changes it too, so it rejects no film, and says nothing where a zoom is
+seen.
 
 Convention: the gain is the change seen over that predicted: 1 on a badge, 0 on photographs.
 """
