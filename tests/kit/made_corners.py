@@ -23,7 +23,7 @@ MIDDLE = PAGE_MM.mean(axis=0)
 FPS = 30.0
 
 
-class WaveformModel:
+class Course:
     """A hand's motion as sums of sines: camera centre (page mm, z negative) and orientation at any time."""
 
     def __init__(self, rng: np.random.Generator, distance_mm: float, *, tilt_deg=9.0, sway_mm=150.0) -> None:
@@ -54,7 +54,7 @@ def project(camera: np.ndarray, turn: Rotation, focal: float, places: np.ndarray
 
 
 def rolled(
-    course: WaveformModel, times: np.ndarray, focal: float, shutter_s: float, places: np.ndarray = PAGE_MM
+    course: Course, times: np.ndarray, focal: float, shutter_s: float, places: np.ndarray = PAGE_MM
 ) -> np.ndarray:
     """Pictures under a rolling shutter: each corner at the moment when its own row is read, found by iteration.
 

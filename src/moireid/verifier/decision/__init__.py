@@ -3,6 +3,7 @@
 figures.py      correlation, gain, error bars of one grating
 sheet_gain.py   which gains this badge's sheet may have
 comparison.py   the table: what the law leaves, and each rival's odds and share
+photographs.py  could the film show photographs of the badge?
 findings.py     what of it is reported, in sentences
 calibration.py  from a score to calibrated odds, and to words
 judge.py        the motion invariant: all of it together
