@@ -53,10 +53,12 @@ class CrossFade:
     def log10_odds(self) -> float:
         """Decadic logarithm of the odds of a badge over so many photographs.
 
-        Source: ratio of two normal densities of the share, about 0 and about 1; a badge's is at least 0.
+        Source: ratio of two normal densities of the share, about 0 and about 1; a badge's is at least 0.  A share of
+            `MAX_CROSS_FADE_SHARE` counts as `PHOTOGRAPH_SDS` standard deviations at most, as light and lenses vary.
         """
         share = max(self.share, 0.0)
-        return ((share - 1) ** 2 - share**2) / (2 * self.sd**2 * math.log(10))
+        sd = math.hypot(self.sd, MAX_CROSS_FADE_SHARE / PHOTOGRAPH_SDS)
+        return ((share - 1) ** 2 - share**2) / (2 * sd**2 * math.log(10))
 
     @property
     def seen(self) -> bool:

@@ -1,0 +1,53 @@
+"""Rows of the table on photographs.  At each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from kit.photographed import LAW, TYPICAL, depth_of, faded, laid_over, noise_of, signal
+from moireid.verifier.decision.comparison import Explanation
+from moireid.verifier.decision.photographs import photographs
+from moireid.verifier.explanations.photographs.spacing import spacing_of
+from moireid.verifier.fringes.signals import GratingSignal
+
+
+def rows_of(film: GratingSignal) -> dict[str, Explanation]:
+    """The rows, by name; each must say the same as its finding."""
+    rows, reasons = photographs(spacing_of([film]), [film])
+    remains = [reason.level == "undecided" for reason in reasons if reason.code != "photographs"]
+    assert [row.fits for row in rows] == remains[-len(rows) :]
+    return {row.name.removeprefix("photographs_"): row for row in rows}
+
+
+def test_a_badge_has_odds_over_all_kinds_of_photographs() -> None:
+    """Catches: the sign of the odds turned around; odds without bound from error bars that are too small."""
+    found = rows_of(signal(TYPICAL + noise_of(0.003, 4), depth=depth_of(1.0, change_rad=0.02)))
+    assert set(found) == {"at_one_distance", "in_turn", "faded", "laid_over"}
+    assert not any(row.fits for row in found.values())
+    assert all(
+        0 < row.log10_odds < 100 for name, row in found.items() if row.log10_odds is not None and name != "faded"
+    )
+    assert found["at_one_distance"].log10_odds and found["faded"].log10_odds is None
+    assert found["faded"].parameters["photographs"] > 4
+
+
+def test_photographs_have_odds_over_a_badge() -> None:
+    """Catches: rows of a fixed table; odds of one kind given for another."""
+    noise = noise_of(0.002, 4)
+    short = 0.2 * LAW
+    in_turn = rows_of(signal(faded(3, short) + noise, law=short))["in_turn"]
+    assert in_turn.fits and in_turn.better and in_turn.parameters["photographs"] in (2, 3, 4)
+    over = rows_of(signal(laid_over(6, 1.0, LAW) + noise))
+    assert over["laid_over"].fits and over["laid_over"].better
+    flat = rows_of(signal(depth=depth_of(0.0, change_rad=0.02)))["at_one_distance"]
+    assert flat.fits and flat.better
+
+
+def test_what_cannot_be_told_has_no_row() -> None:
+    """Catches: a distance that hardly changes counted against photographs from one distance."""
+    level = rows_of(signal(depth=depth_of(1.0, change_rad=0.0003)))
+    assert "at_one_distance" not in level and "in_turn" in level
+    assert photographs(None, [replace(signal(), beyond=None)]) == ((), [])
+    assert photographs(None, [replace(signal(), phase_sd_rad=np.full(len(LAW), np.inf))]) == ((), [])
