@@ -75,6 +75,15 @@ class Task:
         return "_".join(str(word) for word in (self.motion, self.distance_m, self.number, self.forge or "true"))
 
 
+def prepared(folder: Path) -> Path:
+    """The folder of films, with the badge printed into it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / "badge").exists():
+        wish = ["Guest", "--payload", "0f5ac3962d784be1", "--mount", "none", "--out", str(folder / "badge")]
+        subprocess.run([str(PROGRAM), *wish, "--json"], check=True, stdout=subprocess.DEVNULL)
+    return folder
+
+
 def tracked(task: Task) -> Track:
     """Make the film, and follow the badge in it; kept in the task's folder."""
     folder = Path(task.folder)
@@ -247,11 +256,7 @@ def main() -> None:
     parser.add_argument("--table", type=Path, metavar="FILE", help="write the figures of all parts as CSV")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        folder = arguments.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
-        if not (folder / "badge").exists():
-            wish = ["Guest", "--payload", "0f5ac3962d784be1", "--mount", "none", "--out", str(folder / "badge")]
-            subprocess.run([str(PROGRAM), *wish, "--json"], check=True, stdout=subprocess.DEVNULL)
+        folder = prepared(arguments.keep or Path(scratch))
         common = {"folder": str(folder), "seed": arguments.seed}
         tasks = [Task(m, d, k, **common) for k in range(arguments.films) for m in MOTIONS for d in DISTANCES_M]
         tasks += [
