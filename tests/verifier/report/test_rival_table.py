@@ -55,6 +55,17 @@ def test_odds_and_shares_are_shown_as_they_count() -> None:
     assert "2 other explanations" in table.compared and "gain" not in law.does
 
 
+def test_photographs_are_counted_as_what_they_mean() -> None:
+    """Catches: the least number that would do shown as the number that was used; photographs named as best rival."""
+    in_turn = entry("photographs_in_turn", -3.0, photographs=3.0)
+    shown = document(in_turn, entry("photographs_faded", None, photographs=14.0))
+    table = table_of(shown)
+    assert table is not None
+    _, few, many = table.rows
+    assert few.does.endswith("(at best 3 of them)") and many.does.endswith("(14 or more of them)") and few.remains
+    assert best_rival(shown) is None
+
+
 def test_what_the_film_shows_of_the_parameters_is_in_words() -> None:
     """Catches: seconds of a spell, or a gain, that only programs can read."""
     rows = table_of(
