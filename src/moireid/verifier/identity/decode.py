@@ -135,8 +135,10 @@ def _rows_apart_rad(track: Track, grating: int, field: Field, cells: dict[int, C
     for strip in track.strips:
         slips = [cells[k].slip for k in strip.cells if strip.grating == grating and k in cells]
         known = [slip for slip in slips if slip is not None]
-        # Neighbours that deviate the opposite way would cancel in the mean of a row.
-        apart += [row_apart_rad(part, times) for part in (known, known[::2], known[1::2]) if part]
+        apart += [row_apart_rad(known, times)] if known else []
+        # Neighbours that deviate the opposite way would cancel in a row's mean; half a row has sqrt(2) times the noise.
+        halves = [row_apart_rad(part, times) for part in (known[::2], known[1::2]) if part]
+        apart += [(a / math.sqrt(2), b / math.sqrt(2)) for a, b in halves]
     whole, worst = zip(*apart, strict=True)
     return max(whole), max(worst)
 
