@@ -104,7 +104,7 @@ LASTING_S = 0.2
 MAX_STRIP_WANDER_RAD = 0.1
 #: Rows of the code, and each second cell of one, move with the plain rows within so many radians and so large a share
 #: of the motion: over the film, and in its worst second.  188 honest films of an outside tracer and of `bench reality`:
-#: at most 0.11 and 0.21 rad, but for frames that are mixed or coded too small, 0.16 and 0.43.
+#: at most 0.11 and 0.21 rad (halves of a row over the root of 2), but for mixed frames and poor coding, 0.16 and 0.43.
 MAX_CODE_WANDER = ((0.12, 0.02), (0.25, 0.08))
 #: Spacing of the fringes against distance (`spacing`): a film whose gain differs from a badge's by more
 #: than the first is inconclusive.  Derived: half of the way to a table of photographs, whose gain is 0.  Error bars
@@ -113,6 +113,8 @@ MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS = 0.5, 3.0
 #: Errors along a strip that last all film long, root mean square.  Set by hand: 0.003 px where a fringe is
 #: 19 px, as at 2 m; films of two renderers, coded by H.264, show 0.0002 to 0.0015.
 SPACING_FLOOR_RAD = 0.001
+#: Under a zoom within the film, distances are wrong by this share of it.  Films of `bench reality`: 0.11 to 0.25.
+ZOOM_ERROR_SHARE = 0.2
 #: A waveform that changes with parallax within this many radians of phase ripples; at most so much of it, in contrasts,
 #: is a badge's.  Set by hand: three outside films show 0.0020 to 0.0021, those of this project up to 0.0016.
 RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004

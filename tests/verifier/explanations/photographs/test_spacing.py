@@ -11,6 +11,7 @@ import pytest
 from kit.photographed import (
     CHANGE_RAD,
     FRAMES,
+    NEAR,
     TIMES,
     depth_of,
     found_in,
@@ -95,8 +96,14 @@ def test_a_distance_that_hardly_changes_tests_nothing(change_rad, tested):
     assert forged is not None and forged.wrong == tested and forged.sd == pytest.approx(found.sd)
 
 
-def test_a_zoom_that_the_picture_shows_leaves_the_spacing_untold():
-    """Catches: a true badge under a zoom taken for photographs from one distance."""
+def test_a_zoom_that_the_picture_shows_makes_the_spacing_vague():
+    """Catches: a true badge under a zoom taken for photographs from one distance; a zoom that excuses any spacing."""
     of_photographs = signal(depth=depth_of(0.0, change_rad=0.02))
     assert found_in(of_photographs)["spacing"].level == "undecided"
-    assert "spacing" not in found_in(replace(of_photographs, zoom=1.3))
+    zoomed = replace(of_photographs, zoom=1.3)
+    # Distance changes by 2 %, and a zoom by 1.3 leaves it uncertain by 1.5 %.
+    assert found_in(zoomed)["spacing"].level == "note"
+    far = 1e-3 * (1 + 10 * (1e3 * NEAR - 1))
+    walked = replace(zoomed, covariates=np.column_stack([np.zeros(len(far)), far]))
+    assert found_in(walked)["spacing"].level == "undecided"
+    assert math.isinf(spacing_of([replace(zoomed, covariates=None)]).sd)

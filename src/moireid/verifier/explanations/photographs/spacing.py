@@ -1,8 +1,8 @@
 """Does the spacing of the fringes follow the distance?
 
 Nearer to the camera the fringes stand closer (`fringes.depth_law`).  Photographs from one distance that are laid over
-a film keep their spacing.  A zoom within a film changes it too, so it rejects no film, and says nothing where a zoom is
-seen.
+a film keep their spacing.  A zoom within a film changes it too, so it rejects no film; where a zoom is seen, its error
+counts.
 
 Convention: the gain is the change seen over that predicted: 1 on a badge, 0 on photographs.
 """
@@ -16,7 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import INDEPENDENT_PER_S, MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS, SPACING_FLOOR_RAD
+from moireid.verifier.limits import (
+    INDEPENDENT_PER_S,
+    MAX_SPACING_ERROR_RATIO,
+    PHOTOGRAPH_SDS,
+    SPACING_FLOOR_RAD,
+    ZOOM_ERROR_SHARE,
+)
 
 #: Independent times below which the scatter of the spacing says nothing.
 LEAST_PIECES = 2.0
@@ -69,16 +75,14 @@ class Spacing:
 
 
 def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
-    """The spacing's gain, of all gratings together; None if the distance does not change, or is not known.
-
-    Where the picture itself shows a zoom within the film, distance is the zoom's estimate and no measurement.
+    """The spacing's gain, of all gratings together; None if the distance does not change at all.
 
     Source: the error bar is the scatter of sums over times that a hand's motion makes independent
         (`INDEPENDENT_PER_S`), and `SPACING_FLOOR_RAD`.  A short film has few such times: `PHOTOGRAPH_SDS` of Student's
         t are exceeded as seldom as those of a normal distribution.
     """
     depths = [signal.beyond.depth for signal in signals if signal.beyond is not None]
-    if not depths or any(signal.zoom > 1 for signal in signals):
+    if not depths:
         return None
     score, information = (sum(getattr(depth, name) for depth in depths) for name in ("score", "information"))
     whole = float(np.sum(information))
@@ -93,4 +97,20 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     pieces = whole**2 / float(np.sum(told**2))
     scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
     change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
-    return Spacing(1 + error, math.hypot(scatter, SPACING_FLOOR_RAD / max(change, 1e-12)), pieces)
+    floor = SPACING_FLOOR_RAD / max(change, 1e-12)
+    return Spacing(1 + error, math.hypot(scatter, floor, max(_by_zoom(signal) for signal in signals)), pieces)
+
+
+def _by_zoom(signal: GratingSignal) -> float:
+    """Standard deviation of the gain by errors of a zoom within the film, from which the distance then follows.
+
+    Source: errors in the regressor: that of one over the distance, over its own spread.
+    """
+    if signal.zoom <= 1:
+        return 0.0
+    if signal.covariates is None:
+        return math.inf
+    near = signal.covariates[np.isfinite(signal.phase_sd_rad), 1]
+    # A steady course over a range has a standard deviation of the range over sqrt(12).
+    zoom = ZOOM_ERROR_SHARE * math.log(signal.zoom) / math.sqrt(12)
+    return zoom * float(np.mean(near)) / max(float(np.std(near)), 1e-12) if len(near) else math.inf
