@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, posterior, step_together
+from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, posterior, repeated, step_together
 
 FRAMES, POINTS = 400, 16
 
@@ -90,3 +90,16 @@ def test_a_shallow_misfit_leaves_the_prior():
     assert shallow == pytest.approx(0.1, abs=0.05) and sd == pytest.approx(0.15, rel=0.2)
     deep, narrow = posterior(lambda at: 1.0 + np.full(100, 30.0) * (at - 0.8) ** 2, -1.0, 1.0, 0.1, 0.15, 4)
     assert deep == pytest.approx(0.8, abs=0.06) and narrow < 0.08
+
+
+def test_errors_that_last_are_counted_once(rng):
+    """Catches: noise that a coder keeps for some frames counted anew in each; independent noise counted less; a film
+    without errors, or of a few frames, divided by nothing.
+
+    Source: means of n independent samples in a row correlate by 1 - k / n at a distance of k, which sums up to n.
+    """
+    white = rng.standard_normal((600, 8))
+    assert repeated(white) == pytest.approx(1.0, abs=0.2)
+    kept = np.stack([np.convolve(column, np.ones(6), "valid") for column in white.T], axis=1)
+    assert repeated(kept) == pytest.approx(6.0, rel=0.3)
+    assert repeated(np.zeros((600, 8))) == 1.0 and repeated(white[:10]) == 1.0

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 SPARE_PER_FRAME = 2
 #: A joint step is tried with this damping, and with ten times as much so often until it is a gain.
 LEAST_DAMPING, MOST_TRIES = 1e-4, 8
+#: Errors of frames so far apart that they correlate by less than this are independent; a film's tenth at most is tried.
+LEAST_ALIKE, LEAST_ALIKE_FRAMES = 0.1, 10
 #: Curvature below which rounding makes a direction's sign uncertain, as a share of that along each unknown.
 LEAST_CURVATURE = 1e-12
 
@@ -77,6 +79,28 @@ def _misfit(errors_px: Array, scale: float) -> float:
     return float(np.sum(np.log1p((bounded / scale) ** 2)))
 
 
+def repeated(residuals_px: Array) -> float:
+    """In how many frames one and the same error is seen; 1 for independent ones.
+
+    A coder leaves a page's markers where they were for some frames.  Errors that last tell no more than one of them.
+    Parameters: residuals_px (T, 2 P), in the order of time; each frame's are bounded by the median one.
+    Source: integrated autocorrelation time, summed while neighbours are alike (Sokal, Monte Carlo methods in
+        statistical mechanics, 1997).
+    """
+    size = np.linalg.norm(np.nan_to_num(residuals_px), axis=1)
+    usual = float(np.median(size))
+    if not usual > 0 or len(size) < 2 * LEAST_ALIKE_FRAMES:
+        return 1.0
+    left = np.nan_to_num(residuals_px) * np.minimum(1.0, usual / np.maximum(size, 1e-12))[:, None]
+    power, total = float((left**2).sum()) / len(left), 1.0
+    for lag in range(1, len(left) // LEAST_ALIKE_FRAMES):
+        alike = float((left[lag:] * left[:-lag]).sum()) / (len(left) - lag) / power
+        if alike < LEAST_ALIKE:
+            break
+        total += 2 * alike
+    return total
+
+
 @dataclass(frozen=True)
 class Unknown:
     """An unknown: its bounds, its prior, and a step that is small for it.
@@ -119,17 +143,19 @@ def step_together(
     start: Array,
     unknowns: Sequence[Unknown],
     scale_px: float,
+    repeats: float = 1.0,
 ) -> tuple[Array, Array]:
     """One step towards the values of least misfit, and the covariance at its start; to be repeated until it is short.
 
     Parameters: residuals_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the
         unknowns; slopes_px: their derivatives at the start, (N, T, 2 P); start (N,): near the minimum; scale_px: error
-        of a typical frame, s in the misfit.
+        of a typical frame, s in the misfit; repeats: as `repeated`.
     Returns: (N,) and (N, N).
     Source: misfit as in `minimise`, by Gauss-Newton with Levenberg's damping.  The misfit of focal length, shutter and
         distortion is a long, narrow valley.  A search of one at a time, or without slopes, stops before the minimum,
         and its error bar is the valley's width instead of its length.
     """
+    spare = SPARE_PER_FRAME / repeats
     low, high = (np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high"))
 
     def priors(at: Array) -> float:
@@ -142,22 +168,36 @@ def step_together(
         return left, 2 * (left**2).mean(axis=1) / scale_px**2
 
     def cost(square: Array, at: Array) -> float:
-        return SPARE_PER_FRAME * float(np.log1p(square).sum()) + priors(at)
+        return spare * float(np.log1p(square).sum()) + priors(at)
 
     place = np.clip(np.asarray(start, float), low, high)
     left, square = bounded(place)
-    weights = np.sqrt(2 * SPARE_PER_FRAME / (1 + square) / left.shape[1])[:, None] / scale_px
+    weights = np.sqrt(2 * spare / (1 + square) / left.shape[1])[:, None] / scale_px
     table = (slopes_px * weights).reshape(len(unknowns), -1)
     slope, curve = np.array([u.curve(at) for u, at in zip(unknowns, place, strict=True)]).T
     bend = table @ table.T + np.diag(curve)
     slope = slope + table @ (left * weights).ravel()
     before, damping = cost(square, place), LEAST_DAMPING
     for _ in range(MOST_TRIES):
-        there = np.clip(place - np.linalg.solve(bend + damping * np.diag(np.diag(bend)), slope), low, high)
-        if cost(bounded(there)[1], there) <= before:
-            return there, _inverse(bend)
+        step = -np.linalg.solve(bend + damping * np.diag(np.diag(bend)), slope)
+        there = np.clip(place + step, low, high)
+        found = cost(bounded(there)[1], there)
+        if found <= before:
+            return _further(lambda at: cost(bounded(at)[1], at), place, there, found, (low, high)), _inverse(bend)
         damping *= 10
     return place, _inverse(bend)
+
+
+def _further(
+    cost: Callable[[Array], float], start: Array, there: Array, found: float, bounds: tuple[Array, Array]
+) -> Array:
+    """The place from which going twice as far gains no more; weights that change with the place shorten each step."""
+    while True:
+        further = np.clip(start + 2 * (there - start), *bounds)
+        value = cost(further)
+        if not value < found:
+            return there
+        there, found = further, value
 
 
 def _inverse(bend: Array) -> Array:

@@ -26,6 +26,8 @@ LASTING_S = 0.25
 #: Share of the noise that is left in such a mean.  White noise leaves 0.19 at 30 frames a second and 0.27 at 15; a
 #: codec repeats its errors for a few frames.
 NOISE_LEFT_SHARE = 0.45
+#: Least power that smoothing removes, over what it keeps.
+LEAST_REMOVED = 1e-6
 #: Standard deviation of the mean that halves the frequency at which smoothing halves, s.
 SMOOTHED_S = math.sqrt(2 * math.log(2)) / (2 * math.pi * CUT_OFFS_HZ[0])
 
@@ -49,7 +51,7 @@ def lasting_error_px(residuals_px: Array, times_s: Array, numbers: NDArray[np.in
 
 
 def slow_to_fast(residuals_px: Array, times_s: Array, numbers: NDArray[np.int64]) -> float:
-    """How much of the residuals is too slow for smoothing to remove, over what it removes; 0 where nothing is left.
+    """How much of the residuals is too slow for smoothing to remove, over what it removes; 0 where it removes nothing.
 
     A coder that saves leaves small markers as they were for some frames, so their errors are slow.  Poses share them,
     but in a pose what is slow cannot be told from motion.  In the residuals it can.
@@ -61,8 +63,9 @@ def slow_to_fast(residuals_px: Array, times_s: Array, numbers: NDArray[np.int64]
     if len(known) < 2:
         return 0.0
     slow = _slow(errors, times_s[known], SMOOTHED_S, numbers[known])
-    removed = float(((errors - slow) ** 2).mean())
-    return math.sqrt(float((slow**2).mean()) / removed) if removed > 0 else 0.0
+    kept, removed = float((slow**2).mean()), float(((errors - slow) ** 2).mean())
+    # Of frames that are too far apart to be smoothed, rounding alone is removed.
+    return math.sqrt(kept / removed) if removed > LEAST_REMOVED * kept else 0.0
 
 
 def _bounded(residuals_px: Array) -> tuple[Array, NDArray[np.int64]]:

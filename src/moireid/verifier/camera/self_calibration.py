@@ -6,8 +6,8 @@
 4. All together.
 5. If the focal length is far from its prior, estimate it again on a steady camera path (`steady_path`).
 6. If a tremor hides between the frames, rows tell less than they seem to: estimate all again with that slack.
-Convention: as `fit`; distortion is estimated in units of the guessed focal length, and returned in units of the found
-    one.
+Convention: as `fit`; distortion is estimated in units of the usual focal length, and returned in units of the found
+    one; unknowns in the order of `FilmWide`.
 Source: maximum a posteriori over reprojection error.
 """
 
@@ -17,14 +17,15 @@ import copy
 import math
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.closed_form import ClosedForm, closed_form
-from moireid.verifier.camera.distortion import TakenIn
+from moireid.verifier.camera.distortion import MIDDLE, TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
-from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, posterior, step_together
+from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, posterior, repeated, step_together
 from moireid.verifier.camera.page_speed import hidden_speed_px_s, jumps, velocity_px_s
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, point_error_px, start_poses, tangent_error
 from moireid.verifier.camera.print_aspect import lengthened_px
@@ -32,8 +33,8 @@ from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
 from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     AXIS_PRIOR_SD_SHARE,
-    DISTORTION_PRIOR_SD_K1,
-    DISTORTION_RANGE_K1,
+    DISTORTION_MAX,
+    DISTORTION_PRIOR_SD,
     FOCAL_FAR_SDS,
     FOCAL_PRIOR_RATIO,
     FOCAL_PRIOR_SD_LOG,
@@ -50,11 +51,14 @@ from moireid.verifier.measuring import (
 Array = NDArray[np.float64]
 #: A joint search moves by at most this many steps from settled poses, and then starts again from its result; until it
 #: moves by less than this share of a step; most repetitions: the valley of focal length and distortion is long.
-NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.1, 30
+NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
 #: Within this change of the focal length's logarithm, refined poses are still near.
 NEARBY_ZOOM = 0.15
 SHUTTER = Unknown(0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S, 0.003)
-BEND = Unknown(*DISTORTION_RANGE_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
+BENDS = [
+    Unknown(-most, most, 0.0, sd, step, heavy=True)
+    for most, sd, step in zip(DISTORTION_MAX, DISTORTION_PRIOR_SD, (0.03, 0.1), strict=True)
+]
 ASIDE = Unknown(-AXIS_MAX_SHARE, AXIS_MAX_SHARE, 0.0, AXIS_PRIOR_SD_SHARE, 0.03, heavy=True)
 STRETCH = Unknown(-STRETCH_MAX_LOG, STRETCH_MAX_LOG, 0.0, STRETCH_PRIOR_SD_LOG, 0.005, heavy=True)
 PRINT = Unknown(-PRINT_ASPECT_MAX_LOG, PRINT_ASPECT_MAX_LOG, 0.0, PRINT_ASPECT_PRIOR_SD_LOG, 0.001, heavy=True)
@@ -65,11 +69,15 @@ AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
 HIDING_SHARE = 0.7
 #: A focal length is near the guessed one up to this change of its logarithm.
 USUAL_ZOOM = 0.1
+#: Places of the distortion and of the axis among the unknowns.
+BEND_AT, AXIS_AT = slice(2, 4), slice(4, 6)
 #: Share of an unknown's step used for finite differences.
 PROBE = 0.05
 #: A hidden tremor counts from this share of the mean square of what is left; more than this share it cannot be, as
 #: registration has noise of its own.  Set by hand.
 LEAST_HIDDEN, MOST_HIDDEN = 0.1, 0.75
+#: From here on errors count as repeated; less is within the scatter of independent ones.
+LEAST_REPEATED = 1.2
 #: Most frames used to estimate the film-wide unknowns.
 SOLVE_FRAMES = 300
 
@@ -77,10 +85,10 @@ SOLVE_FRAMES = 300
 class FilmWide:
     """The film-wide unknowns of registered pages.
 
-    focal: px; shutter_s: time from first to last row; bend: distortion in units of the guessed focal length; axis (2,):
-    place of the optical axis; stretch: logarithm of a pixel's width over its height; print_aspect: logarithm of the
-    page's height over that of its design, at one width; covariance (7, 7): of the focal length's logarithm, shutter,
-    distortion, axis, stretch and print aspect; 0 for what was given or is fixed.
+    focal: px; shutter_s: time from first to last row; bend (2,): distortion in units of the usual focal length; axis
+    (2,): place of the optical axis; stretch: logarithm of a pixel's width over its height; print_aspect: logarithm of
+    the page's height over that of its design, at one width; covariance (8, 8): of the focal length's logarithm,
+    shutter, distortion, axis, stretch and print aspect; 0 for what was given or is fixed.
     """
 
     def __init__(
@@ -111,15 +119,18 @@ class FilmWide:
         self._rows = self._directions[0]
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
         self._long_side, self._given = max(image_px), focal_px is not None
-        self._guess = focal_px or FOCAL_PRIOR_RATIO * max(image_px)
-        self._bends = TakenIn(points_px, self._guess, self._centre)
+        self._usual = FOCAL_PRIOR_RATIO * max(image_px)
+        self._guess = focal_px or self._usual
+        self._bends = TakenIn(points_px, self._usual)
         self._longer = lengthened_px(points_px, self.plane[:, :2])
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
-        self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
+        self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, np.zeros(2)
         #: What a tremor that hides between the frames moves a row that is a picture's height away, over the noise.
         self._hidden_sds = 0.0
-        self.covariance = np.zeros((7, 7))
+        #: In how many of the chosen frames one error is seen.
+        self._repeats = 1.0
+        self.covariance = np.zeros((8, 8))
 
     @property
     def _centre(self) -> tuple[float, float]:
@@ -141,12 +152,14 @@ class FilmWide:
     @property
     def bend_k1(self) -> float:
         """Radial distortion in units of the focal length found (OpenCV's k1)."""
-        return self.bend * (self.focal / self._guess) ** 2
+        return float(self.bend[0] - MIDDLE * self.bend[1]) * (self.focal / self._usual) ** 2
 
     @property
     def bend_k1_sd(self) -> float:
         """Standard deviation of `bend_k1`."""
-        return math.sqrt(self.covariance[2, 2]) * (self.focal / self._guess) ** 2
+        apart = np.array([1.0, -MIDDLE])
+        variance = float(apart @ self.covariance[BEND_AT, BEND_AT] @ apart)
+        return math.sqrt(variance) * (self.focal / self._usual) ** 2
 
     def solve(self) -> FilmWide:
         """The likeliest of the solutions from the picture's middle and from the closed forms."""
@@ -161,8 +174,26 @@ class FilmWide:
         # Another direction of the shutter than the usual one may have been told by what was not yet solved then.
         told = best._steadied or best._rows is best._directions[0]
         best = best if told else min((best, best._rolled_down()), key=cost)
+        best._count_once()
         best._loosen()
         return best
+
+    def _count_once(self) -> None:
+        """Estimate all again, with errors that last over some frames counted once; nothing, where few do."""
+        before = self._at()
+        points, focal, centre = self._seen(before, [], before[[]])
+        repeats = repeated(self._near.residuals_px(points, focal / self._start_focal, focal, centre))
+        if repeats < LEAST_REPEATED:
+            return
+        self._repeats = repeats
+        self._solve_again()
+
+    def _solve_again(self) -> None:
+        """Estimate all again; a focal length of a steady path stays, with its error bar."""
+        zoom_variance = self.covariance[0, 0]
+        self._solve_together(zoom=not self._steadied)
+        if self._steadied:
+            self.covariance[0, 0] = zoom_variance
 
     def _loosen(self) -> None:
         """Give the rows the slack that a hidden tremor needs, and estimate all again; nothing, where that is little.
@@ -180,10 +211,7 @@ class FilmWide:
         if hidden < LEAST_HIDDEN:
             return
         self._hidden_sds = math.sqrt(hidden / (1 - hidden) / told)
-        zoom_variance = self.covariance[0, 0]
-        self._solve_together(zoom=not self._steadied)
-        if self._steadied:
-            self.covariance[0, 0] = zoom_variance
+        self._solve_again()
 
     def _apart(self, frames: NDArray[np.int64] | slice) -> Array:
         """Rows of the points from those of the page's middle, in picture heights, (T, N)."""
@@ -204,13 +232,13 @@ class FilmWide:
     def _rolled_down(self) -> FilmWide:
         """The solution for a shutter that runs down, searched from this one."""
         film = copy.copy(self)
-        film._rows, film.bend, film.axis = film._directions[0], 0.0, np.zeros(2)
+        film._rows, film.bend, film.axis = film._directions[0], np.zeros(2), np.zeros(2)
         film._solve_together()
         return film
 
     def _other_starts(self) -> list[ClosedForm]:
         """Cameras to search from again: the guess, and those of the closed form that leave little, if they are far."""
-        points = (self._flat(slice(None), bend=0.0, stretch=0.0) - self._middle) / self._long_side
+        points = (self._flat(slice(None), bend=np.zeros(2), stretch=0.0) - self._middle) / self._long_side
         found = [closed_form(points, self.plane[:, :2], square=square) for square in (True, False)]
         most = NEARLY_AS_GOOD * float(np.median(self._errors()))
         # The focal length was first searched alone, with the axis in the middle, and may be caught in a valley there.
@@ -232,7 +260,7 @@ class FilmWide:
         if not self._given:
             least, most = (ratio * self._long_side for ratio in FOCAL_RANGE_RATIO)
             film.focal = float(np.clip(camera.focal * self._long_side, least, most))
-        film.shutter_s, film.bend, film.covariance = SHUTTER_PRIOR_S, 0.0, np.zeros((7, 7))
+        film.shutter_s, film.bend, film.covariance = SHUTTER_PRIOR_S, np.zeros(2), np.zeros((8, 8))
         film.print_aspect = 0.0
         film._start = start_poses(film.plane, film._flat(film._chosen), film.focal, film._centre)
         film._start_focal, film._near = film.focal, NearPoses(film.plane, film._start)
@@ -250,13 +278,13 @@ class FilmWide:
 
     def _cost(self, scale_px: float) -> float:
         """Twice the negative logarithm of the posterior, as the joint search has it."""
-        misfit = SPARE_PER_FRAME * float(np.sum(np.log1p((self._errors() / scale_px) ** 2)))
+        misfit = SPARE_PER_FRAME / self._repeats * float(np.sum(np.log1p((self._errors() / scale_px) ** 2)))
         free, at = self._free(), self._at()
         return misfit + sum(float(self._unknowns()[k].cost(at[k])) for k in free)
 
     def _unknowns(self) -> list[Unknown]:
         """All that a joint search may solve: focal length, shutter, distortion, axis x and y, stretch, print aspect."""
-        return [self._zoom(), SHUTTER, BEND, ASIDE, ASIDE, STRETCH, PRINT]
+        return [self._zoom(), SHUTTER, *BENDS, ASIDE, ASIDE, STRETCH, PRINT]
 
     def _free(self, *, zoom: bool = True) -> list[int]:
         """Which of the unknowns are solved: not a focal length that was given.
@@ -264,11 +292,11 @@ class FilmWide:
         A stretched picture and a print of another aspect look alike but where the camera rolls.  Where the picture is
         far from square, all of it is the picture's, since prints are not.
         """
-        return [*([0] if zoom and not self._given else []), 1, 2, 3, 4, 5, *([] if self._stretched else [6])]
+        return [*([0] if zoom and not self._given else []), *range(1, 7), *([] if self._stretched else [7])]
 
     def _at(self) -> Array:
-        """The unknowns as they are estimated now, (7,)."""
-        return np.array([math.log(self.focal), self.shutter_s, self.bend, *self.axis, self.stretch, self.print_aspect])
+        """The unknowns as they are estimated now, (8,)."""
+        return np.array([math.log(self.focal), self.shutter_s, *self.bend, *self.axis, self.stretch, self.print_aspect])
 
     def _far(self, camera: ClosedForm) -> bool:
         """Whether a camera is far from a usual one, and possible."""
@@ -281,7 +309,7 @@ class FilmWide:
 
     def _left_by(self, camera: ClosedForm) -> float:
         """Median reprojection error with a camera, px."""
-        points = self._flat(self._chosen, bend=0.0, stretch=math.log(camera.aspect))
+        points = self._flat(self._chosen, bend=np.zeros(2), stretch=math.log(camera.aspect))
         poses = start_poses(self.plane, points, camera.focal * self._long_side, self._placed(camera.axis))
         return float(np.median(poses.least_error_px))
 
@@ -323,14 +351,14 @@ class FilmWide:
             usual = float(np.median(self._errors())) or 1e-9
             near = [one.near(at, NEARBY_STEPS) for one, at in zip(unknowns, before[free], strict=True)]
             residuals, slopes = partial(self._residuals, before, free), self._slopes(before, free)
-            found, covariance = step_together(residuals, slopes, before[free], near, usual)
+            found, covariance = step_together(residuals, slopes, before[free], near, usual, self._repeats)
             place = before.copy()
             place[free] = found
             if 0 in free:
                 self.focal = math.exp(place[0])
-            self.shutter_s, self.bend = float(place[1]), float(place[2])
-            self.axis, self.stretch, self.print_aspect = place[3:5], float(place[5]), float(place[6])
-            self.covariance = np.zeros((7, 7))
+            self.shutter_s, self.bend, self.axis = float(place[1]), place[BEND_AT], place[AXIS_AT]
+            self.stretch, self.print_aspect = float(place[6]), float(place[7])
+            self.covariance = np.zeros((8, 8))
             self.covariance[np.ix_(free, free)] = covariance
             if np.all(np.abs(found - before[free]) < [SETTLED * one.step for one in near]):
                 break
@@ -363,9 +391,14 @@ class FilmWide:
         at = before.copy()
         at[free] = places
         points = self._flat(
-            self._chosen, shutter_s=float(at[1]), bend=float(at[2]), stretch=float(at[5]), print_aspect=float(at[6])
+            self._chosen,
+            shutter_s=float(at[1]),
+            bend=at[BEND_AT],
+            axis=at[AXIS_AT],
+            stretch=float(at[6]),
+            print_aspect=float(at[7]),
         )
-        return points, math.exp(at[0]), self._placed(at[3:5])
+        return points, math.exp(at[0]), self._placed(at[AXIS_AT])
 
     def _solve_steadily(self, zoom: tuple[float, float, float, float]) -> None:
         """Estimate the focal length on a steady path; if it changes, estimate the rest again."""
@@ -408,7 +441,7 @@ class FilmWide:
         """The same camera for other points (T, N, 2)."""
         film = copy.copy(self)
         film._points, film._velocity = points_px, velocity_px_s(points_px, self._times, self.cuts)
-        film._bends = TakenIn(points_px, self._guess, self._centre)
+        film._bends = TakenIn(points_px, self._usual)
         film._longer = lengthened_px(points_px, self.plane[:, :2])
         slack = self._slack(self._chosen)
         film._start = start_poses(self.plane, film._flat(self._chosen), self.focal, self._centre, slack)
@@ -421,11 +454,12 @@ class FilmWide:
         points = self._flat(
             self._chosen,
             shutter_s=self.shutter_s + off[1],
-            bend=self.bend + off[2],
-            stretch=self.stretch + off[5],
-            print_aspect=self.print_aspect + off[6],
+            bend=self.bend + off[BEND_AT],
+            axis=self.axis + off[AXIS_AT],
+            stretch=self.stretch + off[6],
+            print_aspect=self.print_aspect + off[7],
         )
-        return self._moved_poses(points, focal, self._placed(self.axis + off[3:5]))
+        return self._moved_poses(points, focal, self._placed(self.axis + off[AXIS_AT]))
 
     def _moved_poses(self, points: Array, focal: float, centre: tuple[float, float]) -> PlanePoses:
         """The chosen frames' poses for other points or another camera, from those of the last settling."""
@@ -437,21 +471,23 @@ class FilmWide:
         frames: NDArray[np.int64] | slice,
         *,
         shutter_s: float | None = None,
-        bend: float | None = None,
+        bend: Array | None = None,
+        axis: Array | None = None,
         stretch: float | None = None,
         print_aspect: float | None = None,
     ) -> Array:
         """Points as a pinhole camera without a rolling shutter, with square pixels, sees them of a page as designed."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
         rolled = self._velocity[frames] * self._rows[frames] * seconds
-        points = self._points[frames] - self._bends.px(bent, frames) - rolled
+        centre = self._placed(self.axis if axis is None else axis)
+        points = self._points[frames] - self._bends.px(bent, centre, frames) - rolled
         points -= self._longer[frames] * (self.print_aspect if print_aspect is None else print_aspect)
         points[..., 0] += (points[..., 0] - self._middle[0]) * math.expm1(
             -(self.stretch if stretch is None else stretch)
         )
         return np.asarray(points)
 
-    def _errors(self, *, log_focal: float | None = None, **others: float) -> Array:
+    def _errors(self, *, log_focal: float | None = None, **others: Any) -> Array:
         """Reprojection errors (T,) px of the chosen frames; others: as `_flat`.
 
         What is not given keeps its present estimate.
