@@ -36,6 +36,8 @@ from moireid.verifier import Claim, verify
 Array = NDArray[np.float64]
 #: Frames a second of the clips, and the least corners of the board that tell its pose.
 FPS, LEAST_CORNERS = 6, 8
+#: Shorter clips are played to and fro again.
+LEAST_FRAMES = 80
 FORGERIES = (None, "gain_0.5", "frozen")
 #: Of the optics, standard deviation, px; of the sensor, grey values; a webcam's curve from light to grey values.
 BLUR_PX, NOISE, GAMMA = 0.6, 1.2, 2.2
@@ -204,8 +206,10 @@ def half_real(folder: Path, number: int, forge: str | None, badge: Path, path: P
     import av
 
     camera = webcam(folder, number)
-    clip = views(folder, number, camera)
-    clip += clip[-2:0:-1]
+    once = views(folder, number, camera)
+    clip = once + once[-2:0:-1]
+    while len(clip) < LEAST_FRAMES:
+        clip += once + once[-2:0:-1]
     course = Held("held", lambda t: t, lambda t: t, tuple(clip))
     page = load_page(badge)
     tracer = OnBoard(page, built(page, np.random.default_rng(1)), camera, course, Shoot(len(clip), FPS, 23, 7, forge))

@@ -98,3 +98,19 @@ def test_the_range_suits_the_identity_that_was_given(tmp_path: Path) -> None:
     words = ["Ada", "--front", "array", "--template", "court", "--payload", "00" * 15 + "01"]
     printed(*words, out=tmp_path / "a")
     assert json.loads((tmp_path / "a" / "badge.json").read_text(encoding="utf-8"))["payload_bits"] == 128
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_the_identity_that_was_checked_is_the_one_that_is_printed(
+    kept: bool, registry: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a badge that is checked, and another one of a new identity that is printed."""
+    drawn: list[bytes] = []
+
+    def draw(size: int) -> bytes:
+        drawn.append(bytes([len(drawn) + 1]) * size)
+        return drawn[-1]
+
+    monkeypatch.setattr("moireid.designer.drawn.random_payload", draw)
+    outcome = printed("Ada", "--format", "a6", *(["--registry", registry] if kept else []), out=tmp_path / "a")
+    assert [one.hex() for one in drawn] == [json.loads(outcome.stdout)["id"]]

@@ -10,6 +10,7 @@ from moireid.cli.common import say, show_json, shown_rows, status_line, tell_mou
 from moireid.cli.printing.order import Order
 
 if TYPE_CHECKING:
+    from moireid.designer.drawn import Drawn
     from moireid.registry import Registry
 
 
@@ -27,32 +28,33 @@ def print_one(order: Order, payload: bytes | None) -> None:
     from moireid.looks.content import with_lines
 
     # A wish that cannot be is refused before a registry is made for it.
-    trial = drawn_badge(order.request, payload, nobody if order.registry_url is not None else None).badge
+    drawn = drawn_badge(order.request, payload, nobody if order.registry_url is not None else None)
+    trial = drawn.badge
     name_note(trial.name)
     check_look(with_lines(trial, order.wear.lines), order.wear.look(order.request.axes))
     mount, parts, note = order.wear.parts(trial, order.mount, order.figures)
     if order.registry_url is None:
-        _make(order, payload, mount, note, None)
+        _make(order, drawn, mount, note, None)
         return
     from moireid.registry import open_registry
 
     files = [order.folder / name for name in file_names(parts, moving=True)]
     planned(files, overwrite=order.overwrite, make_folders=False, kept=order.kept)
     with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
-        _make(order, payload, mount, note, registry)
+        if payload is not None or registry.by_id(trial.id or "") is not None:
+            drawn = drawn_badge(order.request, payload, registry.by_id)
+        _make(order, drawn, mount, note, registry)
 
 
-def _make(order: Order, payload: bytes | None, mount: str, about_mount: str | None, registry: Registry | None) -> None:
-    """Design, make and issue the badge, and tell of it."""
+def _make(order: Order, drawn: Drawn, mount: str, about_mount: str | None, registry: Registry | None) -> None:
+    """Make and issue the badge, and tell of it."""
     from moireid.cli.issue_notes import derived_notes, look_alike_notes, namesake_notes
     from moireid.designer import explain as explain_badge
-    from moireid.designer.drawn import drawn_badge
     from moireid.fabrication.package import print_badge
     from moireid.fabrication.page.dress import look_notes
     from moireid.fabrication.page.lettering import name_note
     from moireid.looks.content import with_lines
 
-    drawn = drawn_badge(order.request, payload, registry.by_id if registry else None)
     badge = with_lines(drawn.badge, order.wear.lines)
     look = order.wear.look(order.request.axes)
     others = [*namesake_notes([badge], registry), *look_alike_notes([badge], registry)] if registry else []
