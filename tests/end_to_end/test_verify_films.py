@@ -338,10 +338,10 @@ def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_f
     invariant = report.invariant
     built = measure_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd)
     original = verify(ada_film, Claim(ada, ada.id, as_built=built))
-    assert (original.verdict, original.identity.built) == ("accept", "original")
+    assert (original.verdict, original.identity.built) == ("accept", "agrees")
     elsewhere = replace(built, offset_rad=built.offset_rad + 2.0)
     copy = verify(ada_film, Claim(ada, ada.id, as_built=elsewhere))
-    assert (copy.verdict, copy.identity.built) == ("reject", "copy")
+    assert (copy.verdict, copy.identity.built) == ("reject", "differs")
     assert verify(ada_film, Claim(ada, ada.id, as_built=elsewhere, require_original=False)).verdict == "accept"
     assert verify(ada_film, Claim(ada, ada.id, require_original=True)).verdict == "inconclusive"
 

@@ -176,7 +176,7 @@ EXPECTED: dict[str, Expected] = {
     "places": Expected(0.0, 0.020, -0.05, 0.35, strip_sd_share=0.7, rounding_share=1.0),
 }
 
-# --- Is it the badge that was enrolled, or a copy? -------------------------------------------------------------------
+# --- Are the figures those of the badge that was enrolled? -----------------------------------------------------------
 
 #: Independent samples per second of a hand-held film.  Set by hand: motion is smooth.
 INDEPENDENT_PER_S = 2.0

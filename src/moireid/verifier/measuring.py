@@ -179,7 +179,7 @@ CELLS_MOST_RATIO = 1.25
 #: Least mean square of the expected change for this test.  Set by hand.
 MIN_CELL_CHANGE_CONTRASTS2 = 0.005
 
-# --- Is it the badge that was enrolled, or a copy? -------------------------------------------------------------------
+# --- Are the figures those of the badge that was enrolled? -----------------------------------------------------------
 
 #: Office paper grows by up to these shares for 20 % of relative humidity, along and across its fibre.  Set by hand:
 #: some 0.1 % in the mean; fibres swell in width far more than in length (Lindner, Factors affecting the hygroexpansion
@@ -196,9 +196,9 @@ OFFSET_REPEATS_RAD = 0.05
 ROW_OFFSET_SD_RAD = 0.03
 #: Rotation of a sheet in its mount between days.  Set by hand: 0.02 mm over 80 mm.
 TWIST_REPEATS_RAD = 2.5e-4
-#: Limits in standard deviations: original within the first, a copy beyond the second, between them not known.  Set by
-#: hand.
-ORIGINAL_SDS, COPY_SDS = 3.5, 6.0
+#: Limits in standard deviations: figures agree within the first, differ beyond the second, between them not known.
+#: Set by hand.
+AGREES_SDS, DIFFERS_SDS = 3.5, 6.0
 #: A stretch has an offset of its own from this length on.  Set by hand: a second holds two independent samples.
 LEAST_STRETCH_S = 1.0
 #: On a steady course the badge as built speaks for a film if gain and offset agree within this many standard

@@ -1,4 +1,4 @@
-"""As-built figures: merging, reading back, and telling the original from a copy."""
+"""As-built figures: merging, reading back, and comparing a film with them."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ def test_captures_merge_by_their_information_and_around_the_circle():
 
 def test_each_figure_tells_a_copy_alone(ada):
     """Catches: a figure that is not compared, or compared without regard to turns of the circle."""
-    assert compare_built(ONE, ONE, ada).built == "original"
-    assert compare_built(replace(ONE, offset_rad=3.0 - 2 * math.pi + 0.02), ONE, ada).built == "original"
-    assert compare_built(replace(ONE, offset_rad=2.0), ONE, ada).built == "copy"
-    assert compare_built(replace(ONE, twist_rad_per_mm=0.06), ONE, ada).built == "copy"
-    assert compare_built(replace(ONE, beat_frequency_per_mm=-0.0465), ONE, ada).built == "copy"
+    assert compare_built(ONE, ONE, ada).built == "agrees"
+    assert compare_built(replace(ONE, offset_rad=3.0 - 2 * math.pi + 0.02), ONE, ada).built == "agrees"
+    assert compare_built(replace(ONE, offset_rad=2.0), ONE, ada).built == "differs"
+    assert compare_built(replace(ONE, twist_rad_per_mm=0.06), ONE, ada).built == "differs"
+    assert compare_built(replace(ONE, beat_frequency_per_mm=-0.0465), ONE, ada).built == "differs"
     assert compare_built(replace(ONE, offset_rad=3.0 - 0.35), ONE, ada).built == "not_known"
 
 
@@ -56,8 +56,8 @@ def test_a_badge_that_weather_grew_is_still_the_original(ada):
     """Catches: a limit without room for humidity; and that room given where the beat shows no drift."""
     drift = 0.8 * PAPER_GROWTH_SHARE[0] / ada.lens.pitch_mm
     moved = replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + drift, offset_rad=ONE.offset_rad - 0.6)
-    assert compare_built(moved, ONE, ada).built == "original"
-    assert compare_built(replace(moved, beat_frequency_per_mm=ONE.beat_frequency_per_mm), ONE, ada).built == "copy"
+    assert compare_built(moved, ONE, ada).built == "agrees"
+    assert compare_built(replace(moved, beat_frequency_per_mm=ONE.beat_frequency_per_mm), ONE, ada).built == "differs"
 
 
 def test_warmth_moisture_and_both_together(ada):
@@ -73,15 +73,15 @@ def test_warmth_moisture_and_both_together(ada):
         ).built
 
     wet, wet_along = PAPER_GROWTH_SHARE
-    assert built(warmth) == built(-warmth) == built(wet) == built(-wet) == "original"
+    assert built(warmth) == built(-warmth) == built(wet) == built(-wet) == "agrees"
     assert built(0.97 * (warmth + wet)) == "not_known"
-    assert built(1.1 * (warmth + wet)) == "copy"
-    assert built(1.1 * (warmth + wet_along), axis_y) == "copy" != built(1.1 * (warmth + wet_along))
+    assert built(1.1 * (warmth + wet)) == "differs"
+    assert built(1.1 * (warmth + wet_along), axis_y) == "differs" != built(1.1 * (warmth + wet_along))
 
 
 def test_a_stretch_whose_sheet_lies_elsewhere_leaves_the_film_open(ada):
     """Catches: a stretch of another badge, or of late fringes, hidden in the film's mean."""
-    assert compare_built(ONE, ONE, ada, apart_rad=0.15, apart_sd=0.05).built == "original"
+    assert compare_built(ONE, ONE, ada, apart_rad=0.15, apart_sd=0.05).built == "agrees"
     apart = compare_built(ONE, ONE, ada, apart_rad=0.3, apart_sd=0.05)
     assert apart.built == "not_known"
     assert [reason.code for reason in apart.reasons if reason.measured == 0.3] == ["as_built_stretches"]
@@ -112,7 +112,7 @@ def test_the_worst_stretch_is_told_with_the_error_of_the_gain():
 def test_the_phase_constant_is_known_only_where_gain_and_offset_agree_closely(ada, found, known):
     """Catches: the wide limits of an original used where a delay must be excluded."""
     outcome = compare_built(found, ONE, ada)
-    assert outcome.built == "original"
+    assert outcome.built == "agrees"
     assert (outcome.constant_room_rad is not None) == known
 
 
@@ -137,5 +137,5 @@ def test_films_of_one_badge_agree_and_of_a_copy_do_not(ada):
     assert [row["read"] for row in rows] == [True] * 3
     enrolled, again, copy = (as_built_from_json(row["as_built"]) for row in rows)
     assert max(abs(row["beat_error"]) for row in rows) < 0.005
-    assert compare_built(again, enrolled, ada).built == "original"
-    assert compare_built(copy, enrolled, ada).built == "copy"
+    assert compare_built(again, enrolled, ada).built == "agrees"
+    assert compare_built(copy, enrolled, ada).built == "differs"

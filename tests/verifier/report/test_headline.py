@@ -53,12 +53,12 @@ def title(said: dict[str, Any], known: Circumstances = ASKED) -> str:
 
 
 def test_a_genuine_badge_is_its_holder_s() -> None:
-    """Catches: a verdict without a name; a copy or an original of which the page says nothing."""
+    """Catches: a verdict without a name; figures of enrolment of which the page says nothing, and the word original."""
     found = headline_of(document("accept"), ASKED)
     assert (found.colour, found.mark, found.title) == ("accept", "✓", "Genuine, and Sarah Example's")
     whole = document("accept")
-    whole["identity"]["built"] = "original"
-    assert "no copy" in headline_of(whole, ASKED).text and "copy" not in found.text
+    whole["identity"]["built"] = "agrees"
+    assert "measured at enrolment" in headline_of(whole, ASKED).text and "copy" not in found.text
 
 
 def test_nobody_vouches_for_a_name_in_a_file() -> None:

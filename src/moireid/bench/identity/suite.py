@@ -132,8 +132,8 @@ def _rms(values: NDArray[np.float64]) -> float:
 
 
 def _built(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
-    """How often the original and a copy were recognised as such, at `BUILT_DISTANCE_MM`."""
-    counts = {kind: dict.fromkeys(("original", "copy", "not_known"), 0) for kind in ("original", "copy")}
+    """How often the figures of the original and of a copy agree and differ, at `BUILT_DISTANCE_MM`."""
+    counts = {kind: dict.fromkeys(("agrees", "differs", "not_known"), 0) for kind in ("original", "copy")}
     for k, row in enumerate(rows["enrolled"]):
         if row["as_built"] is None:
             continue

@@ -57,8 +57,8 @@ CLAIM_OPTIONS = (
 original_option = click.option(
     "--require-original/--no-require-original",
     default=None,
-    help="Accept only the badge that was enrolled, and no copy of it; or accept copies too. Default: no copy where it "
-    "was enrolled with --capture.",
+    help="Accept only a film whose figures are those measured at enrolment, which a copy that was built anew does not "
+    "have; or any. Default: only such a film where the badge was enrolled with --capture.",
 )
 #: In the order of the help.
 OPTIONS = (

@@ -3,8 +3,11 @@
 A copy made from the same files has the same identity, but its sheet lies differently over the lines: another offset,
 another twist, and another beat if it was printed again.  Weather changes the beat too: paper grows with humidity, along
 its fibre less than across, and the sheet with warmth.  A sheet that is held at an edge then slides over the lines, so
-the tolerance of the offset grows with the measured change of the beat.  An original stays within what moisture and
-warmth do independently; a copy must lie beyond both together.
+the tolerance of the offset grows with the measured change of the beat.  The badge that was enrolled stays within what
+moisture and warmth do independently; one that was built anew must lie beyond both together.
+
+So a film whose figures differ shows a badge that was built anew.  One whose figures agree need not show the badge that
+was enrolled: whoever computes a film can give it any figures.
 
 The sheet lies in one place all film long, so the offset must be the same in every stretch.
 """
@@ -26,12 +29,12 @@ from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import INDEPENDENT_PER_S
 from moireid.verifier.measuring import (
-    COPY_SDS,
+    AGREES_SDS,
+    DIFFERS_SDS,
     KNOWN_SDS,
     LEAST_STRETCH_S,
     MIN_FREQUENCY_SD_PER_MM,
     OFFSET_REPEATS_RAD,
-    ORIGINAL_SDS,
     PAPER_GROWTH_SHARE,
     ROW_OFFSET_SD_RAD,
     SHEET_GROWTH_PER_K,
@@ -42,12 +45,12 @@ from moireid.verifier.reasons import Reason
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
-Built = Literal["original", "copy", "not_known"]
+Built = Literal["agrees", "differs", "not_known"]
 #: How a figure compares with enrolment, in words.
 SEEN: dict[Built, str] = {
-    "original": "is the same, but for errors that every film has",
+    "agrees": "is the same, but for errors that every film has",
     "not_known": "is a little different, and it is not clear why",
-    "copy": "is another",
+    "differs": "is another",
 }
 
 
@@ -153,12 +156,12 @@ def _worst_stretch(apart: Array, law_rad: Array, signal: GratingSignal, gain_sd:
 def compare_built(
     found: AsBuilt, enrolled: AsBuilt, badge: Badge, *, apart_rad: float = 0.0, apart_sd: float = 1.0
 ) -> Comparison:
-    """Whether the film shows the very badge that was enrolled.
+    """Whether the figures of a film are those that were measured at enrolment.
 
     Parameters: apart_rad, apart_sd: of the worst stretch, as in `Filmed`.
 
     Convention: differences are found less enrolled.
-    Returns: Comparison; "not_known" lies between the limits of original and copy.
+    Returns: Comparison; "not_known" lies between the limits of the other two.
     Source: module docstring; limits in standard deviations of the repeatability, plus what weather does.
     """
     grating = next(grating for grating in badge.gratings if grating.code)
@@ -181,18 +184,18 @@ def compare_built(
     )
     reasons, levels = [], []
     for code, difference, (room, widest), sd, unit, words in checks:
-        limit, far = room + ORIGINAL_SDS * sd, widest + COPY_SDS * sd
-        level: Built = "original" if difference <= limit else "copy" if difference > far else "not_known"
+        limit, far = room + AGREES_SDS * sd, widest + DIFFERS_SDS * sd
+        level: Built = "agrees" if difference <= limit else "differs" if difference > far else "not_known"
         levels.append(level)
         text = f"Compared with its enrolment, {words} {SEEN[level]}."
         reasons.append(Reason(code, "note", difference, limit, unit, text))
-    if apart_rad > ORIGINAL_SDS * apart_sd:
+    if apart_rad > AGREES_SDS * apart_sd:
         levels.append("not_known")
-        limit = ORIGINAL_SDS * apart_sd
+        limit = AGREES_SDS * apart_sd
         text = "Between parts of the film the lens sheet seems to lie in different places."
         reasons.append(Reason("as_built_stretches", "note", apart_rad, limit, "rad", text))
-    built: Built = "copy" if "copy" in levels else "not_known" if "not_known" in levels else "original"
-    if built != "original":
+    built: Built = "differs" if "differs" in levels else "not_known" if "not_known" in levels else "agrees"
+    if built != "agrees":
         return Comparison(built, tuple(reasons))
     gain_sd = math.hypot(found.gain_sd, enrolled.gain_sd)
     room = slide_rad + KNOWN_SDS * offset_sd

@@ -95,8 +95,9 @@ def _genuine(document: Mapping[str, Any], claimed: Claimed, known: Circumstances
         advice = "Ask whoever issues such badges for the registry, and check again by it."
         return Headline("accept", "Genuine, and the badge of the file", text, advice)
     text = f"{law}, and the badge is the one that was issued to {claimed.name}."
-    if document["identity"].get("built") == "original":
-        text = f"{law}, and it is the very badge that was issued to {claimed.name}, and no copy of it."
+    if document["identity"].get("built") == "agrees":
+        text = f"{law}, and the badge is the one that was issued to {claimed.name}. Its figures are those measured at "
+        text += "enrolment, which a copy that is built anew does not have."
     if known.bundle is not None:
         text += f" So says the registry's authority, in a bundle that counts until {known.bundle}."
     return Headline("accept", f"Genuine, and {claimed.name}'s", text, _look(claimed.name))

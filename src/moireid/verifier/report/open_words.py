@@ -108,7 +108,8 @@ OPEN = {
     "beats": Words("the badge's code could not be confirmed", NEARER),
     "cells_move": Words("the badge's code does not quite move with its rows", NEARER),
     "built": Words(
-        "it may be a copy", "Ask for another film, from nearer and with more motion; or let copies pass knowingly."
+        "it may be a copy that was built anew",
+        "Ask for another film, from nearer and with more motion; or do not ask for the figures of enrolment.",
     ),
     "others_break": Words(
         "another badge in the film breaks the law", "Watch the seconds that the finding names, and judge them apart."

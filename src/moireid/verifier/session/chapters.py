@@ -2,7 +2,7 @@
 
 1. Estimate the camera (focal length, shutter, one smoothed pose per frame); measure and predict the fringe phase.
 2. Decode the identity, and compare it with the claim.
-3. If the badge was enrolled as built: is it that very badge, or a copy of it?
+3. If the badge was enrolled as built: are the figures of the film those of enrolment?
 4. Judge the motion invariant: compare explanations of the fringes.
 
 A film of up to `CHAPTER_FRAMES` is one chapter.  In a longer film each chapter is judged by itself, and then all of
@@ -43,10 +43,10 @@ OVERLAP_FRAMES = 240
 PIECE_FRAMES = OVERLAP_FRAMES
 
 NOT_TOLD = (
-    "The film does not show whether this is the enrolled badge or a copy. Film it nearer and with more motion, or let "
-    "copies pass."
+    "The film does not show whether its figures are those measured at enrolment. Film the badge nearer and with more "
+    "motion, or do not ask for them."
 )
-NOT_ENROLLED = "Nobody measured this badge as built, so it cannot be told from a copy. Enroll it with a film of it."
+NOT_ENROLLED = "Nobody measured this badge as built, so a copy looks the same. Enroll it with a film of it."
 
 
 @dataclass(frozen=True)
@@ -173,16 +173,17 @@ def _is_broken(chapter: Chapter, limit_log10: float) -> bool:
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
     """The identity of all chapters together, and the findings on the badge as built.
 
-    The first chapter that shows a copy decides; else the first with another identity than the claimed one; else the
-    first that reads an identity, and of those rather one that shows the original.
+    The first chapter whose figures differ from enrolment decides; else the first with another identity than the claimed
+    one; else the first that reads an identity, and of those rather one whose figures agree.
     """
     order = {"mismatch": 0, "match": 1, "not_claimed": 2, "unreadable": 3}
 
-    built_order = {"copy": 0, "original": 1, "not_known": 2}
+    built_order = {"differs": 0, "agrees": 1, "not_known": 2}
 
     def rank(chapter: Chapter) -> tuple[bool, int, bool, int]:
         built = chapter.identity.built
-        return built != "copy", order[chapter.identity.verdict], chapter.identity.decoded_id is None, built_order[built]
+        unread = chapter.identity.decoded_id is None
+        return built != "differs", order[chapter.identity.verdict], unread, built_order[built]
 
     first = min(chapters, key=rank)
     found = sorted({chapter.identity.decoded_id for chapter in chapters if chapter.identity.decoded_id})
@@ -274,12 +275,12 @@ def _judge_built(
         identity, reasons = replace(identity, built=compared.built), compared.reasons
     if not claim.original_required or identity.verdict != "match":
         return identity, reasons
-    level: Level = "pass" if identity.built == "original" else "fail" if identity.built == "copy" else "undecided"
+    level: Level = "pass" if identity.built == "agrees" else "fail" if identity.built == "differs" else "undecided"
     text = {
-        "original": "This is the badge that was enrolled, and not a copy of it.",
-        "copy": "This is a copy of the enrolled badge, and the original is required.",
+        "agrees": "The figures of this film are those measured at enrolment; a badge that was built anew has others.",
+        "differs": "The figures of this film are not those measured at enrolment, as of a copy that was built anew.",
     }.get(identity.built, NOT_TOLD if as_built else NOT_ENROLLED)
-    return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
+    return identity, (*reasons, Reason("built", level, identity.built, "agrees", "", text))
 
 
 def _badge_absent(track: Track) -> Reason:

@@ -31,7 +31,8 @@ class Claim:
     as_built : AsBuilt, optional
         Figures of the badge as it was measured when it was enrolled.
     require_original : bool, optional
-        Reject a copy, and leave open what cannot be told from one; None does so where `as_built` is known.
+        Reject a film whose figures differ from those of enrolment, and leave open one that does not show them; None
+        does so where `as_built` is known.
     provenance : Provenance, optional
         Where the claim comes from; None where a program makes it of its own.
     seal : Seal, optional
@@ -76,7 +77,7 @@ class Claim:
 
     @property
     def original_required(self) -> bool:
-        """Whether a copy is to be rejected."""
+        """Whether the figures must be those of enrolment."""
         return self.as_built is not None if self.require_original is None else self.require_original
 
 

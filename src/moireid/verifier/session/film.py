@@ -6,15 +6,15 @@
 4. Measure the fringe phase of every strip, and predict it from the optics.
 5. Judge the motion invariant.
 6. Decode the identity, and compare it with the claim.
-7. If the badge was enrolled as built: is it that very badge, or a copy of it?
+7. If the badge was enrolled as built: are the figures of the film those of enrolment?
 8. Give the verdict with its reasons.
 
 Steps 3 to 7 run chapter by chapter (`chapters`); a film of up to half a minute is one chapter.
 
 Policy: the invariant and the identity must both hold.  If either fails, the film is rejected; if either is in doubt,
-the verdict is inconclusive. A copy is reported, and rejected where the policy asks for the original, which it does by
-default for a badge that is known as built. With the overlap protocol, the badge must also pass in front of the face,
-and obey the law there (`overlap`).
+the verdict is inconclusive. Figures that differ from those of enrolment are reported, and the film is rejected where
+the policy asks for them, which it does by default for a badge that is known as built. With the overlap protocol, the
+badge must also pass in front of the face, and obey the law there (`overlap`).
 If several badges are in view, the verdict is about one of them (`badge_session`); the report gives its place.
 """
 

@@ -311,7 +311,7 @@ class Verifier:
         # Estimating the focal length is half of the work, so it is repeated only once there are twice as many frames.
         anew = self._claim.focal_px is None and track.tracked >= 2 * self._focal_frames
         focal_px = None if anew else self._focal_px
-        # A few seconds mostly do not tell an original from a copy; unless it was asked for, that is left to the end.
+        # A few seconds mostly do not show the figures of enrolment; unless asked for, they are left to the end.
         required = self._claim.require_original or False
         chapter = judge_chapter(track, replace(self._claim, focal_px=focal_px, require_original=required))
         if anew and chapter.measurement is not None and max(chapter.measurement.camera.tangent_sd) < FOCAL_KEPT_SHARE:

@@ -31,7 +31,8 @@ FIELDS: dict[str, dict[str, Any]] = {
     "focal_px": {"type": "number", "minimum": 50, "maximum": 100000, "description": "solved over the film if absent"},
     "require_original": {
         "type": "boolean",
-        "description": "whether to reject a copy; if absent, where the badge was enrolled with a film",
+        "description": "whether to reject a film whose figures differ from those of enrolment; if absent, where there "
+        "are such figures",
     },
     "cover": {
         "type": "number",
