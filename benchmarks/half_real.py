@@ -3,11 +3,13 @@
 DIR holds clips of a ChArUco board, `hold_N.mp4`, the board's `charuco.toml`, and each camera's matrix and distortion in
 `camera_array.toml`, as caliscope records them.  The board's pose in each frame follows from its corners and the known
 lens.  There a printed badge is drawn by `outside`, which shares nothing with `moireid.simulate`: through that lens, in
-the light that the board's white squares show, with the camera's noise; what lies before the board, fingers and glare,
-stays before the badge.  So lens, hands, room and motion are real.  The clips are short and are played to and fro.
+the light that the board's white squares show, with the camera's noise.  What is in front of the board, fingers and
+glare, stays in front of the badge.  So lens, hands, room and motion are real.  The clips are short and are played to
+and fro.
 
-Printed is, for each camera, true and forged, the verdict, the gain with its error bar, how many frames were tracked,
-whether the identity was read, and the camera as solved beside the true one.  With `--keep DIR` the films are kept.
+Printed is, for each camera, from which angles it looks at the badge, with the lenses' third harmonic there as a share
+of that from the front; then, true and forged, the verdict, the gain with its error bar, how many frames were tracked,
+whether the identity was read, and the camera as estimated next to the true one.  With `--keep DIR` the films are kept.
 """
 
 from __future__ import annotations
@@ -27,24 +29,27 @@ from numpy.typing import NDArray
 from outside.build import built
 from outside.camera import Camera
 from outside.film import Shoot, Tracer
+from outside.lens import through_cylinder
 from outside.motion import Course
-from outside.page import PAPER, load_page
+from outside.page import PAPER, Lens, load_page
 
 from moireid.badge import load_badge
 from moireid.verifier import Claim, verify
 
 Array = NDArray[np.float64]
-#: Frames a second of the clips, and the least corners of the board that tell its pose.
+#: Frames a second of the clips, and the fewest corners of the board that give its pose.
 FPS, LEAST_CORNERS = 6, 8
 #: Shorter clips are played to and fro again.
 LEAST_FRAMES = 80
 FORGERIES = (None, "gain_0.5", "frozen")
 #: Of the optics, standard deviation, px; of the sensor, grey values; a webcam's curve from light to grey values.
 BLUR_PX, NOISE, GAMMA = 0.6, 1.2, 2.2
-#: A pixel of the board that differs by this share of white less black shows something that lies before it.
+#: A pixel of the board that differs by this share of white less black shows something in front of it.
 BEFORE_SHARE, BEFORE_PX = 0.35, 7
 #: Of a square in the board's own picture.
 PRINTED_PX = 40
+#: Over one lens.
+RAYS = 400
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,7 @@ class Webcam(Camera):
 
 
 @dataclass(frozen=True)
-class View:
+class BoardView:
     """One frame of a clip.  grey: its luma; turn (3, 3), place (3,): from the badge's frame, mm, to the camera's."""
 
     grey: NDArray[np.uint8]
@@ -78,65 +83,94 @@ class View:
 
 
 @dataclass(frozen=True)
-class Held(Course):
+class ClipCourse(Course):
     """The course of a clip, one pose for each frame."""
 
-    views_of: tuple[View, ...] = ()
+    clip: tuple[BoardView, ...] = ()
 
     def views(self, t: Array) -> tuple[Array, Array]:
         """As `Course.views`: a frame's pose holds for its time."""
-        frames = np.clip(np.floor(np.asarray(t) * FPS + 0.5).astype(int), 0, len(self.views_of) - 1)
-        turns = np.stack([self.views_of[k].turn.T for k in frames])
-        return np.stack([-self.views_of[k].turn.T @ self.views_of[k].place for k in frames]), turns
+        frames = np.clip(np.floor(np.asarray(t) * FPS + 0.5).astype(int), 0, len(self.clip) - 1)
+        turns = np.stack([self.clip[k].turn.T for k in frames])
+        return np.stack([-self.clip[k].turn.T @ self.clip[k].place for k in frames]), turns
 
 
-def charuco(folder: Path) -> tuple[cv2.aruco.CharucoBoard, bool, float]:
-    """The board, whether it is printed inverted, and the side of a square, mm."""
-    told = tomllib.loads((folder / "charuco.toml").read_text(encoding="utf-8"))
-    square = 10 * float(told["square_size_override_cm"])
-    dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, told["dictionary"]))
-    size = told["columns"], told["rows"]
-    return cv2.aruco.CharucoBoard(size, square, square * told["aruco_scale"], dictionary), told["inverted"], square
+@dataclass(frozen=True)
+class PrintedBoard:
+    """The ChArUco board.  square: side of a square, mm; inverted: whether black and white are exchanged in print."""
+
+    board: cv2.aruco.CharucoBoard
+    inverted: bool
+    square: float
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Columns and rows of squares."""
+        return self.board.getChessboardSize()
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The board in the badge's frame, x to the right."""
+        picture = self.board.generateImage(tuple(PRINTED_PX * count for count in self.size))
+        return cv2.rotate(255 - picture if self.inverted else picture, cv2.ROTATE_90_CLOCKWISE)
+
+
+def load_board(folder: Path) -> PrintedBoard:
+    """The board as described in the folder."""
+    config = tomllib.loads((folder / "charuco.toml").read_text(encoding="utf-8"))
+    square = 10 * float(config["square_size_override_cm"])
+    dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, config["dictionary"]))
+    size = config["columns"], config["rows"]
+    board = cv2.aruco.CharucoBoard(size, square, square * config["aruco_scale"], dictionary)
+    return PrintedBoard(board, config["inverted"], square)
 
 
 def webcam(folder: Path, number: int) -> Webcam:
     """One of the cameras, as calibrated."""
-    told = tomllib.loads((folder / "camera_array.toml").read_text(encoding="utf-8"))["cameras"][str(number)]
-    matrix = np.array(told["matrix"])
+    config = tomllib.loads((folder / "camera_array.toml").read_text(encoding="utf-8"))["cameras"][str(number)]
+    matrix = np.array(config["matrix"])
     return Webcam(
-        size_px=tuple(told["size"]),
+        size_px=tuple(config["size"]),
         focal_px=float(matrix[0, 0]),
         center_px=(float(matrix[0, 2]) + 0.5, float(matrix[1, 2]) + 0.5),
         blur_px=BLUR_PX,
         matrix=matrix,
-        distortion=np.array(told["distortions"]),
+        distortion=np.array(config["distortions"]),
     )
 
 
-def views(folder: Path, number: int, camera: Webcam) -> list[View]:
-    """The frames of a clip that show the board.  The badge lies in its middle, x along its longer side."""
-    board, inverted, square = charuco(folder)
-    columns, rows = board.getChessboardSize()
-    middle = np.array([columns, rows, 0]) * square / 2
+def read_clip(folder: Path, number: int, camera: Webcam, board: PrintedBoard) -> list[BoardView]:
+    """The frames of a clip that show the board, played to and fro.
+
+    Convention: the badge is in the board's middle, x along the board's longer side.
+    """
+    middle = np.array([*board.size, 0]) * board.square / 2
     to_board = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
-    detector = cv2.aruco.CharucoDetector(board)
+    detector = cv2.aruco.CharucoDetector(board.board)
     clip, found = cv2.VideoCapture(str(folder / f"hold_{number}.mp4")), []
     while (read := clip.read())[0]:
         luma = cv2.cvtColor(read[1], cv2.COLOR_BGR2YUV_I420)
         grey, colour = luma[: camera.size_px[1]], luma[camera.size_px[1] :]
-        corners, ids, _, _ = detector.detectBoard(255 - grey if inverted else grey)
+        corners, ids, _, _ = detector.detectBoard(255 - grey if board.inverted else grey)
         if ids is None or len(ids) < LEAST_CORNERS:
             continue
-        solid = board.getChessboardCorners()[ids.ravel()]
+        solid = board.board.getChessboardCorners()[ids.ravel()]
         good, turn, place = cv2.solvePnP(solid, corners.reshape(-1, 1, 2), camera.matrix, camera.distortion)
         if good:
             turned = cv2.Rodrigues(turn)[0]
-            found.append(View(grey, colour, turned @ to_board, turned @ middle + place[:, 0]))
-    return found
+            found.append(BoardView(grey, colour, turned @ to_board, turned @ middle + place[:, 0]))
+    both_ways = found + found[-2:0:-1]
+    return both_ways * math.ceil(LEAST_FRAMES / len(both_ways))
 
 
-class OnBoard(Tracer):
+class BoardTracer(Tracer):
     """Frames of a clip with the badge drawn on the board."""
+
+    def __init__(self, badge: Path, camera: Webcam, clip: list[BoardView], board: PrintedBoard, forge: str | None):
+        page = load_page(badge)
+        course = ClipCourse("held", lambda t: t, lambda t: t, tuple(clip))
+        build = built(page, np.random.default_rng(1))
+        super().__init__(page, build, camera, course, Shoot(len(clip), FPS, 23, 7, forge))
+        self.board, self.printed, self.clip = board, board.picture(), clip
 
     def _fill(self, t: float) -> None:
         """What is behind the badge: the frame itself, in light over that of the board's white squares."""
@@ -146,11 +180,11 @@ class OnBoard(Tracer):
         self.light[:] = PAPER * (grey / self.white) ** GAMMA
 
     @property
-    def view(self) -> View:
+    def view(self) -> BoardView:
         """The frame that is drawn."""
-        return self.course.views_of[self.number]  # type: ignore[attr-defined]
+        return self.clip[self.number]
 
-    def painted(self, number: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+    def draw_frame(self, number: int, rng: np.random.Generator) -> NDArray[np.uint8]:
         """One frame, luma and colour as yuv420p has them."""
         self.number = number
         light = self.frame(number).copy()
@@ -164,68 +198,79 @@ class OnBoard(Tracer):
         luma = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
         return np.concatenate([luma, colour.reshape(-1, luma.shape[1])])
 
-    def _white(self, view: View) -> NDArray[np.float32]:
+    def _white(self, view: BoardView) -> NDArray[np.float32]:
         """Grey value of the board's white over the picture, as a plane, from the middles of its squares."""
         places, values = [], []
-        for column in range(self.columns):
-            for row in range(self.rows):
-                at = np.array([row - (self.rows - 1) / 2, (self.columns - 1) / 2 - column, 0]) * self.square
-                place = self._seen(view, at[None])[0]
-                x, y = np.rint(place).astype(int)
-                if 3 <= x < view.grey.shape[1] - 3 and 3 <= y < view.grey.shape[0] - 3:
-                    places.append([x, y, 1.0])
-                    values.append(float(np.median(view.grey[y - 3 : y + 4, x - 3 : x + 4])))
+        columns, rows = self.board.size
+        for column, row in np.ndindex(columns, rows):
+            at = np.array([row - (rows - 1) / 2, (columns - 1) / 2 - column, 0]) * self.board.square
+            x, y = np.rint(self._seen(view, at[None])[0]).astype(int)
+            if 3 <= x < view.grey.shape[1] - 3 and 3 <= y < view.grey.shape[0] - 3:
+                places.append([x, y, 1.0])
+                values.append(float(np.median(view.grey[y - 3 : y + 4, x - 3 : x + 4])))
         table, level = np.array(places), np.array(values)
         bright = level > np.median(level)
         plane, *_ = np.linalg.lstsq(table[bright], level[bright], rcond=None)
         y, x = np.indices(view.grey.shape)
         return np.clip(plane[0] * x + plane[1] * y + plane[2], 40, 250).astype(np.float32)
 
-    def _before(self, view: View) -> NDArray[np.bool_]:
-        """Pixels in which something lies before the board."""
-        half = np.array([self.rows, self.columns]) * self.square / 2
+    def _before(self, view: BoardView) -> NDArray[np.bool_]:
+        """Pixels in which something is in front of the board."""
+        half = np.array(self.board.size[::-1]) * self.board.square / 2
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
         seen = self._seen(view, np.column_stack([corners, np.zeros(4)])).astype(np.float32)
-        board = cv2.rotate(self.printed, cv2.ROTATE_90_CLOCKWISE)
-        height, width = board.shape
+        height, width = self.printed.shape
         flat = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float32) - 0.5
         matrix = cv2.getPerspectiveTransform(flat, seen)
-        expected = cv2.warpPerspective(board, matrix, view.grey.shape[::-1], borderValue=255) / 255.0
+        expected = cv2.warpPerspective(self.printed, matrix, view.grey.shape[::-1], borderValue=255) / 255.0
         shown = view.grey / self.white
         black = float(np.percentile(shown[expected < 0.1], 50)) if np.any(expected < 0.1) else 0.2
         apart = np.abs(shown - (black + (1 - black) * expected)) > BEFORE_SHARE * (1 - black)
         kernel = np.ones((BEFORE_PX, BEFORE_PX), np.uint8)
         return cv2.morphologyEx(apart.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0
 
-    def _seen(self, view: View, solid: Array) -> Array:
+    def _seen(self, view: BoardView, solid: Array) -> Array:
         return self.camera.project(solid @ view.turn.T + view.place) - 0.5
 
 
-def half_real(folder: Path, number: int, forge: str | None, badge: Path, path: Path) -> int:
-    """Write one film; the number of its frames."""
+def write_film(tracer: BoardTracer, path: Path, seed: int) -> None:
+    """Write one film."""
     import av
 
-    camera = webcam(folder, number)
-    once = views(folder, number, camera)
-    clip = once + once[-2:0:-1]
-    while len(clip) < LEAST_FRAMES:
-        clip += once + once[-2:0:-1]
-    course = Held("held", lambda t: t, lambda t: t, tuple(clip))
-    page = load_page(badge)
-    tracer = OnBoard(page, built(page, np.random.default_rng(1)), camera, course, Shoot(len(clip), FPS, 23, 7, forge))
-    board, inverted, tracer.square = charuco(folder)
-    tracer.columns, tracer.rows = board.getChessboardSize()
-    picture = board.generateImage((PRINTED_PX * tracer.columns, PRINTED_PX * tracer.rows))
-    tracer.printed = 255 - picture if inverted else picture
-    rng = np.random.default_rng(number)
+    rng = np.random.default_rng(seed)
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=Fraction(FPS), options={"crf": "20", "preset": "fast"})
-        stream.width, stream.height, stream.pix_fmt = *camera.size_px, "yuv420p"
-        for k in range(len(clip)):
-            frame = av.VideoFrame.from_ndarray(tracer.painted(k, rng), format="yuv420p")
+        stream.width, stream.height, stream.pix_fmt = *tracer.camera.size_px, "yuv420p"
+        for k in range(len(tracer.clip)):
+            frame = av.VideoFrame.from_ndarray(tracer.draw_frame(k, rng), format="yuv420p")
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
-    return len(clip)
+
+
+def third_harmonic(lens: Lens, across: float, along: float) -> float:
+    """The third harmonic over the first of lines seen through one lens, as a share of that from the front.
+
+    Parameters: across, along: tangents of the view.  Source: `outside.lens`; evenly spaced rays of one pitch.
+    """
+
+    def ratio(across: float, along: float) -> float:
+        starts = (np.arange(RAYS) + 0.5) * lens.pitch_mm / RAYS
+        sheet = 0.0, lens.pitch_mm, lens.radius_mm, lens.thickness_mm, lens.index
+        landed, _, light = np.array([through_cylinder(start, across, along, *sheet) for start in starts]).T
+        first, third = (abs(light @ np.exp(2j * np.pi * h * landed / lens.pitch_mm)) for h in (1, 3))
+        return float(third / first)
+
+    return ratio(across, along) / ratio(0.0, 0.0)
+
+
+def describe_views(clip: list[BoardView], lens: Lens) -> str:
+    """Angles from which a camera looks at the badge, and the lenses' third harmonic there: 5, 50 and 95 % of frames."""
+    places = np.array([-view.turn.T @ view.place for view in clip])
+    tangents = places[:, :2] / -places[:, 2:]
+    angles = np.degrees(np.arctan(np.linalg.norm(tangents, axis=1)))
+    shares = [third_harmonic(lens, *tangent) for tangent in tangents]
+    words = ["/".join(f"{x:.{n}f}" for x in np.percentile(v, (5, 50, 95))) for v, n in ((angles, 0), (shares, 2))]
+    return f"from {words[0]} degrees off the front, third harmonic {words[1]}"
 
 
 def main() -> None:
@@ -237,12 +282,14 @@ def main() -> None:
     wish = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         kept = prepared(wish.keep or Path(scratch))
-        badge = load_badge(kept / "badge" / "badge.json")
+        badge, board = load_badge(kept / "badge" / "badge.json"), load_board(wish.data)
         for number in wish.cameras:
             camera = webcam(wish.data, number)
+            clip = read_clip(wish.data, number, camera, board)
+            print(f"camera {number} {describe_views(clip, load_page(kept / 'badge').lens)}")
             for forge in FORGERIES:
                 path = kept / f"hold_{number}_{forge or 'true'}.mp4"
-                frames = half_real(wish.data, number, forge, kept / "badge", path)
+                write_film(BoardTracer(kept / "badge", camera, clip, board, forge), path, number)
                 report = verify(path, Claim(badge, badge.id))
                 found = report.to_json()
                 gain, sd = report.invariant.gain_ratio, report.invariant.gain_sd
@@ -253,7 +300,8 @@ def main() -> None:
                 reasons = [one["code"] for one in found["reasons"] if one["level"] in ("fail", "undecided")]
                 print(
                     f"camera {number} {forge or 'true':9} {report.verdict:13} gain {gain} ± {sd} "
-                    f"tracked {found['frames']['tracked']} of {frames} read {report.identity.decoded_id == badge.id} "
+                    f"tracked {found['frames']['tracked']} of {len(clip)} "
+                    f"read {report.identity.decoded_id == badge.id} "
                     f"{solved} (true f {camera.focal_px:.0f} k1 {camera.distortion[0]:.2f}; axis off by "
                     f"{np.hypot(*axis):.0f} px) {' '.join(reasons)}",
                     flush=True,

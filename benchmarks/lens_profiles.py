@@ -40,13 +40,14 @@ MARKER_MM, BOARD_MM, CORNER_PX = 20.0, (180.0, 120.0), 0.05
 READOUT_S = 0.0145
 #: Profiles that fit their chart worse than this are left out, px.
 WORST_PROFILE_PX = 2.0
-#: For `--fit`: lenses longer than this, whose charts tell no distortion, and those that two terms describe worse, px.
+#: For `--fit`: lenses longer than this, whose charts do not determine the distortion, and those that two terms describe
+#: worse than this, px.
 LONG, WORST_RADIAL_PX = 1.6, 12.0
 BINS = (("below 0.5", 0.0, 0.5), ("0.5 to 1.1", 0.5, 1.1), ("beyond 1.1", 1.1, 9.0))
 
 
 @dataclass(frozen=True)
-class Lens:
+class FisheyeLens:
     """focal: over the long side; aspect: fy over fx; axis: from the middle, in long sides; k: of the fisheye model."""
 
     focal: float
@@ -67,20 +68,20 @@ class Lens:
 
 
 @dataclass(frozen=True)
-class Film:
+class LensFilm:
     """One film: lens, motion, distance, and the number that its chance follows from."""
 
-    lens: Lens
+    lens: FisheyeLens
     motion: str
     distance_m: float
     number: int
 
 
 @dataclass(frozen=True)
-class Found:
+class CameraSolution:
     """What the solver made of a film.  gain: along x; sd: its error bar; focal: over the true one."""
 
-    film: Film
+    film: LensFilm
     gain: float
     sd: float
     focal: float
@@ -88,14 +89,14 @@ class Found:
     run_s: float
 
 
-def profiles(path: Path) -> list[Lens]:
+def profiles(path: Path) -> list[FisheyeLens]:
     """The lenses of a table; those whose picture turns back before its corner are no lenses of this model."""
     lenses = []
     with path.open(encoding="utf-8") as file:
         for row in csv.DictReader(file):
             if float(row["rms_error_px"] or math.inf) > WORST_PROFILE_PX:
                 continue
-            lens = Lens(
+            lens = FisheyeLens(
                 float(row["focal_over_long_side"]),
                 float(row["fy_over_fx"]),
                 (float(row["axis_x_over_long_side"]), float(row["axis_y_over_long_side"])),
@@ -110,7 +111,7 @@ def profiles(path: Path) -> list[Lens]:
     return lenses
 
 
-def registered(film: Film) -> tuple[Array, Array, Array, Array]:
+def register_corners(film: LensFilm) -> tuple[Array, Array, Array, Array]:
     """Marker corners (T, 16, 2) px as registered, page (16, 2) mm, times (T,), and the camera's places (T, 3), mm."""
     rng = np.random.default_rng([film.number, 5])
     times = np.arange(SECONDS * FPS) / FPS
@@ -140,9 +141,9 @@ def _by_homography(page: Array, seen: Array) -> Array:
     return np.asarray(cv2.perspectiveTransform(page[None], matrix)[0])
 
 
-def solved(film: Film) -> Found:
+def solve_film(film: LensFilm) -> CameraSolution:
     """Solve one film's camera."""
-    points, page, times, places = registered(film)
+    points, page, times, places = register_corners(film)
     begun = time.process_time()
     fit = fit_camera(points, page, times, SIZE_PX)
     run_s = time.process_time() - begun
@@ -153,10 +154,10 @@ def solved(film: Film) -> Found:
     scatter = float(np.std(found[kept] - gain * true[kept]) / np.sqrt(true[kept] @ true[kept]))
     sd = math.hypot(fit.tangent_sd[0], scatter)
     focal = fit.focal_px / max(SIZE_PX) / film.lens.focal
-    return Found(film, gain, sd, focal, fit.focal_at_limit, run_s)
+    return CameraSolution(film, gain, sd, focal, fit.focal_at_limit, run_s)
 
 
-def radial(lens: Lens) -> tuple[float, float, float, float]:
+def radial(lens: FisheyeLens) -> tuple[float, float, float, float]:
     """The lens as the solver has it: focal length, a and b of `camera.distortion`, and what they leave, px.
 
     Source: least squares over the picture's area, from the axis to the corner.
@@ -176,7 +177,7 @@ def radial(lens: Lens) -> tuple[float, float, float, float]:
     return focal, k1 + MIDDLE * k2, k2, left_px
 
 
-def fitted(lenses: list[Lens]) -> str:
+def lens_percentiles(lenses: list[FisheyeLens]) -> str:
     """Percentiles of the lenses' figures."""
     figures = np.array([radial(lens) for lens in lenses if lens.focal < LONG])
     figures = figures[figures[:, 3] < WORST_RADIAL_PX]
@@ -188,7 +189,7 @@ def fitted(lenses: list[Lens]) -> str:
     return "\n".join(lines)
 
 
-def table(rows: Iterable[Found]) -> str:
+def table(rows: Iterable[CameraSolution]) -> str:
     """Errors and error bars by kind of lens."""
     rows = list(rows)
     lines = ["focal length   films  |gain-1| 50 % 90 %   error bar 50 %   beyond 3 bars   at border   s a film"]
@@ -220,16 +221,16 @@ def main() -> None:
     wish = parser.parse_args()
     known = profiles(wish.profiles)
     if wish.fit:
-        print(fitted(known))
+        print(lens_percentiles(known))
         return
     rng = np.random.default_rng(wish.seed)
     picked = rng.choice(len(known), min(wish.lenses, len(known)), replace=False)
     films = [
-        Film(known[k], motion, distance_m, n + 1000 * wish.seed)
+        LensFilm(known[k], motion, distance_m, n + 1000 * wish.seed)
         for n, (k, (distance_m, motion)) in enumerate(zip(picked, cycle(product(DISTANCES_M, MOTIONS)), strict=False))
     ]
     with ProcessPoolExecutor(wish.workers) as pool:
-        rows = list(pool.map(solved, films, chunksize=4))
+        rows = list(pool.map(solve_film, films, chunksize=4))
     print(table(rows))
     for row in sorted(rows, key=lambda row: -abs(row.gain - 1) / row.sd)[: wish.worst]:
         film = row.film

@@ -1,6 +1,6 @@
 """`moireid bench SUITE`: figures with the command that prints them; this room may use all others, as the programs do.
 
-identity/    is the whole identity read, over distance, printing and assembly; is a copy told?
+identity/    is the whole identity read, over distance, printing and assembly; is a copy recognised?
 stability/   films at the edge and beyond
 fabricate/   pages and mounts, read back from what was written; photographs of a pitch test
 simulate/    error against run time of the renderers, and what a scene does not need

@@ -45,8 +45,7 @@ MAX_STEP_RAD = 2.5
 #: the focal length, the more freely tilts fit noise, by up to 30 units of chi-square on ray-traced films at three times
 #: the true one.
 FOCAL_PRIOR_RATIO, FOCAL_PRIOR_SD_LOG = 0.78, 0.15
-#: ... and its bounds.  Source: of 1,110 profiles of phones, a hundredth lies below 0.37 and one beyond 2.5 (longest
-#: 3.3).
+#: ... and its bounds.  Source: of 1,110 profiles of phones, 1 % are below 0.37 and 1 % beyond 2.5.
 FOCAL_RANGE_RATIO = (0.3, 4.0)
 #: Set by hand: a focal length this many standard deviations from its prior is estimated again, on a steady path.
 FOCAL_FAR_SDS = 2.0
@@ -71,6 +70,9 @@ PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
 #: -0.4 and 0.4 in nine of ten; Student's t of these scales has the same quartiles and tails.  Webcams and action
 #: cameras reach -0.3.  What is not estimated makes the fringes' gain wrong: a of 0.1 by 9 %.
 DISTORTION_PRIOR_SD, DISTORTION_MAX = (0.02, 0.05), (0.5, 1.0)
+#: Error of the spread of the parallax from what two terms leave of a lens's distortion.  Calibrated on real lenses:
+#: `benchmarks/lens_profiles.py`, `benchmarks/half_real.py`.
+LENS_MODEL_SD_SHARE = 0.002
 #: Frequency of a hand's tremor (`camera.page_speed`).  Source: physiological tremor of the hand, 8 to 12 Hz (Elble and
 #: Koller, Tremor, 1990).
 TREMOR_HZ = 10.0

@@ -1,4 +1,4 @@
-"""Is the whole identity read, and do the figures of enrolment tell a copy that was built anew?
+"""Is the whole identity read, and do the figures of enrolment identify a rebuilt copy?
 
 suite.py     over distance, printing and assembly     clips.py    films for it
 matching.py  false matches, by a model of errors      shorter.py  films cut short

@@ -47,7 +47,7 @@ def print_one(order: Order, payload: bytes | None) -> None:
 
 
 def _make(order: Order, drawn: Drawn, mount: str, about_mount: str | None, registry: Registry | None) -> None:
-    """Make and issue the badge, and tell of it."""
+    """Make and issue the badge, and report it."""
     from moireid.cli.issue_notes import derived_notes, look_alike_notes, namesake_notes
     from moireid.designer import explain as explain_badge
     from moireid.fabrication.package import print_badge

@@ -21,14 +21,11 @@ from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.camera.zoom_course import unzoomed, zoom_course
 from moireid.verifier.limits import MAX_LASTING_PX
-from moireid.verifier.measuring import FOCAL_RANGE_RATIO
+from moireid.verifier.measuring import FOCAL_RANGE_RATIO, LENS_MODEL_SD_SHARE
 
 Array = NDArray[np.float64]
 #: Change of the film's unknowns, in standard deviations, to measure their effect on the poses.
 PROBE_SDS = 0.1
-#: Error of the spread of the parallax from what two terms leave of a lens's distortion, as a share.  Calibrated on real
-#: lenses: `benchmarks/lens_profiles.py`, `benchmarks/half_real.py`.
-LENS_MODEL_SD = 0.002
 #: A zoom must take away so much of the error that lasts; a course that fits repeated pictures leaves it.  Set by hand.
 TAKEN_SHARE = 0.5
 #: The first course is found with the camera of the whole zoomed film, each other one with that of the course before.
@@ -163,7 +160,7 @@ def _tangent_sd(film: FilmWide) -> tuple[float, float]:
     here, _ = _choose(film.moved(np.zeros(len(sd))))
     moved = [_stretch(here, _choose(film.moved(step))[0]) for step in steps if np.any(step)]
     along_x, along_y = np.linalg.norm(moved, axis=0) / PROBE_SDS if moved else (0.0, 0.0)
-    return math.hypot(along_x, LENS_MODEL_SD), math.hypot(along_y, LENS_MODEL_SD)
+    return math.hypot(along_x, LENS_MODEL_SD_SHARE), math.hypot(along_y, LENS_MODEL_SD_SHARE)
 
 
 def _at_limit(ratio: float) -> bool:

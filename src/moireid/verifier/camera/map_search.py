@@ -82,7 +82,8 @@ def _misfit(errors_px: Array, scale: float) -> float:
 def repeated(residuals_px: Array) -> float:
     """In how many frames one and the same error is seen; 1 for independent ones.
 
-    A coder leaves a page's markers where they were for some frames.  Errors that last tell no more than one of them.
+    A coder leaves a page's markers where they were for some frames.  Errors that last carry no more information than
+    one of them.
     Parameters: residuals_px (T, 2 P), in the order of time; each frame's are bounded by the median one.
     Source: integrated autocorrelation time, summed while neighbours are alike (Sokal, Monte Carlo methods in
         statistical mechanics, 1997).

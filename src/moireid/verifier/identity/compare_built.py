@@ -7,7 +7,7 @@ the tolerance of the offset grows with the measured change of the beat.  The bad
 moisture and warmth do independently; one that was built anew must lie beyond both together.
 
 So a film whose figures differ shows a badge that was built anew.  One whose figures agree need not show the badge that
-was enrolled: whoever computes a film can give it any figures.
+was enrolled: a forger who computes a film can give it any figures.
 
 The sheet lies in one place all film long, so the offset must be the same in every stretch.
 """

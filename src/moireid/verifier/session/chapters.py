@@ -46,7 +46,7 @@ NOT_TOLD = (
     "The film does not show whether its figures are those measured at enrolment. Film the badge nearer and with more "
     "motion, or do not ask for them."
 )
-NOT_ENROLLED = "Nobody measured this badge as built, so a copy looks the same. Enroll it with a film of it."
+NOT_ENROLLED = "This badge was not measured as built, so a copy looks the same. Enroll it with a film of it."
 
 
 @dataclass(frozen=True)
