@@ -216,7 +216,7 @@ def test_every_choice_of_the_other_forms_is_taken(page: Page, films: Path, tmp_p
             page.get_by_label("Name or id").fill("Ada Lovelace")
         if way == "more":
             page.get_by_text("More", exact=True).click()
-            page.get_by_label("Accept a copy too").check()
+            page.get_by_label("Accept a copy that was built anew").check()
             for label, value in fields.items():
                 page.get_by_label(label).fill(value)
         page.get_by_role("button", name="Verify").click()
