@@ -12,23 +12,23 @@ BIN := .venv/bin
 PARTS_VERSION := 7.5.0
 UV_VERSION := 0.13.8
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations 10
-# What the studio needs on a server, and what else people install; the rest is for those who develop moireid.
-SERVER := cad postgres web face c2pa archive s3
-PEOPLE := $(SERVER) simulate webrtc
+PROJECTS := pyproject.toml studio/pyproject.toml lab/pyproject.toml
+# What a server of a studio needs; the rest is for those who develop moireid.
+SERVER := cad postgres face c2pa cluster s3
 # For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
-RESOLVE := $(BIN)/uv pip compile pyproject.toml --generate-hashes --no-emit-index-url --no-emit-find-links --universal --python-version 3.11
+RESOLVE := $(BIN)/uv pip compile --generate-hashes --no-emit-index-url --no-emit-find-links --no-emit-package moireid --universal --python-version 3.11
 
-.PHONY: setup demo test test-all lint docs gallery lock audit wheel wheels debs release clean
+.PHONY: setup demo test test-all lint docs gallery lock parts audit wheel wheels debs release clean
 
 setup: .venv/.ready
 
 # The stamp is newer than what it was made from, so a second `make` costs nothing.
-.venv/.ready: requirements.lock pyproject.toml
+.venv/.ready: requirements.lock $(PROJECTS)
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || { echo "error: Python 3.11, 3.12 or 3.13 is needed; try make PYTHON=python3.12" >&2; exit 2; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv==$(UV_VERSION)
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r requirements.lock
-	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps -e .
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps -e . -e studio -e lab
 	@# What a verify loads is compiled here once: uv leaves that to the first run, and some machines forbid Python to keep it.
 	PYTHONDONTWRITEBYTECODE= $(BIN)/moireid verify tests/data/films/genuine_1.0m.mp4 --badge tests/data/films/badge.json --json >/dev/null
 	@# And what a badge without a mount loads.
@@ -55,6 +55,7 @@ lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo --no-cache
 
 # The theme would tell of its maintainers' plans in each build.
 docs: setup
@@ -63,20 +64,26 @@ docs: setup
 gallery: setup
 	$(BIN)/python docs/make_gallery.py
 
-# The list of parts is written from an environment of its own, so that it knows licences and who needs whom.
+# Each list of parts is written from an environment of its own, so that it names licences and who needs whom.
 lock:
-	$(RESOLVE) --all-extras --output-file requirements.lock
-	$(RESOLVE) $(SERVER:%=--extra %) --constraint requirements.lock --output-file requirements-server.lock
+	$(RESOLVE) $(PROJECTS) --all-extras --output-file requirements.lock
+	$(RESOLVE) pyproject.toml studio/pyproject.toml $(SERVER:%=--extra %) --constraint requirements.lock --output-file requirements-server.lock
+	$(MAKE) --no-print-directory parts OF=pyproject.toml EXTRAS="cad postgres face c2pa simulate" TO=moireid.cdx.json
+	mkdir -p build && sed '/"moireid==/d; /tool.uv.sources/,/^$$/d' studio/pyproject.toml > build/pyproject.toml
+	$(MAKE) --no-print-directory parts OF=build/pyproject.toml EXTRAS="webrtc cluster s3" TO=studio/moireid-studio.cdx.json
+
+# parts OF=pyproject.toml EXTRAS="..." TO=FILE: a list of the parts of one distribution; the studio's leaves out moireid's.
+parts:
 	$(BIN)/uv venv --quiet --clear --python $(BIN)/python build/parts
-	$(RESOLVE) $(PEOPLE:%=--extra %) --constraint requirements.lock --quiet --output-file build/parts/requirements.lock
+	$(RESOLVE) $(OF) $(EXTRAS:%=--extra %) --constraint requirements.lock --quiet --output-file build/parts/requirements.lock
 	$(BIN)/uv pip install --quiet --python build/parts/bin/python --require-hashes -r build/parts/requirements.lock
-	$(BIN)/uv tool run --quiet --from cyclonedx-bom==$(PARTS_VERSION) cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --output-file moireid.cdx.json build/parts/bin/python
+	$(BIN)/uv tool run --quiet --from cyclonedx-bom==$(PARTS_VERSION) cyclonedx-py environment --pyproject $(OF) --output-reproducible --output-file $(TO) build/parts/bin/python
 
 # What a container image is built of, without a network (Containerfile).  The second asks a container engine.
 wheels: setup
 	mkdir -p build/wheels
 	$(BIN)/python -m pip download --quiet --disable-pip-version-check --require-hashes --only-binary :all: --dest build/wheels --requirement requirements-server.lock
-	rm -f build/wheels/moireid-*.whl
+	rm -f build/wheels/moireid*.whl
 	bash .ci/build build/made > /dev/null
 	cp build/made/*.whl build/wheels/
 

@@ -30,10 +30,10 @@ import av
 import cv2
 import psutil
 
-from moireid.evaluation.collect import Scored, collect
-from moireid.evaluation.manifest import read_manifest
-from moireid.evaluation.rows import Job, Row, score_film
 from moireid.sandbox.process import ONE_THREAD
+from moireid_lab.evaluation.collect import Scored, collect
+from moireid_lab.evaluation.manifest import read_manifest
+from moireid_lab.evaluation.rows import Job, Row, score_film
 
 FRAMES = 60
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"

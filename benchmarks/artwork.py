@@ -23,16 +23,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from moireid.artwork.clear import clear_zones
+from moireid.artwork.content import content_of, with_lines
+from moireid.artwork.placing import Look
+from moireid.artwork.template import TEMPLATES, template_named
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format, turned
 from moireid.designer.request import Frame
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import Sheet, write_badge_pdf
-from moireid.looks.clear import clear_zones
-from moireid.looks.content import content_of, with_lines
-from moireid.looks.placing import Look
-from moireid.looks.template import TEMPLATES, template_named
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.simulate.analytic import renderer
 from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM

@@ -19,10 +19,10 @@ import numpy as np
 
 from moireid.badge import Badge, Cell, Grating
 from moireid.designer import Request, design_badge
+from moireid.frames import bounds_of
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.simulate.forgeries.courses import KINDS
 from moireid.simulate.motion import Motion, Poses, linear
-from moireid.turned import bounds_of
 from moireid.verifier import Claim, verify
 
 PAYLOAD, RANGE_M = bytes.fromhex("0f5ac3962d784be1"), (0.8, 2.0)

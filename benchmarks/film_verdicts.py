@@ -11,8 +11,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from moireid.archive.engine import Task, run_tasks
-from moireid.archive.isolated import Limits, Lost
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.simulate.cameras import CAMERAS, camera_named
@@ -22,6 +20,8 @@ from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import CODECS, RECIPES
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
+from moireid_lab.archive.engine import Task, run_tasks
+from moireid_lab.archive.isolated import Limits, Lost
 
 FRAMES, FPS, SEED, DISTANCE_MM = 210, 30.0, 5, 1000.0
 LIMITS = Limits(memory_mb=8192)

@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 from natural_films import DISTANCES_M, FPS, MOTIONS, Task, prepared, tracked
 
-from moireid.bench.natural.film_parts import cut_track
 from moireid.verifier import Claim
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations import series
 from moireid.verifier.fringes.signals import GratingSignal, measure
+from moireid_lab.bench.natural.film_parts import cut_track
 
 PART_S = 10
 #: Most blocks of a film; the first is more than all frames of one.

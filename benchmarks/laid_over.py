@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.bench.forgers.suite import CAMERA, badge_of
 from moireid.lenticule import view_law
 from moireid.simulate.filming import Show, film
 from moireid.simulate.forgeries.flat import SquaredUp
@@ -29,6 +28,7 @@ from moireid.simulate.forgeries.shown import Shown
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.forgers.suite import CAMERA, badge_of
 
 Array = NDArray[np.float64]
 FRAMES, FPS, CRF, PX_PER_MM = 240, 30.0, 23, 4.0

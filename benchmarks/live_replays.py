@@ -27,15 +27,15 @@ import cv2
 import numpy as np
 from live_speed import FACE_MM, FPS, portrait
 
-from moireid.archive.engine import Task, run_tasks
-from moireid.archive.isolated import Lost
 from moireid.badge import Badge
-from moireid.bench.live.film import answer, frames
-from moireid.bench.live.replays import course_of, passes_in_order
 from moireid.designer import Request, design_badge
 from moireid.verifier.live.challenge import Prompt, draw_prompts
 from moireid.verifier.live.session import READY_S, LiveCheck
 from moireid.verifier.session.claim import Claim
+from moireid_lab.archive.engine import Task, run_tasks
+from moireid_lab.archive.isolated import Lost
+from moireid_lab.bench.live.film import answer, frames
+from moireid_lab.bench.live.replays import course_of, passes_in_order
 
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
 SEEN_S = 1.5

@@ -29,8 +29,6 @@ import cv2
 import numpy as np
 
 from moireid.badge import Badge
-from moireid.bench.live.film import answer, frames
-from moireid.bench.live.replays import replays_passed
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.live.chance import replay_chance
@@ -38,6 +36,8 @@ from moireid.verifier.live.clock import SLACK_S
 from moireid.verifier.live.pace import MOVES
 from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.session.claim import Claim
+from moireid_lab.bench.live.film import answer, frames
+from moireid_lab.bench.live.replays import replays_passed
 
 FPS = 24.0
 #: Where the photograph's face is put, mm in the plane of the badge at rest, and px (as in tests/kit/portrait.py).
@@ -105,8 +105,8 @@ def through_socket(badge: Badge, pictures: list[np.ndarray]) -> None:
     import uvicorn
 
     from moireid.registry import open_registry
-    from moireid.web.app import create_app
-    from moireid.web.settings import Settings
+    from moireid_studio.app import create_app
+    from moireid_studio.settings import Settings
 
     coded = [cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes() for picture in pictures]
     with tempfile.TemporaryDirectory() as folder:
@@ -145,7 +145,7 @@ def _cpu_s() -> tuple[float, float]:
 async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
     import websockets
 
-    from moireid.web.live.sockets import CLOCK
+    from moireid_studio.live.sockets import CLOCK
 
     async with websockets.connect(f"ws://127.0.0.1:{port}/live/socket") as connection:
         begun = time.perf_counter()

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from moireid.badge import Badge
-from moireid.bench.forgers.reposed import Reposed
 from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Camera, Scene, film, motion_named
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.forgers.reposed import Reposed
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 CAMERA = Camera(1280, 720, 1150.0)

@@ -42,7 +42,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 from kit.registries import badge_of, running_server  # noqa: E402
 from kit.webbing import tiny_film  # noqa: E402
 from moireid.registry import open_registry  # noqa: E402
-from moireid.web.auth.tokens import open_tokens  # noqa: E402
+from moireid_studio.auth.tokens import open_tokens  # noqa: E402
 
 FILMS = ROOT / "tests" / "data" / "films"
 SERVICES = yaml.safe_load((ROOT / "deploy" / "compose.yaml").read_text(encoding="utf-8"))["services"]

@@ -32,7 +32,7 @@ from hostile_files import spoilt_from
 
 from moireid.badge import load_badge
 from moireid.registry import open_registry
-from moireid.web.auth.tokens import open_tokens
+from moireid_studio.auth.tokens import open_tokens
 
 FILMS = Path(__file__).parents[1] / "tests" / "data" / "films"
 #: Open files of the server, as most systems have it; askers of true uploads; bytes of a film that crawls.

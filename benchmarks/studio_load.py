@@ -35,7 +35,7 @@ from hostile_files import hostile, spoilt_from
 from moireid.badge import load_badge
 from moireid.registry import open_registry
 from moireid.verifier import Claim, verify
-from moireid.web.auth.tokens import open_tokens
+from moireid_studio.auth.tokens import open_tokens
 
 FILMS = Path(__file__).parents[1] / "tests" / "data" / "films"
 AT_ONCE, ASKERS, STEPS = 16, 4, 10

@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
-from moireid.bench.forgers.suite import CAMERA, badge_of
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses
 from moireid.simulate.recording.encode import TO_VIDEO
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.forgers.suite import CAMERA, badge_of
 
 Array = NDArray[np.float64]
 DISTANCE_MM, CLOCK = 1000.0, 90_000

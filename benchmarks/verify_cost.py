@@ -29,12 +29,12 @@ import cv2
 import numpy as np
 from verify_speed import looped
 
-from moireid.bench.verify.films import Array, Truth, phase_error_rad, truth_of
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.simulate.cameras import Format, camera_named
 from moireid.simulate.filming import film as film_it
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
+from moireid_lab.bench.verify.films import Array, Truth, phase_error_rad, truth_of
 
 BADGE = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
 SEED, RUNS = 3, 2

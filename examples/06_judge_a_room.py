@@ -16,9 +16,9 @@ from typing import Any
 from moireid.errors import MoireIdError
 from moireid.registry import claimed, open_registry
 from moireid.verifier import Claim
-from moireid.watch.order import Order
-from moireid.watch.source import participant
-from moireid.watch.watching import Terms, watch
+from moireid_studio.watch.order import Order
+from moireid_studio.watch.source import participant
+from moireid_studio.watch.watching import Terms, watch
 
 WAIT_S = 40
 

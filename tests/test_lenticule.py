@@ -11,7 +11,6 @@ from scipy.ndimage import map_coordinates
 
 from moireid import optics
 from moireid.badge import Badge, Lens
-from moireid.bench.simulate.reference import Setup, _through_sheet
 from moireid.lenticule import (
     MAX_TANGENT,
     RAYS,
@@ -22,6 +21,7 @@ from moireid.lenticule import (
     view_law,
     view_response,
 )
+from moireid_lab.bench.simulate.reference import Setup, _through_sheet
 
 REAR = 0.52
 SHEET = Lens("lenticular", 0.508, 1.0, 1.56)

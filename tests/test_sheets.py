@@ -14,7 +14,7 @@ from moireid.errors import SpecError
 from moireid.lenticule import trace_law
 from moireid.profiles import lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import PRODUCTS, effective_gap_mm, possible_gains, sheet_lens
-from moireid.web.jobs.orders import LensLabel
+from moireid_studio.jobs.orders import LensLabel
 
 OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}
 

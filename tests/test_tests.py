@@ -11,16 +11,20 @@ from pathlib import Path
 import pytest
 
 import kit
-import moireid
-from kit.places import TESTS
+from kit.places import ROOT, TESTS
 
-SOURCE = Path(moireid.__file__).parent
+#: Each folder of tests, and the package whose tree it mirrors.
+MIRRORS = {
+    TESTS: ROOT / "src" / "moireid",
+    ROOT / "studio" / "tests": ROOT / "studio" / "src" / "moireid_studio",
+    ROOT / "lab" / "tests": ROOT / "lab" / "src" / "moireid_lab",
+}
 #: What stands beside the mirrored tree: whole ways through several rooms, pages in a browser, helpers, files.
 OWN = {"browser", "data", "end_to_end", "kit"}
-FILES = [path for path in TESTS.rglob("*.py") if "__pycache__" not in path.parts]
+FILES = [path for tests in MIRRORS for path in tests.rglob("*.py") if "__pycache__" not in path.parts]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(TESTS).as_posix())
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_no_test_imports_another(path: Path) -> None:
     """Catches: a helper that lives in a test file, so that neither can be moved or run alone."""
     modules = set()
@@ -35,8 +39,9 @@ def test_no_test_imports_another(path: Path) -> None:
 
 def test_every_folder_mirrors_one_of_the_source() -> None:
     """Catches: tests of a room that stay behind when the room moves."""
-    folders = {path.parent.relative_to(TESTS) for path in FILES} - {Path()}
-    assert [str(one) for one in folders if one.parts[0] not in OWN and not (SOURCE / one).is_dir()] == []
+    for tests, source in MIRRORS.items():
+        folders = {path.parent.relative_to(tests) for path in FILES if path.is_relative_to(tests)} - {Path()}
+        assert [str(one) for one in folders if one.parts[0] not in OWN and not (source / one).is_dir()] == []
 
 
 def test_the_map_of_the_kit_names_its_files() -> None:
@@ -48,7 +53,7 @@ def test_the_map_of_the_kit_names_its_files() -> None:
 @pytest.mark.parametrize(("environment", "code"), [({}, 0), ({"CI": "1"}, 1)])
 def test_a_skip_fails_the_run_where_ci_is_set(environment: dict[str, str], code: int, tmp_path: Path) -> None:
     """Catches: PostgreSQL or a browser that CI silently does not test; a bare machine on which nothing passes."""
-    (tmp_path / "conftest.py").write_text((TESTS / "conftest.py").read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "conftest.py").write_text((ROOT / "conftest.py").read_text(encoding="utf-8"), encoding="utf-8")
     (tmp_path / "test_it.py").write_text("import pytest\ndef test(): pytest.skip('none')\n")
     command = [
         sys.executable,

@@ -3,7 +3,7 @@
 Convention: lengths in mm; page coordinates are those of the PDF page, origin top left, x right, y down.
 Looking at the badge, z points into the page, so a camera in front of it has a negative z.
 A `rect` is (x0, y0, x1, y1) with x0 < x1 and y0 < y1; those of a grating whose axis is an angle, and of its cells, lie
-in the grating's own frame (`moireid.turned`).
+in the grating's own frame (`moireid.frames`).
 
 The JSON form is `badge.json`, format 1; its JSON Schema is shipped as `moireid/schema/badge.schema.json`.
 Unknown keys are ignored, so that later versions may add some.
@@ -32,10 +32,10 @@ from moireid.fiducials import (
     fiducial_document,
     fiducial_from,
 )
-from moireid.turned import Axis, OwnFrame, Rect, axis_from_json, bounds_of, own_frame, own_rect
+from moireid.frames import Axis, OwnFrame, Rect, axis_from_json, bounds_of, own_frame, own_rect
 
 if TYPE_CHECKING:
-    from moireid.turned import Array
+    from moireid.frames import Array
 
 __all__ = [
     "FORMAT",
@@ -144,7 +144,7 @@ class Grating:
     axis: the direction that its fringes sense, across its lines: "x", "y", or an angle in degrees from 0 to below 180,
     from x towards y.  With an angle, `rect_mm` and those of the cells lie in the grating's own frame.
 
-    Convention: `moireid.turned`.
+    Convention: `moireid.frames`.
     """
 
     rect_mm: Rect
@@ -204,7 +204,7 @@ class Badge:
         return self.board_mm or (0.0, 0.0, *self.page_mm)
 
     def frame_of(self, grating: Grating) -> OwnFrame:
-        """The own frame of one of its gratings (`moireid.turned`)."""
+        """The own frame of one of its gratings (`moireid.frames`)."""
         return own_frame(grating.axis, self.page_mm)
 
     def corners_of(self, grating: Grating) -> Array:

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Cell, Grating
+from moireid.frames import own_rect
 from moireid.profiles import Printer
-from moireid.turned import own_rect
 
 Array = NDArray[np.float64]
 #: Figures listed for each cell on the printer's dots.

@@ -12,37 +12,54 @@ from typing import Any
 
 from moireid.errors import MissingExtraError
 
+#: The folder of each distribution in the project's repository, besides moireid's own, which is at its root.
+FOLDERS = {"moireid-studio": "studio", "moireid-lab": "lab"}
 
-def missing_extra(what: str, package: str, extra: str) -> MissingExtraError:
-    """The error to raise where `what` (a sentence's subject) needs a package of an extra that is not installed."""
+
+def missing_extra(what: str, package: str, extra: str, distribution: str = "moireid") -> MissingExtraError:
+    """The error to raise where `what` (a sentence's subject) needs a package that is not installed.
+
+    Parameters: extra: of `distribution`, such as "cad"; "" for a package that the distribution itself needs.
+    """
     return MissingExtraError(
-        f"{what} needs {package}, which is not installed; install it with: {install_command(extra)}",
+        f"{what} needs {package}, which is not installed; install it with: {install_command(extra, distribution)}",
         package=package,
         extra=extra,
     )
 
 
-def install_command(extra: str) -> str:
-    """The command that adds an extra to where this program runs, from where the program came.
+def install_command(extra: str = "", distribution: str = "moireid") -> str:
+    """The command that adds a distribution of the project, or an extra of one, to where this program runs.
 
-    `uv tool install` forgets the extras that it is not given anew, and such a place has no pip.
+    It names the place from which the program came.  `uv tool install` forgets what it is not given anew, and such a
+    place has no pip.
     """
     receipt = Path(sys.prefix, "uv-receipt.toml")
     if receipt.is_file():
-        return f"uv tool install {shlex.quote(_requirement({extra, *_extras_of(receipt)}))}"
+        wanted = _extras_by_distribution(receipt)
+        wanted.setdefault(distribution, set()).update({extra} - {""})
+        first = _requirement("moireid", wanted.pop("moireid", set()))
+        others = [f" --with {shlex.quote(_requirement(name, extras))}" for name, extras in sorted(wanted.items())]
+        return f"uv tool install {shlex.quote(first)}{''.join(others)}"
     editable = _origin().get("dir_info", {}).get("editable", False)
-    return f"pip install {'-e ' if editable else ''}{shlex.quote(_requirement({extra}, editable=editable))}"
+    return f"pip install {'-e ' if editable else ''}{shlex.quote(_requirement(distribution, {extra} - {''}, editable))}"
 
 
-def _requirement(extras: set[str], *, editable: bool = False) -> str:
+def _requirement(distribution: str, extras: set[str], editable: bool = False) -> str:
     """What to install, for pip and uv: from the same file, folder or repository as this installation; else by name."""
-    origin, named = _origin(), f"[{','.join(sorted(extras))}]"
-    url = str(origin.get("url", ""))
+    origin, named = _origin(), f"[{','.join(sorted(extras))}]" if extras else ""
+    url, folder = str(origin.get("url", "")), FOLDERS.get(distribution, "")
     if editable:
-        return url.removeprefix("file://") + named
+        return "/".join(filter(None, (url.removeprefix("file://"), folder))) + named
     if "vcs_info" in origin:
         url = f"{origin['vcs_info']['vcs']}+{url}@{origin['vcs_info']['commit_id']}"
-    return f"moireid{named}" + (f" @ {url}" if url else "")
+        url += f"#subdirectory={folder}" if folder else ""
+    elif url.endswith(".whl"):
+        # The wheels of one release are in one folder, and differ in the distribution's name.
+        url = f"{url.rpartition('/')[0]}/{url.rpartition('/')[2].replace('moireid', distribution.replace('-', '_'), 1)}"
+    elif folder:
+        url = f"{url}/{folder}" if url else ""
+    return f"{distribution}{named}" + (f" @ {url}" if url else "")
 
 
 def _origin() -> dict[str, Any]:
@@ -53,7 +70,8 @@ def _origin() -> dict[str, Any]:
         return {}
 
 
-def _extras_of(receipt: Path) -> set[str]:
-    """The extras with which uv installed the program."""
+def _extras_by_distribution(receipt: Path) -> dict[str, set[str]]:
+    """The extras with which uv installed each distribution of the project in this place."""
     wanted = tomllib.loads(receipt.read_text(encoding="utf-8")).get("tool", {}).get("requirements", [])
-    return {extra for one in wanted if one.get("name") == "moireid" for extra in one.get("extras", [])}
+    ours = [one for one in wanted if one.get("name") in ("moireid", *FOLDERS)]
+    return {one["name"]: set(one.get("extras", [])) for one in ours}

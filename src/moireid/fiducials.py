@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Any
 
 from moireid.errors import SpecError
-from moireid.turned import Rect
+from moireid.frames import Rect
 
 Point = tuple[float, float]
 #: A frame's least line, mm, and its widest as a share of its shorter side.

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib.metadata import entry_points
 
 import click
 import pytest
 from click.testing import CliRunner
 
-from moireid.cli.main import SECTIONS, moireid
+from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, SECTIONS, moireid
 from moireid.cli.simulate_cmd import EFFECTS, FORGERIES, LIGHT_NAMES, simulate_command
 
 
 def commands(group: click.Group = moireid, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
     """The words of every command, groups too."""
-    for name, command in group.commands.items():
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
         yield (*path, name)
         if isinstance(command, click.Group):
             yield from commands(command, (*path, name))
@@ -28,10 +31,23 @@ def test_help_fits_a_terminal_and_no_summary_is_cut(words: tuple[str, ...]) -> N
     assert max(map(len, done.output.splitlines())) <= 80
 
 
-def test_every_command_stands_in_one_section() -> None:
-    """Catches: a command that is registered and left out of the help, or listed twice."""
-    listed = [command.name for commands in SECTIONS.values() for command in commands]
-    assert sorted(map(str, listed)) == sorted(moireid.commands)
+def test_every_command_is_in_one_section() -> None:
+    """Catches: a command that is registered and left out of the help, or listed twice; an entry point of no section."""
+    listed = [name for names in SECTIONS.values() for name in names]
+    added = {point.name for point in entry_points(group=ENTRY_POINTS)}
+    assert sorted(listed) == sorted([*moireid.commands, *ELSEWHERE]) and added <= set(ELSEWHERE)
+
+
+@pytest.mark.parametrize(("command", "distribution"), ELSEWHERE.items())
+def test_a_command_that_is_not_installed_names_what_to_install(
+    command: str, distribution: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: 'no such command' for one that the guides describe."""
+    monkeypatch.setattr("moireid.cli.main.entry_points", lambda **_: [])
+    done = CliRunner().invoke(moireid, [command, "--help"])
+    assert done.exit_code != 0 and f"needs {distribution}, which is not installed; install it with: " in done.stderr
+    helped = CliRunner().invoke(moireid, ["--help"]).stdout
+    assert command in helped.partition(f"In {distribution}, which is not installed")[2]
 
 
 def test_the_kinds_of_forgeries_effects_and_lights_are_explained() -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from moireid.artwork.clear import areas_of
 from moireid.badge import Badge, CodedFrame, badge_from_json
 from moireid.designer import Request, design_badge
 from moireid.designer.fiducial import MIN_LINE_PX
@@ -14,7 +15,6 @@ from moireid.designer.link import PHONE
 from moireid.errors import DesignError
 from moireid.fabrication.page.artwork import lettering_places, marker_squares
 from moireid.fiducials import LEAST_UNLIKE, least_unlike
-from moireid.looks.clear import areas_of
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 

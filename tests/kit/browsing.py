@@ -16,8 +16,8 @@ from playwright.sync_api import Page
 
 from moireid.badge import Badge
 from moireid.registry import open_registry
-from moireid.web.app import create_app
-from moireid.web.settings import Limits, Settings
+from moireid_studio.app import create_app
+from moireid_studio.settings import Limits, Settings
 
 SIZES = {"phone": (375, 740), "desk": (1280, 800)}
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from moireid.archive.engine import Task
-from moireid.archive.worker import Done
+from moireid_lab.archive.engine import Task
+from moireid_lab.archive.worker import Done
 
 
 def in_place(work: Callable[..., Any], tasks: Sequence[Task], **_: Any) -> Iterator[tuple[int, Done]]:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from moireid.badge import Badge, Cell
+from moireid.frames import own_rect
 from moireid.lenticule import view_law
-from moireid.turned import own_rect
 from moireid.verifier.tracking.profiles import ProfileReader, Strip
 from moireid.verifier.tracking.track import Track
 

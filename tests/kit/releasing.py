@@ -28,7 +28,7 @@ def copy_of_project(folder: Path, mode: int) -> Path:
 
 
 def build(source: Path, out: Path, *, umask: int = 0o022, environment: Mapping[str, str] | None = None) -> list[Path]:
-    """Run `.ci/build` of the project in `source`; the source archive and the wheel."""
+    """Run `.ci/build` of the project in `source`; the source archive and the wheel of the package `moireid`."""
     subprocess.run(
         ["bash", str(source / ".ci" / "build"), str(out)],
         env={**os.environ, "PYTHON": sys.executable, **(environment or {})},
@@ -36,4 +36,4 @@ def build(source: Path, out: Path, *, umask: int = 0o022, environment: Mapping[s
         check=True,
         capture_output=True,
     )
-    return [*out.glob("*.tar.gz"), *out.glob("*.whl")]
+    return [*out.glob("moireid-*.tar.gz"), *out.glob("moireid-*.whl")]

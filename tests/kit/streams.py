@@ -16,9 +16,9 @@ import av
 from kit.places import FILMS
 from moireid.badge import Badge, load_badge
 from moireid.verifier import Claim
-from moireid.watch.order import Order, Patience
-from moireid.watch.source import source_of
-from moireid.watch.watching import Terms, watch
+from moireid_studio.watch.order import Order, Patience
+from moireid_studio.watch.source import source_of
+from moireid_studio.watch.watching import Terms, watch
 
 SIZE, FPS = (1280, 720), 30
 QUICK = Patience(open_s=8.0, stall_s=2.0, grown_s=1.0)

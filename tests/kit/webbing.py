@@ -21,16 +21,16 @@ from moireid.registry import open_registry
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Camera, Scene
-from moireid.web.app import create_app
-from moireid.web.jobs.claims import Prepared
-from moireid.web.jobs.queue import Jobs
-from moireid.web.settings import Limits, Settings
-from moireid.web.store.database import database_of
-from moireid.web.store.job import Job
-from moireid.web.store.ledger import Ledger
-from moireid.web.store.storage import Folder
-from moireid.web.store.tables import jobs
-from moireid.web.studio import Studio
+from moireid_studio.app import create_app
+from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.queue import Jobs
+from moireid_studio.settings import Limits, Settings
+from moireid_studio.store.database import database_of
+from moireid_studio.store.job import Job
+from moireid_studio.store.ledger import Ledger
+from moireid_studio.store.storage import Folder
+from moireid_studio.store.tables import jobs
+from moireid_studio.studio import Studio
 
 ROLES = ("issuer", "verifier", "monitor", "admin")
 ORIGIN = "http://studio.test"

@@ -20,7 +20,7 @@ from moireid.registry.look_alikes import _prototypes, alike_within, folded_skele
 from moireid.registry.schema import select_named_so
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.session.claim import Claim, claim_reasons
-from moireid.web.jobs.orders import Order, checked
+from moireid_studio.jobs.orders import Order, checked
 
 #: SHA-256 of the prototypes.
 TABLE = "6e7b046976a981f668d886ece263c88942f5eb3db8a346a6f4c3e607e9a64b8d"

@@ -19,8 +19,8 @@ from moireid.errors import RegistryError, SpecError
 from moireid.names import named_by
 from moireid.registry import claimed, claims, open_registry, store
 from moireid.registry.face import reading
-from moireid.web.jobs.claims import find_claimed
-from moireid.web.problems import Refusal
+from moireid_studio.jobs.claims import find_claimed
+from moireid_studio.problems import Refusal
 
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 

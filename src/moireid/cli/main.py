@@ -6,56 +6,92 @@ import contextlib
 import io
 import os
 import sys
+from importlib.metadata import entry_points
 from typing import NoReturn
 
 import click
 
 from moireid import __version__
 from moireid.cli.attest.attest_cmd import attest_group
-from moireid.cli.bench_cmd import bench_command
 from moireid.cli.common import BAD_INPUT
 from moireid.cli.enroll_cmd import enroll_command
-from moireid.cli.evaluate_cmd import evaluate_command
-from moireid.cli.film_set_cmd import film_set_command
-from moireid.cli.generator_cmd import generator_group
 from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
 from moireid.cli.printing.print_cmd import print_command
 from moireid.cli.registry import registry_group
-from moireid.cli.serve_cmd import serve_command, token_group
 from moireid.cli.simulate_cmd import simulate_command
-from moireid.cli.verdicts_cmd import verdicts_command
 from moireid.cli.verify.identify_cmd import identify_command
 from moireid.cli.verify.verify_cmd import verify_command
-from moireid.cli.watch.watch_cmd import watch_command
+from moireid.extras import install_command
 
-#: The sections of `moireid --help`, and the commands of each in the order in which people need them.
-SECTIONS: dict[str, tuple[click.Command, ...]] = {
+#: The sections of `moireid --help`: names of commands, in the order in which people need them.
+SECTIONS: dict[str, tuple[str, ...]] = {
     "Commands that most people need": (
-        print_command,
-        enroll_command,
-        verify_command,
-        identify_command,
-        watch_command,
-        attest_group,
-        simulate_command,
-        serve_command,
+        *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "serve"),
     ),
-    "Lens sheets": (pitch_test_command, calibrate_command),
-    "The registry, and access to the studio": (registry_group, token_group, verdicts_command),
-    "Many films at once": (film_set_command, generator_group, evaluate_command),
-    "The figures that this project states": (bench_command,),
+    "Lens sheets": ("pitch-test", "calibrate"),
+    "The registry, and access to the studio": ("registry", "token", "verdicts"),
+    "Many films at once": ("film-set", "generator-kit", "evaluate"),
+    "The figures that this project states": ("bench",),
 }
+#: The commands of this package.
+OWN = (
+    *(print_command, enroll_command, verify_command, identify_command, attest_group, simulate_command),
+    *(pitch_test_command, calibrate_command, registry_group),
+)
+#: Commands that another distribution of the project adds, by its entry points, and which that is.
+ELSEWHERE = {
+    **dict.fromkeys(("serve", "token", "verdicts", "watch"), "moireid-studio"),
+    **dict.fromkeys(("bench", "evaluate", "film-set", "generator-kit"), "moireid-lab"),
+}
+ENTRY_POINTS = "moireid.commands"
 
 
 class Sections(click.Group):
-    """A group whose help lists its commands under the headings of SECTIONS."""
+    """A group with the commands of this package and of those that add some; its help lists them by SECTIONS."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """Names of the commands that are installed, in the order of SECTIONS."""
+        there = set(self.commands) | {point.name for point in entry_points(group=ENTRY_POINTS)}
+        return [name for names in SECTIONS.values() for name in names if name in there]
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        """Find a command by its name.  Raises: UsageError for one whose distribution is not installed."""
+        if name in self.commands:
+            return self.commands[name]
+        for point in entry_points(group=ENTRY_POINTS, name=name):
+            found: click.Command = point.load()
+            return found
+        if name in ELSEWHERE:
+            raise MissingDistribution(name, ELSEWHERE[name])
+        return None
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write one table for each section."""
-        for heading, commands in SECTIONS.items():
-            with formatter.section(heading):
-                rows = [(command.name or "", command.get_short_help_str(limit=80)) for command in commands]
-                formatter.write_dl(rows, col_spacing=2)
+        """Write one table for each section, and what to install for commands that are not there."""
+        there = self.list_commands(context)
+        for heading, names in SECTIONS.items():
+            rows = [(name, self._help(context, name)) for name in names if name in there]
+            if rows:
+                with formatter.section(heading):
+                    formatter.write_dl(rows, col_spacing=2)
+        for distribution in dict.fromkeys(ELSEWHERE.values()):
+            missing = [name for name, of in ELSEWHERE.items() if of == distribution and name not in there]
+            if missing:
+                with formatter.section(f"In {distribution}, which is not installed"):
+                    formatter.write_text(", ".join(missing))
+
+    def _help(self, context: click.Context, name: str) -> str:
+        command = self.get_command(context, name)
+        return command.get_short_help_str(limit=80) if command else ""
+
+
+class MissingDistribution(click.ClickException):
+    """A command of a distribution that is not installed."""
+
+    def __init__(self, command: str, distribution: str) -> None:
+        super().__init__(
+            f"'moireid {command}' needs {distribution}, which is not installed; "
+            f"install it with: {install_command(distribution=distribution)}"
+        )
 
 
 @click.group(cls=Sections, context_settings={"help_option_names": ["-h", "--help"]})
@@ -74,9 +110,8 @@ def moireid() -> None:
     """
 
 
-for _commands in SECTIONS.values():
-    for _command in _commands:
-        moireid.add_command(_command)
+for _command in OWN:
+    moireid.add_command(_command)
 
 
 def main() -> None:

@@ -33,6 +33,7 @@ from moireid.designer.reach import (
 from moireid.designer.request import Request, clean_name
 from moireid.dots import on_dots, realised
 from moireid.errors import CodeError, DesignError, SpecError
+from moireid.frames import axis_words, own_rect
 from moireid.idcodes import family_named
 from moireid.idcodes.pitch import BANDS
 from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
@@ -40,7 +41,6 @@ from moireid.idcodes.spacing import PHASE_LEVELS
 from moireid.optics import rear_pitch_for_beat_mm
 from moireid.profiles import Printer, array_named, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH
-from moireid.turned import axis_words, own_rect
 
 #: More spacing of levels than this many fringes across the grating only shortens the fringes.
 MAX_STEP_FRINGES = 0.55

@@ -4,7 +4,7 @@ Small boards take finer sheets: a cell then still lies under enough lenses, and 
 fringes move less, so it asks for a little more motion.
 
 The frame of a format says how wide its white margin is and how large its markers are.  Where head and foot begin is up
-to a template (`moireid.looks`), within what markers and fringes need.
+to a template (`moireid.artwork`), within what markers and fringes need.
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ from typing import Literal
 
 from moireid.badge import Cell, Rect
 from moireid.designer.layout import Layout
+from moireid.frames import Axis, own_rect
 from moireid.idcodes.spacing import CELLS_PER_BYTE
 from moireid.idcodes.words import CHECK_BYTES, MAX_WORD_BYTES
-from moireid.turned import Axis, own_rect
 
 DUTY = 0.5
 #: Payload and check may take up to this share of the word; the rest is parity.

@@ -17,8 +17,8 @@ from moireid.designer.fiducial import coded_frame, frame_and_field
 from moireid.designer.request import Request
 from moireid.designer.turned_fields import Room, three_fields
 from moireid.errors import DesignError
+from moireid.frames import Axis
 from moireid.profiles import PAPERS_MM
-from moireid.turned import Axis
 
 #: The published prototype's marker is 26 mm on a 146 mm board; other boards keep the proportion.
 MARKER_MM_PER_BOARD_MM = 26.0 / 146.0

@@ -14,9 +14,9 @@ from moireid.designer.layout import Layout
 from moireid.designer.link import PHONE, LinkBudget, Read, found_reach_m
 from moireid.designer.request import Request
 from moireid.errors import DesignError
+from moireid.frames import own_rect
 from moireid.idcodes.spacing import CELLS_PER_BYTE
 from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
-from moireid.turned import own_rect
 
 #: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
 DESIGN_FOCAL_PX = PHONE.focal_px

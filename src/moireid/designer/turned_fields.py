@@ -7,7 +7,7 @@ against the board's edge and the corner of an upper marker.  V-shaped, fanned an
 cells.  Here this arrangement is in closed form; its size is bounded by the way from the upper markers' corner, through
 a rafter and a gap, to the corner of the level field.
 
-Convention: mm from the board's centre, y down; rectangles in the fields' own frames (`moireid.turned`).
+Convention: mm from the board's centre, y down; rectangles in the fields' own frames (`moireid.frames`).
 Source: plane geometry; with half widths `side` of the room and corners (`column`, `row`) of the markers' white, a
 rafter of length s and height h stands at x = side - s/4 - h sqrt(3)/4, and touches the corner where
 y = h - row + sqrt(3) (x - column).
@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 from moireid.errors import DesignError
-from moireid.turned import Axis, Rect, own_frame
+from moireid.frames import Axis, Rect, own_frame
 
 #: The level field is an "x" one, as its lines can be set on a printer's dots.
 AXES: tuple[Axis, ...] = ("x", 60.0, 120.0)

@@ -22,6 +22,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from moireid.artwork.placing import Look
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.words import Maker
@@ -32,7 +33,6 @@ from moireid.fabrication.page.pdf import DEFAULT_DPI, Sheet, draw_board, draw_ma
 from moireid.fabrication.parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
-from moireid.looks.placing import Look
 from moireid.names import line_of
 from moireid.profiles import Printer
 

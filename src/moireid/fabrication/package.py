@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.guide import write_assembly_pdf
@@ -19,7 +20,6 @@ from moireid.fabrication.page.worn import write_worn
 from moireid.fabrication.parts import ACRYLIC_FILES, GLB_FILE, PRINTED_FILES, Parts, plan_parts, write_parts
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, write_text
-from moireid.looks.placing import Look
 
 _SHEETS = ("badge.pdf", "preview.png", "assembly.pdf")
 #: The preview that moves; of one badge made by itself.

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from moireid.badge import Badge, CodedFrame, Grating, Point, Rect
 from moireid.errors import FabricationError
-from moireid.turned import own_rect
+from moireid.frames import own_rect
 
 #: A mount must hide no fringes from a camera up to this far to the side ...
 GRATING_SIGHT_DEG = 60.0

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 from moireid.badge import Cell, Code, Grating
 from moireid.errors import CodeError
+from moireid.frames import own_rect
 from moireid.idcodes.family import CellReading
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.turned import own_rect
 
 #: A reading is unclear if it is further than this from every level, in steps, or if its error bar is larger.
 UNCLEAR_BEYOND_STEPS = 0.35

@@ -22,7 +22,7 @@ signing/       the private key in a process of its own
 checkpoints/   signed checkpoints that others keep, and what this user saw last
 bundle/        what a verifier needs, in one signed file
 transfer/      a registry to a JSON file, and back
-upkeep/        opening, older versions, the log as it is told, people erased
+maintenance/        opening, older versions, the log as it is told, people erased
 """
 
 from moireid.provenance import Claimed, Holder

@@ -31,9 +31,9 @@ from moireid.registry.log import (
     next_rows,
     rotation_of,
 )
+from moireid.registry.maintenance.opening import prepare
 from moireid.registry.record import Fault, Record, read_record, tampered
 from moireid.registry.signing.client import load_signer
-from moireid.registry.upkeep.opening import prepare
 from moireid.registry.url import show_url, sqlite_file
 
 #: Rows fetched at a time where all are read.

@@ -5,7 +5,7 @@ Unicode Technical Standard 39, section 4, with the table of the package `confusa
 written from right to left is not laid out first.  Deviation: spaces count as one, whatever their number.
 
 The registry keeps both skeletons of each name in columns with an index.  They are derived: another table of look-alikes
-needs another schema version, whose step computes them anew (`upkeep/migration.py`).
+needs another schema version, whose step computes them anew (`maintenance/migration.py`).
 """
 
 from __future__ import annotations

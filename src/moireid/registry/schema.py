@@ -2,9 +2,9 @@
 
 `badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each thing done, in a
 chain (log.py), `actors` who did them (actor.py), and `authority` one row in all: the public key, and the log's head,
-signed.  A later version may change tables, and then raises `SCHEMA_VERSION` and adds a step to `upkeep/migration.py`;
-so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys and signatures would no
-longer compare.
+signed.  A later version may change tables, and then raises `SCHEMA_VERSION` and adds a step to
+`maintenance/migration.py`; so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys
+and signatures would no longer compare.
 """
 
 from __future__ import annotations

@@ -28,12 +28,12 @@ from moireid.registry.face.outward import Outward
 from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
+from moireid.registry.maintenance.erasure import Erased, erase_actor, erase_person
 from moireid.registry.record import Record, new_record, storable_json
 from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
 from moireid.registry.transfer.rotate import Rotated, rotate
-from moireid.registry.upkeep.erasure import Erased, erase_actor, erase_person
 from moireid.registry.url import default_url, read_url
 
 #: So many people of names that look alike are named in a warning.

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
+from moireid.frames import OwnFrame
 from moireid.lenticule import trace_mm
 from moireid.optics import passed_share, slab_shift_mm
-from moireid.turned import OwnFrame
 
 Array = NDArray[np.float64]
 #: The light on the page is kept at this many places across one lens pitch: every 2 um for 0.5 mm.

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating, Lens, Rect
+from moireid.frames import own_rect
 from moireid.sheets import sheet_lens
 from moireid.simulate.cameras import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
-from moireid.turned import own_rect
 
 __all__ = ["Build", "Camera", "Instant", "Need", "Scene"]
 

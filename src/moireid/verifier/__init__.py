@@ -11,6 +11,7 @@ identity/       whose badge is it, and is it the one that was enrolled?
 session/        a film or a live picture from its first frame to the verdict
 report/         the report for people
 live/           a live check: random prompts that the person must follow
+published/      the published pipeline, as a baseline
 
 video.py        grey frames with their times
 picture.py      one frame, turned into counts where it is read

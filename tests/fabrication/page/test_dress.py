@@ -15,6 +15,10 @@ import pypdfium2 as pdfium
 import pytest
 from PIL import Image, ImageDraw
 
+from moireid.artwork.clear import clear_zones
+from moireid.artwork.content import Content, with_lines
+from moireid.artwork.placing import Look
+from moireid.artwork.template import TEMPLATES, template_named
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format, turned
@@ -25,10 +29,6 @@ from moireid.fabrication.page.dress import check_look, qr_rects, writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import draw_fringes, draw_preview
 from moireid.fabrication.page.worn import draw_worn, write_worn
-from moireid.looks.clear import clear_zones
-from moireid.looks.content import Content, with_lines
-from moireid.looks.placing import Look
-from moireid.looks.template import TEMPLATES, template_named
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 DPI = 150

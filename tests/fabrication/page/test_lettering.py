@@ -19,6 +19,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image, features
 
+from moireid.artwork.placing import Piece
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
@@ -39,7 +40,6 @@ from moireid.fabrication.page.lettering import (
 )
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.words import _picture_of, set_words, width_mm
-from moireid.looks.placing import Piece
 
 #: Names that a plain row of glyphs would spell wrong, though the badge's own font has their letters.
 SHAPED = ["محمد بن سلمان", "שלום", "Ada שלום", "x̂ ỹ"]

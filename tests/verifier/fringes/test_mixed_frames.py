@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.turned import own_frame
+from moireid.frames import own_frame
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
 from moireid.verifier.limits import MAX_MIXED_SHARE
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from moireid.asbuilt import AsBuilt, as_built_from_json, merge
-from moireid.bench.identity.clips import Clip, read_clip
 from moireid.errors import SpecError
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.identity.compare_built import _worst_stretch, compare_built
 from moireid.verifier.measuring import KNOWN_SDS, OFFSET_REPEATS_RAD, PAPER_GROWTH_SHARE, SHEET_GROWTH_PER_K, WEATHER_K
+from moireid_lab.bench.identity.clips import Clip, read_clip
 
 ONE = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
 

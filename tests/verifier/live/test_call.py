@@ -17,9 +17,6 @@ import pytest
 from kit.payloads import payload_for_name
 from kit.portrait import FACE_MM, portrait
 from moireid.badge import Badge
-from moireid.bench.live.call import Caller, Paused, coded
-from moireid.bench.live.film import answer, frames
-from moireid.bench.live.replays import course_of
 from moireid.designer import Request, design_badge
 from moireid.verifier.live.challenge import (
     FACE,
@@ -38,6 +35,9 @@ from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.live.tile import COUNT_S, LEAST_WIDTH_PX, TileWatch
 from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
+from moireid_lab.bench.live.call import Caller, Paused, coded
+from moireid_lab.bench.live.film import answer, frames
+from moireid_lab.bench.live.replays import course_of
 
 FPS = 24.0
 

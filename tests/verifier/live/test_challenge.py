@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 
 from kit.portrait import FACE_MM
-from moireid.bench.live.film import REST_MM, WEBCAM, answer
-from moireid.bench.live.replays import course_of, passes, replays_passed
 from moireid.verifier.live import challenge, pace
 from moireid.verifier.live import chance as chances
 from moireid.verifier.live.challenge import (
@@ -27,6 +25,8 @@ from moireid.verifier.live.challenge import (
     place_of,
 )
 from moireid.verifier.live.clock import SETTLE_S, SLACK_S, BoundedClock
+from moireid_lab.bench.live.film import REST_MM, WEBCAM, answer
+from moireid_lab.bench.live.replays import course_of, passes, replays_passed
 
 EACH = ["left", "right", "down", "up", "nearer", "farther", FACE]
 

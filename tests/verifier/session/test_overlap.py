@@ -17,7 +17,6 @@ from kit.payloads import payload_for_name
 from kit.portrait import AT_PX, FACE_MM, SIZE_PX, portrait
 from kit.report_faults import faults
 from moireid.badge import Badge
-from moireid.bench.live.film import answer, frames
 from moireid.cli.main import moireid as program
 from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError
@@ -35,6 +34,7 @@ from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.timeline import BREAK_S, Spans
 from moireid.verifier.video import Film
+from moireid_lab.bench.live.film import answer, frames
 
 #: A call: the badge goes to the left, across the face, and down from there.
 CALL = (Prompt("left", 1.0), Prompt("face", 3.0), Prompt("right", 6.5))

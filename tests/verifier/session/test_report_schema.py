@@ -15,9 +15,9 @@ from kit.coded_films import first_frames, written
 from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
 from moireid.cli.verify.verify_cmd import verify_command
-from moireid.evaluation.baseline.published import verify_published
 from moireid.provenance import Barred
 from moireid.verifier import Claim, verify
+from moireid.verifier.published.pipeline import verify_published
 from moireid.verifier.session.result import REPORT_FORMAT
 
 #: What the contract of the command line promises, by object.

@@ -10,7 +10,7 @@ import pytest
 
 from kit.drawn_pages import draw, filmed, seen_from
 from moireid.verifier.picture import Frame, as_picture
-from moireid.verifier.tracking.calm import FULL_FRAMES, RESTLESS_S, CalmWatch
+from moireid.verifier.tracking.frame_skipping import FULL_FRAMES, RESTLESS_S, CalmWatch
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 
 SHAPE = (400, 440)

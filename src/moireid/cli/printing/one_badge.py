@@ -20,12 +20,12 @@ def print_one(order: Order, payload: bytes | None) -> None:
     Parameters: payload: the identity; None for one that is drawn.
     Raises: MoireIdError where the badge cannot be; no file and no registry is made then.
     """
+    from moireid.artwork.content import with_lines
     from moireid.designer.drawn import drawn_badge, nobody
     from moireid.fabrication.package import file_names
     from moireid.fabrication.page.dress import check_look
     from moireid.fabrication.page.lettering import name_note
     from moireid.files import planned
-    from moireid.looks.content import with_lines
 
     # A wish that cannot be is refused before a registry is made for it.
     drawn = drawn_badge(order.request, payload, nobody if order.registry_url is not None else None)
@@ -48,12 +48,12 @@ def print_one(order: Order, payload: bytes | None) -> None:
 
 def _make(order: Order, drawn: Drawn, mount: str, about_mount: str | None, registry: Registry | None) -> None:
     """Make and issue the badge, and report it."""
+    from moireid.artwork.content import with_lines
     from moireid.cli.issue_notes import derived_notes, look_alike_notes, namesake_notes
     from moireid.designer import explain as explain_badge
     from moireid.fabrication.package import print_badge
     from moireid.fabrication.page.dress import look_notes
     from moireid.fabrication.page.lettering import name_note
-    from moireid.looks.content import with_lines
 
     badge = with_lines(drawn.badge, order.wear.lines)
     look = order.wear.look(order.request.axes)

@@ -14,10 +14,10 @@ from moireid.cli.common import counted, progress_bar, say, show_json, shown_rows
 from moireid.cli.printing.order import Order
 
 if TYPE_CHECKING:
+    from moireid.artwork.placing import Look
     from moireid.badge import Badge
     from moireid.designer.people import Designed
     from moireid.fabrication import Event
-    from moireid.looks.placing import Look
     from moireid.registry import Registry
 
 
@@ -75,10 +75,10 @@ def print_people(order: Order, people_csv: Path) -> None:
 
 def _make(found: _List, registry: Registry | None) -> None:
     """Make and issue the badges of a list, and tell of them."""
+    from moireid.artwork.columns import kept_pictures
     from moireid.designer import explain
     from moireid.designer.people import badges_of, without_held
     from moireid.fabrication.event import print_event
-    from moireid.looks.columns import kept_pictures
 
     order, designed = found.order, found.designed
     drawn = badges_of(without_held(designed, order.request, registry.by_id) if registry else designed)
@@ -117,9 +117,9 @@ def _make(found: _List, registry: Registry | None) -> None:
 
 def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[Look | None]]:
     """Each badge with its row's lines, and what it wears.  Raises: SpecError that names the row."""
+    from moireid.artwork.columns import dressed
     from moireid.errors import SpecError
     from moireid.fabrication.page.dress import check_look
-    from moireid.looks.columns import dressed
 
     worn, looks, wear = [], [], found.order.wear
     usual = wear.look(found.order.request.axes)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from moireid.errors import FabricationError, SpecError
 
 if TYPE_CHECKING:
+    from moireid.artwork.placing import Look
     from moireid.badge import Badge
     from moireid.designer import Request
     from moireid.fabrication.parts import Parts
     from moireid.fabrication.process import MountFigures
-    from moireid.looks.placing import Look
 
 
 @dataclass(frozen=True)
@@ -72,10 +72,10 @@ class Wear:
         Parameters: axes: of the fringes; three directions take the room of a template, unless one is asked for.
         Raises: SpecError for a template, picture or colour that is none.
         """
+        from moireid.artwork.content import Content, content_of
+        from moireid.artwork.placing import Look
+        from moireid.artwork.template import template_named
         from moireid.designer.formats import format_named
-        from moireid.looks.content import Content, content_of
-        from moireid.looks.placing import Look
-        from moireid.looks.template import template_named
 
         content = content_of(self.logo, self.portrait, self.colour)
         plain = (axes == "hex" or self.format_name in (None, "board")) and content == Content()

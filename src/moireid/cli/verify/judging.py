@@ -58,12 +58,12 @@ def judge_here(wish: Wish, found: Claimed, scores: Scores, progress: Progress) -
 
 
 def _report(wish: Wish, found: Claimed, progress: Progress) -> Report:
-    from moireid.evaluation.baseline.corners import corners_from, without_corners
+    from moireid.verifier.published.corners import corners_from, without_corners
 
     corners = corners_from(wish.corners_given) if wish.corners_given is not None else None
     claim = claim_held(wish, found)
     if wish.published:
-        from moireid.evaluation.baseline.published import verify_published
+        from moireid.verifier.published.pipeline import verify_published
 
         return verify_published(wish.video, claim, corners=corners, progress=progress)
     from moireid.attest.carried import with_carried

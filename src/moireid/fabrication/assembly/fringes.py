@@ -14,9 +14,9 @@ from PIL import Image
 
 from moireid.badge import Badge, Grating
 from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER
+from moireid.frames import own_rect
 from moireid.lenticule import landing_mm
 from moireid.optics import slab_shift_mm
-from moireid.turned import own_rect
 
 PX_PER_MM, RAYS = 1.2, 8
 Array = NDArray[np.float64]

@@ -15,8 +15,8 @@ from moireid.fabrication.assembly import sketches
 from moireid.fabrication.printed.mount import SLOTS
 from moireid.fabrication.process import MountFigures
 from moireid.fabrication.sight import has_turned, sheet_pieces
+from moireid.frames import Axis
 from moireid.sheets import MM_PER_INCH
-from moireid.turned import Axis
 
 #: Who makes the sheet: the command line, or the studio.
 Maker = Literal["command", "studio"]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Cell, CodedFrame, Grating, Point, Rect
-from moireid.turned import own_rect
+from moireid.frames import own_rect
 
 CROP_MARK_MM = 6.0
 CROP_GAP_MM = 2.0
@@ -31,7 +31,7 @@ def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
     """The dark lines of one cell, cut at its border.
 
     Convention: lines begin at edge_mm + k pitch_mm along the grating's axis and are duty pitch_mm wide.
-    Returns: rectangles as the cell's own is given: page mm, or in the frame of a turned grating (`moireid.turned`).
+    Returns: rectangles as the cell's own is given: page mm, or in the frame of a turned grating (`moireid.frames`).
     Source: each edge is computed from k, never by adding up a rounded pitch, so that nothing drifts.
     """
     low, top, high, bottom = own_rect(grating.axis, cell.rect_mm)

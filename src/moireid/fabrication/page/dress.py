@@ -1,6 +1,6 @@
 """What a badge wears, drawn on its page: grounds, words, pictures and the QR code.
 
-Convention: page mm, origin top left; placed by `moireid.looks.placing`, which keeps clear what is read.
+Convention: page mm, origin top left; placed by `moireid.artwork.placing`, which keeps clear what is read.
 """
 
 from __future__ import annotations
@@ -10,17 +10,17 @@ from collections.abc import Callable
 import numpy as np
 from PIL import Image, ImageOps
 
+from moireid.artwork.colours import Colour
+from moireid.artwork.content import Content, lines_of
+from moireid.artwork.placing import Look, Piece, pieces_of
+from moireid.artwork.qr import modules_of
+from moireid.artwork.template import template_named
+from moireid.artwork.unworn import unworn
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 from moireid.fabrication.page.lettering import PICTURE_DPI, line_note
 from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, Sheet
 from moireid.fabrication.page.words import SetWords, set_words
-from moireid.looks.colours import Colour
-from moireid.looks.content import Content, lines_of
-from moireid.looks.placing import Look, Piece, pieces_of
-from moireid.looks.qr import modules_of
-from moireid.looks.template import template_named
-from moireid.looks.unworn import unworn
 
 #: Longer sides at which a picture is searched for markers, px: from near, and far away.
 SEEN_PX = (640, 320, 160, 80)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from PIL import Image, ImageDraw, ImageFont
 
+from moireid.artwork.colours import Colour
+from moireid.artwork.placing import Look, Piece, pieces_of
 from moireid.badge import Badge, Rect
 from moireid.fabrication.page.artwork import font_file
 from moireid.fabrication.page.dress import corner_of, mask_of, qr_rects
 from moireid.fabrication.page.lettering import PICTURE_DPI
 from moireid.fabrication.page.words import SetWords, set_words
-from moireid.looks.colours import Colour
-from moireid.looks.placing import Look, Piece, pieces_of
 
 ANCHORS = {"left": "ls", "center": "ms", "right": "rs"}
 

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from moireid.artwork.colours import Colour
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import nearest_dot
 from moireid.errors import SpecError
@@ -47,9 +48,8 @@ from moireid.fabrication.page.lettering import (
 )
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import whole_file
-from moireid.looks.colours import Colour
+from moireid.frames import Axis, own_rect
 from moireid.profiles import FORMS, Printer
-from moireid.turned import Axis, own_rect
 
 POINTS_PER_MM = 72.0 / 25.4
 REGULAR, BOLD = "MoireidSans", "MoireidSans-Bold"

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageOps
 
+from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.fabrication.page.artwork import font_file, lettering_places, marker_squares
 from moireid.fabrication.page.dress import look_of
 from moireid.fabrication.page.lettering import name_picture, set_name
 from moireid.fabrication.page.paint import dress_picture
 from moireid.files import whole_file
+from moireid.frames import bounds_of, own_rect
 from moireid.lenticule import landing_mm
-from moireid.looks.placing import Look
 from moireid.optics import slab_shift_mm
-from moireid.turned import bounds_of, own_rect
 
 PX_PER_MM = 6.0
 DISTANCE_MM = 1000.0
@@ -89,7 +89,7 @@ def fringe_profile(
 ) -> NDArray[np.float64]:
     """Brightness along the grating's axis, 0 to 1, of `pixels` samples; the mean over one lens's rays at each.
 
-    Parameters: own: the cell's rectangle in own order (`moireid.turned`); middle: the board's, along the axis.
+    Parameters: own: the cell's rectangle in own order (`moireid.frames`); middle: the board's, along the axis.
     Convention: the camera stands `DISTANCE_MM` in front of the board's middle, and so far aside along the grating's
         axis; a lens's axis lies on the middle.
     Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.

@@ -13,10 +13,10 @@ from typing import Any
 
 from PIL import Image, ImageFont
 
+from moireid.artwork.placing import Piece
 from moireid.errors import SpecError
 from moireid.fabrication.page.artwork import font_file
 from moireid.fabrication.page.lettering import LINE_HEIGHT, PICTURE_DPI, font_for, name_picture, printable, set_name
-from moireid.looks.placing import Piece
 
 MM_PER_POINT = 25.4 / 72
 #: A line is at most this share of the name's size, and of a size by itself; the id's, and its share of its

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from PIL import Image, ImageChops, ImageDraw, ImageFilter
 
+from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.fabrication.page.preview import DISTANCE_MM, PX_PER_MM, draw_fringes, draw_preview
 from moireid.files import whole_file
-from moireid.looks.placing import Look
 
 FRAMES, FRAME_MS, SWING = 16, 100, 0.22
 #: Longer side of the board in the moving picture, px.

@@ -12,10 +12,10 @@ from moireid.errors import RegistryError
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.ledger import Ledger
 from moireid.registry.look_alikes import folded_skeleton, skeleton
+from moireid.registry.maintenance.erasure import erased_at
+from moireid.registry.maintenance.told import Entry, entries_of
 from moireid.registry.record import Record, storable
 from moireid.registry.schema import badges, select_alike, select_layouts, select_named_so, select_records
-from moireid.registry.upkeep.erasure import erased_at
-from moireid.registry.upkeep.told import Entry, entries_of
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200

@@ -1,7 +1,7 @@
 """The printed page in the form that the analytic renderer reads: markers as a picture, cells as a table.
 
 Convention: board frame of `motion`, mm; "across" is the coordinate along a grating's axis (across its lenses), "along"
-the other one of its own frame (`moireid.turned`), both counted from the board's centre.  The table holds the print as
+the other one of its own frame (`moireid.frames`), both counted from the board's centre.  The table holds the print as
 it came out of the printer, so that no ray needs the print's scale.
 """
 

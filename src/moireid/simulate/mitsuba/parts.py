@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.frames import OwnFrame, own_frame
 from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.mitsuba.page import BEHIND_MM
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, Strips
 from moireid.simulate.mitsuba.view import Crop, View
 from moireid.simulate.scene import Scene
-from moireid.turned import OwnFrame, own_frame
 
 Array = NDArray[np.float64]
 

@@ -54,7 +54,7 @@ class Profile:
 def turned_for(build: Build, grating: int, handed: float) -> Build:
     """The build as one grating sees it: with its own piece of sheet, the twist from across towards along.
 
-    Parameters: grating: its number; handed: of its frame (`moireid.turned`), by which a twist changes its sign.
+    Parameters: grating: its number; handed: of its frame (`moireid.frames`), by which a twist changes its sign.
     """
     offset_mm, twist_rad = build.sheet(grating)
     return replace(build, lens_offset_mm=offset_mm, twist_rad=handed * twist_rad, laid=())

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.turned import OwnFrame
+from moireid.frames import OwnFrame
 from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.limits import MIXED_SDS
 from moireid.verifier.measuring import MAX_STEP_RAD

@@ -1,6 +1,6 @@
 """The fringe phase that the optics predict from the camera's place.
 
-Convention: millimetres of the page, in the grating's own frame (`moireid.turned`), along its axis; the sight line
+Convention: millimetres of the page, in the grating's own frame (`moireid.frames`), along its axis; the sight line
 through the page point X (rectified on the *page's* plane, where the markers are) has tangent tan = (X - C) / |Cz| and
 crosses the lens plane at x = X - g tan.  With s(tan) the traced shift of the page under a lens, the fringe phase at X
 is
@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
+from moireid.frames import own_rect
 from moireid.lenticule import MAX_TANGENT, view_law
-from moireid.turned import own_rect
 from moireid.verifier.tracking.profiles import Strip
 
 Array = NDArray[np.float64]

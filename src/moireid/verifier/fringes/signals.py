@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
-from moireid.turned import OwnFrame, own_rect
+from moireid.frames import OwnFrame, own_rect
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.turned import own_rect
+from moireid.frames import own_rect
 from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series

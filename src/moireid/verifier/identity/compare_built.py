@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
-from moireid.turned import own_rect
+from moireid.frames import own_rect
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import INDEPENDENT_PER_S

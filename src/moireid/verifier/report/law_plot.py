@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from moireid.turned import axis_words
+from moireid.frames import axis_words
 from moireid.verifier.report.drawing import BANDS, MEASURED, PREDICTED, Array, broken, figure_of, svg_of
 from moireid.verifier.report.seconds import LAW
 from moireid.verifier.session.cover import Span, seen_spans, within

@@ -5,6 +5,6 @@ streaming.py      frame by frame, a running verdict    badge_session.py  one bad
 chapters.py       a chapter judged, several joined     result.py         the Report and its JSON
 cover.py          of which seconds the verdict speaks  giving_way.py     judging beside frames that wait for nothing
 identify.py       no claim: who is it?                 capture.py        a film of a badge, for enrolment
-giving_back.py    memory that was freed, given back to the system
+malloc_trim.py    memory that was freed, given back to the system
 overlap.py        the badge in front of the face       faces.py          the face, by dlib's detector
 """

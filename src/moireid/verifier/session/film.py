@@ -30,8 +30,8 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from moireid.badge import Badge
+from moireid.frames import axis_words
 from moireid.provenance import Barred
-from moireid.turned import axis_words
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of

@@ -6,6 +6,6 @@ borders.py         the gratings' borders, where only two markers are seen
 smeared_frames.py  frames that motion smeared             profiles.py        brightness along each row
 even_sample.py     a bounded, even sample of frames       track.py           what a film shows of one badge
 course.py          where one badge was                    badge_tracker.py   one badge over the frames
-sampling.py        a picture read at places of the page   calm.py            frames that need not be measured
+sampling.py        a picture read at places of the page   frame_skipping.py            frames that need not be measured
 scene_tracker.py   all badges in view; it owns the tools  search_work.py     what looking costs, and what it may cost
 """

@@ -17,7 +17,12 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
-from moireid.verifier.tracking.calm import (
+from moireid.verifier.tracking.course import Course, Seen
+from moireid.verifier.tracking.even_sample import EvenSample
+from moireid.verifier.tracking.finding.finder import PageFinder
+from moireid.verifier.tracking.finding.markers import faint_turns
+from moireid.verifier.tracking.finding.page_groups import same_page
+from moireid.verifier.tracking.frame_skipping import (
     CALM_FRAMES,
     CALM_PX,
     FULL_FRAMES,
@@ -28,11 +33,6 @@ from moireid.verifier.tracking.calm import (
     CalmWatch,
     strips_differ,
 )
-from moireid.verifier.tracking.course import Course, Seen
-from moireid.verifier.tracking.even_sample import EvenSample
-from moireid.verifier.tracking.finding.finder import PageFinder
-from moireid.verifier.tracking.finding.markers import faint_turns
-from moireid.verifier.tracking.finding.page_groups import same_page
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, CodedFrame, Rect
-from moireid.turned import own_frame, own_rect
+from moireid.frames import own_frame, own_rect
 from moireid.verifier.tracking.template import BLUR_PX, warp_jacobian
 
 Array = NDArray[np.float64]

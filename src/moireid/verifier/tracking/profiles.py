@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.errors import SpecError
-from moireid.turned import OwnFrame, own_rect
+from moireid.frames import OwnFrame, own_rect
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.sampling import Places, part_around
 

@@ -1,0 +1,7 @@
+"""The laboratory of moireid: what prints the project's figures.  It may import moireid and the studio.
+
+archive/     many films, each by itself, on Dask; rows in Parquet
+evaluation/  labelled collections: scores, statistics, plots
+bench/       suites that print the project's figures
+commands/    bench, evaluate, film-set, generator-kit
+"""

@@ -1,0 +1,288 @@
+"""All tasks of a run, on a local cluster, on a Dask deployment by address, or in this process for one worker.
+
+In this process the same code runs without a cluster: `worker.do`, called in turn.  A cluster takes seconds to start, as
+long as a film, and only this process can read films in memory://.
+Dask gives the task of a lost worker to another one, three times (its setting `allowed-failures`); then it is `Lost`.
+A run stops if no worker is alive, or if no task ends (`_next_ended`).
+"""
+
+from __future__ import annotations
+
+import logging
+import pickle
+import signal
+import threading
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from typing import Any
+
+from moireid.errors import MoireIdError, SpecError
+from moireid.extras import missing_extra
+from moireid.result_cache import program_digest
+from moireid_lab.archive.isolated import START_S, Limits, Lost
+from moireid_lab.archive.worker import Done, Order, do, stop_children
+
+#: Tasks queued at the scheduler, at least and for each thread.  So workers never wait for this program, a deployment
+#: that grows with its queue sees one, and a hundred thousand films are not queued at once.
+WAITING, WAITING_A_THREAD = 64, 4
+CONNECT_S = 10.0
+LOCAL = "local"
+#: A run stops if it has had no worker for this long; a deployment that starts workers on demand has this time.
+NO_WORKER_S = 300.0
+#: A run stops if no task has ended for the time limit of its jobs plus this, which allows for fetching films and for
+#: workers that restart.
+SLACK_S = 900.0
+#: Waits: for one result, as its worker may be lost; for the workers' children to end; between two looks for ended
+#: tasks; between two looks for workers.
+RESULT_S, STOP_S, POLL_S, LOOK_S = 5.0, 5.0, 0.01, 1.0
+#: Settings of a local cluster.  worker-saturation: no film waits at a worker behind another, so a lost worker counts
+#: only against its own film; after four lost workers a film is given up.  lost-worker-timeout: after this time a
+#: cluster drops a lost worker for good.  A worker that is killed again, or slow to start on a busy machine, would be
+#: dropped too, until none is left.  profile: a worker would sample its threads a hundred times a second, which slows
+#: its child.
+DASK = {
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.scheduler.allowed-failures": 3,
+    "distributed.deploy.lost-worker-timeout": "1000 days",
+    "distributed.worker.profile.enabled": False,
+}
+
+
+@dataclass(frozen=True)
+class Task:
+    """Jobs that one worker does one after another: `work(job)`, or with a film `work(job, path)`.
+
+    film: its address; it is fetched once for all jobs.
+    """
+
+    jobs: tuple[Any, ...]
+    film: str | None = None
+
+
+def run_tasks(
+    work: Callable[..., Any],
+    tasks: Sequence[Task],
+    *,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    limits: Limits | None = None,
+) -> Generator[tuple[int, Done], None, None]:
+    """Yield (index of the task, its results) as tasks end; a job without a result gives `Lost`.
+
+    Parameters: work: a function at the top of a module, since other processes import it by name, as they do the modules
+        of jobs and results. scheduler: address of a Dask scheduler, such as tcp://HOST:PORT; None or "local": this
+        machine.  workers: number on this machine; None: one for each processor; 1: in this process.
+
+        A worker begins its next task at the next call of the generator, so save the results before that.
+        Closing the generator ends the run and its processes.
+        Raises: SpecError if no scheduler answers, or a worker has another moireid; MoireIdError if the scheduler went
+            away, no worker was alive for `NO_WORKER_S`, or no task ended for `SLACK_S` longer than a task may take.
+    """
+    if scheduler not in (None, LOCAL) and workers is not None:
+        raise SpecError(f"{workers} workers are asked for, but those of {scheduler} are its own; leave out --workers")
+    run, program, limits = uuid.uuid4().hex, program_digest(), limits or Limits()
+    orders = [
+        Order(tuple(pickle.dumps((work, job)) for job in task.jobs), task.film, limits, run, program) for task in tasks
+    ]
+    if not orders:
+        return
+    count = min(workers or _processors(), len(orders))
+    if scheduler in (None, LOCAL) and count == 1:
+        try:
+            for place, order in enumerate(orders):
+                yield place, do(order)
+        finally:
+            stop_children(run)
+        return
+    with _client(scheduler, count) as client:
+        yield from _on_cluster(client, orders, run)
+
+
+def _on_cluster(client: Any, orders: Sequence[Order], run: str) -> Generator[tuple[int, Done], None, None]:
+    """As `run_tasks`, with a client of the cluster."""
+    from distributed import as_completed
+
+    todo, ended = deque(range(len(orders))), as_completed(raise_errors=False, loop=client.loop)
+    longest = max(len(order.payloads) * (START_S + order.limits.seconds) for order in orders)
+    places: dict[Any, int] = {}
+    try:
+        while todo or places:
+            waiting = max(WAITING, WAITING_A_THREAD * _threads(client)) if todo else 0
+            while todo and len(places) < waiting:
+                future = client.submit(do, orders[todo[0]], key=f"moireid-{run}-{todo[0]}")
+                places[future] = todo.popleft()
+                ended.add(future)
+            future, done = _next_ended(client, ended, longest + SLACK_S)
+            place = places.pop(future)
+            yield place, done or _lost(future, orders[place])
+            # The results are saved by now: the scheduler forgets the task, and its worker goes on.
+            future.release()
+    finally:
+        if client.status == "running":
+            client.cancel(list(places), force=True)
+            # A worker that hangs would not answer.
+            with suppress(TimeoutError, OSError):
+                client.sync(client.run, stop_children, run, on_error="ignore", callback_timeout=STOP_S)
+
+
+def _next_ended(client: Any, ended: Any, quiet_s: float) -> tuple[Any, Done | None]:
+    """The next task that has ended, with its results, or None if it has none.
+
+    Raises: MoireIdError if no worker is alive for `NO_WORKER_S`, or no task ends for `quiet_s`.
+    """
+    from distributed import KilledWorker
+
+    begun = alive = looked = time.monotonic()
+    while True:
+        while not ended.has_ready():
+            time.sleep(POLL_S)
+            now = time.monotonic()
+            if now - looked < LOOK_S:
+                continue
+            looked = now
+            alive = now if _threads(client) else alive
+            if now - alive > NO_WORKER_S:
+                raise MoireIdError(f"no worker has been alive for {NO_WORKER_S:g} s; {AGAIN}")
+            if now - begun > quiet_s:
+                raise MoireIdError(
+                    f"nothing has ended for {quiet_s:g} s, though workers are alive; look whether they stand still "
+                    f"or do something else, then {AGAIN}"
+                )
+        future = next(ended)
+        if future.status == "cancelled":
+            raise MoireIdError(GONE)
+        if future.status == "error":
+            return future, None
+        # A worker may be lost before its result arrives; then Dask repeats the task, and others end meanwhile.
+        with suppress(TimeoutError, OSError, CancelledError, KilledWorker):
+            return future, future.result(RESULT_S)
+        time.sleep(POLL_S)
+        ended.add(future)
+
+
+AGAIN = "run the same command again, as finished rows are kept"
+GONE = f"the scheduler went away; {AGAIN}"
+
+
+def _threads(client: Any) -> int:
+    """Number of threads of the live workers.  Raises: MoireIdError if the scheduler does not answer."""
+    try:
+        return sum(client.nthreads().values())
+    except (OSError, TimeoutError) as error:
+        raise MoireIdError(GONE) from error
+
+
+def _lost(future: Any, order: Order) -> Done:
+    """`Lost` in place of the results of a task that has none."""
+    from distributed import KilledWorker
+
+    error = future.exception()
+    if isinstance(error, MoireIdError):
+        raise error
+    if isinstance(error, KilledWorker):
+        lost = Lost("the worker that had it was lost, and so were those that had it next", 0.0, "worker")
+    else:
+        lost = Lost(
+            f"its worker could not do it ({type(error).__name__}: {' '.join(str(error).split())[:300]})", 0.0, "program"
+        )
+    return Done((lost,) * len(order.payloads), "")
+
+
+@contextmanager
+def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
+    """A client of the requested cluster."""
+    try:
+        import dask
+        import distributed
+    except ImportError as error:
+        raise missing_extra("the judging of many films", error.name or "a package", "", "moireid-lab") from error
+    if scheduler not in (None, LOCAL):
+        with _connected(distributed, str(scheduler)) as client:
+            yield client
+        return
+    # A cluster obeys anybody who reaches it, so this one listens only locally and requires a certificate.
+    with dask.config.set(DASK), ExitStack() as stack:
+        with _interrupts_after():
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                host="127.0.0.1",
+                security=True,
+                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+                # Films are in the memory of the workers' children, which have their own limit.
+                memory_limit=None,
+                silence_logs=logging.CRITICAL,
+            )
+            stack.enter_context(cluster)
+            client = stack.enter_context(cluster.get_client())
+        yield client
+
+
+@contextmanager
+def _interrupts_after() -> Iterator[None]:
+    """Delay an interrupt to the end of this block: a cluster that is interrupted as it starts cannot be shut down
+    properly.
+
+    Threads started in this block never get an interrupt, nor do the processes that they start: a terminal sends it to
+    all of them, and this program decides.
+    """
+    # Start it now; later, it would unblock interrupts in the thread that starts it.
+    resource_tracker.ensure_running()
+    before, came = signal.getsignal(signal.SIGINT), list[Any]()
+    here = threading.current_thread() is threading.main_thread() and callable(before)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    if here:
+        signal.signal(signal.SIGINT, lambda *given: came.append(given))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if here:
+            signal.signal(signal.SIGINT, before)
+    if came and callable(before):
+        before(*came[0])
+
+
+@contextmanager
+def _connected(distributed: Any, address: str) -> Iterator[Any]:
+    """A client of an existing cluster with the same moireid as this program."""
+    try:
+        # With an invalid address, a client would leave its thread in a state in which no other client can start.
+        distributed.comm.get_address_host_port(address)
+        client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError, NotImplementedError) as error:
+        words = " ".join(str(error).split())[:150] or type(error).__name__
+        raise SpecError(
+            f"no Dask scheduler answers at {address[:100]!r} ({words}); give tcp://HOST:PORT as `dask scheduler` "
+            "tells it, or local"
+        ) from error
+    # It logs tracebacks when a scheduler goes away; we give one sentence.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with client:
+        own = program_digest()
+        found = [client.run_on_scheduler(_digest_there), *client.run(_digest_there, on_error="return").values()]
+        if any(digest != own for digest in found):
+            raise SpecError(
+                f"the scheduler at {address} or one of its workers has no moireid, or another one than this program; "
+                "install the same on all machines"
+            )
+        yield client
+
+
+def _digest_there() -> str:
+    return program_digest()
+
+
+def _processors() -> int:
+    """Number of processors that this program may use, also in a container."""
+    try:
+        from dask.system import CPU_COUNT
+    except ImportError as error:
+        raise missing_extra("the judging of many films", error.name or "a package", "", "moireid-lab") from error
+    return int(CPU_COUNT)

@@ -1,0 +1,96 @@
+"""One task on a worker: fetch its film, have a child process do its jobs, return the results.
+
+Convention: a worker begins a task only after the requesting program has saved the results of the last one.  So a killed
+    worker loses no finished row; at most its present film is repeated.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from moireid.errors import MoireIdError, SpecError
+from moireid.result_cache import program_digest
+from moireid_lab.archive.addresses import FetchError, fetched
+from moireid_lab.archive.isolated import Isolated, Limits, Lost
+
+#: Longest wait until the last results are taken; only a program that went away takes that long.
+HANDOVER_S, POLL_S = 60.0, 0.003
+HERE = "here"
+
+
+@dataclass(frozen=True)
+class Order:
+    """A task as it is sent: the pickled (work, job) of each of its jobs, and the address of their film or None.
+
+    run: name of the run, which has its own children; program: digest of the requesting program.
+    """
+
+    payloads: tuple[bytes, ...]
+    film: str | None
+    limits: Limits
+    run: str
+    program: str
+
+
+@dataclass(frozen=True)
+class Done:
+    """The results of a task: for each job its result or `Lost`, and the name of the worker."""
+
+    outcomes: tuple[Any | Lost, ...]
+    worker: str
+
+
+#: Children by run and thread: a worker with several threads processes one film on each.
+_children: dict[tuple[str, int], Isolated] = {}
+_former = threading.local()
+
+
+def do(order: Order) -> Done:
+    """Do a task, on a Dask worker or in this process.
+
+    Raises: SpecError if the worker's program differs from the requesting one.
+    """
+    worker, begun = _dask_worker(), time.monotonic()
+    name = HERE if worker is None else str(worker.name)
+    _wait_for_handover(worker)
+    if program_digest() != order.program:
+        raise SpecError(f"worker {name} has another moireid than this program; install the same on all machines")
+    folder = None if worker is None else worker.local_directory
+    child = _children.setdefault((order.run, threading.get_ident()), Isolated(order.limits, folder))
+    try:
+        if order.film is None:
+            return Done(tuple(child.do(payload, None) for payload in order.payloads), name)
+        with fetched(order.film, most_mb=order.limits.film_mb, folder=folder) as film:
+            return Done(tuple(child.do(payload, str(film)) for payload in order.payloads), name)
+    except MoireIdError as error:
+        lost = Lost(str(error), time.monotonic() - begun, "fetch" if isinstance(error, FetchError) else "film")
+        return Done((lost,) * len(order.payloads), name)
+
+
+def stop_children(run: str) -> None:
+    """End the processes of a run on this worker."""
+    for key in [key for key in _children if key[0] == run]:
+        _children.pop(key).end()
+
+
+def _wait_for_handover(worker: Any) -> None:
+    """Wait until this thread's last result was taken: then the requesting program and the worker release it."""
+    if worker is None:
+        return
+    former, _former.key = getattr(_former, "key", None), worker.get_current_task()
+    last = time.monotonic() + HANDOVER_S
+    while former in worker.data and time.monotonic() < last:
+        time.sleep(POLL_S)
+
+
+def _dask_worker() -> Any:
+    """The Dask worker that runs this; None without a cluster."""
+    try:
+        from distributed import get_worker
+
+        return get_worker()
+    except (ImportError, ValueError):
+        return None

@@ -1,0 +1,365 @@
+"""Attacks, each a film that an attacker who reads this code would make, and everyday mishaps of genuine films."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from moireid.badge import Badge
+from moireid.simulate.filming import Show
+from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.motion import Motion, Poses, motion_named
+from moireid.simulate.scene import Scene
+from moireid.simulate.shots import Edit
+from moireid_lab.bench.forgers.edits import (
+    Decoy,
+    ShiftedMarkers,
+    caption,
+    caption_on,
+    field_of,
+    fingers_on,
+    hand_over,
+)
+from moireid_lab.bench.forgers.motions import in_steps, in_turns, one_way, seen_only, with_jump
+from moireid_lab.bench.forgers.photographs import Photographs, still
+
+Make = Callable[["Shoot"], "Filming"]
+FPS = 30.0
+#: Span of the parallax in a spell of frozen fringes: 5 cm at 1 m turn the default badge's by 0.36 rad.
+LEAST_SPAN = 0.05
+
+
+@dataclass(frozen=True)
+class Shoot:
+    """What a case is filmed with: badge, distance, seed, frames."""
+
+    badge: Badge
+    distance_mm: float
+    seed: int
+    frames: int
+
+    @property
+    def length_s(self) -> float:
+        """Of the film."""
+        return self.frames / FPS
+
+    def motion(self, name: str) -> Motion:
+        """A named motion at this distance."""
+        return motion_named(name, distance_mm=self.distance_mm, seed=self.seed)
+
+    @property
+    def rng(self) -> np.random.Generator:
+        """Chance of this film."""
+        return np.random.default_rng(self.seed)
+
+
+@dataclass(frozen=True)
+class Filming:
+    """How a case is filmed: where the camera is, what is shown in place of the truth, and what an editor changes.
+
+    seconds_times: how many times as long as other cases; fps: frames per second.
+    """
+
+    motion: Motion
+    show: Show | None = None
+    edit: Edit | None = None
+    seconds_times: float = 1.0
+    fps: float = FPS
+
+
+@dataclass(frozen=True)
+class Case:
+    """name: as in the table; genuine: whether it shows a badge as it is; axes: of the badge; make: how it is filmed."""
+
+    name: str
+    genuine: bool
+    make: Make
+    axes: str = "x"
+
+
+def moving(shoot: Shoot) -> Motion:
+    """A hand's or a body's motion, by the seed."""
+    if shoot.seed % 2:
+        return shoot.motion("sway")
+    hand, start = shoot.motion("handheld"), float(shoot.rng.uniform(0, 15))
+    return lambda times_s: hand(times_s + start)
+
+
+def level(shoot: Shoot) -> Motion:
+    """Sideways to and fro at one distance, which tells nothing of the fringes' spacing: the forger's best course."""
+    return shoot.motion("linear")
+
+
+def photographs(count: int, *, course: Callable[[Shoot], Motion] = moving, **how: Any) -> Make:
+    """Photographs in place of the fringes, on a hand's motion or another."""
+
+    def make(shoot: Shoot) -> Filming:
+        taken = replace(Photographs(count), **how)
+        if taken.distance_mm is not None:
+            taken = replace(taken, distance_mm=taken.distance_mm * shoot.distance_mm)
+        return Filming(course(shoot), taken.shown)
+
+    return make
+
+
+def slid(course: Callable[[Shoot], Motion] = moving) -> Make:
+    """One photograph whose rows are slid by the law for each frame, cells included; their spacing stays.
+
+    This is the best that such a forger does: no seam, no blur.  Whoever stretches the rows by the distance too has a
+    film that obeys the law, and no rule here can tell it.
+    """
+
+    def make(shoot: Shoot) -> Filming:
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            away = np.abs(camera_mm[:, 2:])
+            return Shown(camera_mm / away * away.mean(), camera_mm)
+
+        return Filming(course(shoot), show)
+
+    return make
+
+
+def still_in_turns(gap_s: float) -> Make:
+    """One photograph shown at two views a whole turn of fringe phase apart."""
+
+    def make(shoot: Shoot) -> Filming:
+        turn = turn_tangent(shoot.badge)
+        motion = in_turns(
+            shoot.distance_mm, shoot.seed, tangents=np.array([-turn / 2, turn / 2]), hold_s=0.8, gap_s=gap_s
+        )
+        return Filming(motion, still(np.array([0.0, 0.0, -shoot.distance_mm])))
+
+    return make
+
+
+def slides(hold_s: float, fps: float = FPS) -> Make:
+    """A slide show of true photographs from along the course: page and fringes stand still, and then step as one."""
+    return lambda shoot: Filming(in_steps(moving(shoot), hold_s), fps=fps)
+
+
+def turn_tangent(badge: Badge) -> float:
+    """Difference of parallax that turns the fringes once, about the front view."""
+    from moireid.lenticule import view_law
+
+    pitch = badge.gratings[0].pitch_mm
+    tangents = np.linspace(0.1, 0.6, 2001)
+    phase = view_law(badge.lens, pitch).phase_rad(tangents, np.zeros_like(tangents))
+    return 2 * float(np.interp(np.pi, np.abs(phase), tangents))
+
+
+def frozen_in_spells(share: float, shift_px: float) -> Make:
+    """Fringes that stand still for a share of the frames, in spells of half a second, the markers shifted there."""
+
+    def make(shoot: Shoot) -> Filming:
+        spell = round(0.5 * FPS)
+        starts = set(shoot.rng.permutation(shoot.frames // spell)[: round(share * shoot.frames / spell)].tolist())
+
+        def within(frame: int) -> bool:
+            return frame // spell in starts
+
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            held = camera_mm.copy()
+            for frame in range(len(held)):
+                if within(frame):
+                    held[frame] = held[max(spell * (frame // spell) - 1, 0)]
+            return Shown(held, camera_mm)
+
+        return Filming(moving(shoot), show, ShiftedMarkers(shoot.badge, shift_px, within))
+
+    return make
+
+
+def spell(seconds: float) -> Make:
+    """Fringes that stand still for some seconds within a true film, while they should move.
+
+    The seconds are drawn from those whose parallax spans `LEAST_SPAN`; where the badge rests, a frozen picture is true.
+    """
+
+    def make(shoot: Shoot) -> Filming:
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            frames = round(seconds * FPS)
+            parallax = np.lib.stride_tricks.sliding_window_view(camera_mm[:, 0] / camera_mm[:, 2], frames)
+            span = np.ptp(parallax, axis=1)
+            moving_ones = np.flatnonzero(span >= min(LEAST_SPAN, span.max()))
+            first = int(shoot.rng.choice(moving_ones))
+            held = camera_mm.copy()
+            held[first : first + frames] = held[first]
+            return Shown(held, camera_mm)
+
+        return Filming(moving(shoot), show)
+
+    return make
+
+
+def short_of_film(seconds: float, times: float) -> Make:
+    """A true badge for some seconds of a film that is longer by far."""
+    return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), seconds_times=times)
+
+
+def decoy(shoot: Shoot) -> Filming:
+    """A true badge for six tenths of the film; then it stands elsewhere, frozen and its code greyed, beside a decoy."""
+    cut = round(0.6 * shoot.frames)
+    true = moving(shoot)
+    aside = Rotation.from_euler("y", 15.0, degrees=True).as_matrix()
+
+    def motion(times_s: Any) -> Poses:
+        poses = true(times_s)
+        after = np.asarray(times_s) * FPS >= cut - 0.5
+        return Poses(poses.camera_mm, np.where(after[:, None, None], aside @ poses.rotation, poses.rotation))
+
+    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+        held = camera_mm.copy()
+        held[cut:] = held[cut]
+        return Shown(held, camera_mm)
+
+    return Filming(motion, show, Decoy(shoot.badge, cut))
+
+
+def late_on_sweep(seconds: float) -> Make:
+    """Fringes that come late, on one steady sweep."""
+
+    def make(shoot: Shoot) -> Filming:
+        motion = one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s)
+
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            return Shown(motion(np.arange(len(camera_mm)) / fps - seconds).camera_mm, camera_mm)
+
+        return Filming(motion, show)
+
+    return make
+
+
+def drift_on_sweep(shoot: Shoot) -> Filming:
+    """Fringes that drift at a constant speed which the forger does not know, on one steady sweep."""
+    ratio = float(shoot.rng.uniform(-2.0, 3.0))
+
+    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+        share = np.linspace(-1, 1, len(camera_mm))
+        held = camera_mm.copy()
+        ends = camera_mm[-1, 0] - camera_mm[0, 0]
+        held[:, 0] = camera_mm[:, 0].mean() + ratio * ends / 2 * share
+        return Shown(held, camera_mm)
+
+    return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), show)
+
+
+def hand(share: float, seconds: float) -> Make:
+    """A hand before the lens, the markers free."""
+
+    def make(shoot: Shoot) -> Filming:
+        first = int(shoot.rng.uniform(0.2, 0.7) * (shoot.frames - seconds * FPS))
+        return Filming(moving(shoot), edit=hand_over(shoot.badge, share, start=first, frames=round(seconds * FPS)))
+
+    return make
+
+
+def row_caption(shoot: Shoot) -> Filming:
+    """A caption that follows the badge and covers most of one row."""
+    x0, y0, x1, y1 = field_of(shoot.badge)
+    top = y0 + float(shoot.rng.uniform(0.1, 0.8)) * (y1 - y0)
+    rect = (x0 + 0.1 * (x1 - x0), top, x1 - 0.1 * (x1 - x0), top + 8.0)
+    return Filming(moving(shoot), edit=caption_on(shoot.badge, rect))
+
+
+def sticker(shoot: Shoot) -> Filming:
+    """A sticker on the badge."""
+    x0, y0, x1, y1 = field_of(shoot.badge)
+    x, y = shoot.rng.uniform(0.2, 0.8, 2) * (x1 - x0, y1 - y0) + (x0, y0)
+    rect = (x - 9, y - 6, x + 9, y + 6)
+    return Filming(moving(shoot), edit=caption_on(shoot.badge, rect, "42"))
+
+
+def jump_cut(skip_s: float) -> Make:
+    """A jump within a take."""
+    return lambda shoot: Filming(with_jump(moving(shoot), shoot.length_s / 2, skip_s=skip_s))
+
+
+def cases() -> list[Case]:
+    """All of them; the counts of photographs are swept."""
+    attacks = [
+        Case("one photograph in turns, plain cuts", False, still_in_turns(0.0)),
+        Case("one photograph in turns, gaps", False, still_in_turns(0.5)),
+        *(
+            Case(f"photographs for {hold_s:g} s each, {fps:g} frames a second", False, slides(hold_s, fps))
+            for hold_s, fps in ((0.2, 30.0), (0.25, 12.0), (0.5, 12.0), (0.5, 8.0))
+        ),
+        *(
+            Case(f"{count} photographs, cross-faded", False, photographs(count))
+            for count in (3, 5, 8, 12, 18, 24, 36, 48, 64, 96)
+        ),
+        *(
+            Case(f"{count} photographs, nearest", False, photographs(count, blend=False))
+            for count in (8, 16, 24, 48, 96, 192)
+        ),
+        *(
+            Case(f"{count} photographs, cross-faded, from 1.4 times as far", False, photographs(count, distance_mm=1.4))
+            for count in (12, 24, 48)
+        ),
+        *(
+            Case(f"{count} photographs from each of two distances, cross-faded", False, photographs(count, distances=2))
+            for count in (3, 5, 8, 12, 18, 24, 36)
+        ),
+        Case("one photograph, slid by the law", False, slid()),
+        Case("one photograph, slid by the law, level course", False, slid(level)),
+        *(
+            Case(f"{count} photographs, cross-faded, level course", False, photographs(count, course=level))
+            for count in (3, 5, 8, 12, 18, 24, 36)
+        ),
+        Case("24 photographs, cross-faded, 1.5 frames late", False, photographs(24, late_s=0.05)),
+        *(
+            Case(f"frozen for {100 * share:.0f} % of the frames, markers shifted", False, frozen_in_spells(share, 0.8))
+            for share in (0.25, 0.5)
+        ),
+        *(Case(f"frozen for {seconds:g} s", False, spell(seconds)) for seconds in (0.5, 1.0, 2.0)),
+        Case("2 s of badge in a film five times as long", False, short_of_film(2.0, 2.5)),
+        Case("a frozen badge beside a decoy after a true spell", False, decoy),
+        Case("half a second late on one sweep", False, late_on_sweep(0.5)),
+        Case("drift on one sweep", False, drift_on_sweep),
+        *(
+            Case(f"{count} photographs, cross-faded, two axes, whole", False, photographs(count), "xy")
+            for count in (12, 48)
+        ),
+        *(
+            Case(
+                f"{count} photographs, cross-faded, two axes, by grating",
+                False,
+                photographs(count, by_grating=True),
+                "xy",
+            )
+            for count in (12, 24, 48, 96)
+        ),
+    ]
+    honest = [
+        Case("plain", True, lambda shoot: Filming(moving(shoot))),
+        Case("plain, two axes", True, lambda shoot: Filming(moving(shoot)), "xy"),
+        Case("level course", True, lambda shoot: Filming(level(shoot))),
+        Case("one sweep", True, lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))),
+        Case("a hand over 60 % for 0.4 s", True, hand(0.6, 0.4)),
+        Case("a hand over 60 % for 1.5 s", True, hand(0.6, 1.5)),
+        Case(
+            "fingers over 15 %",
+            True,
+            lambda shoot: Filming(moving(shoot), edit=fingers_on(shoot.badge, 0.15, shoot.seed)),
+        ),
+        Case("a caption over one row", True, row_caption),
+        Case("a sticker", True, sticker),
+        Case(
+            "a subtitle in the picture",
+            True,
+            lambda shoot: Filming(moving(shoot), edit=caption("Live from the conference", (0.5, 0.55), 34)),
+        ),
+        Case("a jump cut of 1 s", True, jump_cut(1.0)),
+        Case("a jump cut of 3 s", True, jump_cut(3.0)),
+        Case(
+            "a gap of 1 s",
+            True,
+            lambda shoot: Filming(
+                seen_only(moving(shoot), [(0, shoot.length_s / 2 - 0.5), (shoot.length_s / 2 + 0.5, 99)])
+            ),
+        ),
+    ]
+    return attacks + honest

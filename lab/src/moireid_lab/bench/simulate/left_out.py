@@ -1,0 +1,247 @@
+"""What the renderers leave out: a frame rendered with each thing and without it, its seconds, and what changes.
+
+Convention: one view of the prototype at 1 m; seconds are the median of repeated runs after one that compiles.  The
+change is measured as in `simulate.analytic.accuracy`.  The bar is the difference of two pictures whose errors are both
+as large as estimated, because Mitsuba has other rays in each picture.  Things that change more than the bar matter:
+the shutter and the light.  They are left out only by a scene that does not ask for them.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from moireid.simulate.analytic.accuracy import brightness, difference, strips_of
+from moireid.simulate.analytic.estimate import estimate_error
+from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, Rendered
+from moireid.simulate.cameras import camera_named
+from moireid.simulate.light import light_named
+from moireid.simulate.motion import Poses, motion_named
+from moireid.simulate.recording.sensor import Sensor
+from moireid.simulate.recording.shutter import averaged, opened
+from moireid.simulate.scene import Instant, Need, Scene
+from moireid_lab.bench.simulate.scenes import eleven
+
+Frame = Callable[[], Rendered | None]
+TANGENT, RUNS, MITSUBA_RUNS = 0.2, 9, 3
+#: Few rays, so that a whole picture fits into memory at once.
+FEW_SAMPLES = 4
+FINE = (64, 4)
+
+
+def run(seed: int) -> list[dict[str, Any]]:
+    """One row for each thing that is left out, of each renderer."""
+    setting = eleven()[0]
+    scene, instant = setting.scene, setting.seen_at(TANGENT)
+    rows = analytic_rows(scene, instant)
+    rows += [_shutter_row(scene, seed), *_light_rows(scene, instant), *_sensor_rows(scene, instant, seed)]
+    return rows + mitsuba_rows(scene, instant, seed)
+
+
+def analytic_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
+    """Pixels off the badge, page and markers, and detail between the rays."""
+    bar = estimate_error(scene, [instant]).phase_rad
+    usual, fine = AnalyticRenderer(scene), AnalyticRenderer(scene, rays=FINE)
+    badge_alone = AnalyticRenderer(replace(scene, need=Need(page=False)))
+    camera = scene.camera
+    whole: Frame = lambda: usual.render(instant, crop=(0, 0, camera.width, camera.height))  # noqa: E731
+    plain: Frame = lambda: usual.render(instant)  # noqa: E731
+    between = f"detail between {math.prod(RAYS)} rays of a pixel (of {math.prod(FINE)})"
+    return [
+        _row("analytic", "pixels off the badge", whole, plain, scene, instant, bar),
+        _row("analytic", "page and markers", plain, lambda: badge_alone.render(instant), scene, instant, bar),
+        _row("analytic", between, lambda: fine.render(instant), plain, scene, instant, bar),
+    ]
+
+
+def _shutter_row(scene: Scene, seed: int) -> dict[str, Any]:
+    """A frame of a hand-held camera with its rolling shutter and exposure, and one at an instant."""
+    camera = camera_named("sharpened")
+    still = replace(camera, shutter_s=0.0, exposure_s=0.0)
+    scene = replace(scene, camera=camera)
+    motion, renderer = motion_named("handheld", distance_mm=1000.0, seed=seed), AnalyticRenderer(scene)
+    (with_it, pose), (without, _) = (_opening(scene, motion, one) for one in (camera, still))
+    what = f"rolling shutter and exposure ({len(with_it)} instants, hand-held)"
+
+    def frame(some: list[Instant]) -> Frame:
+        return lambda: averaged([renderer.render(one) for one in some])
+
+    bar = estimate_error(scene, [pose]).phase_rad
+    return _row("analytic", what, frame(with_it), frame(without), scene, pose, bar)
+
+
+def _opening(scene: Scene, motion: Any, camera: Any) -> tuple[list[Instant], Instant]:
+    """The instants of one frame, and that of its own pose."""
+    own, opening = opened(motion, camera, scene.board_half_mm, 1.0, 30.0)
+
+    def part(poses: Poses, k: int) -> Poses:
+        return Poses(poses.camera_mm[k : k + 1], poses.rotation[k : k + 1])
+
+    return [Instant(part(p, 0), part(p, 2), p.camera_mm[1]) for p in opening], Instant(own, own, own.camera_mm[0])
+
+
+def _light_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
+    """Glare of a soft box, and all that an even sky adds to a page that shines by itself."""
+    box, even = (replace(scene, light=light_named(name)) for name in ("softbox", "even"))
+    shown, matt = AnalyticRenderer(box), AnalyticRenderer(replace(box, need=Need(glare=False)))
+    skies, plain = AnalyticRenderer(even), AnalyticRenderer(scene)
+    rows = []
+    for what, one, other, lit in (
+        ("glare of a soft box", shown, matt, box),
+        ("Fresnel losses, light through the lenses", skies, plain, even),
+    ):
+        bar = estimate_error(lit, [instant]).phase_rad
+        rows.append(
+            _row(
+                "analytic",
+                what,
+                partial(one.render, instant),
+                partial(other.render, instant),
+                scene,
+                instant,
+                bar,
+            )
+        )
+    return rows
+
+
+def _sensor_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, Any]]:
+    """Background and colour, which the sensor alone would see; noise is the same in both."""
+    board = AnalyticRenderer(scene).render(instant)
+    bar = estimate_error(scene, [instant]).phase_rad
+    if board is None:
+        return []
+
+    def frame(background: bool, channels: int = 1) -> Frame:
+        def expose() -> Rendered:
+            shown = sensor.expose(board, instant.first.rotation[0], 0.0).astype(np.float32) / np.float32(255)
+            for _ in range(channels - 1):
+                sensor.expose(board, instant.first.rotation[0], 0.0)
+            return Rendered(shown, np.ones_like(shown), 0, 0)
+
+        # A sensor made anew draws the same noise.
+        sensor = Sensor(replace(scene.camera, noise_counts=0.0), seed, need=Need(background=background))
+        return expose
+
+    return [
+        _row("sensor", "background", frame(True), frame(False), scene, instant, bar),
+        _row("sensor", "colour, two channels more", frame(True, 3), frame(True), scene, instant, bar),
+    ]
+
+
+def mitsuba_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, Any]]:
+    """The same of Mitsuba, and the sheet's hidden face and bounces; none where it is not installed."""
+    try:
+        import mitsuba  # noqa: F401
+    except ImportError:
+        return []
+    from moireid.simulate.mitsuba.estimate import USUAL, estimate_mitsuba
+    from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+    from moireid.simulate.mitsuba.variant import choose_variant
+
+    (samples, segments), camera = USUAL, scene.camera
+    name = f"mitsuba {choose_variant()}"
+    plain, few, finer, page, bounces = (
+        MitsubaRenderer(replace(scene, need=need), samples=rays, segments=parts, seed=seed + k)
+        for k, (need, rays, parts) in enumerate(
+            (
+                (Need(), samples, segments),
+                (Need(), FEW_SAMPLES, segments),
+                (Need(), samples, 2 * segments),
+                (Need(page=False), samples, segments),
+                (Need(bounces=True), samples, segments),
+            )
+        )
+    )
+    frame: Frame = lambda: plain.render(instant)  # noqa: E731
+    off: Frame = lambda: few.render(instant, crop=(0, 0, camera.width, camera.height))  # noqa: E731
+    pairs: list[tuple[str, Frame, Frame, int]] = [
+        (f"pixels off the badge ({FEW_SAMPLES} rays)", off, lambda: few.render(instant), FEW_SAMPLES),
+        ("page and markers", frame, lambda: page.render(instant), samples),
+        ("bounces, and the hidden face", lambda: bounces.render(instant), frame, samples),
+        (f"lens detail below {segments} segments (of {2 * segments})", lambda: finer.render(instant), frame, samples),
+    ]
+    # A single estimate from few strips may be off by half; the mean over several seeds is not.
+    errors = {
+        rays: rms(
+            [
+                estimate_mitsuba(scene, instant, (rays, segments), seed=seed + 10 * k).phase_rad
+                for k in range(MITSUBA_RUNS)
+            ]
+        )
+        for rays in (FEW_SAMPLES, samples)
+    }
+    rows = []
+    for what, with_it, without, rays in pairs:
+        bar = errors[rays]
+        rows.append(_row(name, what, with_it, without, scene, instant, bar, runs=MITSUBA_RUNS))
+    return rows
+
+
+def _row(
+    renderer: str,
+    what: str,
+    with_it: Frame,
+    without: Frame,
+    scene: Scene,
+    instant: Instant,
+    error_rad: float | None,
+    *,
+    runs: int = RUNS,
+) -> dict[str, Any]:
+    """Seconds of both frames, and how far they are apart where both show the badge."""
+    (one, seconds), (other, less) = (_timed(frame, runs) for frame in (with_it, without))
+    apart, bar_rad = None, None if error_rad is None else math.sqrt(2) * error_rad
+    if one is not None and other is not None:
+        boxes = [(p.left, p.top, p.left + p.radiance.shape[1], p.top + p.radiance.shape[0]) for p in (one, other)]
+        (a, b, c, d), (e, f, g, h) = boxes
+        strips = strips_of(scene, instant, (max(a, e), max(b, f), min(c, g), min(d, h)))
+        pairs = [(strip, brightness(one, strip), brightness(other, strip)) for strip in strips]
+        apart = difference(pairs, scene.paper - scene.ink)
+    changed = None if apart is None else apart.phase_rad
+    return {
+        "renderer": renderer,
+        "what": what,
+        "with_s": seconds,
+        "without_s": less,
+        "phase_rad": changed,
+        "image": apart and apart.image,
+        "bar_rad": bar_rad,
+        "within": None if changed is None or bar_rad is None else changed <= bar_rad,
+    }
+
+
+def rms(figures: list[float | None]) -> float | None:
+    """Root mean square of the known figures; None if there are none."""
+    known = [figure for figure in figures if figure is not None]
+    return math.sqrt(sum(figure * figure for figure in known) / len(known)) if known else None
+
+
+def _timed(frame: Frame, runs: int) -> tuple[Rendered | None, float]:
+    """The first picture, and the median of the seconds of further ones."""
+    first, took = frame(), []
+    for _ in range(runs):
+        clock = time.perf_counter()
+        frame()
+        took.append(time.perf_counter() - clock)
+    return first, float(np.median(took))
+
+
+def left_out_table(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """The rows as lines of text."""
+    columns = "".join(f"{word:>10}" for word in ("with, ms", "without", "saved", "phase", "bar", "image", "within"))
+    lines = [f"{'left out of a frame':<58}{columns}"]
+    for row in rows:
+        seconds = (row["with_s"], row["without_s"], row["with_s"] - row["without_s"])
+        words = [f"{1e3 * figure:.2f}" for figure in seconds]
+        words += ["-" if row[name] is None else f"{row[name]:.4f}" for name in ("phase_rad", "bar_rad")]
+        words += ["-" if row["image"] is None else f"{100 * row['image']:.2f}%"]
+        words += [{True: "yes", False: "no", None: "-"}[row["within"]]]
+        lines.append(f"{row['renderer'] + ': ' + row['what']:<58}{''.join(f'{word:>10}' for word in words)}")
+    return lines

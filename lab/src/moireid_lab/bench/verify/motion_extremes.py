@@ -1,0 +1,267 @@
+"""Stiff and extreme motions: each must be read right, or be left open with the reason; a true film is never rejected.
+
+Each case is one film with the outcome that physics expects: it is accepted, or it is inconclusive for a stated reason,
+because its motion cannot test the law.
+
+right: as expected.  open: inconclusive although the film shows enough: a shortfall.  wrong: a true film is rejected, a
+film that shows nothing is accepted, a figure is not finite, or the program crashes.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.errors import MoireIdError
+from moireid.simulate.filming import film, truth_path
+from moireid.simulate.motion import Motion, Poses, motion_named
+from moireid.simulate.recording.sensor import Sensor
+from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier.picture import Frame
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.video import Film
+from moireid_lab.bench.rows import Where, made_rows
+from moireid_lab.bench.verify.judged import Judged, judge_frames
+
+Array = NDArray[np.float64]
+Outcome = Literal["right", "open", "wrong"]
+#: What physics expects: a verdict of the film, or the code of the reason for which it must be left open.
+Expected = Literal["accept", "accept or open", "motion", "gain", "badge_absent"]
+PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
+FPS, FRAMES = 30.0, 150
+#: A phone's camera zoomed in 1.5 times, or cut to its middle: a focal length that no verifier would guess.
+ZOOMED = Camera(1280, 720, 1450.0)
+#: A small picture, in which a thousand full searches take a minute.
+NARROW = Camera(640, 360, 483.0)
+#: Phase of the fringes by parallax at the first order, rad: 2 pi g_eff / p_r of the default sheet.
+SLOPE_RAD = 7.25
+
+
+def held(
+    distance_m: float,
+    *,
+    slide_mm: Callable[[Array], Array] | None = None,
+    turn_deg: Callable[[Array], Array] | None = None,
+) -> Motion:
+    """A badge that is slid (T, 3) and turned about its own y, x and z axes (T, 3) before a still camera."""
+
+    def poses(times_s: Array) -> Poses:
+        nothing = np.zeros((len(times_s), 3))
+        slid = slide_mm(times_s) if slide_mm else nothing
+        turned = Rotation.from_euler("yxz", turn_deg(times_s) if turn_deg else nothing, degrees=True)
+        return Poses(-turned.inv().apply(slid + np.array([0.0, 0.0, 1000 * distance_m])), turned.as_matrix())
+
+    return poses
+
+
+def panned(distance_m: float, turn_deg: Callable[[Array], Array]) -> Motion:
+    """A camera that turns on a stand before a badge at rest."""
+
+    def poses(times_s: Array) -> Poses:
+        place = np.tile([0.0, 0.0, -1000 * distance_m], (len(times_s), 1))
+        return Poses(place, Rotation.from_euler("yxz", turn_deg(times_s), degrees=True).as_matrix())
+
+    return poses
+
+
+def swing(axis: int, amplitude: float, hz: float, middle: float = 0.0) -> Callable[[Array], Array]:
+    """A sine along one of three axes, (T, 3)."""
+
+    def course(times_s: Array) -> Array:
+        found = np.zeros((len(times_s), 3))
+        found[:, axis] = middle + amplitude * np.sin(2 * math.pi * hz * times_s)
+        return found
+
+    return course
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """One case: what moves, how it is filmed, what is spoiled of it, and what physics expects.
+
+    spoil: what becomes of the decoded frames; quick: part of a quick run.
+    """
+
+    name: str
+    motion: Motion | None
+    expected: Expected = "accept"
+    fps: float = FPS
+    frames: int = FRAMES
+    camera: Camera = field(default_factory=Camera)
+    contrast: float | None = None
+    recipe: str | None = None
+    spoil: Callable[[Iterator[Frame]], Iterator[Frame]] = field(default=iter)
+    quick: bool = False
+
+
+def cases() -> list[Extreme]:
+    """All cases, by what they strain."""
+    sway = [motion_named("sway", distance_mm=1000.0 * metres, seed=4) for metres in (1.4, 3.0, 4.0, 1.0)]
+    half_fringe_mm = 1400 * math.pi / 2 / SLOPE_RAD
+    return [
+        Extreme("frontal, slid 15 cm sideways", held(1.4, slide_mm=swing(0, 150, 0.4)), quick=True),
+        Extreme("the same, zoomed in 1.5 times", held(1.4, slide_mm=swing(0, 150, 0.4)), "gain", camera=ZOOMED),
+        Extreme("frontal, tilted by half a degree", held(1.4, turn_deg=swing(0, 0.5, 0.4)), "motion"),
+        Extreme("frontal, slid 8 cm sideways", held(1.4, slide_mm=swing(0, 80, 0.4))),
+        Extreme("turned about its upright axis", held(1.4, turn_deg=swing(0, 12, 0.4))),
+        Extreme("turned in the picture's plane", held(1.4, turn_deg=swing(2, 25, 0.4)), "motion", quick=True),
+        Extreme("camera pans on a stand", panned(1.4, swing(0, 6, 0.4)), "motion"),
+        Extreme("slid along the lines only", held(1.4, slide_mm=swing(1, 150, 0.4)), "motion"),
+        Extreme("half a fringe", held(1.4, slide_mm=swing(0, half_fringe_mm, 0.3))),
+        Extreme("a sixteenth of a fringe", held(1.4, slide_mm=swing(0, half_fringe_mm / 8, 0.3)), "motion"),
+        Extreme("a quarter of a turn of phase a frame", held(1.4, turn_deg=swing(0, 30, 2.0))),
+        Extreme("over half a turn a frame", held(1.4, turn_deg=swing(0, 35, 4.0)), "accept or open", quick=True),
+        *(
+            Extreme(f"{fps} frames a second", sway[0], fps=fps, frames=frames)
+            for fps, frames in ((24, 150), (60, 300), (120, 360), (240, 720))
+        ),
+        Extreme("variable rate", sway[0], recipe="vfr"),
+        Extreme("3 m", sway[1], frames=240),
+        Extreme("4 m", sway[2], frames=240),
+        Extreme("view at 45 degrees", held(1.4, slide_mm=swing(0, 120, 0.4), turn_deg=swing(0, 0, 0, 45))),
+        Extreme("view at 60 degrees", held(1.4, slide_mm=swing(0, 60, 0.4), turn_deg=swing(0, 0, 0, 60)), quick=True),
+        Extreme("print contrast 5 %", sway[0], contrast=0.05),
+        Extreme("two transcodes", sway[3], recipe="double", frames=240),
+        Extreme("first frame black", sway[0], spoil=_first_black, quick=True),
+        Extreme("first frame smeared", sway[0], spoil=_first_smeared),
+        Extreme("one frame", sway[0], "badge_absent", spoil=lambda frames: islice(frames, 1), frames=2, quick=True),
+        Extreme("a thousand frames of nothing", None, "badge_absent", frames=1000, camera=NARROW, quick=True),
+    ]
+
+
+def run_extremes(
+    *, quick: bool, seed: int, program: str, kept: Path | None, where: Where, step: Callable[[], None]
+) -> list[dict[str, Any]]:
+    """All cases as rows; those that are kept are not filmed again; program: digest of what made them."""
+    jobs = [(f"{program} extreme {case.name} {seed}", (case.name, seed)) for case in chosen(quick=quick)]
+    return made_rows(_read, jobs, kept=kept, where=where, step=step)
+
+
+def _read(job: tuple[str, int]) -> dict[str, Any]:
+    """A case by its name, as its motion cannot travel to another process."""
+    name, seed = job
+    return read_extreme(next(case for case in cases() if case.name == name), seed)
+
+
+def chosen(*, quick: bool) -> list[Extreme]:
+    """The cases of a run."""
+    return [case for case in cases() if case.quick or not quick]
+
+
+def read_extreme(case: Extreme, seed: int) -> dict[str, Any]:
+    """Film one case and judge it; one row."""
+    badge = design_badge(Request("Bench"), PAYLOAD)
+    row: dict[str, Any] = {
+        "name": case.name,
+        "expected": case.expected,
+        "verdict": None,
+        "outcome": "wrong",
+        "reasons": [],
+        "why": "",
+        "true_excitation_rad": None,
+        "correlation": None,
+        "gain_ratio": None,
+        "gain_sd": None,
+        "residual_rad": None,
+        "tracked": 0,
+        "frames": case.frames,
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            if case.motion is None:
+                frames = _nothing(case, seed)
+            else:
+                video = Path(folder) / "case.mp4"
+                _shoot(case, case.motion, badge, video, seed)
+                row["true_excitation_rad"] = _true_excitation(video)
+                frames = Film(video).frames()
+            found = judge_frames(case.spoil(frames), Claim(badge, badge.id))
+        except MoireIdError as error:
+            return row | {"outcome": outcome_of(case.expected, "inconclusive", []), "why": str(error)}
+        # A crash is a result of this bench, and the next cases must still run.
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+            return row | {"why": f"crash: {type(error).__name__}: {error}"}
+    return row | _figures(case, found, badge)
+
+
+def _figures(case: Extreme, found: Judged, badge: Badge) -> dict[str, Any]:
+    """What came out."""
+    motion, why = found.invariant, found.why
+    outcome = outcome_of(case.expected, found.verdict, [reason.code for reason in why])
+    texts = [reason.text for reason in why]
+    if not found.finite:
+        outcome, texts = "wrong", ["a figure is not finite", *texts]
+    if found.decoded_id not in (None, badge.id):
+        outcome, texts = "wrong", [f"read as {found.decoded_id}", *texts]
+    return {
+        "verdict": found.verdict,
+        "outcome": outcome,
+        "reasons": [reason.code for reason in why],
+        "why": texts[0] if texts else "",
+        "correlation": _number(motion.correlation),
+        "gain_ratio": _number(motion.gain_ratio),
+        "gain_sd": _number(motion.gain_sd),
+        "residual_rad": _number(motion.phase_residual_rad),
+        "tracked": found.tracked,
+        "frames": found.read,
+    }
+
+
+def outcome_of(expected: Expected, verdict: str, codes: list[str]) -> Outcome:
+    """Right, open or wrong, as defined in the module docstring; codes: of the reasons against acceptance."""
+    if verdict == "reject" or (verdict == "accept" and not expected.startswith("accept")):
+        return "wrong"
+    if verdict == "accept" or expected == "accept or open" or expected in codes:
+        return "right"
+    return "open"
+
+
+def _shoot(case: Extreme, motion: Motion, badge: Badge, video: Path, seed: int) -> None:
+    """The film of a case, with its truth."""
+    scene = Scene(badge, Build(0.17, math.radians(0.1), 1.001, 1.001), case.camera)
+    if case.contrast is not None:
+        share = (1 - case.contrast) / (1 + case.contrast)
+        scene = Scene(badge, scene.build, case.camera, ink=0.5 * share, paper=0.5)
+    film(scene, motion, video, frames=case.frames, fps=case.fps, seed=seed, recipe=case.recipe)
+
+
+def _true_excitation(video: Path) -> float | None:
+    """Standard deviation of the true phase; None where the law is not traced for the view."""
+    with truth_path(video).open(encoding="utf-8", newline="") as stream:
+        phases = [float(row["phase_rad"]) for row in csv.DictReader(stream)]
+    return _number(float(np.nanstd(phases))) if np.isfinite(phases).any() else None
+
+
+def _nothing(case: Extreme, seed: int) -> Iterator[Frame]:
+    """Pictures of a background, with noise, over which the camera pans."""
+    sensor = Sensor(case.camera, seed)
+    for index, turn in enumerate(panned(1.0, swing(0, 5, 0.1))(np.arange(case.frames) / case.fps).rotation):
+        yield Frame(index, index / case.fps, sensor.expose(None, turn, index / case.fps))
+
+
+def _first_black(frames: Iterator[Frame]) -> Iterator[Frame]:
+    for frame in frames:
+        yield frame if frame.index else Frame(0, frame.time_s, np.zeros_like(frame.luma))
+
+
+def _first_smeared(frames: Iterator[Frame]) -> Iterator[Frame]:
+    for frame in frames:
+        yield frame if frame.index else Frame(0, frame.time_s, np.asarray(cv2.blur(frame.luma, (81, 1)), np.uint8))
+
+
+def _number(value: float | None) -> float | None:
+    """The figure for JSON, None where it is not finite, which `Judged.finite` reports."""
+    return float(f"{value:.6g}") if value is not None and math.isfinite(value) else None

@@ -1,0 +1,8 @@
+"""The commands that the lab adds to `moireid`.
+
+bench_cmd.py      bench
+evaluate_cmd.py   evaluate
+film_set_cmd.py   film-set
+generator_cmd.py  generator-kit
+rate.py           progress and speed of a run over many films
+"""

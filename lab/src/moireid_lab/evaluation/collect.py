@@ -1,0 +1,122 @@
+"""All rows of a collection, each saved when it is made, so that an interrupted run can be continued."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from moireid.errors import SpecError
+from moireid_lab.archive.engine import Task, run_tasks
+from moireid_lab.archive.isolated import Limits, Lost
+from moireid_lab.archive.parts import Parts
+from moireid_lab.evaluation.columns import COLUMNS
+from moireid_lab.evaluation.manifest import Entry
+from moireid_lab.evaluation.rows import Job, Pipeline, Row, claim_digest, failed_row, row_key, score_film, scorer
+
+#: Called with the number of films done, in all, failed, and reused from an earlier run.
+Progress = Callable[[int, int, int, int], None]
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A film of the collection, with its row from one pipeline."""
+
+    entry: Entry
+    pipeline: Pipeline
+    row: Row
+
+
+def collect(
+    entries: Sequence[Entry],
+    pipelines: Sequence[Pipeline],
+    *,
+    kept: Path,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    limits: Limits | None = None,
+    retry: bool = False,
+    progress: Progress | None = None,
+    work: Callable[[Job, str], Row] = score_film,
+) -> list[Scored]:
+    """Score every film by every pipeline.
+
+    Parameters: kept: a folder in which rows are saved in Parquet as they are made.  Its rows are reused, except those
+        with a temporary fault; with `retry`, except those with any fault other than an unreadable film. scheduler,
+        workers, limits: as in `archive.engine.run_tasks`; limits hold for one film with one pipeline. work: a function
+        at the top of a module that makes a row from a job and the film's path.
+        Raises: SpecError if one film is listed twice with one claim: for one address before any film is scored, for one
+            content at two addresses after all are scored; the rows are kept.
+    """
+    _refuse_pairs((entry, entry.video) for entry in entries)
+    jobs = {row_key(Job(entry, name)): Job(entry, name) for entry in entries for name in pipelines}
+    parts = Parts(kept, COLUMNS)
+    found, places = parts.rows(), {_place(one.entry, one.pipeline): key for key, one in jobs.items()}
+    parts.drop({key for key, row in found.items() if _made_anew(row, places.get(_row_place(row)), retry=retry)})
+    rows = {key: row for key, row in found.items() if key in jobs and not _made_anew(row, key, retry=retry)}
+    todo: dict[int, list[str]] = {}
+    for key, job in jobs.items():
+        if key not in rows:
+            todo.setdefault(job.entry.line, []).append(key)
+    tasks = [Task(tuple(jobs[key] for key in keys), jobs[keys[0]].entry.video) for keys in todo.values()]
+    keys_of, before, failed = list(todo.values()), len(entries) - len(todo), 0
+    running = run_tasks(work, tasks, scheduler=scheduler, workers=workers, limits=limits)
+    with closing(running) as outcomes:
+        for count, (place, done) in enumerate(outcomes, start=1):
+            made = [
+                _row(key, jobs[key], outcome, done.worker)
+                for key, outcome in zip(keys_of[place], done.outcomes, strict=True)
+            ]
+            parts.add(made)
+            rows |= {row["key"]: row for row in made}
+            failed += any(row["verdict"] == "failed" for row in made)
+            if progress:
+                progress(before + count, len(entries), failed, before)
+    _refuse_pairs((one.entry, rows[key]["sha256"]) for key, one in jobs.items() if one.pipeline == pipelines[0])
+    return [Scored(job.entry, job.pipeline, rows[key]) for key, job in jobs.items()]
+
+
+def _row(key: str, job: Job, outcome: Row | Lost, worker: str) -> Row:
+    """The outcome of a job as a row of the results, in the order of `COLUMNS`."""
+    row: dict[str, Any] = failed_row(outcome) if isinstance(outcome, Lost) else outcome
+    row = row | {
+        "key": key,
+        "film": job.entry.video,
+        "claim": claim_digest(job.entry),
+        "pipeline": job.pipeline,
+        "program": scorer(),
+        "worker": worker,
+    }
+    return {name: row[name] for name in COLUMNS}
+
+
+def _place(entry: Entry, pipeline: str) -> tuple[str, str, str]:
+    """Film, claim and pipeline of a row, independent of later changes of film and program."""
+    return entry.video, claim_digest(entry), pipeline
+
+
+def _row_place(row: Row) -> tuple[str, str, str]:
+    return row["film"], row["claim"], row["pipeline"]
+
+
+def _made_anew(row: Row, key: str | None, *, retry: bool) -> bool:
+    """Whether this run makes a row again; key: of the job with its film, claim and pipeline, or None.
+
+    Convention: rows without a job in this run stay as they are.
+    """
+    lost = row["again"] or (retry and row["fault"] not in (None, "film"))
+    return key is not None and (row["key"] != key or lost)
+
+
+def _refuse_pairs(films: Iterable[tuple[Entry, str | None]]) -> None:
+    """Raise if two lines list one film with one claim; films: pairs of line and what identifies the film."""
+    listed: dict[tuple[str, str], Entry] = {}
+    for entry, film in films:
+        same = listed.setdefault((film, claim_digest(entry)), entry) if film else entry
+        if same is not entry:
+            raise SpecError(
+                f"lines {same.line} and {entry.line} list one film with one claim ({same.name[:60]!r} and "
+                f"{entry.name[:60]!r}), which would count twice; leave one of them out, and what is scored is kept"
+            )

@@ -1,0 +1,253 @@
+"""What somebody with a video generator needs to make forged films of a badge, and to count what came of it.
+
+1. `cut` takes the first frame of each genuine film of a list at the sizes in which generators work, writes a prompt for
+   each way in which a badge can come to move, and a table of the clips to be made.
+2. The clips are made elsewhere, and the table says of each whether it was kept, or why it was discarded.
+3. `listed` makes the list of genuine films and kept clips that `moireid evaluate` reads, and tells the yield.
+
+Convention: paths in the kit are relative to it, so that it can be moved with its films.
+Source: the three paradigms and the generators' formats are those of the published collection (Qing et al. 2026); the
+words of the prompts are ours.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import MediaError, SpecError
+from moireid.files import planned, whole_file, write_text
+from moireid.verifier.video import Film
+from moireid_lab.archive.addresses import fetched, is_address, joined
+from moireid_lab.evaluation.manifest import Entry, Manifest
+
+#: Width, height and frames per second.
+FORMATS = {"848x480": (848, 480, 24), "1280x720": (1280, 720, 24), "1920x1080": (1920, 1080, 25)}
+ONE_TAKE = (
+    "One continuous shot that begins with this picture, without a cut. People, clothes, badge and room stay as they "
+    "are, and the badge stays sharp and wholly in view. The dark bands on it shift as the angle of view changes."
+)
+#: By name: the paradigm, and what moves how.  A sweep to one side is what the published prompts ask for; a course to
+#: and fro is what a film must have where delay and drift are to be told.
+PROMPTS = {
+    "camera-sweep": ("camera moves", "The badge is at rest. The camera glides level to one side at an even pace."),
+    "camera-fro": (
+        "camera moves",
+        "The badge is at rest. The camera glides level to the left, back to the right, and on.",
+    ),
+    "board-sweep": ("board moves", "The camera is at rest. The badge is carried level to one side at an even pace."),
+    "board-fro": (
+        "board moves",
+        "The camera is at rest. The badge is carried level to the left, back to the right, and on.",
+    ),
+    "both-sweep": (
+        "both move",
+        "The camera glides level to one side as the badge is carried to the other, both evenly.",
+    ),
+    "both-fro": ("both move", "Camera and badge move level against each other, to and fro, each at its own pace."),
+}
+CLIPS, PROMPT_FILE, MANIFEST = "clips.csv", "prompts.csv", "films.csv"
+COLUMNS = (
+    "clip",
+    "generator",
+    "outcome",
+    "reason",
+    "frame",
+    "width",
+    "height",
+    "fps",
+    "paradigm",
+    "prompt",
+    "claim",
+    "corners",
+)
+OUTCOMES = ("", "kept", "discarded")
+MOST_FILM_MB = 4096.0
+
+
+@dataclass(frozen=True)
+class Yield:
+    """Clips of one generator: how many were made, kept, and discarded for each reason."""
+
+    generator: str
+    made: int
+    kept: int
+    discarded: dict[str, int]
+
+
+def cut(manifest: Manifest, base: str, folder: Path, *, formats: Sequence[str], overwrite: bool) -> list[Path]:
+    """Make the kit of a list's genuine films.
+
+    Parameters: base: address of the list; formats: of `FORMATS`.
+    Returns: the files, pictures first.
+    Raises: SpecError where the list has no genuine film or a file exists; MediaError where a film cannot be read.
+    """
+    entries = [entry for entry in manifest.entries if entry.genuine]
+    if not entries:
+        raise SpecError("the list has no genuine film, so there is nothing to cut frames out of; add one")
+    pictures = {
+        (entry.line, name): folder / "frames" / f"{entry.line:04d}-{name}.png" for entry in entries for name in formats
+    }
+    texts = [folder / name for name in (PROMPT_FILE, CLIPS, MANIFEST)]
+    planned([*pictures.values(), *texts], overwrite=overwrite)
+    (folder / "clips").mkdir(exist_ok=True)
+    for entry in entries:
+        with fetched(entry.video, most_mb=MOST_FILM_MB) as path:
+            first = first_picture(path)
+        for name in formats:
+            with whole_file(pictures[entry.line, name]) as temporary:
+                cv2.imwrite(str(temporary), fitted(first, *FORMATS[name][:2]))
+    prompts = [(name, paradigm, f"{moves} {ONE_TAKE}") for name, (paradigm, moves) in PROMPTS.items()]
+    write_text(texts[0], _csv(("prompt", "paradigm", "text"), prompts))
+    write_text(texts[1], _csv(COLUMNS, list(_asked(entries, formats, base, folder))))
+    write_text(texts[2], _films([_genuine(entry, base, folder) for entry in entries]))
+    return [*pictures.values(), *texts]
+
+
+def listed(folder: Path) -> tuple[Path, list[Yield]]:
+    """Write the list of the kit's genuine films and kept clips anew, from its table.
+
+    Raises: SpecError, with the line of the table that cannot be used.
+    """
+    rows = _rows(folder / CLIPS, COLUMNS)
+    made = [row for line, row in rows if _checked(folder, line, row)]
+    genuine = [row for _, row in _rows(folder / MANIFEST, ("video", "label")) if row["label"] == "genuine"]
+    kept = [
+        {
+            "video": f"clips/{row['clip']}",
+            "label": f"forged:{row['generator']}",
+            "claim": row["claim"],
+            "group": row["paradigm"],
+            "corners": row["corners"],
+        }
+        for row in made
+        if row["outcome"] == "kept"
+    ]
+    write_text(folder / MANIFEST, _films([*genuine, *kept]))
+    names = dict.fromkeys(row["generator"] for row in made)
+    return folder / MANIFEST, [_yield(name, [row for row in made if row["generator"] == name]) for name in names]
+
+
+def first_picture(path: Path) -> NDArray[np.uint8]:
+    """The first picture of a film in colour as it is to be shown, (height, width, 3) blue, green, red.
+
+    Convention: turned by the file's rotation flag, and its pixels made square.
+    Raises: MediaError where none can be read.
+    """
+    import av
+
+    Film(path)
+    try:
+        with av.open(str(path)) as container:
+            picture = next(container.decode(video=0))
+            aspect = float(container.streams.video[0].sample_aspect_ratio or 1)
+            shown = picture.to_ndarray(format="bgr24")
+            quarters = round(picture.rotation / 90)
+    except (av.error.FFmpegError, StopIteration) as error:
+        raise MediaError(f"no picture of {path} can be read; export it as MP4 with H.264") from error
+    if aspect != 1.0:
+        shown = np.asarray(cv2.resize(shown, None, fx=aspect, fy=1.0), np.uint8)
+    return np.ascontiguousarray(np.rot90(shown, quarters))
+
+
+def fitted(picture: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
+    """The middle of a picture at that size: cut to its shape, then scaled, never stretched."""
+    rows, columns = picture.shape[:2]
+    scale = max(width / columns, height / rows)
+    wide, high = min(round(width / scale), columns), min(round(height / scale), rows)
+    x, y = (columns - wide) // 2, (rows - high) // 2
+    way = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
+    return np.asarray(cv2.resize(picture[y : y + high, x : x + wide], (width, height), interpolation=way), np.uint8)
+
+
+def _asked(entries: Sequence[Entry], formats: Sequence[str], base: str, folder: Path) -> Iterator[tuple[Any, ...]]:
+    """A line of the table for each picture and prompt."""
+    for entry in entries:
+        for name in formats:
+            for prompt, (paradigm, _) in PROMPTS.items():
+                clip, frame = f"{entry.line:04d}-{name}-{prompt}.mp4", f"frames/{entry.line:04d}-{name}.png"
+                yield clip, "", "", "", frame, *FORMATS[name], paradigm, prompt, _claim(entry, base, folder), ""
+
+
+def _genuine(entry: Entry, base: str, folder: Path) -> dict[str, str]:
+    """A genuine film's line of the list, as seen from the kit."""
+    video = _from(entry.video, folder)
+    return {
+        "video": video,
+        "label": "genuine",
+        "claim": _claim(entry, base, folder),
+        "group": entry.group,
+        "corners": "",
+    }
+
+
+def _claim(entry: Entry, base: str, folder: Path) -> str:
+    """The claim: a badge's file as seen from the kit, or a name or id as it is."""
+    return _from(joined(base, entry.claim), folder) if entry.claim.lower().endswith(".json") else entry.claim
+
+
+def _from(address: str, folder: Path) -> str:
+    return address if is_address(address) else os.path.relpath(address, folder)
+
+
+def _checked(folder: Path, line: int, row: dict[str, str]) -> bool:
+    """Whether a line tells of a clip that was made.  Raises: SpecError where it cannot be used."""
+
+    def refuse(told: str) -> SpecError:
+        return SpecError(f"line {line} of {folder / CLIPS} ({row['clip'][:60]!r}) {told}")
+
+    if row["outcome"] not in OUTCOMES:
+        raise refuse(f"has the outcome {row['outcome'][:40]!r}; write kept or discarded, or leave it empty")
+    if not row["outcome"]:
+        return False
+    if not re.fullmatch(r"[\w.-]+", row["generator"]):
+        raise refuse(f"names the generator {row['generator'][:40]!r}; use letters, figures, - and _")
+    if row["outcome"] == "discarded" and not row["reason"]:
+        raise refuse("was discarded without a reason; say why")
+    if row["outcome"] == "kept" and not (folder / "clips" / row["clip"]).is_file():
+        raise refuse("is kept, but lies not in the folder clips; put it there")
+    return True
+
+
+def _yield(name: str, rows: Sequence[dict[str, str]]) -> Yield:
+    reasons = [row["reason"] for row in rows if row["outcome"] == "discarded"]
+    return Yield(
+        name, len(rows), len(rows) - len(reasons), {each: reasons.count(each) for each in dict.fromkeys(reasons)}
+    )
+
+
+def _rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
+    """The lines of a table of the kit, each with its number.  Raises: SpecError."""
+    try:
+        reader = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"), newline=""), restval="", strict=True)
+        rows = [(reader.line_num, {k: (v or "").strip() for k, v in row.items() if k}) for row in reader]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise SpecError(f"{path} cannot be read ({error}); make the kit with moireid generator-kit cut") from error
+    lacking = [name for name in columns if name not in (reader.fieldnames or ())]
+    if lacking:
+        raise SpecError(f"{path} has no column {lacking[0]}; its columns are {', '.join(columns)}")
+    return rows
+
+
+def _films(rows: Sequence[dict[str, str]]) -> str:
+    """The list that `evaluate` reads."""
+    columns = ("video", "label", "claim", "group", "corners")
+    return _csv(columns, [tuple(row.get(name, "") for name in columns) for row in rows])
+
+
+def _csv(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(header)
+    lines.writerows(rows)
+    return text.getvalue()

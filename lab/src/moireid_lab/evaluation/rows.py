@@ -1,0 +1,147 @@
+"""One film with one pipeline: a row of figures.
+
+A row depends on film, claim and program, and not on the manifest's labels, so a collection can be relabelled without
+being scored again.
+Convention: verdict "failed" if the film could not be scored, with the reason in `error` and its kind in `fault`; the
+    published pipeline reads no identity, so its verdict is about the motion alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+from moireid.errors import MoireIdError
+from moireid.result_cache import program_digest
+from moireid.verifier.opened_file import OpenedFile
+from moireid.verifier.published.corners import without_corners
+from moireid.verifier.published.pipeline import verify_published
+from moireid.verifier.reasons import json_number
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.film import verify
+from moireid.verifier.session.result import Report
+from moireid_lab.archive.isolated import Fault, Lost
+from moireid_lab.evaluation.manifest import Entry
+
+Pipeline = Literal["moireid", "published"]
+PIPELINES: tuple[Pipeline, ...] = ("moireid", "published")
+#: Spread over windows is the published pipeline's alone; null in ours.
+FIGURES = (
+    "score",
+    "window_correlation_mean",
+    "window_correlation_max",
+    "window_correlation_min",
+    "window_correlation_sd",
+    "correlation",
+    "gain_ratio",
+    "gain_sd",
+    "phase_residual_rad",
+    "excitation_rad",
+)
+#: Format of a row; raise it if the content of rows changes.
+FORMAT = 4
+Row = dict[str, Any]
+#: Temporary faults: the next run tries such a film again.
+PASSING: frozenset[Fault] = frozenset({"fetch", "worker", "program"})
+
+
+@dataclass(frozen=True)
+class Job:
+    """A film to be scored by one pipeline."""
+
+    entry: Entry
+    pipeline: Pipeline
+
+
+def score_film(job: Job, film: str) -> Row:
+    """The row of a film at the local path `film`; an unreadable film gets a row too."""
+    begun = time.perf_counter()
+    try:
+        report = _report(job, Path(film))
+    except MoireIdError as error:
+        # The temporary folder of a fetched film has another name each time.
+        words = " ".join(str(error).split()).replace(film, job.entry.video)
+        sha256 = OpenedFile(Path(film)).sha256() if Path(film).is_file() else None
+        return failed_row(Lost(words, time.perf_counter() - begun, "film")) | {"sha256": sha256}
+    figures = {name: json_number(getattr(report.invariant, name, None)) for name in FIGURES}
+    told = [reason for reason in report.reasons if reason.level in ("fail", "undecided")]
+    return {
+        "sha256": report.film["sha256"],
+        "verdict": report.verdict,
+        "motion": report.invariant.verdict,
+        "identity": report.identity.verdict,
+        **figures,
+        "cover": json_number(report.cover.share) if report.cover else None,
+        "photographs": next((r.measured for r in report.reasons if r.code == "photographs"), None),
+        "frames": report.frames["read"],
+        "tracked": report.frames["tracked"],
+        "seconds": round(time.perf_counter() - begun, 2),
+        "codes": [reason.code for reason in told],
+        "reason": told[0].text if told else None,
+        "error": None,
+        "fault": None,
+        "again": False,
+    }
+
+
+def failed_row(lost: Lost) -> Row:
+    """The row of a film that could not be scored; `again`: whether the next run tries it again."""
+    return {
+        "sha256": None,
+        "verdict": "failed",
+        "motion": None,
+        "identity": None,
+        **dict.fromkeys((*FIGURES, "cover", "photographs")),
+        "frames": None,
+        "tracked": None,
+        "seconds": round(lost.seconds, 2),
+        "codes": [],
+        "reason": None,
+        "error": lost.why,
+        "fault": lost.fault,
+        "again": lost.fault in PASSING,
+    }
+
+
+def row_key(job: Job) -> str:
+    """Key of a row, from the film's address and stamp, claim, corners, pipeline and scoring program."""
+    entry = job.entry
+    claimed, corners = entry.claimed, entry.corners
+    parts = [
+        FORMAT,
+        entry.video,
+        entry.stamp,
+        job.pipeline,
+        scorer(),
+        claim_digest(entry),
+        {frame: places.tolist() for frame, places in corners.items()} if corners else None,
+        asdict(claimed.as_built) if claimed.as_built else None,
+        asdict(claimed.barred) if claimed.barred else None,
+    ]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+
+def claim_digest(entry: Entry) -> str:
+    """Digest of the claim's content, so that two claims of one badge are equal."""
+    return hashlib.sha256(entry.claimed.badge.to_json().encode()).hexdigest()[:16]
+
+
+@cache
+def scorer() -> str:
+    """Digest of the scoring program."""
+    return program_digest("verifier", "idcodes")
+
+
+def _report(job: Job, film: Path) -> Report:
+    entry = job.entry
+    badge = entry.claimed.badge
+    if job.pipeline == "published":
+        return verify_published(film, Claim(badge), corners=entry.corners)
+    claim = Claim(badge, badge.id, as_built=entry.claimed.as_built)
+    report = verify(film, claim, barred=entry.claimed.barred)
+    return without_corners(report) if entry.corners else report

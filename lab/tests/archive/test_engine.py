@@ -1,0 +1,352 @@
+"""The engine of collections: jobs by themselves, killed workers, schedulers started apart, films by address."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import dask
+import fsspec
+import psutil
+import pytest
+
+import moireid
+from kit.film_stubs import Stub, act, notes
+from kit.places import TESTS
+from moireid.errors import MediaError, MissingExtraError, MoireIdError, SpecError
+from moireid_lab.archive import addresses, engine
+from moireid_lab.archive.addresses import fetched, joined, read_text, stamp
+from moireid_lab.archive.engine import Task, run_tasks
+from moireid_lab.archive.isolated import START_S, Limits, Lost
+from moireid_lab.archive.worker import Done
+
+QUICK = Limits(seconds=20.0, memory_mb=1000)
+
+
+def outcomes(tasks: list[Task], **options: Any) -> dict[int, Any]:
+    """What each task of one job gave."""
+    return {place: done.outcomes[0] for place, done in run_tasks(act, tasks, limits=QUICK, **options)}
+
+
+def stubs(log: Path, count: int, seconds: float) -> list[Task]:
+    return [Task((Stub(f"f{k}", log, seconds),)) for k in range(count)]
+
+
+def begun(log: Path) -> Counter[str]:
+    """How often each film was begun."""
+    return Counter(line[1] for line in notes(log) if line[0] == "begun")
+
+
+def test_a_job_that_crashes_hangs_or_eats_memory_loses_itself_alone(tmp_path: Path):
+    """Catches: a fault that ends the run or takes another's row, a reason that names the wrong fault, a job tried
+    again, a child left behind.
+    """
+    log = tmp_path / "log"
+    faults = ("", "crash", "leave", "memory", "raise", "hang", "")
+    tasks = [Task(tuple(Stub(f"{fault}{k}", log, fault=fault) for k, fault in enumerate(faults)))]
+    ((_, done),) = run_tasks(act, tasks, workers=1, limits=Limits(seconds=2.0, memory_mb=1000))
+    assert (done.outcomes[0], done.outcomes[-1], done.worker) == ("0", "6", "here")
+    lost = [one for one in done.outcomes if isinstance(one, Lost)]
+    assert [one.fault for one in lost] == ["crash", "crash", "memory", "program", "time"]
+    words = " / ".join(one.why for one in lost)
+    for told in ("SIGSEGV", "exit code 7", "than the 1000 MB", "LookupError: nothing there", "than the 2 s"):
+        assert told in words
+    assert set(begun(log).values()) == {1} and len(begun(log)) == len(faults)
+    for line in notes(log):
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(line[-2]), 0)
+
+
+def killing(log: Path, kills: list[int], stop: threading.Event, most: int) -> None:
+    """Kill the worker of a film that is being done, at random moments."""
+    rng = random.Random(20260)
+    while not stop.wait(rng.uniform(0.05, 0.6)) and len(kills) < most:
+        lines = notes(log)
+        ended = {(line[1], line[2]) for line in lines if line[0] == "ended"}
+        at_work = [line for line in lines if line[0] == "begun" and (line[1], line[2]) not in ended]
+        # A child that outlived its worker for a moment names another parent, which is none of ours.
+        ours = {process.pid for process in psutil.Process().children(recursive=True)}
+        at_work = [line for line in at_work if int(line[3]) in ours]
+        for line in at_work[-1:] if rng.random() < 0.5 else at_work[-2:-1]:
+            with suppress(ProcessLookupError):
+                os.kill(int(line[3]), signal.SIGKILL)
+                kills.append(int(line[3]))
+
+
+@pytest.mark.slow
+def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone(tmp_path: Path):
+    """Catches: rows that die with their worker, films finished before that are done again, a child that outlives its
+    worker and does its film beside the other, workers that the cluster drops as they are away when it looks.
+    """
+    log, kills, stop = tmp_path / "log", list[int](), threading.Event()
+    killer = threading.Thread(target=killing, args=(log, kills, stop, 5))
+    killer.start()
+    try:
+        # Dask's own fifteen seconds would need a worker that is killed again just then.
+        # Loaded before its settings are set, or else all of them go with the one that is taken back here.
+        importlib.import_module("distributed")
+        with dask.config.set({"distributed.deploy.lost-worker-timeout": "10ms"}):
+            found = outcomes(stubs(log, 30, 0.1), workers=2)
+    finally:
+        stop.set()
+        killer.join()
+    assert kills and found == {k: f"f{k}" for k in range(30)}
+    # A worker has one child here, known by the child's first line; later ones may name who took on an orphan.
+    workers, last = dict[str, int](), dict[str, str]()
+    for what, name, child, worker in notes(log):
+        workers.setdefault(child, int(worker))
+        last |= {child: name} if what == "begun" else {}
+    own = Counter(last[child] for child, worker in workers.items() if worker in kills)
+    again = begun(log) - Counter(f"f{k}" for k in range(30))
+    assert again <= own and own.total() == len(set(kills)), (again, own, kills)
+
+
+@pytest.mark.slow
+def test_a_child_takes_nothing_from_the_present_folder_and_leaves_nothing(tmp_path: Path, monkeypatch):
+    """Catches: a module that lies where the program was called, run in its place; files of a child that was killed;
+    Dask's early return of memory, by which each film costs half as much again.
+    """
+    for folder in ("here", "temporary"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "here" / "json.py").write_text("raise SystemExit('this is not the package')")
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "65536")
+    tasks = [Task(tuple(Stub(f"{fault}.", tmp_path / "log", fault=fault) for fault in ("", "trims", "litter")))]
+    ((_, done),) = run_tasks(act, tasks, workers=1, limits=Limits(seconds=5.0, memory_mb=1000))
+    well, trims, littered = done.outcomes
+    assert well == "." and "LookupError: not set" in trims.why and littered.fault == "time"
+    assert list((tmp_path / "temporary").iterdir()) == []
+
+
+INTERRUPTED = """
+import sys
+from pathlib import Path
+from kit.film_stubs import Stub, act
+from moireid_lab.archive.engine import Task, run_tasks
+
+if __name__ == "__main__":
+    try:
+        list(run_tasks(act, [Task((Stub(f"f{k}", Path(sys.argv[1]), 60.0),)) for k in range(4)], workers=2))
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+@pytest.mark.parametrize("moment", ["start", "work"])
+@pytest.mark.slow
+def test_an_interrupt_of_a_terminal_ends_a_run_soon_and_silently(tmp_path: Path, moment: str):
+    """Catches: tracebacks of workers, or of a cluster that was broken off as it started; workers that are waited for,
+    processes left.
+    """
+    script, log = tmp_path / "script.py", tmp_path / "log"
+    script.write_text(INTERRUPTED)
+    path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(TESTS)])
+    with subprocess.Popen(
+        [sys.executable, str(script), str(log)],
+        env=os.environ | {"PYTHONPATH": path},
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        own, last = psutil.Process(process.pid), time.monotonic() + 60
+        while len(own.children()) < 3 if moment == "start" else len(notes(log)) < 2:
+            assert time.monotonic() < last and process.poll() is None
+            time.sleep(0.02)
+        processes = own.children(recursive=True)
+        os.killpg(process.pid, signal.SIGINT)
+        told, wrong = process.communicate(timeout=20)
+    assert (told, wrong, process.returncode) == ("interrupted\n", "", 0)
+    assert psutil.wait_procs(processes, timeout=5)[1] == []
+
+
+@contextmanager
+def started(*command: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A Dask program as somebody starts it, where ours and the stubs can be imported."""
+    path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(TESTS)])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli.dask_" + command[0], *command[1:]],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+@contextmanager
+def deployment(folder: Path) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """A scheduler started apart: its address and process."""
+    told = folder / "scheduler.json"
+    with started("scheduler", "--port", "0", *near(folder), folder=folder) as scheduler:
+        last = time.monotonic() + 60
+        while not told.exists() or not told.read_text():
+            assert time.monotonic() < last
+            time.sleep(0.05)
+        yield json.loads(told.read_text())["address"], scheduler
+
+
+def near(folder: Path) -> tuple[str, ...]:
+    return "--host", "127.0.0.1", "--scheduler-file", str(folder / "scheduler.json"), "--no-dashboard"
+
+
+@pytest.mark.slow
+def test_a_scheduler_started_apart_gives_the_same_and_its_end_is_told(tmp_path: Path, monkeypatch):
+    """Catches: work that only this program's own processes can import, a run that waits for ever for a scheduler that
+    has gone, for workers that do not come or for one that stands still, processes of a broken-off run left at work.
+    """
+    log, film = tmp_path / "log", tmp_path / "film.txt"
+    film.write_text("shown")
+    tasks = [Task((Stub(f"f{k}", log), Stub(f"g{k}", log, fault="leave" if k == 1 else "")), str(film)) for k in (0, 1)]
+
+    def plain(done: Done) -> list[str]:
+        return [one.fault if isinstance(one, Lost) else one for one in done.outcomes]
+
+    here = {place: plain(done) for place, done in run_tasks(act, tasks, workers=1, limits=QUICK)}
+    with deployment(tmp_path) as (address, scheduler), monkeypatch.context() as patch, ExitStack() as stack:
+        patch.setattr(engine, "NO_WORKER_S", 0.5)
+        with pytest.raises(MoireIdError, match=r"no worker has been alive for 0.5 s; run the same command again"):
+            list(run_tasks(act, tasks, scheduler=address, limits=QUICK))
+        patch.undo()
+        one = ("worker", "--nthreads", "2", "--nworkers", "1", "--no-nanny", *near(tmp_path))
+        stack.enter_context(started(*one, folder=tmp_path))
+        found = dict(run_tasks(act, tasks, scheduler=address, limits=QUICK))
+        assert {place: plain(done) for place, done in found.items()} == here
+        assert here == {0: ["f0 shown", "g0 shown"], 1: ["f1 shown", "crash"]}
+        with pytest.raises(SpecError, match="leave out --workers"):
+            list(run_tasks(act, tasks, scheduler=address, workers=2))
+        with closing(run_tasks(act, stubs(log, 3, 0.01) + stubs(log, 9, 60.0), scheduler=address, limits=QUICK)) as run:
+            next(run)
+        gone = time.monotonic() + 15
+        children = {int(line[-2]) for line in notes(log)}
+        while any(Path(f"/proc/{child}").exists() for child in children):
+            assert time.monotonic() < gone
+            time.sleep(0.05)
+        patch.setattr(engine, "SLACK_S", 1.5 - START_S - QUICK.seconds)
+        with pytest.raises(MoireIdError, match=r"nothing has ended for 1.5 s.+run the same command again"):
+            list(run_tasks(act, stubs(log, 4, 15.0), scheduler=address, limits=QUICK))
+        patch.undo()
+        running = run_tasks(act, stubs(log, 2, 0.01) + stubs(log, 4, 60.0), scheduler=address, limits=Limits())
+        next(running)
+        scheduler.kill()
+        with pytest.raises(MoireIdError, match=r"scheduler went away; run the same command again"):
+            list(running)
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tcp://", "gopher://there:1"])
+def test_an_address_where_no_scheduler_answers_is_told_in_one_sentence(tmp_path: Path, address: str, monkeypatch):
+    """Catches: a traceback of another package, a wait without end."""
+    monkeypatch.setattr("moireid_lab.archive.engine.CONNECT_S", 0.5)
+    with pytest.raises(SpecError, match="no Dask scheduler answers at") as told:
+        list(run_tasks(act, stubs(tmp_path / "log", 2, 0), scheduler=address))
+    assert re.match(
+        rf"no Dask scheduler answers at '{re.escape(address)}' \(.+\); give tcp://HOST:PORT", str(told.value)
+    )
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "found"),
+    [
+        ("/a/films.csv", "b/c.mp4", "/a/b/c.mp4"),
+        ("/a/films.csv", "/d.mp4", "/d.mp4"),
+        ("/a/films.csv", "s3://b/c.mp4", "s3://b/c.mp4"),
+        ("s3://b/x/films.csv", "c.mp4", "s3://b/x/c.mp4"),
+        ("s3://b/films.csv", "memory://c.mp4", "memory://c.mp4"),
+        ("zip://x/films.csv::s3://b/a.zip", "c.mp4", "zip://x/c.mp4::s3://b/a.zip"),
+        ("file:///a/films.csv", "c.mp4", "file:///a/c.mp4"),
+    ],
+)
+def test_names_are_relative_to_the_list_that_names_them(base: str, name: str, found: str):
+    """Catches: names taken from where the command runs, an address put behind a folder."""
+    assert joined(base, name) == found
+
+
+def test_films_are_fetched_whole_within_their_limit_and_removed(tmp_path: Path, monkeypatch):
+    """Catches: a copy left behind, a limit that is not held, plain files copied, a fetch that is given up at once."""
+    (tmp_path / "a.txt").write_bytes(b"abc")
+    for address in (str(tmp_path / "a.txt"), f"file://{tmp_path}/a.txt"):
+        with fetched(address, most_mb=1e-9) as path:
+            assert path == tmp_path / "a.txt"
+        assert stamp(address) == stamp(str(tmp_path / "a.txt")) and read_text(address) == "abc"
+    store = fsspec.filesystem("memory")
+    store.pipe_file("/archive/film.mp4", b"x" * 3000)
+    address = "memory://archive/film.mp4"
+    with fetched(address, most_mb=0.003, folder=str(tmp_path)) as path:
+        assert path.read_bytes() == b"x" * 3000 and path.name == "film.mp4"
+    with (
+        pytest.raises(MediaError, match=r"film.mp4 has more than the 0.0029 MB allowed"),
+        fetched(address, most_mb=0.0029, folder=str(tmp_path)),
+    ):
+        pass
+    old = stamp(address)
+    store.pipe_file("/archive/film.mp4", b"y" * 3001)
+    assert stamp(address) != old
+
+    tries: list[int] = []
+    monkeypatch.setattr(addresses, "WAIT_S", 0.0)
+    own = type(store).open
+
+    def flaky(self: Any, *given: Any, **options: Any) -> Any:
+        tries.append(1)
+        if len(tries) < 3:
+            raise TimeoutError("no answer")
+        return own(self, *given, **options)
+
+    monkeypatch.setattr(type(store), "open", flaky)
+    with fetched(address, most_mb=1, folder=str(tmp_path)) as path:
+        assert path.stat().st_size == 3001
+    monkeypatch.setattr(type(store), "open", lambda *given, **options: (_ for _ in ()).throw(TimeoutError("no answer")))
+    with pytest.raises(addresses.FetchError, match="3 times not be fetched"), fetched(address, most_mb=1):
+        pass
+    assert [one.name for one in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_addresses_that_cannot_be_used_say_why(tmp_path: Path):
+    """Catches: a protocol's missing package reported as a missing file, a folder taken for a film."""
+    for address, kind, words in (
+        ("no-such-protocol://b/c.mp4", SpecError, "cannot be used"),
+        (str(tmp_path), SpecError, "it is a folder"),
+        (str(tmp_path / "none.mp4"), SpecError, "no such file"),
+        ("memory://none.mp4", SpecError, "no such file"),
+    ):
+        with pytest.raises(kind, match=words):
+            stamp(address)
+    absent = [(name, package) for name, package in (("s3", "s3fs"), ("gs", "gcsfs")) if not installed(package)]
+    for name, package in absent:
+        with pytest.raises(MissingExtraError, match=package):
+            stamp(f"{name}://bucket/film.mp4")
+
+
+def installed(package: str) -> bool:
+    return find_spec(package) is not None
+
+
+def test_films_in_memory_are_done_in_place(tmp_path: Path):
+    """Catches: a fetch in a process that cannot see them, an address handed to the work instead of a path."""
+    fsspec.filesystem("memory").pipe_file("/m/a.txt", b"kept")
+    tasks = [
+        Task((Stub("a", tmp_path / "log"),), "memory://m/a.txt"),
+        Task((Stub("b", tmp_path / "log"),), "memory://m/b"),
+    ]
+    found = outcomes(tasks, workers=1)
+    assert found[0] == "a kept" and found[1].fault == "fetch" and "memory://m/b could not be fetched" in found[1].why

@@ -1,0 +1,257 @@
+"""Mounts at their extremes: each is right, made in part with the reason told, or refused with what would work.
+
+Figures in a refusal are read out of its sentence and tried, since advice that does not work is worse than none.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import manifold3d
+import numpy as np
+import pytest
+import trimesh
+
+from kit.mounting import box, framed, sight_volume
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.errors import FabricationError, MoireIdError
+from moireid.fabrication.parts import plan_parts
+from moireid.fabrication.printed.mount import write_mount
+from moireid.fabrication.process import MountFigures, MountProcess, mount_figures
+from moireid_lab.bench.fabricate.mount_extremes import (
+    BUILT,
+    KINDS,
+    Case,
+    cases,
+    extremes,
+    extremes_table,
+    outcome_of,
+    planned_case,
+)
+
+#: What becomes of each extreme, with every mount; the rest is made whole.
+REFUSED = {"board 30x30 mm", "board 300x300 mm", "kerf 5 mm", "spacer 0.2 mm"}
+PRINTED_ALONE = {"board 30x40 mm", "sheet 0.2 mm", "sheet 6 mm", "spacer 6 mm"}
+#: A snap-in holder's rim is as high as the sheet all round, so beside a thick one it hides markers.
+TOO_THICK_TO_SNAP = {"sheet 6 mm", "spacer 6 mm"}
+
+
+def case_named(name: str, front: str = "lens") -> Case:
+    return next(case for case in cases() if (case.name, case.request.front) == (name, front))
+
+
+def test_every_extreme_is_whole_or_says_why_not() -> None:
+    """Catches: a mount refused for the other's sake, a refusal without a reason, a case that nobody looks at."""
+    rows = extremes(built=())
+    assert len(rows) == 4 * len(cases()) and {row["mount"] for row in rows} == set(KINDS)
+    for row in rows:
+        refused = REFUSED | TOO_THICK_TO_SNAP if row["mount"] == "holder" else REFUSED
+        wanted = "refused" if row["case"] in refused else "printed" if row["case"] in PRINTED_ALONE else "whole"
+        assert row["outcome"] == wanted, row
+        assert bool(row["why"]) == (wanted != "whole"), row
+        assert not row["built"]
+    names = {(row["case"], row["front"], row["mount"]) for row in rows}
+    assert set(BUILT) <= names
+    table = extremes_table([row | {"built": True} for row in rows])
+    assert (
+        table.count("\n") == len(cases())
+        and "printed*" in table
+        and "give a lens sheet (--lens) of 4 mm or less" in table
+    )
+
+
+def why(case: Case, kind: str = "lanyard") -> str:
+    """The reason why a case is refused, or made in part only."""
+    try:
+        _, parts = planned_case(case, kind)
+    except MoireIdError as error:
+        return str(error)
+    return "; ".join(parts.left_out.values())
+
+
+def numbers(pattern: str, text: str) -> list[float]:
+    found = re.search(pattern, text)
+    assert found, text
+    return [float(group) for group in found.groups()]
+
+
+def test_what_the_refusals_advise_does_work() -> None:
+    """Catches: advice copied from another refusal, a limit rounded to the wrong side, a bound that is not the bound."""
+
+    def whole(case: Case) -> bool:
+        return outcome_of(planned_case(case, "clip")[1]) == "whole"
+
+    tall = case_named("board 30x40 mm")
+    (height,) = numbers(r"board \(--size\) of ([\d.]+) mm or more in height, wider in proportion", why(tall))
+    assert whole(replace(tall, request=replace(tall.request, size_mm=(30.0 / 40.0 * height, height))))
+    for name, pattern in (
+        ("sheet 0.2 mm", r"sheet \(--lens\) of ([\d.]+) mm or more"),
+        ("sheet 6 mm", r"\) of ([\d.]+) mm or less"),
+    ):
+        (lens_mm,) = numbers(pattern, why(case_named(name)))
+        assert whole(replace(case_named(name), lens_mm=lens_mm))
+    assert not whole(replace(case_named("sheet 6 mm"), lens_mm=4.1))
+    thick = case_named("spacer 6 mm", "mask")
+    (gap,) = numbers(r"\) of ([\d.]+) mm or less", why(thick))
+    assert whole(replace(thick, request=replace(thick.request, gap_mm=gap)))
+    for name in ("board 30x30 mm", "board 300x300 mm"):
+        case = case_named(name)
+        size = numbers(r"at (?:least|most) ([\d.]+) ?x ?([\d.]+)", why(case))
+        assert whole(replace(case, request=replace(case.request, size_mm=(size[0], size[1]))))
+    (kerf,) = numbers(r"0 to ([\d.]+) mm", why(case_named("kerf 5 mm")))
+    assert whole(replace(case_named("kerf 5 mm"), figures=(f"kerf_mm={kerf:g}",)))
+
+
+@pytest.mark.parametrize("gap_mm", [1.5, 3.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_line_masks_have_every_mount(kind: str, gap_mm: float) -> None:
+    """Catches: a lip or a stand's wall that hides a marker under a spacer; a film that nobody left room for."""
+    parts = plan_parts(design_badge(Request("A", front="mask", gap_mm=gap_mm), bytes(8)), kind)
+    assert parts.printed == kind and parts.acrylic and not parts.left_out
+    assert parts.acrylic.sheet_top == pytest.approx(0.3 + gap_mm + 0.1)
+
+
+# A thick sheet's tray, laid out here from the badge's page coordinates alone.
+
+
+@pytest.fixture(scope="module")
+def thick() -> Badge:
+    """A default badge under a sheet of 6 mm."""
+    badge = design_badge(Request("Thick"), bytes(8))
+    return replace(badge, lens=replace(badge.lens, thickness_mm=6.0, radius_mm=3.0))
+
+
+@pytest.fixture(scope="module")
+def tray(thick: Badge, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Its tray as a slicer sees it."""
+    mesh = trimesh.load_mesh(write_mount(thick, tmp_path_factory.mktemp("thick")).stl)
+    return manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
+
+
+@pytest.mark.slow
+def test_thick_sheet_is_held_and_hides_nothing(thick: Badge, tray: Any) -> None:
+    """Catches: a rim as high as the sheet beside the markers, lips that reach down to them, a sheet that falls out."""
+    half = thick.markers.size_mm / 2
+    for x, y in thick.markers.centers_mm:
+        rect = framed((x - half, y - half, x + half, y + half), thick)
+        # Sight lines up to 8 mm above the card, which is higher than the lips.
+        spread = 8.0 * math.tan(math.radians(45))
+        x0, y0, x1, y1 = rect
+        lower = [(u, v, 0.3) for u in (x0, x1) for v in (y0, y1)]
+        turns = [math.tau * k / 32 for k in range(32)]
+        ways = [(spread * math.cos(turn), spread * math.sin(turn)) for turn in turns]
+        upper = [(u + dx, v + dy, 8.3) for u in (x0, x1) for v in (y0, y1) for dx, dy in ways]
+        view = manifold3d.Manifold.hull_points(lower + upper)
+        for dx, dy in ((0.29, 0.0), (-0.29, 0.0), (0.0, -0.29)):
+            assert (view.translate((dx, dy, 0.0)) ^ tray).volume() < 1e-6
+    rows = framed(thick.gratings[0].rect_mm, thick)
+    fringes = sight_volume(rows, 6.3, 60, up_and_down=False)
+    assert (fringes ^ tray).volume() < 1e-6
+    sheet = box((-73.0, rows[1], 73.0, rows[3]), 0.3, 6.3)
+    # The springs' pads are bent back in use.
+    free = tray - box((-73.0, -80.0, 73.0, 80.0), 0.0, 0.36)
+    for shift in ((0.29, 0, 0), (-0.29, 0, 0), (0, -0.29, 0), (0, 0, 0.09)):
+        assert (sheet.translate(shift) ^ free).volume() < 0.01
+    # It is stopped left, right, below and in front.
+    for shift in ((0.4, 0, 0), (-0.4, 0, 0), (0, -0.4, 0), (0, 0, 0.3)):
+        assert (sheet.translate(shift) ^ tray).volume() > 0.1
+    sliding = box((-73.0, rows[1], 73.0, rows[3]), 0.3, 6.3, up=250.0)
+    assert (sliding ^ free).volume() < 0.01
+
+
+def test_springs_stay_below_the_lips_that_were_drawn_back(thick: Badge, tray: Any) -> None:
+    """Catches: a spring where there is no lip any more, which would bow the sheet."""
+    floor = tray ^ box((-72.9, -79.9, 72.9, 79.9), 0.01, 0.29)
+    lips = tray ^ box((-74.9, -79.9, 74.9, 79.9), 6.45, 6.55)
+    pads, held = (sorted((p.bounding_box() for p in solid.decompose()), key=lambda b: b[1]) for solid in (floor, lips))
+    assert len(pads) == 4 and len(held) == 2
+    for pad in pads:
+        assert any(lip[1] <= pad[1] and pad[4] <= lip[4] and lip[0] * pad[0] > 0 for lip in held)
+
+
+# Figures by name.
+
+
+def test_figures_are_set_by_the_names_that_messages_give() -> None:
+    """Catches: a figure that goes to the wrong workshop, a shared one that goes to one, insistence on what was not
+    asked for."""
+    assert mount_figures([]) == MountFigures()
+    both = mount_figures(["card_mm=0.5"])
+    assert both.printed.card_mm == both.acrylic.card_mm == 0.5 and not both.insisted
+    one = mount_figures(["acrylic.clearance_mm=0.1", "slot_mm=20x5", "wall_mm= 3"])
+    assert (one.acrylic.clearance_mm, one.printed) == (0.1, MountProcess(slot_mm=(20.0, 5.0), wall_mm=3.0))
+    assert one.insisted == {"printed", "acrylic"} and mount_figures(["kerf_mm=0"]).insisted == {"acrylic"}
+
+
+@pytest.mark.parametrize(
+    ("pair", "words"),
+    [
+        ("kerf=0.2", "is not known; give NAME=MM with one of .*kerf_mm"),
+        ("printed.kerf_mm=0.2", "is not known"),
+        ("wall_mm", "is not known"),
+        ("wall_mm=thin", "is not understood; give a number of mm"),
+        ("slot_mm=16", "is not understood; give width and height in mm such as 16x4"),
+        ("kerf_mm=1e9", "kerf_mm=1e.09 is no laser's kerf, allowed is 0 to 1 mm"),
+        ("kerf_mm=nan", "kerf_mm=nan"),
+        ("wall_mm=nan", "wall_mm=nan must be positive"),
+        ("card_mm=-1", "card_mm=-1.0 must be positive"),
+        ("card_mm=40", "card_mm=40.0 is more than any mount has use for; give at most 2 mm"),
+        ("clearance_mm=0.001", "clearance_mm=0.001 is less than a workshop keeps; give 0.05 mm or more"),
+        ("printed.clearance_mm=9", "clearance_mm=9.0 .* at most 1 mm"),
+        ("rim_mm=1e6", "rim_mm=1000000.0 .* at most 50 mm"),
+        ("slot_mm=16x900", "slot_mm=.* at most 60 mm"),
+        ("slot_mm=16x20", "slot_mm=16x20 is no slot for a strap; give more width than height"),
+        ("wall_mm=0.9", "wall_mm=0.9 is thinner than a printed wall; give 1 mm or more"),
+        ("base_mm=25", "base_mm=25 is no base plate"),
+        ("printed.lip_reach_mm=0.6", "lip_reach_mm=0.6 holds no sheet that lies 0.3 mm to the side; give 0.7 mm"),
+        ("stand_deg=60", "stand_deg=60.0 is more than"),
+        ("acrylic.clearance_mm=0.5", "give a clearance_mm of 0.149 or less"),
+        ("printed.lip_mm=4.5", "take a smaller lip_reach_mm or lip_mm .--mount-figure."),
+    ],
+)
+def test_figures_that_cannot_be_are_named(pair: str, words: str, ada: Badge) -> None:
+    """Catches: a traceback, a figure that is taken in silence, one that makes a mount nobody can use."""
+    with pytest.raises(MoireIdError, match=words):
+        plan_parts(ada, "clip", mount_figures([pair]))
+
+
+def test_a_figure_of_its_own_is_an_order(ada: Badge) -> None:
+    """Catches: an acrylic stack left out although its kerf was given, a printed mount that goes with it, and a
+    refusal that keeps one reason to itself."""
+    thin = replace(ada, lens=replace(ada.lens, thickness_mm=0.2, radius_mm=1.0))
+    assert plan_parts(thin, "clip").files == ("mount.step", "mount.stl", "mount.3mf", "stack.glb")
+    with pytest.raises(FabricationError, match="too thin for a frame"):
+        plan_parts(thin, "clip", mount_figures(["kerf_mm=0.1"]))
+    # A hook needs a slot of 3 mm: the printed clip is left out, the stack is made.
+    slotted = replace(MountFigures(), printed=MountProcess(slot_mm=(16.0, 2.0)))
+    parts = plan_parts(ada, "clip", slotted)
+    assert parts.printed == "none" and parts.files == ("acrylic.dxf", "acrylic.svg", "stack.glb")
+    assert "slot_mm of 8x3" in parts.left_out["printed"]
+    with pytest.raises(FabricationError, match="slot_mm of 8x3"):
+        plan_parts(ada, "clip", mount_figures(["slot_mm=16x2"]))
+    with pytest.raises(FabricationError, match=r"no mount can be made: printed, .* hook.*; in acrylic, .* too thin"):
+        plan_parts(thin, "clip", slotted)
+
+
+@pytest.mark.parametrize("figure", ["wall_mm=1", "printed.lip_reach_mm=0.7"])
+def test_least_figures_make_sound_solids(figure: str, tmp_path: Path) -> None:
+    """Catches: a chamfer that eats the corners of a thin wall, a spring that has no room below a short lip."""
+    badge = design_badge(Request("Fine", size_mm=(60.0, 66.0), range_m=(0.5, 0.7)), bytes(8))
+    report = write_mount(badge, tmp_path, process=mount_figures([figure]).printed)
+    assert trimesh.load_mesh(report.stl).is_watertight
+
+
+def test_slot_narrows_with_the_board(tmp_path: Path) -> None:
+    """Catches: a lanyard's tab wider than the board, or a board of 30 mm refused for a strap of 16 mm."""
+    badge = design_badge(Request("Tiny", size_mm=(30.0, 40.0), range_m=(0.3, 0.5)), bytes(8))
+    mesh = trimesh.load_mesh(write_mount(badge, tmp_path).stl)
+    tray = manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
+    # 30 mm less ten walls beside the slot, and two rims and clearances more.
+    slot = box((-9.0, 25.9, 9.0, 26.1), -1.0, -0.9)
+    assert 18.0 - (tray ^ slot).volume() / (0.2 * 0.1) == pytest.approx(30 - 20 + 4.6, abs=0.02)
+    assert mesh.bounds[1][0] == pytest.approx(15 + 2.3, abs=0.01)

@@ -1,0 +1,124 @@
+"""Hands, captions and moved markers on pictures of noise.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from moireid.badge import Badge
+from moireid_lab.bench.forgers.cases import Shoot, cases
+from moireid_lab.bench.forgers.edits import ShiftedMarkers, field_of, hand_over
+
+SCALE, LEFT, TOP, SIZE = 2.0, 60, 40, (720, 640)
+#: Page mm -> px, from before and a little turned.
+HOMOGRAPHY = np.array([[SCALE, 0.1, LEFT], [-0.05, SCALE, TOP], [1e-5, 0.0, 1.0]])
+STRAIGHT = np.array([[SCALE, 0.0, LEFT], [0.0, SCALE, TOP], [0.0, 0.0, 1.0]])
+FRAMES = 60
+NOISE = np.random.default_rng(1).integers(40, 216, SIZE).astype(np.uint8)
+#: Cases whose edit follows the badge.
+FOLLOWING = ("a hand over 60 % for 0.4 s", "a hand over 60 % for 1.5 s", "fingers over 15 %", "a caption over one row")
+FOLLOWING += ("a sticker",)
+
+
+def edited(badge: Badge, name: str, seed: int, frame: int) -> np.ndarray:
+    (case,) = [case for case in cases() if case.name == name]
+    edit = case.make(Shoot(badge, 1000.0, seed, FRAMES)).edit
+    assert edit is not None
+    return edit(frame, NOISE.copy(), HOMOGRAPHY)
+
+
+def rect(x0: float, y0: float, x1: float, y1: float, *, grown: int = 0, by: np.ndarray = HOMOGRAPHY) -> np.ndarray:
+    """Pixels within a rectangle on the page, grown by some."""
+    corners = np.array([[[x0, y0], [x1, y0], [x1, y1], [x0, y1]]], float)
+    mask = np.zeros(SIZE, np.uint8)
+    cv2.fillPoly(mask, np.round(cv2.perspectiveTransform(corners, by)).astype(np.int32), 1)
+    return cv2.dilate(mask, np.ones((2 * grown + 1,) * 2, np.uint8)).astype(bool)
+
+
+def markers_of(badge: Badge) -> np.ndarray:
+    half = badge.markers.size_mm / 2
+    return np.any([rect(x - half, y - half, x + half, y + half) for x, y in badge.markers.centers_mm], axis=0)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 7])
+@pytest.mark.parametrize("name", FOLLOWING)
+def test_what_lies_on_the_badge_covers_its_fringes_and_no_marker(ada, name, seed):
+    """Catches: a cover over markers, whose wrong pose would be blamed; one beside the badge, which spoils nothing."""
+    changed = np.any([edited(ada, name, seed, frame) != NOISE for frame in range(0, FRAMES, 4)], axis=0)
+    assert not changed[markers_of(ada)].any()
+    # A hand's edge is soft over 3 px.
+    field = rect(*field_of(ada), grown=4)
+    assert not changed[~field].any() and changed[field].mean() > 0.01
+
+
+@pytest.mark.parametrize(("name", "least", "most"), [(FOLLOWING[0], 0.5, 0.65), ("fingers over 15 %", 0.1, 0.2)])
+def test_the_cover_is_as_large_as_its_name_says(ada, name, least, most):
+    """Catches: a share of the width taken for one of the area, or of the page."""
+    field = rect(*field_of(ada))
+    covered = max(np.mean(edited(ada, name, 1, frame)[field] != NOISE[field]) for frame in range(FRAMES))
+    assert least < covered < most
+
+
+def test_a_sticker_hides_what_is_under_it(ada):
+    """Catches: a sticker that is see-through; one that stays in the picture where the badge moves."""
+    shown = edited(ada, "a sticker", 3, 0)
+    changed = shown != NOISE
+    box = cv2.boundingRect(changed.astype(np.uint8))
+    # 18 by 12 mm.
+    assert box[2] == pytest.approx(18 * SCALE, abs=4) and box[3] == pytest.approx(12 * SCALE, abs=4)
+    other = cv2.bitwise_not(NOISE)
+    (case,) = [case for case in cases() if case.name == "a sticker"]
+    edit = case.make(Shoot(ada, 1000.0, 3, FRAMES)).edit
+    over = edit(0, other, HOMOGRAPHY)
+    under = cv2.erode(changed.astype(np.uint8), np.ones((3, 3))).astype(bool)
+    assert under.sum() > 500 and np.array_equal(over[under], shown[under])
+    moved = np.array([[1.0, 0, 25], [0, 1, 10], [0, 0, 1]]) @ HOMOGRAPHY
+    at = cv2.boundingRect((edit(5, NOISE.copy(), moved) != NOISE).astype(np.uint8))
+    assert at[0] - box[0] == pytest.approx(25, abs=2) and at[1] - box[1] == pytest.approx(10, abs=2)
+
+
+def test_a_hand_comes_and_goes(ada):
+    """Catches: a hand that is there all film long, or is gone a frame early."""
+    edit = hand_over(ada, 0.6, start=20, frames=15)
+    there = [bool((edit(frame, NOISE.copy(), HOMOGRAPHY) != NOISE).any()) for frame in range(FRAMES)]
+    assert there == [20 <= frame < 35 for frame in range(FRAMES)]
+
+
+def test_a_subtitle_stays_in_the_picture(ada):
+    """Catches: letters that follow the badge, as a caption on it does."""
+    (case,) = [case for case in cases() if case.name == "a subtitle in the picture"]
+    edit = case.make(Shoot(ada, 1000.0, 1, FRAMES)).edit
+    here, there = edit(0, NOISE.copy(), HOMOGRAPHY), edit(9, NOISE.copy(), np.diag([3.0, 3.0, 1.0]))
+    assert np.array_equal(here, there) and (here != NOISE).any()
+
+
+def test_markers_move_apart_by_so_many_pixels_and_nothing_else_moves(ada):
+    """Catches: markers moved alike, which a pose follows; fringes moved with them; frames that were to be left."""
+    smooth = cv2.GaussianBlur(NOISE.astype(np.float32), (0, 0), 3).astype(np.uint8)
+    edit = ShiftedMarkers(ada, 2.0, lambda frame: frame == 4)
+    assert np.array_equal(edit(3, smooth, STRAIGHT), smooth)
+    moved = edit(4, smooth, STRAIGHT)
+    ways = []
+    for x, y in ada.markers.centers_mm:
+        half = 0.4 * ada.markers.size_mm
+        rows, columns = np.nonzero(rect(x - half, y - half, x + half, y + half, by=STRAIGHT))
+        part = slice(rows.min(), rows.max()), slice(columns.min(), columns.max())
+        fits = {
+            way: np.abs(np.roll(smooth, way, axis=1)[part].astype(int) - moved[part]).mean() for way in range(-3, 4)
+        }
+        ways.append(min(fits, key=fits.get))
+    assert ways == [2, -2, 2, -2]
+    field = rect(*field_of(ada), by=STRAIGHT)
+    assert np.array_equal(moved[field], smooth[field])
+
+
+def test_a_marker_at_the_picture_s_edge_is_moved_as_far_as_it_is_seen(ada):
+    """Catches: places left of the picture counted from its right end, or a crash where a marker is out of sight."""
+    x, y = ada.markers.centers_mm[0]
+    outside = np.array([[SCALE, 0, -SCALE * x + 5], [0, SCALE, -SCALE * y + 5], [0, 0, 1]])
+    moved = ShiftedMarkers(ada, 2.0, lambda frame: True)(0, NOISE.copy(), outside) != NOISE
+    reach = round(SCALE * 0.68 * ada.markers.size_mm) + 8
+    assert moved[:reach, :reach].mean() > 0.5
+    away = np.array([[SCALE, 0, 1e4], [0, SCALE, 1e4], [0, 0, 1]])
+    assert np.array_equal(ShiftedMarkers(ada, 2.0, lambda frame: True)(0, NOISE, away), NOISE)

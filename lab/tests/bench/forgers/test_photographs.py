@@ -1,0 +1,142 @@
+"""Photographs laid over a film, each a picture of one brightness.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from moireid.simulate.motion import Poses
+from moireid_lab.bench.forgers import photographs
+from moireid_lab.bench.forgers.photographs import Photographs, still
+
+FPS, FRAMES = 30.0, 60
+TIMES = np.arange(FRAMES) / FPS
+
+
+def motion(times_s: np.ndarray) -> Poses:
+    """Sideways by 0.4 of the distance each second, which grows from 800 to 1200 mm, and upward half as much."""
+    away = 800 + 400 * np.clip(times_s, 0, 59 / FPS) * FPS / 59
+    parallax = 0.4 * (times_s - 1)
+    return Poses(np.column_stack([parallax * away, parallax * away / 2, -away]), np.zeros((len(times_s), 3, 3)))
+
+
+CAMERA = motion(TIMES).camera_mm
+PARALLAX = 0.4 * (TIMES - 1)
+
+
+@pytest.fixture
+def taken(monkeypatch: pytest.MonkeyPatch):
+    """Photographs whose coded brightness is a figure of the place that they were taken from; the places."""
+    places: list[np.ndarray] = []
+
+    def using(figure):
+        class Flat:
+            def __init__(self, scene, px_per_mm):
+                pass
+
+            def picture(self, place_mm):
+                places.append(place_mm)
+                return np.full((20, 40), figure(place_mm) ** 2, np.float32)
+
+        monkeypatch.setattr(photographs, "SquaredUp", Flat)
+        return places
+
+    return using
+
+
+def shown(made: Photographs, badge=None) -> np.ndarray:
+    """Coded brightness of the whole picture, (T, rows, columns)."""
+    film = made.shown(SimpleNamespace(badge=badge), motion, CAMERA, FPS)
+    return np.array([np.sqrt(film.picture(frame)) for frame in range(FRAMES)])
+
+
+def along_x(place_mm: np.ndarray) -> float:
+    return 2 + float(place_mm[0] / abs(place_mm[2]))
+
+
+@pytest.mark.parametrize("count", [2, 5, 12])
+def test_two_photographs_are_cross_faded_by_parallax_in_coded_brightness(taken, count):
+    """Catches: a fade in light, which is darker between; shares exchanged; a table by time."""
+    places = taken(along_x)
+    seen = shown(Photographs(count))[:, 3, 3]
+    # A figure that is linear in parallax is made good by linear fading.
+    assert seen == pytest.approx(2 + PARALLAX, abs=1e-5)
+    tangents = np.array([place[:2] / abs(place[2]) for place in places])
+    assert tangents[:, 0] == pytest.approx(np.linspace(PARALLAX.min(), PARALLAX.max(), count))
+    assert tangents[:, 1] == pytest.approx(tangents[:, 0] / 2)
+    # Taken from the course's mean distance.
+    assert -np.array(places)[:, 2] == pytest.approx(np.full(count, -CAMERA[:, 2].mean()))
+
+
+def test_without_fading_the_nearest_is_shown(taken):
+    """Catches: the photograph before, which is half a step late on the way."""
+    taken(along_x)
+    seen = shown(Photographs(5, blend=False))[:, 0, 0] - 2
+    nodes = np.linspace(PARALLAX.min(), PARALLAX.max(), 5)
+    assert np.abs(seen[:, None] - nodes).min(axis=1) == pytest.approx(np.zeros(FRAMES), abs=1e-5)
+    assert np.abs(seen - PARALLAX).max() <= np.diff(nodes)[0] / 2 + 1e-5
+
+
+def test_a_late_picture_is_that_of_the_course_before(taken):
+    """Catches: a delay in frames for seconds, or the wrong way."""
+    taken(along_x)
+    seen = shown(Photographs(30, late_s=0.1))[:, 0, 0]
+    assert seen[10:] == pytest.approx(2 + PARALLAX[10:] - 0.04, abs=1e-5)
+
+
+def test_from_another_distance_parallax_is_what_fits(taken):
+    """Catches: photographs chosen by place in millimetres, which fit no other distance."""
+    places = taken(along_x)
+    assert shown(Photographs(6, distance_mm=1400.0))[:, 0, 0] == pytest.approx(2 + PARALLAX, abs=1e-5)
+    assert {round(-place[2]) for place in places} == {1400}
+
+
+def test_of_two_distances_the_nearer_shows_the_near_view(taken):
+    """Catches: near and far exchanged, a share by distance where the fringes' spacing goes with one over it."""
+    places = taken(lambda place_mm: 1000 / abs(place_mm[2]))
+    seen = shown(Photographs(3, distances=2))[:, 0, 0]
+    assert sorted({round(-place[2]) for place in places}) == [800, 1200] and len(places) == 6
+    assert seen == pytest.approx(1000 / np.abs(CAMERA[:, 2]), abs=1e-5)
+    nearest = shown(Photographs(3, distances=2, blend=False))[:, 0, 0]
+    assert sorted({round(float(value), 4) for value in nearest}) == [0.8333, 1.25]
+    assert nearest[0] == pytest.approx(1.25) and nearest[-1] == pytest.approx(1 / 1.2)
+    alone = shown(Photographs(3))[:, 0, 0]
+    assert np.ptp(alone) < 1e-6
+
+
+def test_grating_by_grating_each_is_from_the_photographs_of_its_own_axis(taken):
+    """Catches: the region of one grating pasted over the other, rows for columns, a y grating chosen by x."""
+    badge = SimpleNamespace(
+        outline_mm=(10.0, 5.0, 50.0, 25.0),
+        gratings=(
+            SimpleNamespace(axis="x", rect_mm=(12.0, 7.0, 28.0, 23.0)),
+            SimpleNamespace(axis="y", rect_mm=(32.0, 7.0, 48.0, 23.0)),
+        ),
+    )
+    taken(lambda place_mm: 2 + float(place_mm[1] / abs(place_mm[2])))
+    # The course goes along a curve: sideways evenly, upward by its square.
+    curved = CAMERA.copy()
+    curved[:, 1] = PARALLAX**2 * np.abs(CAMERA[:, 2])
+
+    def course(times_s: np.ndarray) -> Poses:
+        return Poses(curved, np.zeros((FRAMES, 3, 3)))
+
+    film = Photographs(40, by_grating=True).shown(SimpleNamespace(badge=badge), course, curved, FPS)
+    for frame in (0, 20, 45):
+        picture = np.sqrt(film.picture(frame))
+        # Pictures of 1 px to the mm: the y grating at rows 2 to 18, columns 22 to 38.
+        assert picture[2:18, 22:38] == pytest.approx(2 + PARALLAX[frame] ** 2, abs=1e-4)
+        share = (PARALLAX[frame] - PARALLAX.min()) / np.ptp(PARALLAX)
+        diagonal = 2 + share * (PARALLAX**2).max()
+        for other in (picture[:2], picture[18:], picture[:, :22], picture[:, 38:]):
+            assert other == pytest.approx(diagonal, abs=2e-3)
+
+
+def test_a_still_picture_is_one_and_the_same(taken):
+    """Catches: a picture that is taken again from where the camera is."""
+    places = taken(along_x)
+    film = still(np.array([0.0, 0.0, -1000.0]))(SimpleNamespace(badge=None), motion, CAMERA, FPS)
+    assert film.picture(0) is film.picture(50) and len(places) == 1
+    assert film.camera_mm.shape == CAMERA.shape and not film.camera_mm[:, :2].any()

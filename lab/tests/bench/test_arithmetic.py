@@ -1,0 +1,181 @@
+"""The benches' own arithmetic, on rows made of numbers.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from moireid.cli.main import moireid
+from moireid.errors import MoireIdError
+from moireid.result_cache import kept_rows
+from moireid_lab.archive.isolated import Lost
+from moireid_lab.archive.worker import Done
+from moireid_lab.bench import rows
+from moireid_lab.bench.identity import suite as identity
+from moireid_lab.bench.identity.matching import WORD, matching_figures
+from moireid_lab.bench.identity.shorter import shorter_figures
+from moireid_lab.bench.output import PLOTS, TABLES
+from moireid_lab.bench.stability import suite as stability
+from moireid_lab.commands.bench_cmd import bench_command
+
+
+def row_of(rng: np.random.Generator, spread: float, payload: bytes | None = None) -> dict:
+    payload = payload or rng.bytes(8)
+    errors = rng.normal(0, spread, 4 * WORD.word_bytes)
+    shorter = [
+        {"frames": 30, "measure_s": 0.1, "identity_s": 0.05, "cells_wrong": 0.5, "soft": True, "hard": None},
+        {"frames": 60, "measure_s": 0.2, "identity_s": 0.06, "cells_wrong": 0.0, "soft": True, "hard": False},
+    ]
+    return {
+        "payload": payload.hex(),
+        "verdict": "accept",
+        "read": True,
+        "wrong": False,
+        "tracked": 240,
+        "corrected": 0,
+        "phase_error_rad": errors.tolist(),
+        "phase_sd_rad": [0.1] * len(errors),
+        "cells_wrong": 1,
+        "correlation": 0.99,
+        "gain": 1.01,
+        "identity_s": 0.1,
+        "as_built": None,
+        "beat_error": 0.001,
+        "shorter": shorter,
+    }
+
+
+def test_rows_that_are_kept_are_not_filmed_again(tmp_path, monkeypatch, rng):
+    """Catches: a run that begins anew, rows of other clips taken, a line that was cut off taken for the end."""
+    clips = [clip for _, clip in identity._jobs(1, 0)]
+    kept = tmp_path / "clips.jsonl"
+    rows = [row_of(rng, 0.05) for _ in clips]
+    lines = [json.dumps({"key": identity._key(clip), "row": row}) for clip, row in zip(clips, rows, strict=True)]
+    kept.write_text("\n".join([*lines[:3], lines[0][:40], *lines[3:]]) + "\n", encoding="utf-8")
+    monkeypatch.setattr(identity, "read_clip", None)
+    assert identity._read_all(clips, kept, lambda done, of: None) == rows
+
+
+def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
+    """Catches: rows out of order, rows thrown away with one that was lost, a lost one that holds as a row, a step that
+    is not told.
+    """
+    lost = {"b"}
+
+    def backwards(work, tasks, **_):
+        for place, task in reversed(list(enumerate(tasks))):
+            (job,) = task.jobs
+            yield place, Done((Lost("gone", 1.0, "crash") if job in lost else work(job),), "here")
+
+    monkeypatch.setattr(rows, "run_tasks", backwards)
+    steps: list[int] = []
+    kept, jobs = tmp_path / "kept.jsonl", [(f"key {name}", name) for name in "abc"]
+
+    def made() -> list[dict]:
+        steps.clear()
+        given = {"kept": kept, "where": rows.Where(), "step": lambda: steps.append(1)}
+        return rows.made_rows(lambda name: {"name": name}, jobs, **given)
+
+    with pytest.raises(MoireIdError, match="gone; run again"):
+        made()
+    assert list(kept_rows(kept)) == ["key c"]
+    lost.clear()
+    assert [row["name"] for row in made()] == ["a", "b", "c"] and len(steps) == 3
+    refused = CliRunner().invoke(moireid, ["bench", "fabricate", "--out", str(tmp_path / "out"), "--workers", "2"])
+    assert refused.exit_code == 2 and "leave out --workers" in refused.stderr and not (tmp_path / "out").exists()
+
+
+def test_every_suite_of_the_command_has_its_table_and_plots():
+    """Catches: a suite that ends in a KeyError once its films are made; a table that no command prints."""
+    (suite,) = [one for one in bench_command.params if one.name == "suite"]
+    assert set(suite.type.choices) == set(TABLES) == set(PLOTS)
+
+
+def test_every_clip_of_a_bench_has_chance_of_its_own():
+    """Catches: one payload or motion for all, a seed that shifts with the number of clips, the copy built as the
+    original is.
+    """
+    few, many = identity._jobs(2, 0), identity._jobs(3, 0)
+    assert many[: len(few)] == few and identity._jobs(2, 1) != few
+    payloads = [clip.payload for name, clip in many if name not in ("original", "copy")]
+    assert len(set(payloads)) == len(payloads) and len({clip.motion_seed for _, clip in many}) == len(many)
+    by_kind = {name: clip for name, clip in few if name in ("enrolled", "original", "copy")}
+    assert by_kind["original"].build_seed == by_kind["enrolled"].build_seed == by_kind["copy"].build_seed
+    assert by_kind["original"].assembly_seed is None and by_kind["copy"].assembly_seed is not None
+
+
+@pytest.mark.parametrize(("spread", "missed"), [(0.05, False), (1.2, True)])
+def test_rates_are_those_of_the_rows(spread, missed, rng):
+    """Catches: claims that hold the badge's own payload, halves that are mixed, an error model that flatters."""
+    groups = {"64 bits, 3 m": [row_of(rng, spread) for _ in range(12)], "128 bits, 2 m": [row_of(rng, 9.0)]}
+    found = matching_figures(groups, quick=True, seed=0)
+    assert found["failure_to_acquire"]["films"] == 12 and found["scores"]["comparisons"] == 6 * 2000
+    assert found["scores"]["impostor_greatest"] < 0.5 and found["scores"]["fmr"] == 0.0
+    tails = {tail["model"]: tail["other_films"] for tail in found["model"]["tails"]}
+    assert tails[0.5] == pytest.approx(0.5, abs=0.08) and tails[0.01] < 0.04
+    at_films = [row for row in found["decoding"] if row["factor"] == 1.0]
+    assert all((row["fnmr"] > 0.5) == missed for row in at_films) and all(row["fmr"] == 0 for row in at_films)
+    assert found["issued"]["least_distance_bytes"] >= found["issued"]["promised_bytes"]
+    assert found["undetected"]["random"] == found["undetected"]["one_error_too_many"] == 0
+
+
+def test_error_against_length_counts_soft_and_hard_apart(rng):
+    """Catches: payloads that were not read counted as read, medians of seconds shown as milliseconds."""
+    rows = shorter_figures({"64 bits, 1 m": [row_of(rng, 0.05) for _ in range(3)]})
+    assert [(row["frames"], row["soft_read"], row["hard_read"], row["wrong_payloads"]) for row in rows] == [
+        (30, 1.0, 0.0, 0),
+        (60, 1.0, 0.0, 3),
+    ]
+    assert rows[0]["measure_ms"] == pytest.approx(100) and rows[1]["identity_ms"] == pytest.approx(60)
+
+
+def test_a_stiff_case_is_wrong_where_it_names_another_or_rejects_a_true_badge():
+    """Catches: a wrong identity excused as a rejection; a true badge's rejection called unreadable."""
+    badge = SimpleNamespace(id="aa")
+
+    def outcome(verdict: str, decoded: str | None, beat: float = 1.0) -> str:
+        report = SimpleNamespace(verdict=verdict, identity=SimpleNamespace(decoded_id=decoded))
+        return stability.outcome_of(report, badge, beat)  # type: ignore[arg-type]
+
+    assert outcome("accept", "aa") == "right" and outcome("inconclusive", "aa") == "right"
+    assert outcome("inconclusive", None) == "unreadable"
+    assert outcome("reject", "aa") == outcome("reject", None) == outcome("accept", "bb") == "wrong"
+    assert outcome("reject", None, beat=-1.0) == "refused" and outcome("reject", "bb", beat=-1.0) == "wrong"
+    assert len({case.name for case in stability.cases()}) == len(stability.cases())
+
+
+@pytest.mark.parametrize("name", ["twist 0.3 degrees", "print contrast 2 %"])
+def test_stiff_cases_are_right_or_say_why_not(name):
+    """Catches: a suite that films something else than it says; an unreadable film without a reason."""
+    (case,) = [case for case in stability.cases() if case.name == name]
+    row = stability.read_case(case, 0, 75)
+    assert row["outcome"] == ("right" if "twist" in name else "unreadable")
+    assert row["why"] or row["verdict"] == "accept"
+    assert case.name in TABLES["stability"]({"rows": [row]})
+
+
+@pytest.mark.slow
+def test_the_fabricate_suite_writes_its_table(tmp_path):
+    """Catches: a suite that no command runs; figures that JSON cannot hold."""
+    outcome = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path), "--json"])
+    assert outcome.exit_code == 0, outcome.output
+    document = json.loads(outcome.stdout)
+    assert {row["form"] for row in document["pages"]} == {"dots", "vector"}
+    rows = document["mount_extremes"]
+    assert {row["outcome"] for row in rows} == {"whole", "printed", "refused"} and sum(
+        row["built"] for row in rows
+    ) == 1
+    assert "board 30x40 mm" in TABLES["fabricate"](document)
+    assert all(row["poppler"]["read"] == row["poppler"]["badges"] == 2 for row in document["pages"])
+    assert not [row for row in document["page_extremes"] if row["outcome"] == "wrong"]
+    coarse, usual = document["mounts"]
+    assert usual["default"] and not coarse["default"]
+    assert usual["chord_error_mm"] < 0.005 < coarse["chord_error_mm"] and usual["triangles"] > coarse["triangles"]
+    assert document["calibration"]["read"] == 2 and "photographs" in TABLES["fabricate"](document)
+    assert (tmp_path / "fabricate.json").exists() and (tmp_path / "fabricate.svg").stat().st_size > 1000
+    again = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path)])
+    assert again.exit_code == 2 and "--overwrite" in again.stderr

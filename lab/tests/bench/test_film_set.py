@@ -1,0 +1,211 @@
+"""Sets of films from a plan.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from kit.in_place import in_place
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid.cli.simulate_cmd import simulate_command
+from moireid.errors import SpecError
+from moireid.simulate.wish import Wish
+from moireid_lab.bench import film_set
+from moireid_lab.commands.film_set_cmd import read_plan
+from moireid_lab.evaluation.manifest import read_manifest
+
+PLAN = "badge,name,group,motion,distance,frames,forge,mirror,leave-out,seed\n"
+FILMS = "ada.json,true,near,course.csv,1.0,3,,,,4\nada.json,,,sway,2.0,4,drift,yes,background shutter,5\n"
+
+
+@pytest.fixture
+def plan(tmp_path: Path, ada: Badge) -> Path:
+    (tmp_path / "ada.json").write_text(ada.to_json())
+    times = np.arange(0, 3, 0.1)
+    rows = [f"{t:.1f},{20 * t:.2f},0,-1000,0,0,0,1" for t in times]
+    (tmp_path / "course.csv").write_text("t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n" + "\n".join(rows))
+    (tmp_path / "plan.csv").write_text(PLAN + FILMS)
+    return tmp_path / "plan.csv"
+
+
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Films made in this process: one test below has them made by the engine."""
+    monkeypatch.setattr(film_set, "run_tasks", in_place)
+
+
+def ran(*words: str | Path) -> Result:
+    return CliRunner().invoke(moireid, [str(word) for word in words], standalone_mode=False)
+
+
+@pytest.mark.slow
+def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_reads(plan: Path, tmp_path: Path):
+    """Catches: a column that is read and not handed on, a course that the worker cannot find, a label that is wrong."""
+    made = ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1", "--json")
+    assert made.exit_code == 0, made.output
+    one = ["--motion", tmp_path / "course.csv", "--distance", "1.0", "--frames", "3", "--seed", "4"]
+    other = [
+        "--motion",
+        "sway",
+        "--distance",
+        "2.0",
+        "--frames",
+        "4",
+        "--forge",
+        "drift",
+        "--mirror",
+        "--seed",
+        "5",
+        "--leave-out",
+        "background",
+        "--leave-out",
+        "shutter",
+    ]
+    for name, options in (("true", one), ("0002", other)):
+        alone = tmp_path / f"{name}.mp4"
+        assert ran("simulate", tmp_path / "ada.json", "--out", alone, *options).exit_code == 0
+        for suffix in (".mp4", ".mp4.truth.csv"):
+            assert (tmp_path / "set" / f"{name}{suffix}").read_bytes() == (tmp_path / f"{name}{suffix}").read_bytes()
+    entries = read_manifest(tmp_path / "set" / "films.csv").entries
+    assert [(one.name, one.label, one.group) for one in entries] == [
+        ("true.mp4", "genuine", "near"),
+        ("0002.mp4", "forged:drift", "forged:drift"),
+    ]
+    assert all(one.claimed.badge.name == "Ada Lovelace" for one in entries)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("here")
+def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path, tmp_path: Path):
+    """Catches: films made again that are there; films kept that the plan now asks for otherwise."""
+    folder = tmp_path / "set"
+    command = ("film-set", plan, "--out", folder, "--workers", "1")
+    assert ran(*command).exit_code == 0
+    before = {path.name: path.stat().st_ino for path in folder.glob("*.mp4")}
+    (folder / "0002.mp4").unlink()
+    (folder / "0002.mp4.truth.csv").unlink()
+    (folder / "films.csv").unlink()
+    assert ran(*command).exit_code == 0
+    assert (folder / "true.mp4").stat().st_ino == before["true.mp4"] and (folder / "films.csv").exists()
+    plan.write_text(PLAN + FILMS.replace("drift", "reversed"))
+    refused = ran(*command)
+    assert refused.exit_code == 2 and "0002.mp4.truth.csv exists already" in refused.output
+    assert ran(*command, "--overwrite").exit_code == 0
+    with (folder / "films.csv").open() as file:
+        assert [row["label"] for row in csv.DictReader(file)] == ["genuine", "forged:reversed"]
+    assert (folder / "true.mp4").stat().st_ino == before["true.mp4"]
+    # The plan as it was at first: the film of that name is another one now.
+    plan.write_text(PLAN + FILMS)
+    assert "0002.mp4.truth.csv exists already" in ran(*command).output
+    assert ran(*command, "--overwrite").exit_code == 0 and "forged:drift" in (folder / "films.csv").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("here")
+def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_path: Path):
+    """Catches: half a film that is taken for one; a truth without its film that stands in the way for ever."""
+    folder = tmp_path / "set"
+    command = ("film-set", plan, "--out", folder, "--workers", "1")
+    assert ran(*command).exit_code == 0
+    whole = (folder / "true.mp4").read_bytes()
+    (folder / "true.mp4").unlink()
+    assert ran(*command).exit_code == 0 and (folder / "true.mp4").read_bytes() == whole
+    (folder / "true.mp4").write_bytes(b"")
+    assert "true.mp4 exists already" in ran(*command).output
+    (folder / "true.mp4").write_bytes(whole)
+    (folder / "true.mp4.truth.csv").unlink()
+    assert ran(*command).exit_code == 0 and (folder / "true.mp4.truth.csv").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("here")
+def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
+    """Catches: badges of a set written over those of its plan."""
+    (tmp_path / "badge-1.json").write_text(ada.to_json().replace("Ada", "Eva"))
+    (tmp_path / "badge-2.json").write_text(ada.to_json())
+    plan.write_text("badge,frames\nbadge-2.json,2\nbadge-1.json,2\n")
+    assert ran("film-set", plan, "--out", tmp_path, "--workers", "1").exit_code == 0
+    assert "Eva" in (tmp_path / "badge-1.json").read_text() and "Ada" in (tmp_path / "badge-2.json").read_text()
+    names = [one.claimed.badge.name for one in read_manifest(tmp_path / "films.csv").entries]
+    assert names == ["Ada Lovelace", "Eva Lovelace"]
+
+
+@pytest.mark.usefixtures("here")
+def test_a_film_that_cannot_be_made_is_told_and_the_others_are_kept(plan: Path, tmp_path: Path):
+    """Catches: a fault of one film that ends the run; a list that lacks it without a word."""
+    plan.write_text(
+        "badge,motion,distance,frames\nada.json,linear,1,2\nada.json,course.csv,0.2,60\nada.json,sway,1,2\n"
+    )
+    through = "\n".join(f"{t / 4},0,0,{-1000 + 1500 * (t == 2)},0,0,0,1" for t in range(5))
+    (tmp_path / "course.csv").write_text("t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n" + through)
+    told = ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1")
+    assert told.exit_code == 2 and "1 of 3 films cannot be made, first 0002 (the camera touches" in told.output
+    assert sorted(path.name for path in (tmp_path / "set").glob("*.mp4")) == ["0001.mp4", "0003.mp4"]
+    assert not (tmp_path / "set" / "films.csv").exists()
+    (tmp_path / "set" / "films.csv").write_text("an older list")
+    assert ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1").exit_code == 2
+    assert not (tmp_path / "set" / "films.csv").exists()
+
+
+def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan: Path):
+    """Catches: an option that comes to `simulate` and is forgotten here; a default that differs."""
+    # As a spreadsheet writes it, with a mark at its beginning and an empty column.
+    plan.write_bytes(b"\xef\xbb\xbfbadge,\r\nada.json,\r\n")
+    assert read_plan(plan)[0].wish == Wish()
+    told = {"out", "overwrite", "json", "explain"}
+    options = [opt[2:] for one in simulate_command.params for opt in one.opts if opt.startswith("--")]
+    cells = {
+        "motion": "sway",
+        "mirror": "yes",
+        "leave-out": "page",
+        "error": "0.1",
+        "blur": "1",
+        "light": "lamp",
+        "forge": "late",
+        "codec": "av1",
+        "crf": "30",
+        "recipe": "chat",
+        "camera": "dim",
+        "sheet": "thin",
+        "format": "1280x720@24",
+        "effect": "zoom",
+        "backend": "mitsuba",
+    }
+    columns = [name for name in options if name not in told]
+    plan.write_text(f"badge,{','.join(columns)}\nada.json,{','.join(cells.get(name, '9') for name in columns)}\n")
+    wish = read_plan(plan)[0].wish
+    assert all(getattr(wish, name) != getattr(Wish(), name) for name in Wish.__dataclass_fields__)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "names no badge"),
+        ("badge\n", "names no film"),
+        ("motion\nsway\n", "names no badge"),
+        ("badge,colour\nada.json,red\n", "a column 'colour'"),
+        ("badge,motion\n,sway\n", "line 2"),
+        ("badge,motion\nada.json,wild\n", "line 2 of"),
+        ("badge,seed\nada.json,x\n", "'--seed'"),
+        ("badge,mirror\nada.json,perhaps\n", "write yes"),
+        ("badge,name\nada.json,../up\n", "no name for a file"),
+        ("badge,name\nada.json,a::b\n", "no name for a file"),
+        ("badge,motion\nada.json,s\0y\n", "holds a NUL"),
+        ("badge,name\nada.json," + 90 * "映" + "\n", "no name for a file"),
+        ("badge,name\nada.json,A\nada.json,a\n", "2 films 'a'"),
+        ("badge\nada.json,1\n", "2 cells"),
+        ("badge,motion\nada.json,gone.csv\n", "gone.csv cannot be read"),
+        ("badge\nnobody.json\n", "nobody.json"),
+        ("badge,forge\nada.json,--out=x\n", "line 2"),
+    ],
+)
+def test_a_plan_that_cannot_be_used_names_its_line(plan: Path, text: str, words: str):
+    """Catches: a traceback, or films made of half a plan."""
+    plan.write_text(text)
+    with pytest.raises(SpecError, match=".*" + words.replace("(", r"\(")):
+        read_plan(plan)

@@ -1,0 +1,242 @@
+"""Rows of a collection: kept in Parquet as they come, gone on with after a break, made anew where something changed."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import psutil
+import pyarrow as pa
+import pyarrow.dataset as ds
+import pyarrow.parquet as pq
+import pytest
+
+import moireid
+from kit.film_stubs import notes, score
+from kit.places import TESTS
+from moireid.badge import Badge
+from moireid.errors import SpecError
+from moireid_lab.archive import parts as parts_of
+from moireid_lab.archive.engine import Task
+from moireid_lab.archive.isolated import Fault, Limits, Lost
+from moireid_lab.archive.parts import Parts
+from moireid_lab.archive.worker import Done
+from moireid_lab.commands import rate
+from moireid_lab.evaluation import collect as collecting
+from moireid_lab.evaluation.collect import Scored, collect
+from moireid_lab.evaluation.columns import COLUMNS
+from moireid_lab.evaluation.manifest import read_manifest
+from moireid_lab.evaluation.rows import PASSING, Job, failed_row, score_film
+
+QUICK = Limits(seconds=20.0, memory_mb=1500)
+BOTH = ("moireid", "published")
+
+
+def manifest_of(folder: Path, *films: tuple[str, str], label: str = "genuine") -> Path:
+    """A manifest of films whose words say what the stub does with them (`film_stubs.score`)."""
+    path = folder / "films.csv"
+    lines = ["video,label,claim,group"]
+    for name, words in films:
+        if not (folder / name).exists() or (folder / name).read_text() != f"{folder / 'log'} {words}":
+            (folder / name).write_text(f"{folder / 'log'} {words}")
+        lines.append(f"{name},{label},,")
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def lost(monkeypatch: pytest.MonkeyPatch) -> dict[str, Fault]:
+    """The engine's place taken by this process, which loads the verifier once; what films are lost to, by name."""
+    faults: dict[str, Fault] = {}
+
+    def do(work: Callable[..., Any], tasks: Sequence[Task], **_: Any) -> Iterator[tuple[int, Done]]:
+        for place, task in enumerate(tasks):
+            fault = faults.get(Path(str(task.film)).name)
+            found = tuple(work(job, task.film) for job in task.jobs)
+            yield place, Done(tuple(Lost("gone", 1.0, fault) if fault else one for one in found), "fake")
+
+    monkeypatch.setattr(collecting, "run_tasks", do)
+    return faults
+
+
+def run(manifest: Path, badge: Badge, pipelines: tuple[Any, ...] = ("moireid",), **options: Any) -> list[Scored]:
+    """Score by the stub, into `results` beside the manifest; one worker if nothing else is said."""
+    entries = read_manifest(manifest, badge=badge).entries
+    given = {"workers": 1, "limits": QUICK, "work": score} | options
+    return collect(entries, pipelines, kept=manifest.parent / "results", **given)
+
+
+def begun(folder: Path) -> list[str]:
+    """Films with their pipelines as they were begun since the last call."""
+    found = [f"{line[1]} {line[2]}" for line in notes(folder / "log")]
+    (folder / "log").unlink(missing_ok=True)
+    return sorted(found)
+
+
+def table_of(folder: Path) -> list[dict[str, Any]]:
+    """The results as any program reads them."""
+    return ds.dataset(folder / "results", format="parquet").to_table().to_pylist()
+
+
+def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge, ada: Badge, lost: dict[str, Fault]):
+    """Catches: films scored twice, another film's, claim's or program's row taken, a fault that is tried for ever or
+    never, old rows beside new ones.
+    """
+
+    def stop(*told: int) -> None:
+        raise KeyboardInterrupt
+
+    films = (("a.txt", "0 aa"), ("b.txt", "0 bb"), ("c.txt", "0 unreadable cc"))
+    manifest = manifest_of(tmp_path, *films)
+    lost["b.txt"] = "crash"
+    with pytest.raises(KeyboardInterrupt):
+        run(manifest, prototype, BOTH, progress=stop)
+    assert begun(tmp_path) == ["a.txt moireid", "a.txt published"] and len(table_of(tmp_path)) == 2
+    told: list[tuple[int, ...]] = []
+    scored = run(manifest, prototype, BOTH, progress=lambda *figures: told.append(figures))
+    assert begun(tmp_path) == [f"{name}.txt {pipeline}" for name in "bc" for pipeline in BOTH]
+    assert told == [(2, 3, 1, 1), (3, 3, 2, 1)]
+    rows = {(one.entry.name, one.pipeline): one.row for one in scored}
+    assert [rows[name, "moireid"]["fault"] for name in ("a.txt", "b.txt", "c.txt")] == [None, "crash", "film"]
+    assert rows["a.txt", "published"]["score"] == 3.0 and rows["b.txt", "moireid"]["verdict"] == "failed"
+    # Labelled anew, nothing is scored anew; asked to try again, only what the film's own content does not say.
+    assert run(manifest_of(tmp_path, *films, label="forged"), prototype, BOTH)[0].row == rows["a.txt", "moireid"]
+    assert begun(tmp_path) == []
+    run(manifest, prototype, BOTH, retry=True)
+    assert begun(tmp_path) == ["b.txt moireid", "b.txt published"]
+    # A film that changed replaces its rows; another claim's stand beside them.
+    run(manifest_of(tmp_path, ("a.txt", "0 more aaa"), *films[1:]), prototype, BOTH)
+    assert begun(tmp_path) == ["a.txt moireid", "a.txt published"] and len(table_of(tmp_path)) == 6
+    run(manifest, ada)
+    assert begun(tmp_path) == ["a.txt moireid", "b.txt moireid", "c.txt moireid"] and len(table_of(tmp_path)) == 9
+
+
+def test_a_fault_that_may_pass_is_tried_by_the_next_run(tmp_path: Path, prototype: Badge, lost: dict[str, Fault]):
+    """Catches: a film that could not be fetched for an hour left out for ever, a fault of ours kept for good."""
+    manifest = manifest_of(tmp_path, *((f"{fault}.txt", f"0 {fault}") for fault in PASSING))
+    lost |= {f"{fault}.txt": fault for fault in PASSING}
+    assert all(one.row["again"] and one.row["error"] == "gone" for one in run(manifest, prototype))
+    lost.clear()
+    assert [one.row["score"] for one in run(manifest, prototype)] == [3.0] * 3
+    assert [row["fault"] for row in table_of(tmp_path)] == [None] * 3
+
+
+def test_one_film_under_two_names_is_refused(tmp_path: Path, prototype: Badge, lost: dict[str, Fault]):
+    """Catches: a film that counts twice, rows thrown away with the refusal."""
+    manifest = manifest_of(tmp_path, ("a.txt", "0 aa"), ("b.txt", "0 aa"))
+    with pytest.raises(SpecError, match=r"lines 2 and 3 list one film with one claim \('a.txt' and 'b.txt'\)"):
+        run(manifest, prototype)
+    assert len(begun(tmp_path)) == 2 == len(table_of(tmp_path))
+    manifest.write_text("video,label,claim,group\na.txt,genuine,,\n./a.txt,forged,,\na.txt,forged,,\n")
+    with pytest.raises(SpecError, match="lines 2 and 3 list one film"):
+        run(manifest, prototype)
+    assert begun(tmp_path) == []
+
+
+def test_results_can_be_read_at_any_time_of_a_run(
+    tmp_path: Path, prototype: Badge, lost: dict[str, Fault], monkeypatch
+):
+    """Catches: a part seen half written, a row seen twice, a row that was seen and goes, columns that differ."""
+    monkeypatch.setattr(parts_of, "ROWS_A_PART", 4)
+    films = [(f"f{k}.txt", f"0.02 {k}") for k in range(14)]
+    seen: list[int] = []
+    ended = threading.Event()
+
+    def read() -> None:
+        while not ended.is_set():
+            if (tmp_path / "results").exists():
+                keys = [row["key"] for row in table_of(tmp_path)]
+                assert len(set(keys)) == len(keys)
+                seen.append(len(keys))
+            time.sleep(0.002)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    try:
+        run(manifest_of(tmp_path, *films), prototype, BOTH)
+    finally:
+        ended.set()
+        reader.join()
+    assert seen == sorted(seen) and len(set(seen)) > 5
+    files = sorted((tmp_path / "results").iterdir())
+    assert len(files) == 7 and len(table_of(tmp_path)) == 28
+    schema = pq.read_schema(files[0])
+    assert schema.names == list(COLUMNS) and schema.field("score").type == pa.float64()
+    assert {name: schema.field(name).metadata[b"description"].decode() for name in COLUMNS} == {
+        name: told for name, (_, told) in COLUMNS.items()
+    }
+
+
+def test_how_far_and_how_fast_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """Catches: rows of an earlier run counted as this one's speed, talk on stdout, a bar's signs in a log."""
+    monkeypatch.setattr(rate, "LINE_S", 0.0)
+    now = iter([10.0, *[12.0] * 3, *[20.0] * 9])
+    monkeypatch.setattr(rate, "time", SimpleNamespace(monotonic=lambda: next(now)))
+    with rate.film_rate() as step:
+        step(103, 200, 1, 100)
+        step(110, 200, 2, 100)
+    said = capsys.readouterr()
+    assert not said.out and said.err.splitlines() == [
+        "103 of 200 films: 1.50 films/s, 97 left, 1 failed",
+        "110 of 200 films: 1.00 films/s, 90 left, 2 failed",
+        "10 films in 10 s: 1.00 films/s, 90 left, 2 failed",
+    ]
+
+
+def test_parts_that_are_none_are_refused(tmp_path: Path):
+    """Catches: a traceback of another package; a foreign table taken for rows."""
+    (tmp_path / "part-x.parquet").write_bytes(b"PAR1 no")
+    with pytest.raises(SpecError, match=r"part-x.parquet cannot be read"):
+        Parts(tmp_path, COLUMNS).rows()
+    pq.write_table(pa.table({"a": [1]}), tmp_path / "part-x.parquet")
+    with pytest.raises(SpecError, match="holds no rows of moireid"):
+        Parts(tmp_path, COLUMNS).rows()
+
+
+@pytest.mark.slow
+def test_a_run_that_is_killed_loses_no_finished_row(tmp_path: Path, prototype: Badge):
+    """Catches: rows held back in memory, a run that begins anew, children that outlive it and work on."""
+    manifest = manifest_of(tmp_path, *((f"f{k}.txt", f"0.15 {k}") for k in range(12)))
+    (tmp_path / "badge.json").write_text(prototype.to_json())
+    code = (
+        "import sys; sys.path[:0] = sys.argv[3:]\n"
+        "from pathlib import Path\n"
+        "from test_collect import run\n"
+        "from moireid.badge import load_badge\n"
+        "if __name__ == '__main__': run(Path(sys.argv[1]), load_badge(Path(sys.argv[2])))"
+    )
+    paths = [str(Path(moireid.__file__).parent.parent), str(TESTS), str(Path(__file__).parent)]
+    process = subprocess.Popen([sys.executable, "-c", code, str(manifest), str(tmp_path / "badge.json"), *paths])
+    last = time.monotonic() + 90
+    while not list((tmp_path / "results").glob("*.parquet")) or len(table_of(tmp_path)) < 4:
+        assert process.poll() is None and time.monotonic() < last
+        time.sleep(0.01)
+    children = psutil.Process(process.pid).children(recursive=True)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert children and psutil.wait_procs(children, timeout=last - time.monotonic())[1] == []
+    finished = len(table_of(tmp_path))
+    told: list[tuple[int, ...]] = []
+    assert len(run(manifest, prototype, progress=lambda *now: told.append(now))) == 12
+    # The last number says how many films were reused from the run before.
+    assert 4 <= finished < 12 and told[-1] == (12, 12, 0, finished)
+
+
+def test_the_film_is_scored_where_it_was_fetched_to(films: Path, prototype: Badge, tmp_path: Path):
+    """Catches: an error that names a folder drawn anew each time, a fetched film's digest left out."""
+    broken = tmp_path / "film.mp4"
+    broken.write_bytes(b"no film at all")
+    (entry,) = read_manifest(manifest_of(tmp_path, ("film.mp4", "")), badge=prototype).entries
+    row = score_film(Job(entry, "moireid"), str(films / "README.md"))
+    assert row["fault"] == "film" and str(films) not in row["error"] and entry.video in row["error"]
+    assert len(row["sha256"]) == 64 and set(row) | {"key", "film", "claim", "pipeline", "program", "worker"} == set(
+        COLUMNS
+    )
+    assert failed_row(Lost("gone", 1.0, "worker"))["again"]

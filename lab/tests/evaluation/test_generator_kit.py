@@ -1,0 +1,141 @@
+"""The kit for who has a video generator.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import csv
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from moireid.cli.main import moireid
+from moireid_lab.commands.generator_cmd import FORMATS as OFFERED
+from moireid_lab.evaluation.generator_kit import FORMATS, PROMPTS, first_picture, fitted
+from moireid_lab.evaluation.manifest import read_manifest
+
+
+def ran(*words: str | Path) -> Result:
+    return CliRunner().invoke(moireid, ["generator-kit", *map(str, words)])
+
+
+@pytest.fixture
+def kit(tmp_path: Path, films: Path) -> Path:
+    """A kit of one genuine film; the list names a forged one too."""
+    rows = [
+        f"{films}/genuine_1.0m.mp4,genuine,{films}/badge.json,desk",
+        f"{films}/forged_drift_1.0m.mp4,forged:drift,{films}/badge.json,desk",
+    ]
+    (tmp_path / "list.csv").write_text("\n".join(["video,label,claim,group", *rows]), encoding="utf-8")
+    made = ran("cut", tmp_path / "list.csv", "--out", tmp_path / "kit")
+    assert made.exit_code == 0, made.output
+    return tmp_path / "kit"
+
+
+def table_of(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def fill_in(kit: Path, *told: dict[str, str]) -> None:
+    """Say of the first clips what became of them."""
+    rows = table_of(kit / "clips.csv")
+    rows = [row | more for row, more in zip(rows, told, strict=False)] + rows[len(told) :]
+    with (kit / "clips.csv").open("w", encoding="utf-8", newline="") as file:
+        lines = csv.DictWriter(file, rows[0])
+        lines.writeheader()
+        lines.writerows(rows)
+
+
+def test_a_kit_holds_a_frame_for_each_size_and_a_line_for_each_clip(kit: Path):
+    """Catches: sizes turned round, forged films cut too, a prompt that is asked for and not written."""
+    assert tuple(FORMATS) == OFFERED
+    frames = {path.name: cv2.imread(str(path)).shape for path in (kit / "frames").iterdir()}
+    assert frames == {f"0002-{name}.png": (high, wide, 3) for name, (wide, high, _) in FORMATS.items()}
+    prompts = {row["prompt"]: row["paradigm"] for row in table_of(kit / "prompts.csv")}
+    assert set(prompts) == set(PROMPTS) and set(prompts.values()) == {"camera moves", "board moves", "both move"}
+    clips = table_of(kit / "clips.csv")
+    assert len(clips) == len({row["clip"] for row in clips}) == len(FORMATS) * len(PROMPTS)
+    assert {(row["width"], row["height"], row["fps"]) for row in clips} == {
+        ("848", "480", "24"),
+        ("1280", "720", "24"),
+        ("1920", "1080", "25"),
+    }
+    assert all((kit / row["frame"]).is_file() and row["prompt"] in prompts for row in clips)
+
+
+def test_kept_clips_come_into_the_list_that_evaluate_reads(kit: Path, films: Path):
+    """Catches: discarded clips that are scored, a yield that forgets them, claims that lead nowhere from the kit."""
+    first, second, third, *_ = (row["clip"] for row in table_of(kit / "clips.csv"))
+    (kit / "clips" / first).write_bytes((films / "genuine_2.0m.mp4").read_bytes())
+    fill_in(
+        kit,
+        {"generator": "gen-1", "outcome": "kept"},
+        {"generator": "gen-1", "outcome": "discarded", "reason": "no motion"},
+        {"generator": "gen-2", "outcome": "discarded", "reason": "badge gone"},
+    )
+    for _ in range(2):  # Once more changes nothing.
+        told = ran("list", kit, "--json")
+        assert told.exit_code == 0, told.output
+    assert json.loads(told.stdout)["generators"] == [
+        {"generator": "gen-1", "made": 2, "kept": 1, "discarded": {"no motion": 1}},
+        {"generator": "gen-2", "made": 1, "kept": 0, "discarded": {"badge gone": 1}},
+    ]
+    found = read_manifest(kit / "films.csv").entries
+    assert [(one.label, one.group) for one in found] == [("genuine", "desk"), ("forged:gen-1", "camera moves")]
+    assert Path(found[0].video).samefile(films / "genuine_1.0m.mp4") and found[1].name == f"clips/{first}"
+    assert {one.claimed.badge.name for one in found} == {"published prototype"} and second != third
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ({"outcome": "fine"}, "outcome 'fine'"),
+        ({"outcome": "kept"}, "names the generator ''"),
+        ({"outcome": "kept", "generator": "a b"}, "names the generator 'a b'"),
+        ({"outcome": "kept", "generator": "a"}, "lies not in the folder clips"),
+        ({"outcome": "discarded", "generator": "a"}, "without a reason"),
+    ],
+)
+def test_a_table_that_cannot_be_used_is_told_by_its_line(kit: Path, told: dict[str, str], words: str):
+    """Catches: a clip that falls out of the yield in silence, a list that evaluate then refuses."""
+    before = (kit / "films.csv").read_text()
+    fill_in(kit, told)
+    refused = ran("list", kit)
+    assert refused.exit_code == 2 and "line 2 of" in refused.stderr and words in refused.stderr
+    assert (kit / "films.csv").read_text() == before
+
+
+def test_a_picture_is_cut_to_shape_and_never_stretched():
+    """Catches: a round thing made oval, the corner taken for the middle, an upright film laid flat."""
+    for high, wide in ((1080, 1920), (1920, 1080), (480, 640)):
+        y, x = np.mgrid[:high, :wide]
+        disc = (np.hypot(x - (wide - 1) / 2, y - (high - 1) / 2) < 100).astype(np.uint8) * 255
+        seen = fitted(np.dstack([disc] * 3), 848, 480)
+        rows, columns = np.nonzero(seen[..., 0] > 127)
+        assert seen.shape == (480, 848, 3) and np.ptp(rows) == pytest.approx(np.ptp(columns), abs=1)
+        assert rows.mean() == pytest.approx(239.5, abs=1) and columns.mean() == pytest.approx(423.5, abs=1)
+
+
+def test_a_film_with_wide_pixels_is_cut_as_it_is_shown(tmp_path: Path):
+    """Catches: a film stored narrow that is cut narrow."""
+    with av.open(str(tmp_path / "film.mp4"), "w") as made:
+        stream = made.add_stream("libx264", rate=24)
+        stream.width, stream.height, stream.pix_fmt = 240, 180, "yuv420p"
+        stream.codec_context.sample_aspect_ratio = Fraction(4, 3)
+        frame = av.VideoFrame.from_ndarray(np.zeros((180, 240, 3), np.uint8), format="rgb24")
+        made.mux([*stream.encode(frame), *stream.encode(None)])
+    assert first_picture(tmp_path / "film.mp4").shape == (180, 320, 3)
+
+
+def test_a_list_without_a_genuine_film_is_refused(tmp_path: Path, films: Path):
+    """Catches: an empty kit that looks made."""
+    (tmp_path / "list.csv").write_text(
+        f"video,label,claim,group\n{films}/forged_drift_1.0m.mp4,forged,{films}/badge.json,\n"
+    )
+    refused = ran("cut", tmp_path / "list.csv", "--out", tmp_path / "kit")
+    assert refused.exit_code == 2 and "no genuine film" in refused.stderr and not (tmp_path / "kit").exists()

@@ -1,0 +1,119 @@
+"""What of a board must stay clear, and the areas that are free.
+
+The verifier reads the markers with the white about them, the fringes, and the white beside their borders.  A lens
+sheet lies over the whole width of the board there, and is cut by hand.
+
+Convention: page mm.  The figures are those of the verifier, which this room does not import; a test holds them equal.
+"""
+
+from __future__ import annotations
+
+from moireid.badge import Badge, CodedFrame, Grating, Rect
+from moireid.errors import SpecError
+from moireid.frames import bounds_of, own_rect
+
+#: White around a marker, in its modules (`verifier.tracking.template.FREE_MODULES`); a 4x4 marker has six a side.
+MARKER_MODULES, MODULES_A_SIDE = 1.05, 6
+#: White around a coded frame, in its lines and at least, mm.  Where a line is 2 px wide, its outline runs into a dark
+#: ground that is 1.05 lines away, and mostly not into one 1.5 lines away (a test of coded frames holds 2).
+FRAME_LINES, FRAME_LEAST_MM = 2.0, 1.5
+#: White around a grating, mm (`verifier.tracking.borders.REACH_MM`).
+GRATING_MM = 2.0
+#: Between pieces and the white about markers; a ground may be cut off so far beyond the board's edge.
+AIR_MM, BLEED_MM = 0.5, 1.5
+#: A lower area holds nothing.
+LEAST_MM = 2.0
+
+
+def clear_zones(badge: Badge) -> list[tuple[str, Rect]]:
+    """What nothing may cover, by name for people."""
+    if isinstance(badge.markers, CodedFrame):
+        return [("coded frame, its white border and what is within", _framed(badge.markers))]
+    half = badge.markers.size_mm * (0.5 + MARKER_MODULES / MODULES_A_SIDE)
+    names = ("upper left marker", "upper right marker", "lower right marker", "lower left marker")
+    zones: list[tuple[str, Rect]] = [
+        (f"{name} and its white border", (x - half, y - half, x + half, y + half))
+        for name, (x, y) in zip(names, badge.markers.centers_mm, strict=True)
+    ]
+    left, _, right, _ = badge.outline_mm
+    for grating in badge.gratings:
+        x0, top, x1, bottom = _on_page(badge, grating)
+        # A sheet over upright fringes reaches from side to side of the board, where a mount holds it.
+        x0, x1 = (left, right) if isinstance(grating.axis, str) else (x0 - GRATING_MM, x1 + GRATING_MM)
+        zones.append(("fringes and the lens sheet over them", (x0, top - GRATING_MM, x1, bottom + GRATING_MM)))
+    return zones
+
+
+def areas_of(badge: Badge) -> dict[str, Rect]:
+    """The free areas of a board; one without height is left out.
+
+    head, foot: between the upper, and between the lower markers, as high as these; upper, lower: as wide as the
+    fringes, between them and the markers, or head and foot where no room is left there; crown, base: between the
+    markers too, but down, or up, to the fringes.  Above and below a coded frame there is one area each, as wide as it.
+    """
+    if isinstance(badge.markers, CodedFrame):
+        return _areas_about(badge.outline_mm, badge.markers)
+    half = badge.markers.size_mm / 2
+    quiet = badge.markers.size_mm * MARKER_MODULES / MODULES_A_SIDE
+    (left, top), (right, _), (_, bottom), _ = badge.markers.centers_mm
+    x0, x1 = left + half + quiet + AIR_MM, right - half - quiet - AIR_MM
+    first = min(_on_page(badge, grating)[1] for grating in badge.gratings) - GRATING_MM
+    last = max(_on_page(badge, grating)[3] for grating in badge.gratings) + GRATING_MM
+    areas: dict[str, Rect] = {
+        "head": (x0, top - half, x1, min(top + half, first)),
+        "upper": (left - half, top + half + quiet, right + half, first),
+        "crown": (x0, top - half, x1, first),
+        "foot": (x0, max(bottom - half, last), x1, bottom + half),
+        "lower": (left - half, last, right + half, bottom - half - quiet),
+        "base": (x0, last, x1, bottom + half),
+    }
+    for name, other in (("upper", "head"), ("lower", "foot")):
+        if areas[name][3] - areas[name][1] < LEAST_MM:
+            areas[name] = areas[other]
+    return {name: rect for name, rect in areas.items() if rect[3] - rect[1] > 0 and rect[2] - rect[0] > 0}
+
+
+def _framed(frame: CodedFrame) -> Rect:
+    """A coded frame with its white border."""
+    white = max(FRAME_LINES * frame.line_mm, FRAME_LEAST_MM)
+    x0, y0, x1, y1 = frame.rect_mm
+    return x0 - white, y0 - white, x1 + white, y1 + white
+
+
+def _areas_about(board: Rect, frame: CodedFrame) -> dict[str, Rect]:
+    """The areas of a board with a coded frame, down to the board's white margin."""
+    (left, _, right, _), (_, top, _, bottom) = frame.rect_mm, _framed(frame)
+    margin = left - board[0]
+    head, foot = (left, board[1] + margin, right, top), (left, bottom, right, board[3] - margin)
+    areas = dict.fromkeys(("head", "upper", "crown"), head) | dict.fromkeys(("foot", "lower", "base"), foot)
+    return {name: rect for name, rect in areas.items() if rect[3] - rect[1] > LEAST_MM}
+
+
+def check_clear(badge: Badge, rect: Rect, whose: str) -> None:
+    """Check that a piece leaves clear what is read, and lies on the board.
+
+    Parameters: whose: what stands there, for the message.
+    Raises: SpecError that names what is covered and the free areas in mm from the board's corner.
+    """
+    x0, y0, x1, y1 = badge.outline_mm
+    covered = [name for name, zone in clear_zones(badge) if overlap(rect, zone)]
+    outside = rect[0] < x0 - 1e-6 or rect[1] < y0 - 1e-6 or rect[2] > x1 + 1e-6 or rect[3] > y1 + 1e-6
+    if not covered and not outside:
+        return
+    free = "; ".join(
+        f"{name} {a[0] - x0:.1f}, {a[1] - y0:.1f} to {a[2] - x0:.1f}, {a[3] - y0:.1f}"
+        for name, a in areas_of(badge).items()
+        if name not in ("crown", "base")
+    )
+    what = f"covers the {covered[0]}" if covered else "lies beyond the board"
+    raise SpecError(f"{whose} {what}; free are, in mm from the board's upper left corner: {free}")
+
+
+def _on_page(badge: Badge, grating: Grating) -> Rect:
+    """The upright rectangle around a grating, which may be turned."""
+    return bounds_of(badge.frame_of(grating).corners_mm(own_rect(grating.axis, grating.rect_mm)))
+
+
+def overlap(one: Rect, other: Rect) -> bool:
+    """Whether two rectangles share more than an edge."""
+    return all(one[k] < other[k + 2] - 1e-6 and other[k] < one[k + 2] - 1e-6 for k in (0, 1))

@@ -1,0 +1,122 @@
+"""Erasing a person, or somebody who did things here, on their wish: the data go, the chain stays, an entry says so.
+
+Of a person the row goes: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps the
+badge's identity, which is a number of chance, and hashes that nobody can try names against without that salt.  The
+signed entry `erase` is the tombstone.  The identity is never issued again.
+
+Records of schema version 2 had no salt.  Whoever has the log and their identity can still try a name against the hashes
+in their old entries, as these cannot change without breaking every checkpoint.  `Erased.guessable` says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import delete, func, select
+
+from moireid.errors import RegistryError
+from moireid.registry.canonical import utc_now
+from moireid.registry.claims import as_id, find_row
+from moireid.registry.keys import Authority
+from moireid.registry.ledger import Ledger
+from moireid.registry.log import ERASE, ERASE_ACTOR, check_signed
+from moireid.registry.maintenance.cleaning import clean
+from moireid.registry.record import Fault, storable, tampered
+from moireid.registry.schema import actors, badges, log, select_records
+
+
+@dataclass(frozen=True)
+class Erased:
+    """Who was erased.
+
+    Attributes
+    ----------
+    subject : str
+        The badge's id, or an actor's commitment.
+    erased_at : str
+        UTC, ISO 8601 to the second.
+    again : bool
+        Whether it was erased before; then only the database was cleaned.
+    cleaned : bool
+        Whether the database was written anew, so that no page of it holds what was erased.
+    guessable : bool
+        Whether entries of an older version remain by which a guessed name can be confirmed.
+    """
+
+    subject: str
+    erased_at: str
+    again: bool
+    cleaned: bool
+    guessable: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Give what ``moireid registry erase --json`` prints of it.
+
+        Returns
+        -------
+        dict
+            An object that JSON can hold.
+        """
+        return dict(vars(self))
+
+
+def erase_person(ledger: Ledger, claim: str, actor: str) -> Erased:
+    """What `Registry.erase` does."""
+    before = erased_at(ledger, claim)
+    if before is not None:
+        return Erased(as_id(claim), before, True, clean(ledger.engine), _guessable(ledger, as_id(claim)))
+    record = ledger.record(find_row(claim, ledger.rows, ledger.shown))
+    with ledger.writing(actor) as transaction:
+        if not transaction.records(select_records().where(badges.c.id == record.id)):
+            raise RegistryError(f"badge {record.id} was taken out of registry {ledger.shown} meanwhile")
+        transaction.connection.execute(delete(badges).where(badges.c.id == record.id))
+        transaction.log(ERASE, record.id)
+    return Erased(record.id, utc_now(), False, clean(ledger.engine), _guessable(ledger, record.id))
+
+
+def erase_actor(ledger: Ledger, name: str, actor: str) -> Erased:
+    """What `Registry.erase_actor` does."""
+    with ledger.writing(actor) as transaction:
+        who = transaction.connection.scalar(select(actors.c.commitment).where(actors.c.name == name))
+        if who is None:
+            raise RegistryError(
+                f"nobody named {name[:80]!r} has done anything in registry {ledger.shown}; see who has with "
+                "`moireid registry log`"
+            )
+        if name == actor:
+            raise RegistryError(
+                f"{name!r} would erase themself, and the entry of that would name them again; let somebody else do it "
+                "(--actor)"
+            )
+        transaction.connection.execute(delete(actors).where(actors.c.commitment == who))
+        transaction.log(ERASE_ACTOR, who)
+    return Erased(who, utc_now(), False, clean(ledger.engine), False)
+
+
+def erased_at(ledger: Ledger, badge_id: str) -> str | None:
+    """When the holder of a badge was erased; None where nobody was.
+
+    Raises: RegistryError where the entry that says so is not as the authority signed it.
+    """
+    if not storable(badge_id):
+        return None
+    rows = ledger.rows(select(log).where(log.c.subject == as_id(badge_id)).order_by(log.c.seq.desc()).limit(1))
+    if not rows or rows[0].action != ERASE:
+        return None
+    try:
+        check_signed(dict(rows[0]._mapping), _authority_at(ledger, rows[0].seq))
+    except Fault as fault:
+        raise tampered(ledger.shown, fault) from fault
+    return str(rows[0].time)
+
+
+def _authority_at(ledger: Ledger, seq: int) -> Authority:
+    """Whose key signed a log entry: that of before the next change of key."""
+    return next((one.old for one in ledger.rotations() if one.seq > seq), ledger.authority)
+
+
+def _guessable(ledger: Ledger, badge_id: str) -> bool:
+    """Whether the log has entries of a record without a salt."""
+    old = select(func.count()).select_from(log).where(log.c.subject == badge_id, log.c.actor.is_(None))
+    return bool(ledger.rows(old)[0][0])

@@ -1,0 +1,124 @@
+"""Opening: the tables are made, brought to this version, and looked at."""
+
+from __future__ import annotations
+
+from sqlalchemy import Connection, Engine, insert, inspect, select
+from sqlalchemy.exc import IntegrityError, ProgrammingError, SQLAlchemyError
+
+from moireid.errors import RegistryError
+from moireid.registry import schema
+from moireid.registry.actor import commitment, new_salt
+from moireid.registry.engine import writing
+from moireid.registry.log import first_rows
+from moireid.registry.maintenance.migration import STEPS, migrate
+from moireid.registry.signing.client import make_key
+
+
+def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, actor: str) -> str | None:
+    """Make the tables where there are none and `create` is true, and look at them; returns the authority's public key.
+
+    A registry without an authority gets one, with a new key pair, where `create` and `make_authority` are true.  Else
+    None is returned for it where `create` is true: it waits for an import.  `shown` names the registry in messages,
+    `actor` is who makes it.  A registry of an older version that has its step is brought to this one.
+    Raises: RegistryError where the database holds nothing, another program's tables, or another version of ours.
+    """
+    with engine.connect() as connection:
+        names, public_key = look(connection)
+    if create and (not names or (public_key is None and make_authority and set(schema.metadata.tables) <= names)):
+        _create(engine, actor, make_authority=make_authority)
+        with engine.connect() as connection:
+            names, public_key = look(connection)
+    if not names:
+        raise _empty(shown)
+    if {schema.schema_version.name, schema.badges.name} <= names:
+        _bring_up(engine, shown)
+        with engine.connect() as connection:
+            names, public_key = look(connection)
+    if not set(schema.metadata.tables) <= names:
+        raise RegistryError(
+            f"registry {shown} is a database, but not one of moireid's; give another URL, or an empty database"
+        )
+    if public_key is None and not create:
+        raise _empty(shown)
+    return public_key
+
+
+def _bring_up(engine: Engine, shown: str) -> None:
+    """Check the version, and bring an older one to ours.  Raises: RegistryError where it is none of those."""
+    with engine.connect() as connection:
+        found = list(connection.scalars(select(schema.schema_version.c.version)))
+    if len(found) != 1 or found[0] not in STEPS:
+        _check_version(found, shown)
+        return
+    try:
+        migrate(engine)
+    except SQLAlchemyError as error:
+        reason = str(getattr(error, "orig", None) or error).strip().split("\n")[0]
+        raise RegistryError(
+            f"registry {shown} is of schema version {found[0]} and must be brought to {schema.SCHEMA_VERSION} once, "
+            f"which failed ({reason}); open it with any command where it may be written and nobody else writes",
+            found=found,
+            supported=schema.SCHEMA_VERSION,
+        ) from error
+
+
+def _empty(shown: str) -> RegistryError:
+    return RegistryError(f"registry {shown} is empty; enroll someone first, or run `moireid registry init`")
+
+
+def look(connection: Connection) -> tuple[set[str], str | None]:
+    """The names of all tables, and the authority's public key where there is one."""
+    names = set(inspect(connection).get_table_names())
+    if not set(schema.metadata.tables) <= names:
+        return names, None
+    return names, connection.scalar(select(schema.authority.c.public_key))
+
+
+def _check_version(found: list[int], shown: str) -> None:
+    """Raise unless the one version found is ours."""
+    if found == [schema.SCHEMA_VERSION]:
+        return
+    version = ", ".join(map(str, found)) or "none"
+    if found == [1]:
+        remedy = "its records bear no signatures, so enroll the badges anew in another registry"
+    else:
+        remedy = "open it with the moireid that wrote it, or a newer one"
+    raise RegistryError(
+        f"registry {shown} has schema version {version}, and this moireid reads version {schema.SCHEMA_VERSION}; "
+        f"{remedy}",
+        found=found,
+        supported=schema.SCHEMA_VERSION,
+    )
+
+
+def _create(engine: Engine, actor: str, *, make_authority: bool) -> None:
+    """Make the tables, their version and the authority in one transaction, unless another process was faster."""
+    # The key is on the disk before the registry says that it is the authority's.
+    signer, path = make_key() if make_authority else (None, None)
+    used = False
+    try:
+        with writing(engine) as connection:
+            # Another process may have made them while this one waited for the write lock.
+            names, public_key = look(connection)
+            if not names:
+                schema.metadata.create_all(connection)
+                connection.execute(insert(schema.schema_version).values(version=schema.SCHEMA_VERSION))
+            if signer is not None and public_key is None:
+                salt = new_salt()
+                who = commitment(actor, salt)
+                head_row, entry = first_rows(signer, who)
+                connection.execute(insert(schema.actors).values(commitment=who, name=actor, salt=salt))
+                connection.execute(insert(schema.authority).values(head_row))
+                connection.execute(insert(schema.log).values(entry))
+                used = True
+    except (IntegrityError, ProgrammingError):
+        # Databases without a single write lock, such as PostgreSQL, refuse the second of two makers here.  If the
+        # other one has succeeded, nothing is left to do; otherwise this error is reported.
+        used = False
+        with engine.connect() as connection:
+            names, public_key = look(connection)
+        if not set(schema.metadata.tables) <= names or (make_authority and public_key is None):
+            raise
+    finally:
+        if path is not None and not used:
+            path.unlink(missing_ok=True)

@@ -1,0 +1,212 @@
+"""The API of issuing and enrolling: what the pages do, for programs."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Request
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import FileResponse, Response, StreamingResponse
+from pydantic import BaseModel, Field
+
+from moireid_studio.api.events import events_of
+from moireid_studio.api.films import JobStatus, status_of
+from moireid_studio.api.schema import form, picture_form
+from moireid_studio.auth.roles import Visitor, require
+from moireid_studio.checks import received
+from moireid_studio.forms import ShortRoute, picture_fields
+from moireid_studio.issue_jobs import keep, package_of, pictures_of, preview_of, start_badge, start_capture
+from moireid_studio.jobs.orders import Order, checked
+from moireid_studio.pictures import at_hand, keep_pictures, read_picture
+from moireid_studio.problems import Refusal, plain, problem_responses
+from moireid_studio.studio import studio_of
+
+router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
+Issuer = Annotated[Visitor, require("issuer")]
+JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
+BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
+KINDS = ("badge", "event", "capture")
+
+
+class Link(BaseModel):
+    """The link budget at one distance."""
+
+    distance_m: float
+    cell_px: float
+    phase_error_rad: float
+    decode_probability: float
+
+
+class CheckAnswer(BaseModel):
+    """A badge that can be made; nothing is issued."""
+
+    id: str
+    name: str
+    already_issued: bool = Field(description="This very badge is in the registry already.")
+    namesakes: list[str] = Field(description="Ids of other badges of that name.")
+    look_alikes: list[str] = Field(description="Ids of badges whose names look like it, in other letters or case.")
+    name_derived: bool = Field(description="The identity is made from the name: whoever knows it can print this badge.")
+    explain: dict[str, str]
+    link_budget: list[Link]
+    files: list[str] = Field(description="Files of the mount.")
+    left_out: dict[str, str] = Field(description="Which of the two mounts cannot be made, and why.")
+    note: str | None = Field(description="On letters that no font has, and on a mount that is not made.")
+    badge: dict[str, Any] = Field(description="badge.json.")
+
+
+class PictureAnswer(BaseModel):
+    """A picture that was read, and is kept for you alone until it is removed."""
+
+    id: str = Field(description="What `logo` or `portrait` of an order says.")
+    bytes: int = Field(description="Size of what is kept: a PNG or JPEG of our own making.")
+    kept_s: float = Field(description="How long it is kept.")
+
+
+class AsBuiltAnswer(BaseModel):
+    """A badge's figures as they are kept from now on."""
+
+    id: str
+    name: str
+    as_built_at: str
+    as_built: dict[str, Any]
+
+
+@router.post("/check", responses=problem_responses(400, 413))
+def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
+    """What would be made of an order: the badge, its link budget, and what could not be made.
+
+    An identity that the order does not name is drawn; give the answer's `id` as `payload` to issue this very badge.
+    """
+    studio = studio_of(request)
+    with at_hand(pictures_of(studio, order, visitor)) as files:
+        found = checked(order, studio.registry, files)
+    links = [
+        Link(
+            distance_m=metres,
+            cell_px=link.cell_px,
+            phase_error_rad=link.phase_error_rad,
+            decode_probability=link.decode_probability,
+        )
+        for metres, link in found.links
+    ]
+    return CheckAnswer(
+        id=found.badge.id or "",
+        name=found.badge.name,
+        already_issued=found.holder is not None,
+        namesakes=[record.id for record in found.namesakes],
+        look_alikes=[record.id for record in found.look_alikes],
+        name_derived=found.name_derived,
+        explain=dict(found.rows),
+        link_budget=links,
+        files=list(found.files),
+        left_out={shop: plain(why) for shop, why in found.left_out.items()},
+        note="; ".join(found.notes) or None,
+        badge=json.loads(found.badge.to_json()),
+    )
+
+
+@router.post("", status_code=202, responses=problem_responses(400, 413, 503))
+def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
+    """Issue a badge and make its package: a job, whose end offers package.zip."""
+    studio = studio_of(request)
+    pictures = pictures_of(studio, order, visitor)
+    # Checked now, so that a faulty order is refused before a job begins.
+    with at_hand(pictures) as files:
+        found = checked(order, studio.registry, files)
+    return status_of(start_badge(studio, order.of(found.badge), visitor, pictures))
+
+
+@router.post(
+    "/pictures",
+    status_code=201,
+    responses=problem_responses(400, 408, 413, 503),
+    openapi_extra=picture_form(),
+)
+async def picture(request: Request, visitor: Issuer) -> PictureAnswer:
+    """Hand in a logo or a portrait for an order: SVG, PNG or JPEG, read as the command reads it.
+
+    Of an SVG with scripts, letters that need a font, filters or anything from elsewhere the answer says what to change.
+    """
+    studio = studio_of(request)
+    sent = await picture_fields(request, visitor, {"picture": 1})
+    if "picture" not in sent.pictures:
+        raise Refusal(422, "fields", "The form has no picture; send it as the file `picture`.")
+    limits = studio.settings.limits
+    made = await run_in_threadpool(read_picture, "picture", sent.pictures["picture"][0], limits)
+    kept = await run_in_threadpool(keep_pictures, studio, visitor, {"picture": made})
+    return PictureAnswer(id=kept, bytes=len(made.data), kept_s=limits.keep_s)
+
+
+@router.get("/jobs/{job_id}", responses=problem_responses(404))
+def job(request: Request, job_id: JobId, visitor: Issuer) -> JobStatus:
+    """How far a job of yours has come."""
+    return status_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS))
+
+
+@router.get(
+    "/jobs/{job_id}/events",
+    responses=problem_responses(404)
+    | {200: {"content": {"text/event-stream": {}}, "description": "events `progress`, and one `end`"}},
+    response_class=StreamingResponse,
+)
+async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingResponse:
+    """The same as server-sent events, one for each change, until the job is over."""
+    jobs = studio_of(request).jobs
+    found = await run_in_threadpool(jobs.find, job_id, visitor.id, *KINDS)
+    return StreamingResponse(events_of(jobs, found), media_type="text/event-stream")
+
+
+@router.get(
+    "/jobs/{job_id}/package.zip",
+    responses=problem_responses(404)
+    | {200: {"content": {"application/zip": {}}, "description": "everything that was made"}},
+    response_class=FileResponse,
+)
+def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
+    """Everything that a job has made, as one archive."""
+    return package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
+
+
+@router.get(
+    "/jobs/{job_id}/preview.webp",
+    responses=problem_responses(404)
+    | {200: {"content": {"image/webp": {}}, "description": "the badge as worn, its fringes moving"}},
+    response_class=Response,
+)
+def preview(request: Request, job_id: JobId, visitor: Issuer) -> Response:
+    """The moving preview of the badge that a job has made."""
+    return Response(preview_of(studio_of(request).jobs.find(job_id, visitor.id, "badge")), media_type="image/webp")
+
+
+@router.post(
+    "/{badge_id}/captures",
+    status_code=202,
+    responses=problem_responses(400, 404, 408, 413, 415, 503),
+    openapi_extra=form(),
+)
+async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobStatus:
+    """Measure a badge as built from a film of it: a job, whose end offers the figures; they are not kept yet."""
+    studio = studio_of(request)
+    record = await run_in_threadpool(studio.registry.by_id, badge_id)
+    if record is None:
+        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    async with studio.jobs.coming("capture", visitor.id, visitor.role) as begun:
+        sent = await received(studio, request, begun, ())
+        if sent.video is None:
+            raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
+        return status_of(await run_in_threadpool(start_capture, studio, begun, sent.video, record))
+
+
+@router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(404, 409))
+def keep_capture(request: Request, badge_id: BadgeId, job_id: JobId, visitor: Issuer) -> AsBuiltAnswer:
+    """Keep what a capture measured as the badge's figures; again changes nothing."""
+    studio = studio_of(request)
+    found = studio.jobs.find(job_id, visitor.id, "capture")
+    if found.result is not None and found.result["id"] != badge_id.lower():
+        raise Refusal(404, "no_job", "There is no such job of this badge.")
+    record = keep(studio, found, visitor)
+    assert record.as_built is not None and record.as_built_at is not None
+    return AsBuiltAnswer(
+        id=record.id, name=record.name, as_built_at=record.as_built_at, as_built=json.loads(record.as_built)
+    )

@@ -1,0 +1,309 @@
+"""serve: the studio on a port; token: who may use it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+
+from moireid.cli.common import FiniteRange, friendly, json_option, registry_option, say, show_json, trust_option
+from moireid.errors import SpecError
+from moireid.extras import missing_extra
+
+data_option = click.option(
+    "--data",
+    "data",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="The studio's folder, for tokens and for films while they are checked; default: in your user data folder.",
+)
+
+
+state_option = click.option(
+    "--state",
+    metavar="URL",
+    help="A PostgreSQL database in place of files in the folder, for tokens, jobs and verdicts: studios that are given "
+    "the same one work as one.",
+)
+
+
+@click.command("serve")
+@click.option("--host", default="127.0.0.1", metavar="ADDRESS", show_default=True, help="The address to listen on.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8000,
+    show_default=True,
+    metavar="NUMBER",
+    help="The port to listen on; 0 takes any free one.",
+)
+@registry_option
+@trust_option
+@click.option(
+    "--keep-verdicts",
+    "keep_verdicts",
+    type=FiniteRange(0, 36500),
+    default=365.0,
+    show_default=True,
+    metavar="DAYS",
+    help="How long it is kept which verdicts were given to whom; 0 keeps none.",
+)
+@click.option(
+    "--keep-days",
+    type=FiniteRange(0.001, 3650),
+    default=1 / 24,
+    metavar="DAYS",
+    help="How long reports, measured captures and packages are kept; default: an hour. A film goes as soon as it is "
+    "judged, and one that waits goes then too.",
+)
+@click.option(
+    "--disk",
+    "disk_gb",
+    type=FiniteRange(0.1, 1e6),
+    default=20.0,
+    show_default=True,
+    metavar="GB",
+    help="The most that films and results may take; half of it may be one token's.",
+)
+@click.option(
+    "--uploads-per-minute",
+    type=click.IntRange(1),
+    default=600,
+    show_default=True,
+    metavar="NUMBER",
+    help="Films that one token of a verifier may send in a minute; others may send twice as many.",
+)
+@click.option(
+    "--log",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
+    "names a person, a film or a token.",
+)
+@state_option
+@click.option(
+    "--storage",
+    metavar="URL",
+    help="Where films wait and reports are kept, in place of the folder: an address such as s3://bucket/films.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of this Dask scheduler judge films, in place of this machine; with --state and --storage.",
+)
+@click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
+@data_option
+@friendly
+def serve_command(
+    host: str,
+    port: int,
+    registry_url: str | None,
+    trust: str | None,
+    keep_verdicts: float,
+    keep_days: float,
+    disk_gb: float,
+    uploads_per_minute: int,
+    log: str,
+    state: str | None,
+    storage: str | None,
+    scheduler: str | None,
+    no_auth: bool,
+    data: Path | None,
+) -> None:
+    """Run the studio: web pages and an API for all of this.
+
+    Whoever uses the studio needs a token; make one with `moireid token create`. To try it on your own machine, use
+    --no-auth, which asks for none.
+    Without --registry, the default registry is used; it is made if there is none yet.
+    """
+    try:
+        from moireid_studio.app import create_app
+        from moireid_studio.http.connections import ask_for_files
+        from moireid_studio.http.logs import begin as begin_log
+        from moireid_studio.http.server import serve
+        from moireid_studio.settings import Limits, Settings, default_data, is_loopback
+    except ModuleNotFoundError as error:
+        raise missing_extra("the studio", error.name or "a package", "", "moireid-studio") from error
+    if no_auth and not is_loopback(host):
+        raise SpecError(
+            f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
+        )
+    limits = Limits(keep_s=keep_days * 86400, disk_bytes=int(disk_gb * 1e9), uploads_a_minute=uploads_per_minute)
+    folder = data or default_data()
+    settings = Settings(
+        registry_url,
+        folder,
+        not no_auth,
+        limits,
+        trust,
+        keep_verdicts,
+        state=state,
+        storage=storage,
+        scheduler=scheduler,
+    )
+    ask_for_files()
+    with _signing():
+        made = registry_url is None and not _default_is_there()
+        app = create_app(settings)
+        bound = _listen(host, port)
+        shown = f"[{host}]" if ":" in host else host
+        say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
+        say(_seal_words())
+        registry = app.state.studio.registry
+        if made:
+            say(f"there was no registry, so a new one was made: {registry.shown_url}")
+        elif not registry.count():
+            say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
+        begin_log(as_json=log == "json")
+        serve(app, bound)
+
+
+@contextlib.contextmanager
+def _signing() -> Iterator[None]:
+    """The signer that MOIREID_SIGNER names, or one of the studio's own: no process that serves reads the key."""
+    from moireid.registry.keys import SIGNER_VARIABLE
+    from moireid.registry.signing.client import signer_address
+    from moireid.registry.signing.process import own_signer
+
+    if signer_address() is not None:
+        yield
+        return
+    with own_signer() as path:
+        # Processes that issue badges inherit it; those that read films do not.
+        os.environ[SIGNER_VARIABLE] = path
+        try:
+            yield
+        finally:
+            del os.environ[SIGNER_VARIABLE]
+
+
+def _default_is_there() -> bool:
+    """Whether the default registry was made before."""
+    from moireid.registry.url import default_url, read_url, sqlite_file
+
+    path = sqlite_file(read_url(default_url()))
+    return path is None or path.exists()
+
+
+def _seal_words() -> str:
+    """What the process of a film can do, and cannot, on this system."""
+    from moireid.sandbox.process import sealed_here
+    from moireid.sandbox.seal import MEANS, missing
+
+    held = sealed_here()
+    words = f"a film's process {', '.join(MEANS[name] for name in held)}" if held else "a film's process is not sealed"
+    return words if (lacking := missing(held)) is None else f"{words}; on this system it {lacking}"
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A socket that listens there.  Raises: SpecError where it cannot."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        bound = socket.socket(family, kind, protocol)
+        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        bound.bind(address)
+        bound.listen(128)
+    except OSError as error:
+        raise SpecError(
+            f"nothing can listen on port {port} of {host} ({error.strerror}); choose another --port, or --host"
+        ) from error
+    return bound
+
+
+@click.group("token")
+def token_group() -> None:
+    """Make, list and revoke access tokens for the studio."""
+
+
+@token_group.command("create")
+@click.option(
+    "--role",
+    type=click.Choice(["issuer", "verifier", "monitor", "admin"]),
+    required=True,
+    help="issuer: may issue, enroll and revoke; verifier: may verify films and live pictures; monitor: may "
+    "read the figures at /metrics; admin: may do all.",
+)
+@click.option(
+    "--note", default="", metavar="TEXT", help="Whose token it is, for your own list; the registry's log names it too."
+)
+@click.option(
+    "--expires",
+    "days",
+    type=FiniteRange(0.01, 3650),
+    default=90.0,
+    show_default=True,
+    metavar="DAYS",
+    help="After so many days it opens nothing any more.",
+)
+@data_option
+@state_option
+@json_option
+@friendly
+def token_create(role: str, note: str, days: float, data: Path | None, state: str | None, as_json: bool) -> None:
+    """Make a token and print it.
+
+    Copy it now: only its hash is kept, so it cannot be shown again.
+    """
+    from moireid_studio.auth.tokens import open_tokens
+
+    with open_tokens(data, state) as tokens:
+        secret, token = tokens.create(role, note, days)
+    if as_json:
+        told = {"token": secret, "id": token.id, "role": token.role, "note": token.note}
+        show_json(told | {"made_at": token.made_at, "expires_at": token.expires_at})
+        return
+    click.echo(secret)
+    say(
+        f"this is the token with the id {token.id} and the role {token.role}, until {token.expires_at}; copy it, it "
+        "cannot be shown again"
+    )
+
+
+@token_group.command("list")
+@data_option
+@state_option
+@json_option
+@friendly
+def token_list(data: Path | None, state: str | None, as_json: bool) -> None:
+    """List all tokens by id, role and note.
+
+    The tokens themselves are not kept, so they are not shown.
+    """
+    from dataclasses import asdict
+
+    from moireid_studio.auth.tokens import open_tokens
+
+    with open_tokens(data, state) as tokens:
+        found = tokens.all()
+    if as_json:
+        show_json({"tokens": [asdict(token) for token in found]})
+        return
+    for token in found:
+        revoked = f"  revoked {token.revoked_at}" if token.revoked_at else ""
+        times = f"{token.made_at}  until {token.expires_at}"
+        click.echo(f"{token.id}  {times}  {token.role:<8}  {token.note}{revoked}".rstrip())
+
+
+@token_group.command("revoke")
+@click.argument("token_id", metavar="ID")
+@data_option
+@state_option
+@json_option
+@friendly
+def token_revoke(token_id: str, data: Path | None, state: str | None, as_json: bool) -> None:
+    """Revoke a token, at once and for good.
+
+    ID is what `moireid token list` shows.
+    """
+    from moireid_studio.auth.tokens import open_tokens
+
+    with open_tokens(data, state) as tokens:
+        token = tokens.revoke(token_id)
+    if as_json:
+        show_json({"id": token.id, "role": token.role, "revoked_at": token.revoked_at})
+    else:
+        click.echo(f"token {token.id} ({token.role}) is revoked since {token.revoked_at}")

@@ -1,0 +1,216 @@
+"""watch: is the badge in a stream real, and is it the claimed one?"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from moireid.cli.common import VERDICT_EXIT, FiniteRange, friendly, say, show_json
+from moireid.cli.verify.asked import asked_of
+from moireid.cli.verify.options import CLAIM_OPTIONS, ClaimWish, check_claim, focal_option, original_option
+from moireid.cli.verify.showing import show_verdict
+from moireid.errors import SpecError
+from moireid_studio.commands.watch_showing import JsonLines, told
+
+if TYPE_CHECKING:
+    from moireid.provenance import Claimed
+    from moireid.verifier import Claim
+    from moireid.verifier.report.circumstances import Circumstances
+    from moireid_studio.watch.source import Source
+
+#: Letters of a token, so that nobody guesses it.
+LEAST_TOKEN = 12
+OPTIONS = (
+    *CLAIM_OPTIONS,
+    click.option(
+        "--challenge",
+        is_flag=True,
+        help="Ask for moves, drawn at random, when each is due; who films must follow them. Needs moireid[face].",
+    ),
+    click.option(
+        "--seconds",
+        type=FiniteRange(1, 7 * 86400),
+        default=3600,
+        show_default=True,
+        metavar="S",
+        help="Give the verdict after so many seconds of pictures at most.",
+    ),
+    click.option(
+        "--cover",
+        "cover_share",
+        type=click.FloatRange(0, 1),
+        default=0.5,
+        show_default=True,
+        metavar="SHARE",
+        help="Share of the stream that the last verdict must be of, 0 to 1; with less it is inconclusive.",
+    ),
+    original_option,
+    focal_option,
+    click.option(
+        "--token-file",
+        type=click.Path(path_type=Path, dir_okay=False),
+        help="The token that a sender to whip:// must show, or that a whep:// server asks for. Default for whip://: "
+        "one is drawn and printed.",
+    ),
+    click.option(
+        "--json",
+        "as_json",
+        is_flag=True,
+        help="Print one JSON object a line as it goes; the last one as `moireid verify --json` does.",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class WatchWish(ClaimWish):
+    """What was asked for, as it was typed; the names are those of the options."""
+
+    source: str
+    challenge: bool
+    seconds: float
+    cover_share: float
+    require_original: bool | None
+    focal_px: float | None
+    token_file: Path | None
+    as_json: bool
+
+
+def _options(command: Any) -> Any:
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
+@click.command("watch")
+@click.argument("source")
+@_options
+@friendly
+def watch_command(**given: Any) -> None:
+    """Check a camera, a stream or a call as it comes.
+
+    The verdict on the last seconds is shown as it goes. Ctrl-C, or the end of the stream, gives the verdict on all of
+    it. Say whose badge it should be with --claim, or give its file with --badge.
+
+    \b
+    SOURCE is one of:
+      0                         a camera of this machine, by its number
+      film.ts                   a film; one that grows is followed while it does
+      -                         a pipe: cat film.ts | moireid watch - --claim Ada
+      rtsp://camera/1           a network camera
+      https://host/live.m3u8    a stream (HLS), or a film on the web
+      whep://host/room          a WebRTC stream; wheps:// with encryption
+      whip://127.0.0.1:8080     wait for a WebRTC sender, such as OBS
+      screen                    this screen (Linux with X11 alone)
+      screen:0x3a00007          one window, by the number that xwininfo tells
+
+    An address is opened because you name it. What it names in turn is opened only on the same host or on the public
+    internet. Strangers' pictures are read in a process of their own.
+
+    Exit code of the last verdict: 0: accepted; 1: rejected; 3: inconclusive. 2: bad input, or no picture came.
+    """
+    from moireid_studio.watch.source import check_prompts, source_of
+
+    wish = WatchWish(**given)
+    check_claim(wish)
+    source = source_of(wish.source)
+    if wish.challenge:
+        check_prompts(source)
+    token = _token(wish.token_file, source)
+    with asked_of(wish) as asked:
+        document = _watched(wish, source, token, asked.found)
+        known = asked.known(document, wish.claim)
+    if wish.as_json:
+        show_json(document)
+    else:
+        _show(document, known, source)
+    sys.exit(VERDICT_EXIT[document["verdict"]])
+
+
+def _watched(wish: WatchWish, source: Source, token: str | None, found: Claimed) -> dict[str, Any]:
+    """The verdict's document; the claim is this process's own word, and so is the registry."""
+    from moireid.sandbox.seal import missing
+    from moireid.verifier.live.challenge import draw_prompts
+    from moireid_studio.watch.order import Order
+    from moireid_studio.watch.watching import Terms, watch
+
+    prompts = draw_prompts(0.0) if wish.challenge else None
+    order = Order(source, _claim(wish, found), found.barred, prompts)
+    with _stopped() as stop, JsonLines() if wish.as_json else told(source.shown) as tell:
+        document = watch(order, Terms(wish.seconds, token), stop, tell)
+    sealed = tuple(document.pop("sealed"))
+    if (lacking := missing(sealed)) is not None:
+        say(f"note: the process that read the stream {lacking}: this system has no means against that")
+    standing = found.provenance.standing
+    return document | {
+        "registry": standing.to_json() if standing else None,
+        "claim_source": found.provenance.source,
+        "badge": {"id": found.badge.id, "name": found.badge.name},
+    }
+
+
+def _claim(wish: WatchWish, found: Claimed) -> Claim:
+    from moireid.verifier import Claim
+
+    return Claim(
+        found.badge,
+        found.badge.id,
+        wish.focal_px,
+        found.as_built,
+        wish.require_original,
+        found.provenance,
+        wish.cover_share,
+        seal=found.seal,
+    )
+
+
+def _token(path: Path | None, source: Source) -> str | None:
+    """The token in a file.  Raises: SpecError where it is of no use, or easily guessed."""
+    if path is None:
+        return None
+    if source.kind not in ("whip", "whep"):
+        raise SpecError(f"--token-file is for whip:// and whep://, and the source is {source.shown}; leave it out")
+    token = path.read_text(encoding="utf-8", errors="replace").strip()
+    if len(token) < LEAST_TOKEN or not token.isascii() or not token.isprintable() or " " in token:
+        raise SpecError(f"{path} holds no token: one line of {LEAST_TOKEN} or more letters and digits, without blanks")
+    return token
+
+
+@contextmanager
+def _stopped() -> Iterator[threading.Event]:
+    """Set by the first interrupt, or by SIGTERM; a second interrupt ends the program."""
+    stop = threading.Event()
+
+    def note(number: int, frame: Any) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _show(document: dict[str, Any], known: Circumstances, source: Source) -> None:
+    """The last verdict; what ended the stream, where it did not end as it should."""
+    from moireid.verifier.report.live_headline import live_headline_of
+
+    if document["end"]["text"]:
+        frames = document["frames"]
+        say(f"note: {document['end']['text']}; {frames['read']} pictures were read, {frames['tracked']} show the badge")
+    live = source.live(challenged=document["challenged"])
+    headline = live_headline_of(document, document["badge"]["name"], known) if live else None
+    show_verdict(document["verdict"].upper(), document, known, headline)

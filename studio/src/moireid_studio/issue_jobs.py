@@ -1,0 +1,142 @@
+"""Orders handed to the studio's jobs, and what became of them."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from starlette.background import BackgroundTask
+from starlette.responses import FileResponse
+
+from moireid.asbuilt import AsBuilt, as_built_from_json
+from moireid.fabrication.package import MOVING
+from moireid.registry import Record
+from moireid.registry.canonical import canonical_json
+from moireid_studio.auth.roles import Visitor
+from moireid_studio.jobs.orders import Order, Wish
+from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE
+from moireid_studio.pictures import kept_pictures
+from moireid_studio.problems import Refusal
+from moireid_studio.store.job import Job
+from moireid_studio.store.pictures import Picture, pack
+from moireid_studio.store.storage import StorageError
+from moireid_studio.studio import Studio
+
+
+def pictures_of(studio: Studio, order: Order, visitor: Visitor) -> dict[str, Picture]:
+    """The pictures that an order names, by "logo" and "portrait".  Raises: SpecError where one is not kept."""
+    named = {"logo": order.logo, "portrait": order.portrait}
+    return {
+        what: next(iter(kept_pictures(studio, visitor, kept, f"the {what}").values()))
+        for what, kept in named.items()
+        if kept is not None
+    }
+
+
+def start_badge(studio: Studio, order: Order, visitor: Visitor, pictures: Mapping[str, Picture]) -> Job:
+    """A job that makes one badge's package; pictures: by "logo" and "portrait".
+
+    Raises: Refusal 503 where too many wait, or it cannot be stored.
+    """
+    return _start(studio, "badge", visitor, order.name, ORDER, order.model_dump_json().encode(), pictures)
+
+
+def start_event(
+    studio: Studio, people_csv: bytes, wish: Wish, visitor: Visitor, pictures: Mapping[str, Picture]
+) -> Job:
+    """A job that makes an event's package; pictures: as for `lists.dress_people`.
+
+    Raises: Refusal 503 where too many wait, or it cannot be stored.
+    """
+    return _start(studio, "event", visitor, "an event", PEOPLE, people_csv, pictures, wish=wish.model_dump())
+
+
+def start_capture(studio: Studio, job: Job, video: Path, record: Record) -> Job:
+    """Let the job that holds an uploaded film measure the badge of `record`."""
+    job.label = record.name
+    studio.jobs.submit(job, video, {"badge_json": record.badge.to_json()})
+    return job
+
+
+def _start(
+    studio: Studio,
+    kind: str,
+    visitor: Visitor,
+    label: str,
+    name: str,
+    content: bytes,
+    pictures: Mapping[str, Picture],
+    **arguments: Any,
+) -> Job:
+    """Start a job from an archive with the order; the file is removed at the job's end, like an uploaded film."""
+    with studio.jobs.receiving(kind, visitor.id, visitor.role) as job:
+        job.label = label
+        try:
+            with zipfile.ZipFile(job.folder / "order", "w") as packed:
+                packed.writestr(name, content)
+                pack(packed, pictures)
+            studio.jobs.stored(job, (job.folder / "order").stat().st_size)
+        except OSError as error:
+            text = f"The order cannot be stored ({error.strerror}); try again later."
+            raise Refusal(503, "disk", text) from error
+        studio.jobs.submit(job, job.folder / "order", {"actor": visitor.actor} | arguments)
+    return job
+
+
+def package_of(job: Job) -> FileResponse:
+    """A finished job's archive, as a download.  Raises: Refusal 404 where there is none (yet)."""
+    with ExitStack() as held:
+        path = held.enter_context(_package(job))
+        assert job.result is not None
+        name = f"badge-{job.result['id']}.zip" if job.kind == "badge" else "event.zip"
+        return FileResponse(
+            path, media_type="application/zip", filename=name, background=BackgroundTask(held.pop_all().close)
+        )
+
+
+def preview_of(job: Job) -> bytes:
+    """The moving preview of the badge that a finished job has made, an animated WebP.
+
+    Raises: Refusal 404 where there is none (yet).
+    """
+    with _package(job) as path, zipfile.ZipFile(path) as packed:
+        if job.kind != "badge" or job.result is None:
+            raise _gone()
+        return packed.read(f"badge-{job.result['id']}/{MOVING}")
+
+
+@contextmanager
+def _package(job: Job) -> Iterator[Path]:
+    """A finished job's archive.  Raises: Refusal 404 where there is none (yet), 503 where the storage fails."""
+    if job.state != "done" or job.result is None or job.files is None:
+        raise _gone()
+    with ExitStack() as held:
+        try:
+            path = held.enter_context(job.files(PACKAGE))
+        except FileNotFoundError as error:
+            raise _gone() from error
+        except StorageError as error:
+            raise Refusal(503, "storage", "The package cannot be read just now; try again later.") from error
+        if not path.is_file():
+            raise _gone()
+        yield path
+
+
+def _gone() -> Refusal:
+    return Refusal(404, "no_package", "This package is not made yet, or was removed already; issue the badge again.")
+
+
+def as_built_of(job: Job) -> AsBuilt:
+    """What a finished job measured.  Raises: Refusal 409 where it measured nothing (yet)."""
+    if job.state != "done" or job.result is None:
+        raise Refusal(409, "not_measured", "This capture is not measured; wait for it, or film the badge again.")
+    return as_built_from_json(canonical_json(job.result["as_built"]))
+
+
+def keep(studio: Studio, job: Job, visitor: Visitor) -> Record:
+    """Store what a job measured as the badge's figures; again changes nothing.  Raises: Refusal 409; RegistryError."""
+    found = as_built_of(job)
+    return studio.registry.by(visitor.actor).store_as_built(found.badge_id, found.to_json())

@@ -1,0 +1,75 @@
+"""A process for each film: if it crashes, hangs or grows, only its own job is lost."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import Child, Ended, ForkServer
+from moireid.sandbox.reach import reach
+from moireid_studio.jobs.task import Task
+
+#: How soon a stop is noticed.
+LOOK_S = 0.25
+#: How long a process may take to read an answer that it has asked for, and waits for.
+ANSWER_S = 10.0
+#: It loads the verifier, some seconds long, for all films; a film's process is sealed.
+films = ForkServer("moireid_studio.jobs.work:judge", sealed=True)
+#: For badges that are made; it begins with the first of them.
+orders = ForkServer("moireid_studio.jobs.making:make")
+#: Kinds of tasks without a stranger's film; all others are sealed.
+ORDERS = frozenset({"badge", "event"})
+
+
+class Lost(Exception):
+    """A job that ended without its result: a code and a sentence."""
+
+    def __init__(self, code: str, text: str) -> None:
+        super().__init__(text)
+        self.code, self.text = code, text
+
+
+def run_task(
+    task: Task,
+    limits: ProcessLimits,
+    heard: Callable[[dict[str, Any]], object],
+    *,
+    wall_s: float,
+    stopping: Callable[[], bool],
+) -> None:
+    """Do a task in its own process; each of its messages goes to `heard`, and what that returns but None goes back.
+
+    Raises: Lost where the film is at fault, the process crashes or takes too long, or `stopping` says so; the process
+        is ended then.  OSError where no process can be started.
+    """
+    if task.kind in ORDERS:
+        child = orders.fork(limits, task.folder)
+    else:
+        child = films.fork(limits, task.folder, within=reach(write=[task.folder]))
+    try:
+        child.send(task, wall_s)
+        _listen(child, heard, wall_s, stopping)
+    except Ended as ended:
+        if ended.kind == "memory":
+            raise Lost("memory", "This film asks for more memory than one may have here.") from ended
+        if not ended.ours:
+            raise Lost("crash", "The process that read this film ended by itself.") from ended
+        if ended.kind != "done":
+            raise Lost(ended.kind, ended.words) from ended
+    finally:
+        child.kill()
+
+
+def _listen(
+    child: Child, heard: Callable[[dict[str, Any]], object], wall_s: float, stopping: Callable[[], bool]
+) -> None:
+    """Pass messages on until the process says that it has ended.  Raises: Ended, Lost."""
+    deadline = time.monotonic() + wall_s
+    while (rest := deadline - time.monotonic()) > 0:
+        if stopping():
+            raise Lost("stopped", "The studio was stopped meanwhile.")
+        if (message := child.hear(min(rest, LOOK_S))) is not None and (back := heard(message)) is not None:
+            child.send(back, min(rest, ANSWER_S))
+    raise Lost("time", f"This film takes longer than the {wall_s:g} s that one may take here.")

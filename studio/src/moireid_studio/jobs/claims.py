@@ -1,0 +1,128 @@
+"""From a job's wish to what its process gets: whose badge is claimed, and what the registry knows of it now.
+
+The wish is looked up again when its turn has come, by whoever does the job: what was revoked meanwhile counts, and
+nothing that a worker must believe is handed from machine to machine.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from moireid.badge import Badge, badge_from_json
+from moireid.errors import RegistryError
+from moireid.idcodes import specimen_of
+from moireid.lenticule import view_law
+from moireid.provenance import Seal, Standing
+from moireid.registry import Claimed, People, Registry, claimed, claimed_by_file
+from moireid_studio.jobs.asking import MOST_OF_A_LAYOUT
+from moireid_studio.jobs.task import Law
+from moireid_studio.problems import Refusal
+from moireid_studio.store.job import Job
+
+#: At most this many laws are given to a film's process: those of a claimed badge, or of the registry's layouts.
+MOST_LAWS = 8
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What a job's process gets: arguments of its kind of work; people: whom it may ask about, and how often; found:
+    the claimed badge, standing: of the registry, each None where there is none.
+    """
+
+    arguments: dict[str, Any] = field(default_factory=dict)
+    people: People | None = None
+    questions: int = 0
+    found: Claimed | None = None
+    standing: Standing | None = None
+
+
+def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[], Mapping[str, Any]]) -> Prepared:
+    """What the process of a job gets; maker: gives the registry's place and keys to those who make badges.
+
+    Raises: Refusal where the claim means nobody any more; RegistryError.
+    """
+    wish = job.wish
+    if job.kind == "verify":
+        standing = registry.standing(trust)
+        found, laws = claim_of(registry, wish, standing)
+        asked = {name: wish[name] for name in ("focal_px", "require_original", "cover_share", "photographs", "report")}
+        given = {"found": found if wish["ids"] else sealed(found), "laws": laws}
+        return Prepared(asked | given, found=found, standing=standing)
+    if job.kind == "identify":
+        layouts = registry.layouts()
+        given = {"layouts": layouts, "laws": laws_of(layouts), "focal_px": wish["focal_px"]}
+        most = MOST_OF_A_LAYOUT * len(layouts)
+        return Prepared(given, People(registry), most, standing=registry.standing(trust))
+    return Prepared(dict(wish) if job.kind == "capture" else dict(wish) | dict(maker()))
+
+
+def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) -> tuple[Claimed, list[Law]]:
+    """The badge that a wish claims, by name or id (`claim`) or by its file (`badge`); ids: whether those who ask may be
+    told of other ids.
+
+    Raises: Refusal as `find_claimed`; RegistryError, SpecError.
+    """
+    if wish.get("claim") is not None:
+        found = find_claimed(registry, wish["claim"], ids=wish["ids"])
+        alike = found.provenance.alike
+    else:
+        found = claimed_by_file(registry, badge_from_json(wish["badge"]))
+        alike = _names(found.provenance.alike, ids=wish["ids"])
+    found = replace(found, provenance=replace(found.provenance, standing=standing, alike=alike))
+    # The law of a visitor's own badge file is traced in the film's process, which has limits.
+    return found, laws_of([found.badge]) if found.provenance.source == "registry" else []
+
+
+def sealed(found: Claimed) -> Claimed:
+    """An enrolled badge for a film that somebody shows who may not issue: its report then tells no identity that the
+    film itself does not show, neither as digits nor as lines in a plot.
+    """
+    if found.provenance.source != "registry" or found.badge.id is None:
+        return found
+    badge = replace(specimen_of(found.badge), name=found.badge.name)
+    built = None if found.as_built is None else replace(found.as_built, badge_id="")
+    return replace(found, badge=badge, as_built=built, seal=Seal.of(found.badge.id, secrets.token_bytes(16)))
+
+
+def find_claimed(registry: Registry, claim: str, *, ids: bool) -> Claimed:
+    """Like `claimed`; ids: whether those who ask may be told of other ids than the claimed one.
+
+    Raises: Refusal 404 where the claim means nobody, 409 where it means several people, 422 where it is too long.
+    """
+    try:
+        found = claimed(registry, claim)
+    except RegistryError as error:
+        known = error.details.get("ids")
+        if error.details.get("code") == "long_claim":
+            raise Refusal(422, "long_claim", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error
+        if known == []:
+            text = f"Nobody named {claim[:80]!r} is in the registry, and no badge has such an id."
+            if alike := error.details.get("alike"):
+                told = _names(alike, ids=ids)  # type: ignore[arg-type]
+                text += f" The name looks like {' and '.join(told)}, but is written in other letters."
+            raise Refusal(404, "no_claim", text) from error
+        if known and not ids:
+            count, by = len(known), error.details.get("by_line", "")  # type: ignore[arg-type]
+            text = (
+                f"{count} badges are meant by {claim[:80]!r}; claim the id that the person or an issuer gave you{by}."
+            )
+            raise Refusal(409, "ambiguous", text) from error
+        if known:
+            raise Refusal(409, "ambiguous", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error
+        raise
+    alike = _names(found.provenance.alike, ids=ids)
+    return replace(found, provenance=replace(found.provenance, alike=alike))
+
+
+def laws_of(badges: Sequence[Badge]) -> list[Law]:
+    """The laws of the registry's badges, traced here once, so that no film's process must trace them again."""
+    pairs = {(badge.lens, grating.pitch_mm) for badge in badges for grating in badge.gratings}
+    return [(lens, pitch_mm, view_law(lens, pitch_mm)) for lens, pitch_mm in list(pairs)[:MOST_LAWS]]
+
+
+def _names(alike: Sequence[str], *, ids: bool) -> tuple[str, ...]:
+    """People who look like somebody, each "NAME (ID)"; without the ids where these are not told."""
+    return tuple(alike) if ids else tuple(one.rpartition(" (")[0] for one in alike)

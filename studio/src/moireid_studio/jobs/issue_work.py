@@ -1,0 +1,144 @@
+"""Making packages in the studio's child processes, so that the server never loads build123d.
+
+The functions are called through `making.WORK`, with the file of the order and with callbacks for progress and results.
+They write to the present folder.  A badge is issued together with its files, as by `print-your-badge --registry`.
+If a child dies after issuing and before its archive is ready, the same order again makes it and issues nothing new, if
+it gives the identities.
+
+An order is an archive of ours: `ORDER` or `PEOPLE`, and the pictures that the server has had made of the visitor's.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import zipfile
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from moireid.designer.people import parse_people
+from moireid.errors import SpecError
+from moireid.names import line_of
+from moireid.registry import Registry, open_registry
+from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
+from moireid_studio.jobs.lists import dress_people
+from moireid_studio.jobs.orders import Order, Wish, ready
+from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE, Progress, Tell
+from moireid_studio.problems import plain
+from moireid_studio.store.pictures import unpacked, written
+
+
+def issue_badge(
+    order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, signer: str | None, actor: str
+) -> None:
+    """Make one badge's package, and issue the badge; `order_file` holds an `Order`.
+
+    Raises: as `orders.ready`, and FabricationError where a file fails its check.
+    """
+    from moireid.fabrication.package import file_names, print_badge
+
+    content, pictures = _opened(order_file, ORDER)
+    order, folder, steps = Order.model_validate_json(content), Path("badge"), count(1)
+    with _registry(registry_url, keys, signer, actor) as registry:
+        made = ready(order, registry, pictures)
+        most = len(file_names(made.parts, moving=True))
+        printed = print_badge(
+            made.badge,
+            folder,
+            mount=made.mount,
+            look=made.look,
+            maker="studio",
+            before_moving=lambda: registry.enroll(made.badge, told=True),
+            progress=lambda file: progress(next(steps), most),
+        )
+    _pack(folder, f"badge-{made.badge.id}")
+    tell(
+        {
+            "result": {
+                "kind": "badge",
+                "id": made.badge.id,
+                "name": made.badge.name,
+                "files": list(printed.files),
+                "already_issued": made.holder is not None,
+                "left_out": {shop: plain(why) for shop, why in printed.left_out.items()},
+                "mount_mass_g": printed.mount_mass_g,
+            }
+        }
+    )
+
+
+def issue_event(
+    people_file: Path,
+    progress: Progress,
+    tell: Tell,
+    *,
+    wish: dict[str, Any],
+    registry_url: str,
+    keys: str,
+    signer: str | None,
+    actor: str,
+) -> None:
+    """Make the package of an event: sheets, a folder for each person, a summary; and issue all badges.
+
+    Raises: the fault of the first row that has one, and FabricationError where a file fails its check.
+    """
+    from moireid.fabrication.event import print_event
+
+    wanted, folder = Wish.model_validate(wish), Path("event")
+    content, pictures = _opened(people_file, PEOPLE)
+    with _registry(registry_url, keys, signer, actor) as registry:
+        rows = list(dress_people(parse_people(content).people, wanted, pictures, registry.by_id))
+        for row in rows:
+            if row.fault is not None:
+                raise SpecError(row.fault)
+        badges = [row.badge for row in rows if row.badge is not None]
+        event = print_event(
+            badges,
+            folder,
+            mount=wanted.mount or "none",
+            looks=[row.look for row in rows],
+            maker="studio",
+            before_moving=lambda: registry.enroll_many(badges, told=True),
+            progress=progress,
+        )
+    _pack(folder, "event")
+    tell(
+        {
+            "result": {
+                "kind": "event",
+                "people": [{"id": badge.id, "name": badge.name, "line": line_of(badge.print)} for badge in badges],
+                "sheets": event.sheet_count,
+                "boards_to_a_sheet": event.boards_to_a_sheet,
+                "left_out": {shop: plain(why) for shop, why in event.left_out.items()},
+                "mount_mass_g": event.mount_mass_g,
+            }
+        }
+    )
+
+
+def _opened(order_file: Path, name: str) -> tuple[bytes, dict[str, Path]]:
+    """What is ordered, and the files of its pictures by key."""
+    with zipfile.ZipFile(order_file) as packed:
+        return packed.read(name), written(unpacked(packed), Path("pictures"))
+
+
+def _registry(url: str, keys: str, signer: str | None, actor: str) -> Registry:
+    """The registry, with the authority's key from the folder `keys`, or by asking the signer; for `actor` to act on.
+
+    They are passed in, because the child works in another folder, and its parent may be older than the registry.
+    """
+    os.environ[KEYS_VARIABLE] = keys
+    os.environ.pop(SIGNER_VARIABLE, None)
+    if signer is not None:
+        os.environ[SIGNER_VARIABLE] = signer
+    return open_registry(url, create=False, actor=actor)
+
+
+def _pack(folder: Path, top: str) -> None:
+    """Put a folder's files into `PACKAGE` under `top`, and take folder and pictures away."""
+    with zipfile.ZipFile(PACKAGE, "w", zipfile.ZIP_DEFLATED) as packed:
+        for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+            packed.write(path, f"{top}/{path.relative_to(folder).as_posix()}")
+    shutil.rmtree(folder)
+    shutil.rmtree("pictures")

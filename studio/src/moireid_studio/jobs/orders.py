@@ -1,0 +1,292 @@
+"""What a visitor asks for: the fields of the Issue page and of the API, and their checks.
+
+The wish is checked by the same functions as in `print-your-badge`, so both refuse it with the same sentence.  No field
+names a file of the server: sheets and templates are those that come with the program, and pictures are handed in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from moireid.artwork.content import with_lines
+from moireid.artwork.placing import Look
+from moireid.badge import Badge
+from moireid.cli.printing.wear import Wear
+from moireid.designer import Request, explain, payload_from_hex
+from moireid.designer.drawn import drawn_badge
+from moireid.designer.formats import FORMATS
+from moireid.designer.link import LinkBudget
+from moireid.designer.reach import link_budgets
+from moireid.designer.request import clean_name
+from moireid.errors import RegistryError, SpecError
+from moireid.fabrication.page.dress import check_look, look_notes
+from moireid.fabrication.page.lettering import name_note
+from moireid.fabrication.parts import Parts
+from moireid.fabrication.process import MountFigures
+from moireid.idcodes import is_name_derived
+from moireid.names import MOST_LINES
+from moireid.registry import Record, Registry
+
+#: Labels alone: the library would take the path of a lens profile too, and no visitor names a path.
+LensLabel = Literal[
+    "40lpi",
+    "50lpi",
+    "60lpi",
+    "75lpi",
+    "20lpi-2mm",
+    "30lpi-47mil",
+    "40lpi-33mil",
+    "40lpi-2mm",
+    "60lpi-1.2mm",
+    "62lpi-27mil",
+    "75lpi-18mil",
+    "100lpi-14mil",
+]
+Mount = Literal["lanyard", "clip", "stand", "holder", "none"]
+#: Names of `designer.formats.FORMATS`, and of `looks.template.TEMPLATES`.
+FormatName = Literal["cr80", "a7", "4x3in", "a6", "a5", "webcam", "board"]
+TemplateName = Literal["plain", "conference", "newsroom", "court", "webcam"]
+Orientation = Literal["landscape", "portrait"]
+#: As the answer to the pictures says.
+PictureId = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+Metres = Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)]
+Millimetres = Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False)]
+
+
+class Wish(BaseModel):
+    """How badges are to be made; what is left out is as in `print-your-badge`."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    format: FormatName | None = Field(
+        None, description="A size that holders are made for, with a sheet and a range that suit it; else the board's."
+    )
+    orientation: Orientation | None = Field(
+        None, description="Whether the badge lies or stands; else as its format is made: all lie but the board."
+    )
+    lens: LensLabel | None = Field(
+        None, description="Lenticular sheet, lenses per inch; else the format's, of the board 50lpi."
+    )
+    lens_thickness_mm: float | None = Field(
+        None, gt=0, le=20, allow_inf_nan=False, description="Thickness of the sheet by a calliper, mm."
+    )
+    front: Literal["lens", "array"] = Field(
+        "lens", description="What lies on top: a lenticular sheet, or an array of round lenses (fly's-eye sheet)."
+    )
+    printer_dpi: int = Field(1200, ge=72, le=9600, description="Printer's dots per inch.")
+    paper: Literal["a4", "letter"] = "a4"
+    near_m: Metres | None = Field(None, description="Nearest camera, metres; else the format's, of the board 0.8.")
+    far_m: Metres | None = Field(None, description="Farthest camera, metres; else the format's, of the board 2.5.")
+    axes: Literal["x", "xy", "hex"] = Field("x", description="Directions that the fringes sense.")
+    markers: Literal["squares", "frame"] = Field(
+        "squares", description="What a film finds the badge by: squares in its corners, or a thin frame."
+    )
+    width_mm: Millimetres | None = Field(None, description="Width of a board of no format, mm; else 146.")
+    height_mm: Millimetres | None = Field(None, description="Height of a board of no format, mm; else 160.")
+    mount: Mount | None = Field(
+        None, description="What carries the badge; else a lanyard's, or none where the format has a holder of its own."
+    )
+    template: TemplateName | None = Field(
+        None,
+        description="What stands where; else plain, of a webcam's badge webcam, of a bare board name and id alone.",
+    )
+    colour: str | None = Field(None, max_length=100, description="Of the template's accents: #134e8c, or teal.")
+    lines: list[Annotated[str, Field(max_length=2000)]] = Field(
+        default_factory=list, max_length=4 * MOST_LINES, description=f"Lines below the name, at most {MOST_LINES}."
+    )
+    logo: PictureId | None = Field(None, description="A logo, by the id that `POST /api/badges/pictures` gave.")
+
+    def wear(self, pictures: Mapping[str, Path] | None = None) -> Wear:
+        """Size and looks, as the command takes them.
+
+        Parameters: pictures: files of ours, by "logo" and "portrait".
+        Raises: SpecError for fields that contradict each other.
+        """
+        size, metres = (self.width_mm, self.height_mm), (self.near_m, self.far_m)
+        if size != (None, None) and (self.format or self.orientation):
+            raise SpecError(
+                "width and height are for a size of your own, which has no orientation; leave both empty, or choose "
+                "the size of your own and leave the orientation as it is"
+            )
+        usual_m = FORMATS[self.format].range_m if self.format else Request.range_m
+        return Wear(
+            self.format,
+            self.orientation,
+            None if size == (None, None) else "x".join(_filled(size, Request.size_mm)),
+            self.lens,
+            None if metres == (None, None) else "-".join(_filled(metres, usual_m)),
+            self.template,
+            tuple(self.lines),
+            (pictures or {}).get("logo"),
+            (pictures or {}).get("portrait"),
+            self.colour,
+        )
+
+    def request(self, name: str, wear: Wear | None = None) -> Request:
+        """The library's request for a person of that name.
+
+        Parameters: wear: of this wish, with its pictures.
+        Raises: SpecError as `clean_name` and `Wear.fit`; DesignError where nothing works.
+        """
+        wish = Request(
+            clean_name(name),
+            printer_dpi=self.printer_dpi,
+            paper=self.paper,
+            family="spacing",
+            axes=self.axes,
+            markers=self.markers,
+            front=self.front,
+            lens_thickness_mm=self.lens_thickness_mm,
+        )
+        return (wear or self.wear()).fit(wish)
+
+
+def _filled(given: tuple[float | None, float | None], usual: tuple[float, float]) -> list[str]:
+    return [f"{one if one is not None else other:g}" for one, other in zip(given, usual, strict=True)]
+
+
+class Order(Wish):
+    """One person's badge."""
+
+    name: str = Field(max_length=2000, description="The person's name; 200 letters at most are set on a badge.")
+    payload: str = Field("", max_length=200, description="The identity, 16 or 32 hex digits; else one is drawn.")
+    portrait: PictureId | None = Field(None, description="A portrait, by the id that `POST /api/badges/pictures` gave.")
+
+    def chosen(self) -> bytes | None:
+        """The payload that is asked for.  Raises: CodeError where it is none."""
+        return payload_from_hex(self.payload.strip(), family="spacing") if self.payload.strip() else None
+
+    def of(self, badge: Badge) -> Order:
+        """The order of this very badge, so that whoever makes it draws no other identity."""
+        return self.model_copy(update={"payload": badge.id})
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A badge that can be made, what it wears, and what the visitor should know about it.
+
+    rows: as `print-your-badge --explain`; links: link budget at each end of the range; holder: who already has this
+    same badge; namesakes: other badges issued to the name; look_alikes: badges of people whose names look like it;
+    files: names in the package; left_out: which of the two mounts cannot be made, and why; notes: about letters of a
+    name that no font has, and a mount that is not made; name_derived: whether everyone who knows the name can print
+    this badge.
+    """
+
+    badge: Badge
+    look: Look | None
+    rows: list[tuple[str, str]]
+    links: list[tuple[float, LinkBudget]]
+    holder: Record | None
+    namesakes: list[Record]
+    look_alikes: list[Record]
+    files: tuple[str, ...]
+    left_out: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    name_derived: bool = False
+
+    @property
+    def to_read(self) -> str | None:
+        """What the issuer must have read before this badge is issued, as a mark of it; None where there is nothing."""
+        told = self.holder or self.namesakes or self.look_alikes or self.name_derived
+        return f"{self.badge.id} {self.badge.name}" if told else None
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A badge as it is ordered: what it wears, who holds this very badge already, the mount's kind and parts, and what
+    there is to say of that.
+    """
+
+    badge: Badge
+    look: Look | None
+    holder: Record | None
+    mount: str
+    parts: Parts
+    note: str | None
+
+
+def ready(order: Order, registry: Registry, pictures: Mapping[str, Path] | None = None) -> Ready:
+    """The badge of an order, and what goes with it; nothing is issued.
+
+    Parameters: pictures: as for `Wish.wear`.
+    Raises: SpecError, DesignError, CodeError, FabricationError or RegistryError, as the command does.
+    """
+    wear = order.wear(pictures)
+    request = order.request(order.name, wear)
+    badge = with_lines(drawn_badge(request, order.chosen(), registry.by_id).badge, order.lines)
+    look = wear.look(order.axes)
+    check_look(badge, look)
+    holder = registry.by_id(badge.id or "")
+    if holder is not None and holder.badge != badge:
+        raise RegistryError(
+            f"badge {badge.id} is held by {holder.name!r} already, and is another badge; give another identity"
+        )
+    mount, parts, note = wear.parts(badge, order.mount, MountFigures())
+    return Ready(badge, look, holder, mount, parts, note)
+
+
+def checked(order: Order, registry: Registry, pictures: Mapping[str, Path] | None = None) -> Checked:
+    """The badge of an order, if it can be made, and all that is known of it; nothing is issued.
+
+    Raises: as `ready`.
+    """
+    found = ready(order, registry, pictures)
+    badge = found.badge
+    return Checked(
+        badge,
+        found.look,
+        explain(badge),
+        link_budgets(badge),
+        found.holder,
+        [record for record in registry.named(badge.name) if record.id != badge.id],
+        registry.look_alikes([badge.name]).get(badge.name, []),
+        found.parts.files,
+        found.parts.left_out,
+        tuple(note for note in (name_note(badge.name), *look_notes(badge, found.look), found.note) if note),
+        is_name_derived(badge),
+    )
+
+
+def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
+    """A wish or an order from a form: empty fields keep their defaults, and unknown fields are ignored; the field
+    `lines` is one text with a line for each.
+
+    Raises: SpecError that names the first field which cannot be used, and what it may be.
+    """
+    known = model.model_fields
+    given: dict[str, Any] = {
+        key: value.strip() if key != "name" else value for key, value in fields.items() if key in known
+    }
+    # Half of the world writes 0,5.
+    given |= {key: value.replace(",", ".") for key, value in given.items() if key.endswith(("_m", "_mm"))}
+    if "lines" in given:
+        given["lines"] = [line.strip() for line in given["lines"].splitlines() if line.strip()]
+    try:
+        return model.model_validate({key: value for key, value in given.items() if value or key == "name"})
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = str(first["loc"][0])
+        words = first["msg"][0].lower() + first["msg"][1:]
+        words = "it is no number such as 0.5" if first["type"] in ("float_parsing", "int_parsing") else words
+        shown = str(first.get("input", ""))[:40]
+        raise SpecError(f"{LABELS.get(key, key)} {shown!r} cannot be used: {words}; correct that field") from error
+
+
+#: The fields' names in messages for people.
+LABELS = {
+    "lens": "lens sheet",
+    "lens_thickness_mm": "sheet thickness",
+    "printer_dpi": "printer resolution",
+    "near_m": "nearest camera",
+    "far_m": "farthest camera",
+    "width_mm": "width of the badge",
+    "height_mm": "height of the badge",
+    "axes": "fringes",
+    "front": "sheet on top",
+    "lines": "lines below the name",
+}

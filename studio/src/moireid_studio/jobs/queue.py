@@ -1,0 +1,258 @@
+"""The jobs of one studio: a limited number waits, workers judge them, and results are kept for a while.
+
+What jobs there are, the database says (`web.store`); where several studios share one, each sees the same.  A film lies
+in the folder of its job as it comes, then in the storage until it is judged.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import shutil
+import threading
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import anyio
+from starlette.concurrency import run_in_threadpool
+
+from moireid.errors import RegistryError
+from moireid.registry import Registry
+from moireid_studio.auth.tokens import Role
+from moireid_studio.http.metrics import Metrics
+from moireid_studio.http.rates import Rates
+from moireid_studio.http.shares import fits
+from moireid_studio.jobs.child import films
+from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.job_runner import Doer
+from moireid_studio.jobs.workers import Workers
+from moireid_studio.problems import Refusal
+from moireid_studio.settings import Limits
+from moireid_studio.store.job import Job, Lane
+from moireid_studio.store.ledger import Ledger
+from moireid_studio.store.storage import JOB_ID, Folder, Storage, StorageError
+
+__all__ = ["Job", "Jobs"]
+#: Folders that a killed studio leaves: of films as they came, and copies of what lies in a storage.
+LEFT = re.compile(r"[0-9a-f]{32}(-.*)?|kept-.*")
+#: How often it is asked whether jobs have ended that others do, s.
+WATCH_S = 0.25
+
+
+class Jobs:
+    """The jobs of one studio; safe to use from any thread."""
+
+    def __init__(
+        self,
+        folder: Path,
+        limits: Limits,
+        ledger: Ledger,
+        storage: Storage,
+        prepare: Callable[[Job], Prepared],
+        note: Callable[[Job], None] = lambda job: None,
+        *,
+        registry: Registry | None = None,
+        metrics: Metrics | None = None,
+    ) -> None:
+        """Parameters: folder: for films as they come; prepare, note, registry: as for `Doer`."""
+        # Made absolute, because a job's process begins in another folder.
+        self._folder, self._limits, self._storage = folder.absolute(), limits, storage
+        self.ledger, self.rates, self._lock = ledger, Rates(limits), threading.Lock()
+        self.doer = Doer(ledger, storage, limits, prepare, note, registry=registry, metrics=metrics)
+        self.workers = Workers(ledger, storage, self.doer, limits, self._has_ended)
+        #: Bytes of films on their way here, by job; and those of all that are stored, by owner, as of the last look.
+        self._coming: dict[str, tuple[str, int]] = {}
+        self._there: dict[str, int] = {}
+        self._awaited: dict[str, Future[None]] = {}
+        self._watcher: threading.Thread | None = None
+
+    def start(self, *, judging: bool = True) -> None:
+        """Begin to work, after removing what a killed server has left; judging: films too, and not badges alone."""
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not self.ledger.database.shared:
+            # This process is alone here, so what others had is nobody's any more.
+            self.ledger.disown()
+        self._clear_folder()
+        both: Sequence[Lane] = ("issue", "judge")
+        if judging:
+            films.warm_up()
+        # One that takes no film, so that no verifier's film keeps an issuer waiting.
+        self.workers.start([both] * (self._limits.workers if judging else 0) + [("issue",)])
+        self.workers.sweep()
+        self._watcher = threading.Thread(target=self._watch, daemon=True)
+        self._watcher.start()
+
+    def stop(self) -> None:
+        """End the work: films that are not judged yet wait for whoever starts next, results are kept."""
+        self.workers.stop()
+        if self._watcher is not None:
+            self._watcher.join()
+        for job_id in list(self._awaited):
+            self._has_ended(job_id)
+        # A folder with something of somebody's in it stays.
+        with contextlib.suppress(OSError):
+            self._folder.rmdir()
+
+    @property
+    def at_work(self) -> bool:
+        """Whether there is somebody to do the work."""
+        return bool(self.workers.threads) and not self.workers.stopping.is_set()
+
+    def admit(self, kind: str, owner: str, role: Role = "verifier") -> Job:
+        """A new job, with a folder for its film.
+
+        Raises: Refusal 503 where too many wait already; 429 where the token sends too many.
+        """
+        self.rates.upload(owner, role)
+        self._there = self.ledger.stored()
+        job = self.ledger.admit(kind, owner, role, lambda held: fits(held, owner, role, self._limits))
+        if job is None:
+            text = "Too many films wait to be judged; try again in a minute."
+            raise Refusal(503, "busy", text, headers={"Retry-After": "60"})
+        try:
+            job.folder.mkdir(mode=0o700)
+        except OSError as error:
+            self.remove(job)
+            raise Refusal(503, "disk", f"The film cannot be stored ({error.strerror}); try again later.") from error
+        return job
+
+    @contextlib.contextmanager
+    def receiving(self, kind: str, owner: str, role: Role = "verifier") -> Iterator[Job]:
+        """Like `admit`, while the film is received: if anything goes wrong, the received part is removed."""
+        job = self.admit(kind, owner, role)
+        try:
+            yield job
+        except BaseException:
+            self.remove(job)
+            raise
+        finally:
+            self._coming.pop(job.id, None)
+
+    @contextlib.asynccontextmanager
+    async def coming(self, kind: str, owner: str, role: Role) -> AsyncIterator[Job]:
+        """Like `receiving`, for a route that waits for a visitor's bytes; the database is asked in another thread.
+
+        A visitor who leaves counts as a fault too, because the route is cancelled then.
+        """
+        job = await run_in_threadpool(self.admit, kind, owner, role)
+        try:
+            yield job
+        except BaseException:
+            with anyio.CancelScope(shield=True):
+                await run_in_threadpool(self.remove, job)
+            raise
+        finally:
+            self._coming.pop(job.id, None)
+
+    def stored(self, job: Job, size: int) -> None:
+        """So many bytes of a job's film have come.  Raises: Refusal 503 where that is more than the disk's share."""
+        job.bytes = size
+        self._coming[job.id] = job.owner, size
+        there = self._there
+        coming = list(self._coming.values())
+        own = there.get(job.owner, 0) + sum(size for owner, size in coming if owner == job.owner)
+        if sum(there.values()) + sum(size for _, size in coming) > self._limits.disk_bytes or (
+            own > self._limits.disk_bytes // 2
+        ):
+            text = "The place for films is full; try again when others are judged."
+            raise Refusal(503, "disk", text, headers={"Retry-After": "60"})
+
+    def submit(self, job: Job, video: Path, wish: dict[str, Any] | None = None) -> None:
+        """Let a job begin as soon as a worker is free; the wish is JSON and depends on the kind of work.
+
+        Raises: Refusal 503 where the film cannot be stored, 404 where the job was removed meanwhile.
+        """
+        job.video, job.wish = video.name, wish or {}
+        try:
+            self._storage.sent(job.id, job.video)
+        except (StorageError, OSError) as error:
+            self.remove(job)
+            raise Refusal(503, "storage", "The film cannot be stored just now; try again later.") from error
+        if not self.ledger.submit(job):
+            self.remove(job)
+            raise Refusal(404, "no_job", "This job was removed meanwhile; send the film again.")
+        job.state = "waiting"
+        self.workers.wake()
+
+    def keep(self, job: Job, name: str, size: int) -> None:
+        """Keep a file of a job that nobody works on, for as long as results are kept.
+
+        Raises: Refusal 503 where it cannot be stored, 404 where the job was removed meanwhile.
+        """
+        self.stored(job, size)
+        try:
+            self._storage.sent(job.id, name)
+        except (StorageError, OSError) as error:
+            raise Refusal(503, "storage", "The file cannot be stored just now; try again later.") from error
+        if not self.ledger.keep(job):
+            raise Refusal(404, "no_job", "This was removed meanwhile; send it again.")
+        job.state = "done"
+
+    def find(self, job_id: str, owner: str, *kinds: str) -> Job:
+        """The job with that id, if it belongs to `owner` and is of one of `kinds` (none named: of any kind).
+
+        Raises: Refusal 404 otherwise.
+        """
+        job = self.ledger.find(job_id) if JOB_ID.fullmatch(job_id) else None
+        if job is None or job.owner != owner or (kinds and job.kind not in kinds):
+            raise Refusal(404, "no_job", "There is no such job, or its results were removed already.")
+        job.files = lambda name: self._storage.file(job_id, name)
+        return job
+
+    def end_of(self, job: Job) -> Future[None]:
+        """A future that ends with the job, wherever it is done, or with this studio."""
+        with self._lock:
+            future = self._awaited.setdefault(job.id, Future())
+        # It may have ended just before.
+        if self.ledger.states([job.id]).get(job.id, "done") in ("done", "failed"):
+            self._has_ended(job.id)
+        return future
+
+    def remove(self, job: Job) -> None:
+        """Forget a job, with all that lies there of it."""
+        self._coming.pop(job.id, None)
+        shutil.rmtree(job.folder, ignore_errors=True)
+        self.workers.remove(job.id)
+
+    def stored_bytes(self) -> float:
+        """How many bytes of films are stored."""
+        return sum(self.ledger.stored().values())
+
+    def check(self) -> dict[str, bool]:
+        """Of the database, the storage and the workers, whether they are there."""
+        found = {"database": True, "storage": True, "at_work": self.at_work}
+        try:
+            self.ledger.counts()
+        except RegistryError:
+            found["database"] = False
+        try:
+            self._storage.check()
+        except StorageError:
+            found["storage"] = False
+        return found
+
+    def _has_ended(self, job_id: str) -> None:
+        with self._lock:
+            future = self._awaited.pop(job_id, None)
+        if future is not None and not future.done():
+            future.set_result(None)
+
+    def _watch(self) -> None:
+        """Tell those who wait for jobs that others do."""
+        while not self.workers.stopping.wait(WATCH_S):
+            ids = list(self._awaited)
+            # A database that is away says nothing of any job.
+            with contextlib.suppress(RegistryError):
+                states = self.ledger.states(ids) if ids else {}
+                for job_id in ids:
+                    if states.get(job_id, "done") in ("done", "failed"):
+                        self._has_ended(job_id)
+
+    def _clear_folder(self) -> None:
+        """Remove films that came when this machine's last studio was killed; what is not of a job stays."""
+        for entry in self._folder.iterdir():
+            if LEFT.fullmatch(entry.name) and not (isinstance(self._storage, Folder) and JOB_ID.fullmatch(entry.name)):
+                shutil.rmtree(entry, ignore_errors=True)
+        self.workers.clear()

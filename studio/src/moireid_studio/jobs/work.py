@@ -1,0 +1,153 @@
+"""The work of a film's own process: a film in, a verdict out.  Nothing here knows of requests, pages or registries.
+
+Loading this module loads all packages of the work.  A process that has loaded it is forked for each job, so that the
+job can begin at once (`child.py`).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import av  # noqa: F401 - loaded ahead
+import jsonschema  # noqa: F401 - loaded ahead
+import matplotlib.backends.backend_svg
+import matplotlib.figure  # noqa: F401 - loaded ahead
+
+from moireid.badge import Badge, badge_from_json
+from moireid.lenticule import know_law
+from moireid.provenance import Claimed
+from moireid.sandbox.child import Talk
+from moireid.verifier.limits import MIN_COVER_SHARE
+from moireid.verifier.report.page import signals_csv
+from moireid.verifier.report.pictures import pictures_of
+from moireid.verifier.session.capture import capture_as_built
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.film import verify
+from moireid.verifier.session.identify import identify
+from moireid_studio.jobs.task import SIGNALS, Ask, Law, Progress, Task, Tell
+
+#: Least time between two reports of progress.
+TELL_S = 0.1
+
+
+def verify_film(
+    video: Path,
+    progress: Progress,
+    tell: Tell,
+    *,
+    found: Claimed,
+    focal_px: float | None = None,
+    require_original: bool | None = None,
+    cover_share: float = MIN_COVER_SHARE,
+    photographs: int = 0,
+    report: bool = False,
+    laws: Sequence[Law] = (),
+) -> None:
+    """What `moireid verify --json` prints; with `report` also the pictures and the signals of its report.
+
+    The page itself is made by the server, as this process is not to learn whose badge it has read.
+    """
+    _know(laws)
+    claim = Claim(
+        found.badge,
+        found.badge.id,
+        focal_px,
+        found.as_built,
+        require_original,
+        found.provenance,
+        cover_share,
+        photographs,
+        seal=found.seal,
+    )
+    made = verify(video, claim, barred=found.barred, progress=progress)
+    tell({"result": made.to_json()})
+    if not report:
+        return
+    pictures = pictures_of(made)
+    for name, content in pictures.files.items():
+        Path(name).write_bytes(content)
+    Path(SIGNALS).write_text(signals_csv(made), encoding="utf-8")
+    tell({"files": list(pictures.files), "plots": list(pictures.plots), "frame_s": pictures.frame_s})
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The registry as identification sees it: the server answers each question, as this process must not reach it."""
+
+    ask: Ask
+
+    def holds(self, badge_id: str) -> bool:
+        """Whether that id is enrolled, and its badge counts at present."""
+        return bool(self.ask({"holds": badge_id}))
+
+    def alike(self, parts: Mapping[int, str]) -> list[str]:
+        """Ids, revoked or not, of which a part reads so."""
+        return list(self.ask({"alike": dict(parts)}))
+
+
+def identify_film(
+    video: Path,
+    progress: Progress,
+    tell: Tell,
+    *,
+    ask: Ask,
+    layouts: Sequence[Badge],
+    focal_px: float | None = None,
+    laws: Sequence[Law] = (),
+) -> None:
+    """What `moireid identify --json` prints, but the name and the registry: those are the server's own word."""
+    _know(laws)
+    tell({"result": identify(video, layouts, Asked(ask), focal_px=focal_px, progress=progress).to_json()})
+
+
+def measure_capture(video: Path, progress: Progress, tell: Tell, *, badge_json: str) -> None:
+    """The as-built figures of the badge in a film, as `moireid enroll --capture` measures them; nothing is stored.
+
+    Raises: MediaError where the film cannot be read or does not show this badge in motion.
+    """
+    badge = badge_from_json(badge_json)
+    found = capture_as_built([video], badge, progress=progress)
+    tell({"result": {"kind": "capture", "id": badge.id, "as_built": json.loads(found.to_json())}})
+
+
+def _know(laws: Sequence[Law]) -> None:
+    """Take laws that the server has traced already; tracing one here would take a third of a second."""
+    for lens, pitch_mm, law in laws:
+        know_law(lens, pitch_mm, law)
+
+
+#: Kinds of work by name.  Each is called with the film, for progress and results, and with the task's arguments;
+#: identify may ask as well.
+WORK: dict[str, Callable[..., None]] = {
+    "verify": verify_film,
+    "identify": identify_film,
+    "capture": measure_capture,
+}
+
+
+def judge(talk: Talk) -> None:
+    """Do a task in this process, which then ends."""
+    task: Task | None = talk.next()
+    if task is None:
+        return
+    told_s = 0.0
+
+    def progress(done: int, of: int | None) -> None:
+        nonlocal told_s
+        if time.monotonic() - told_s >= TELL_S:
+            told_s = time.monotonic()
+            talk.tell({"progress": [done, of]})
+
+    def ask(question: dict[str, Any]) -> Any:
+        talk.tell({"ask": question})
+        return talk.next()
+
+    os.chdir(task.folder)
+    may_ask = {"ask": ask} if task.kind == "identify" else {}
+    WORK[task.kind](Path(task.video), progress, talk.tell, **task.arguments, **may_ask)

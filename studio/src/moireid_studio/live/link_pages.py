@@ -1,0 +1,169 @@
+"""The asker's side of one-time links: make one, see whether it was opened, and read what came out."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Form, Request
+from fastapi import Path as InPath
+from fastapi.responses import RedirectResponse, Response
+
+from moireid import __version__
+from moireid.names import CLAIM_LIMIT
+from moireid.registry import holder_of
+from moireid.verifier.report.circumstances import Circumstances, read_id
+from moireid.verifier.report.live_headline import live_headline_of, shown
+from moireid_studio.auth.roles import Visitor, require
+from moireid_studio.forms import ShortRoute
+from moireid_studio.links import KEEP_DAYS, LASTS_MIN, MOST_WAITING, Link
+from moireid_studio.live.link_check import moment, name_of
+from moireid_studio.live.routes import claimed_now
+from moireid_studio.pages.render import render
+from moireid_studio.problems import Refusal
+from moireid_studio.studio import Studio, studio_of
+
+router = APIRouter(prefix="/links", include_in_schema=False, route_class=ShortRoute)
+Verifier = Annotated[Visitor, require("verifier")]
+LinkId = Annotated[str, InPath(pattern="^[0-9a-f]{16}$")]
+#: Links that the page lists, the newest; letters of how the asker calls themselves.
+SHOWN, LONGEST_ASKS = 50, 80
+WORDS = {
+    "waiting": "not opened yet",
+    "opened": "opened, not begun",
+    "running": "the check runs",
+    "late": "not used in time",
+    "broken": "broken off, no verdict",
+    "done": "done",
+}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A link as its page shows it."""
+
+    link: Link
+    name: str
+    headline: dict[str, str] | None
+
+    @property
+    def words(self) -> str:
+        """How far it has come."""
+        return WORDS[self.link.state]
+
+
+@router.get("")
+def listed(request: Request, visitor: Verifier, claim: str = "") -> Response:
+    """Make a link, and see what became of others."""
+    studio = studio_of(request)
+    rows = [_shown(studio, link) for link in studio.links.of_asker(visitor.id, SHOWN)]
+    return _page(request, "links.html.j2", rows=rows, claim=claim[:CLAIM_LIMIT], asks=visitor.note[:LONGEST_ASKS])
+
+
+@router.post("")
+def make(
+    request: Request,
+    visitor: Verifier,
+    claim: Annotated[str, Form(max_length=CLAIM_LIMIT)],
+    asks: Annotated[str, Form(max_length=LONGEST_ASKS)],
+    pictures: Annotated[bool, Form()] = False,
+) -> Response:
+    """Make a link, and show it, this once."""
+    if not asks.strip() or not asks.strip().isprintable():
+        raise Refusal(422, "fields", "Say in one line who asks; the other person reads it.")
+    studio, ids = studio_of(request), visitor.may("issuer")
+    found = claimed_now(studio, claim.strip(), ids=ids)
+    if found.badge.id is None:
+        raise Refusal(422, "no_id", "This badge has no identity, so nobody can be asked for it.")
+    made = studio.links.make(visitor.id, asks.strip(), found.badge.id, ids=ids, wants_pictures=pictures)
+    if made is None:
+        raise Refusal(503, "busy", f"{MOST_WAITING} of your links wait to be used; remove some, or wait for them.")
+    secret, link = made
+    address = f"{request.base_url}check#{secret}"
+    return _page(request, "link_made.html.j2", shown=_shown(studio, link), address=address)
+
+
+@router.get("/{link_id}")
+def outcome(request: Request, link_id: LinkId, visitor: Verifier) -> Response:
+    """What became of a link."""
+    studio = studio_of(request)
+    link = _mine(studio, link_id, visitor)
+    event = json.loads(link.report) if link.report else None
+    count = len(studio.links.pictures(link))
+    return _page(request, "link.html.j2", shown=_shown(studio, link), event=event, pictures=count)
+
+
+@router.get("/{link_id}/report")
+def report(request: Request, link_id: LinkId, visitor: Verifier) -> Response:
+    """The verdict with all its findings and figures, as JSON, to keep."""
+    link = _done(studio_of(request), link_id, visitor)
+    return _file(link.report or "", f"moireid-{link.id}-report.json")
+
+
+@router.get("/{link_id}/receipt")
+def receipt(request: Request, link_id: LinkId, visitor: Verifier) -> Response:
+    """Who was checked when, with what outcome, and the digest of the report, as JSON, to keep."""
+    studio = studio_of(request)
+    link = _done(studio, link_id, visitor)
+    event, one = json.loads(link.report or "{}"), _shown(studio, link)
+    told: dict[str, Any] = {"format": 1, "kind": "one-time link", "link": link.id, "claim": one.name}
+    told |= {"asked_as": link.asks, "made_at": link.made_at, "opened_at": link.opened_at, "used_at": link.used_at}
+    told |= {"ended_at": link.ended_at, "verdict": event.get("verdict"), "title": (one.headline or {}).get("title")}
+    told |= {"report_sha256": link.report_sha256, "pictures_kept": len(studio.links.pictures(link))}
+    told |= {"registry": event.get("registry"), "moireid": __version__}
+    return _file(json.dumps(told, ensure_ascii=False, indent=1) + "\n", f"moireid-{link.id}-receipt.json")
+
+
+@router.get("/{link_id}/picture/{number}")
+def picture(request: Request, link_id: LinkId, number: int, visitor: Verifier) -> Response:
+    """A picture that both agreed to keep.  It is a stranger's: it may run and load nothing."""
+    studio = studio_of(request)
+    kept = studio.links.pictures(_mine(studio, link_id, visitor))
+    if not 0 <= number < len(kept):
+        raise Refusal(404, "no_picture", "There is no such picture.")
+    return Response(kept[number], media_type="image/jpeg", headers={"Content-Security-Policy": "sandbox"})
+
+
+@router.post("/{link_id}/remove")
+def remove(request: Request, link_id: LinkId, visitor: Verifier) -> Response:
+    """Remove a link, with its result and pictures."""
+    studio = studio_of(request)
+    studio.links.remove(_mine(studio, link_id, visitor))
+    return RedirectResponse("/links", 303)
+
+
+def _mine(studio: Studio, link_id: str, visitor: Visitor) -> Link:
+    """A link of this asker.  Raises: Refusal 404 where it is another's, or none."""
+    link = studio.links.find(link_id, visitor.id)
+    if link is None:
+        raise Refusal(404, "no_link", "You made no such link, or it was removed.")
+    return link
+
+
+def _done(studio: Studio, link_id: str, visitor: Visitor) -> Link:
+    link = _mine(studio, link_id, visitor)
+    if link.report is None:
+        raise Refusal(409, "not_ready", "This link has no verdict.")
+    return link
+
+
+def _shown(studio: Studio, link: Link) -> Shown:
+    """A link by the name that the registry knows now.  Raises: RegistryError as `holder_of`."""
+    name = name_of(studio, link)
+    if link.report is None or link.ended_at is None:
+        return Shown(link, name, None)
+    event = json.loads(link.report)
+    made = datetime.fromisoformat(link.ended_at)
+    known = Circumstances(made, read=holder_of(studio.registry, read_id(event)), standing=studio.standing())
+    return Shown(link, name, shown(live_headline_of(event, name, known)))
+
+
+def _page(request: Request, template: str, **context: Any) -> Response:
+    return render(request, template, keep_days=KEEP_DAYS, minutes=LASTS_MIN, moment=moment, **context)
+
+
+def _file(text: str, name: str) -> Response:
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(text.encode(), media_type="application/json", headers=headers)

@@ -1,0 +1,78 @@
+"""The pages of the live check and of *Check a call*, and the WebSockets that their pictures come through.
+
+Nothing is kept of either: a session ends with its connection (`sockets.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from fastapi import APIRouter, Request, Response, WebSocket
+
+from moireid.errors import RegistryError
+from moireid.names import CLAIM_LIMIT
+from moireid.registry import Claimed
+from moireid.verifier.live.challenge import FACE, HOLD_S
+from moireid.verifier.live.pace import CALL, MOVES
+from moireid.verifier.live.tile import LEAST_WIDTH_PX
+from moireid_studio.auth.roles import LOOPBACK, require, visitor_of
+from moireid_studio.jobs.claims import find_claimed, sealed
+from moireid_studio.live.sockets import Asked, serve
+from moireid_studio.pages.render import render
+from moireid_studio.problems import Refusal
+from moireid_studio.studio import Studio, studio_of
+
+router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
+
+
+@router.get("/live")
+def live_page(request: Request, claim: str = "") -> Response:
+    """The camera, the running verdict, and the challenge."""
+    return render(request, "live.html.j2", claim=claim[:CLAIM_LIMIT], moves=MOVES, hold_s=HOLD_S, face=FACE)
+
+
+@router.get("/call")
+def call_page(request: Request, claim: str = "") -> Response:
+    """The call's window, the tile in it, the running verdict, and prompts to read aloud."""
+    return render(request, "call.html.j2", claim=claim[:CLAIM_LIMIT], moves=CALL.moves, least_px=LEAST_WIDTH_PX)
+
+
+@router.websocket("/live/socket")
+async def live_socket(connection: WebSocket) -> None:
+    """A session of whoever sits at this camera."""
+    await serve(connection, lambda hello: _asked(connection, hello, "live"))
+
+
+@router.websocket("/call/socket")
+async def call_socket(connection: WebSocket) -> None:
+    """A session of whoever is seen in a call."""
+    await serve(connection, lambda hello: _asked(connection, hello, "call"))
+
+
+def _asked(connection: WebSocket, hello: Mapping[str, Any], kind: str) -> Asked:
+    claim = hello.get("claim")
+    if not isinstance(claim, str) or not claim.strip():
+        raise Refusal(422, "fields", "Name the person whose badge is to be seen.")
+    visitor = visitor_of(connection)
+    ids = visitor is not None and visitor.may("issuer")
+    found = claimed_now(studio_of(connection), claim.strip(), ids=ids)
+    given = found if ids else sealed(found)
+    asked_by = visitor.id if visitor else LOOPBACK
+    return Asked(found, given, asked_by, kind, allowed=lambda: visitor_of(connection) is not None)
+
+
+def claimed_now(studio: Studio, claim: str, *, ids: bool) -> Claimed:
+    """The claimed badge with the registry's standing.
+
+    Raises: Refusal where the claim means nobody, or several people; RegistryError where the badge does not count.
+    """
+    standing = studio.standing()
+    found = find_claimed(studio.registry, claim, ids=ids)
+    found = replace(found, provenance=replace(found.provenance, standing=standing))
+    if (barred := found.barred) is not None:
+        was = "expired" if barred.code == "expired" else f"was {barred.code}"
+        advice = "have it reinstated, or issue another" if barred.code == "suspended" else "issue another"
+        raise RegistryError(f"the badge of {found.badge.name} {was} ({barred.reason}); {advice}")
+    return found

@@ -1,0 +1,278 @@
+"""One session over a WebSocket: pictures in, events out.
+
+Pictures go to the session's own process (`worker.py`), and events come back.  A session ends with its connection.
+The browser may have a few pictures on the way, and drops those that it cannot send.  Pictures that come too fast wait
+in the network, not here.
+
+Messages of the browser: first JSON that says what is asked; then pictures (eight bytes of its clock in ms as a
+big-endian float, then a JPEG), and JSON {"do": "challenge"}, {"do": "end"} or {"do": "moved"}.  All answers are the
+events of `verifier.live`, and: ready, taken, error.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import math
+import struct
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, MutableMapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from typing import Any
+
+import anyio
+from fastapi import WebSocket, WebSocketDisconnect
+from starlette.concurrency import run_in_threadpool
+
+from moireid.errors import MoireIdError
+from moireid.registry import Claimed, holder_of
+from moireid.sandbox.process import Child, Ended, start
+from moireid.sandbox.reach import reach
+from moireid.verifier.live.challenge import Prompt, draw_prompts
+from moireid.verifier.live.pace import CALL, HERE
+from moireid.verifier.report.circumstances import Circumstances, read_id
+from moireid.verifier.report.live_headline import live_headline_of, shown
+from moireid_studio.live.worker import LIMITS, Ask, End, Picture, Start
+from moireid_studio.problems import Refusal
+from moireid_studio.studio import Studio, studio_of
+
+#: Sessions at a time in all, and with one token; seconds that one may last, and that it may send no message.
+MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S = 4, 3, 300.0, 30.0
+#: Sockets at a time that have not said what they ask: anybody may open the one behind a link, and the server pushes
+#: silent requests out for others, but no socket.
+MOST_SILENT = 64
+#: Bytes of a picture at most, letters of a message, and pictures a second.
+MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
+#: Time between two checks that a session is still allowed, s.
+LOOK_S = 5.0
+CLOCK = struct.Struct(">d")
+BUSY = "Other live checks are running, as many as this machine can do; try again in a minute."
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a session is about.
+
+    found: the claimed badge, of which the session's process learns what `given` says alone; asked_by: the token of
+    whoever asks; kind: "live", "call" or "link"; allowed: whether the session may go on; begun: called once there is
+    room, just before it begins, and raises Refusal where it must not; picture: is shown each picture; heard: is told
+    the answers to prompts, and the verdict; ended: called when the session is over, however that came.
+    """
+
+    found: Claimed
+    given: Claimed
+    asked_by: str
+    kind: str
+    allowed: Callable[[], bool]
+    begun: Callable[[], None] = lambda: None
+    picture: Callable[[bytes], None] | None = None
+    heard: Callable[[dict[str, Any]], None] = lambda _: None
+    ended: Callable[[], None] = lambda: None
+
+    @property
+    def in_call(self) -> bool:
+        """Whether the pictures are of a call's tile."""
+        return self.kind == "call"
+
+    @property
+    def by_link(self) -> bool:
+        """Whether a stranger sends the pictures, and who asks is not there: that one must not leave the prompts out."""
+        return self.kind == "link"
+
+
+async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], Asked]) -> None:
+    """One session.  ask: makes of the browser's first message what is asked; raises Refusal or MoireIdError."""
+    await connection.accept()
+    studio = studio_of(connection)
+    try:
+        async with asyncio.timeout(SESSION_S):
+            asked = await run_in_threadpool(ask, _message(await _first(connection)))
+            await _in_its_place(connection, asked)
+    except MoireIdError as error:
+        await _refuse(connection, studio.sentence(error))
+    except Refusal as refusal:
+        await _refuse(connection, refusal.text)
+    except TimeoutError:
+        await _refuse(connection, "This session has come to its end; begin another.")
+    except WebSocketDisconnect:
+        pass
+    finally:
+        # A visitor who has left, or already got a refusal, needs no closing.
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+            await connection.close()
+
+
+async def _first(connection: WebSocket) -> MutableMapping[str, Any]:
+    """The browser's first message.  Raises: Refusal where too many others have not sent theirs."""
+    silent: set[WebSocket] = studio_of(connection).__dict__.setdefault("live_silent", set())
+    if len(silent) >= MOST_SILENT:
+        raise Refusal(503, "busy", BUSY)
+    silent.add(connection)
+    try:
+        return await asyncio.wait_for(connection.receive(), IDLE_S)
+    finally:
+        silent.discard(connection)
+
+
+async def _in_its_place(connection: WebSocket, asked: Asked) -> None:
+    """Run the session if there is a place for it, and give the place back."""
+    sessions, owner = sessions_of(studio_of(connection)), asked.asked_by
+    if sessions.total() >= MOST_SESSIONS or sessions[owner] >= MOST_OF_ONE:
+        raise Refusal(503, "busy", BUSY)
+    sessions[owner] += 1
+    try:
+        await run_in_threadpool(asked.begun)
+        try:
+            await _session(connection, asked)
+        finally:
+            with anyio.CancelScope(shield=True):
+                await run_in_threadpool(asked.ended)
+    finally:
+        # In place, and without those who have none left.
+        sessions -= Counter((owner,))
+
+
+def sessions_of(studio: Studio) -> Counter[str]:
+    """How many sessions are open in a studio, by token."""
+    found: Counter[str] = studio.__dict__.setdefault("live_sessions", Counter())
+    return found
+
+
+async def _session(connection: WebSocket, asked: Asked) -> None:
+    # It needs no file at all: the pictures come with the messages.
+    child = await run_in_threadpool(start, "moireid_studio.live.worker:serve", LIMITS, within=reach())
+    tasks: list[asyncio.Task[None]] = []
+    try:
+        await run_in_threadpool(child.send, Start(asked.given, asked.in_call, required=asked.by_link))
+        coming = asyncio.create_task(_pictures(connection, child, asked))
+        going = asyncio.create_task(_events(connection, child, asked))
+        tasks = [coming, going]
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        if coming.done() and coming.exception() is None:
+            # The browser has asked for the end; only the verdict is still to be sent.
+            await asyncio.wait({going})
+    finally:
+        # However the session ends, its process ends with it.
+        with anyio.CancelScope(shield=True):
+            await _leave(child, tasks)
+    for task in tasks:
+        why = None if task.cancelled() else task.exception()
+        if why is not None and not isinstance(why, WebSocketDisconnect):
+            raise why
+
+
+async def _leave(child: Child, tasks: list[asyncio.Task[None]]) -> None:
+    """End the process of a session, so that threads waiting for it go on; then end its tasks."""
+    await run_in_threadpool(child.kill)
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _pictures(connection: WebSocket, child: Child, asked: Asked) -> None:
+    """Pass the browser's pictures to the process, with their time of arrival, until the browser asks for the end."""
+    challenged, room, last_s = False, MOST_RATE, time.monotonic()
+    looked_s = last_s
+    while True:
+        message: MutableMapping[str, Any] = await asyncio.wait_for(connection.receive(), IDLE_S)
+        now_s = time.monotonic()
+        if now_s - looked_s > LOOK_S:
+            # A token that was revoked meanwhile ends the session.
+            looked_s = now_s
+            if not await run_in_threadpool(asked.allowed):
+                raise WebSocketDisconnect(1008)
+        data = message.get("bytes")
+        room = min(room + (now_s - last_s) * MOST_RATE, MOST_RATE) - 1
+        last_s = now_s
+        if room < 0:
+            # Faster than any camera's page sends.
+            raise WebSocketDisconnect(1009)
+        if data is None:
+            wish = _message(message).get("do")
+            if wish in ("end", "moved"):
+                await _send(child, End(moved=wish == "moved"))
+                return
+            if wish == "challenge" and not challenged:
+                challenged = True
+                await _send(child, Ask(now_s, _prompts(connection, asked)))
+            continue
+        if len(data) > MOST_BYTES or len(data) <= CLOCK.size:
+            raise WebSocketDisconnect(1009)
+        claimed_ms = CLOCK.unpack_from(data)[0]
+        claimed_s = claimed_ms / 1000 if math.isfinite(claimed_ms) else math.nan
+        if asked.picture is not None:
+            await run_in_threadpool(asked.picture, data[CLOCK.size :])
+        await _send(child, Picture(data[CLOCK.size :], now_s, claimed_s))
+
+
+def _prompts(connection: WebSocket, asked: Asked) -> list[Prompt]:
+    """Prompts are drawn at random; a test puts its own in their place."""
+    drawn: list[Prompt] | None = getattr(connection.app.state, "live_prompts", lambda _: None)(0.0)
+    return drawn or draw_prompts(0.0, pace=CALL if asked.in_call else HERE)
+
+
+async def _events(connection: WebSocket, child: Child, asked: Asked) -> None:
+    """Pass the process's events to the browser until the process ends; the verdict is written down, with a headline.
+
+    The process that reads pictures never learns whose badge it has read.
+    """
+    told = False
+    with contextlib.suppress(Ended):
+        while event := await run_in_threadpool(child.hear):
+            told = told or event.get("event") in ("verdict", "error")
+            if event.get("event") == "verdict":
+                await run_in_threadpool(_note, studio_of(connection), asked, event)
+                event["headline"] = await run_in_threadpool(_headline, studio_of(connection), event, asked)
+            if event.get("event") in ("prompted", "verdict"):
+                await run_in_threadpool(asked.heard, event)
+            await connection.send_json(event)
+    if not told:
+        await connection.send_json({"event": "error", "text": "The check broke off; begin again."})
+    await connection.close()
+
+
+def _headline(studio: Studio, event: dict[str, Any], asked: Asked) -> dict[str, str]:
+    """The verdict in a line, by the names that the registry knows.  Raises: RegistryError as `holder_of`."""
+    known = Circumstances(datetime.now(UTC))
+    # Whoever has a link learns nothing of other people's badges: the asker's own page says whose was shown.
+    if not asked.by_link:
+        read = holder_of(studio.registry, read_id(event))
+        known = replace(known, read=read, standing=asked.found.provenance.standing)
+    return shown(live_headline_of(event, asked.found.badge.name, known))
+
+
+def _note(studio: Studio, asked: Asked, event: dict[str, Any]) -> None:
+    """Write down the verdict of a session."""
+    found, standing = asked.found, asked.found.provenance.standing
+    about = {"film_sha256": None, "claim": found.badge.id, "claim_source": found.provenance.source}
+    studio.note_verdict(asked.asked_by, asked.kind, event, **about, standing=standing)
+
+
+async def _send(child: Child, message: Any) -> None:
+    # A process that has ended reads no more; its last messages are on their way.
+    with contextlib.suppress(Ended):
+        await run_in_threadpool(child.send, message)
+
+
+def _message(message: MutableMapping[str, Any]) -> dict[str, Any]:
+    """A text message's JSON object; raises WebSocketDisconnect where it is none."""
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1000))
+    text = message.get("text")
+    if text is None or len(text) > MOST_LETTERS:
+        raise WebSocketDisconnect(1003)
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise WebSocketDisconnect(1003) from error
+    return found if isinstance(found, dict) else {}
+
+
+async def _refuse(connection: WebSocket, text: str) -> None:
+    # A visitor who has left needs no answer.
+    with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+        await connection.send_json({"event": "error", "text": text})
+        await connection.close()

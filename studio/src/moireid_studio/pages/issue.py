@@ -1,0 +1,224 @@
+"""The Issue pages: one person, or everybody at an event.
+
+Pictures come with a form once: what is read of them is kept, and the form's next showing names them (`kept`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Request
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import RedirectResponse, Response
+
+from moireid.designer.lists import decoded
+from moireid.errors import MoireIdError, SpecError
+from moireid.names import line_of
+from moireid_studio.auth.roles import Visitor, require
+from moireid_studio.forms import Fields, picture_fields
+from moireid_studio.issue_jobs import package_of, preview_of, start_badge, start_event
+from moireid_studio.jobs.lists import FOR_ALL, MOST_AT_AN_EVENT, picture_key, understood
+from moireid_studio.jobs.orders import Order, Wish, checked, read_fields
+from moireid_studio.pages.issue_words import CHOICES, sentences
+from moireid_studio.pages.preview_law import preview_law
+from moireid_studio.pages.render import render
+from moireid_studio.pictures import at_hand, keep_pictures, kept_pictures, read_pictures
+from moireid_studio.store.pictures import Picture
+from moireid_studio.studio import Studio, studio_of
+
+router = APIRouter(include_in_schema=False)
+Issuer = Annotated[Visitor, require("issuer")]
+#: The fields of the forms that hold pictures, and how many each may have: of a list two for each person.
+OF_ONE, OF_EVENT = {"logo": 1, "portrait": 1}, {"logo": 1, "pictures": 2 * MOST_AT_AN_EVENT}
+
+
+@router.get("/issue")
+def issue_page(request: Request, visitor: Issuer) -> Response:
+    """The empty form."""
+    return _page(request, {})
+
+
+@router.post("/issue")
+async def issue(request: Request, visitor: Issuer) -> Response:
+    """Show what would be made; or make it, if the visitor need not see a warning first."""
+    sent = await picture_fields(request, visitor, OF_ONE)
+    return await run_in_threadpool(_issue, request, sent, visitor)
+
+
+def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
+    studio = studio_of(request)
+    chosen = _Chosen(studio, visitor, sent)
+    try:
+        chosen.read({what: what for what in OF_ONE})
+        order: Order = read_fields(Order, _texts(sent))
+        # What was drawn to be shown is what is issued then.
+        order = order if order.payload else order.model_copy(update={"payload": sent.texts.get("drawn", "")})
+        with at_hand(chosen.pictures) as files:
+            found = checked(order, studio.registry, files)
+            told = found.to_read is None or sent.texts.get("told") == found.to_read
+            if sent.texts.get("do") == "issue" and told:
+                job = start_badge(studio, order.of(found.badge), visitor, chosen.pictures)
+                return RedirectResponse(f"/issue/jobs/{job.id}", 303)
+            law = preview_law(found.badge, found.look)
+    except MoireIdError as error:
+        problem = studio.sentence(error)
+        return _page(request, sent.texts, status=422, chosen=chosen.shown(), problem=problem)
+    words = sentences(found, order.format)
+    line, kept, held_up = line_of(found.badge.print), chosen.shown(), sent.texts.get("do") == "issue"
+    return _page(request, sent.texts, chosen=kept, checked=found, law=law, line=line, sentences=words, held_up=held_up)
+
+
+@router.get("/issue/event")
+def event_page(request: Request, visitor: Issuer) -> Response:
+    """The empty form."""
+    return _event_page(request, {}, "")
+
+
+@router.post("/issue/event")
+async def event(request: Request, visitor: Issuer) -> Response:
+    """Show how the list was understood; or issue all badges, if no row has a fault."""
+    sent = await picture_fields(request, visitor, OF_EVENT)
+    return await run_in_threadpool(_event, request, sent, visitor)
+
+
+def _event(request: Request, sent: Fields, visitor: Visitor) -> Response:
+    studio = studio_of(request)
+    data = sent.files.get("people_file") or sent.texts.get("people", "").encode("utf-8", "replace")
+    chosen, text = _Chosen(studio, visitor, sent), ""
+    try:
+        if not data.strip():
+            raise SpecError("no list was given; choose a file, or type a name on each line below a first line “name”")
+        text, _ = decoded(data)
+        chosen.read({"logo": FOR_ALL, "pictures": None})
+        wish: Wish = read_fields(Wish, _texts(sent))
+        with at_hand(chosen.pictures) as files:
+            found = understood(data, wish, studio.registry, files)
+        faults = sum(row["fault"] is not None for row in found.rows)
+        if sent.texts.get("do") == "issue" and not faults:
+            job = start_event(studio, data, wish, visitor, chosen.pictures)
+            return RedirectResponse(f"/issue/jobs/{job.id}", 303)
+    except MoireIdError as error:
+        problem = studio.sentence(error)
+        return _event_page(request, sent.texts, text, status=422, chosen=chosen.shown(), problem=problem)
+    return _event_page(
+        request,
+        sent.texts,
+        text,
+        status=422 if faults else 200,
+        chosen=chosen.shown(),
+        rows=found.rows,
+        faults=faults,
+        notes=found.notes,
+        sound=not faults,
+    )
+
+
+@router.get("/issue/jobs/{job_id}")
+def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
+    """Progress, then the package."""
+    studio = studio_of(request)
+    job = studio.jobs.find(job_id, visitor.id, "badge", "event")
+    if job.state != "done":
+        again = "/issue" if job.kind == "badge" else "/issue/event"
+        problem = studio.sentence(job.problem[1]) if job.problem else None
+        return render(request, "making.html.j2", job=job, again=again, problem=problem)
+    minutes = round(studio.settings.limits.keep_s / 60)
+    return render(request, "issued.html.j2", job=job, made=job.result, minutes=minutes)
+
+
+@router.get("/issue/jobs/{job_id}/package.zip")
+def issue_package(request: Request, job_id: str, visitor: Issuer) -> Response:
+    """Everything as one download."""
+    return package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
+
+
+@router.get("/issue/jobs/{job_id}/preview.webp")
+def issue_preview(request: Request, job_id: str, visitor: Issuer) -> Response:
+    """The finished badge as worn, its fringes moving."""
+    return Response(preview_of(studio_of(request).jobs.find(job_id, visitor.id, "badge")), media_type="image/webp")
+
+
+@dataclass
+class _Chosen:
+    """The pictures of a form: those that came with it now, and those that are kept since it came before."""
+
+    studio: Studio
+    visitor: Visitor
+    sent: Fields
+    pictures: dict[str, Picture] = field(default_factory=dict)
+    #: Where `pictures` are kept; empty where they are not, or where what is kept is not all of them.
+    kept: str = ""
+
+    def read(self, keys: Mapping[str, str | None]) -> None:
+        """Read the form's pictures; those that can be used stay, whatever is wrong with another.
+
+        Parameters: keys: by which key a field's picture is known; None: by the name of its file.
+        Raises: SpecError for the first that cannot be used, or has the name of another; Refusal as `read_pictures`.
+        """
+        faults = []
+        try:
+            self._recall(keys)
+        except SpecError as error:
+            faults.append(error)
+        came = [(what, one) for what in keys for one in self.sent.pictures.get(what, [])]
+        named = [("picture" if keys[what] is None else what, one) for what, one in came]
+        here: set[str] = set()
+        for (what, one), made in zip(came, read_pictures(named, self.studio.settings.limits), strict=True):
+            key = keys[what] or picture_key(one.name)
+            if isinstance(made, SpecError):
+                faults.append(made)
+            elif key in here:
+                faults.append(SpecError(f"two pictures are called {key!r}; rename one of them, in the list too"))
+            else:
+                here.add(key)
+                self.pictures, self.kept = self.pictures | {key: made}, ""
+        most = self.studio.settings.limits.pictures_bytes
+        if sum(len(one.data) for one in self.pictures.values()) > most:
+            self.pictures, self.kept = {}, ""
+            faults.append(SpecError(f"the pictures take more than {most / 1e6:.0f} MB together; choose smaller ones"))
+        if faults:
+            more = f" (and {len(faults) - 1} more cannot be used)" if len(faults) > 1 else ""
+            raise SpecError(f"{faults[0]}{more}")
+
+    def _recall(self, keys: Mapping[str, str | None]) -> None:
+        """Take what is kept since the form came before, but for what is to be left out.  Raises: SpecError."""
+        texts = self.sent.texts
+        if not (given := texts.get("kept", "")):
+            return
+        before = kept_pictures(self.studio, self.visitor, given, "what you chose as a picture")
+        own = {key for key in keys.values() if key is not None}
+        gone: set[str] = set()
+        for what, key in keys.items():
+            if texts.get(f"without_{what}"):
+                gone |= {key} if key is not None else set(before) - own
+        self.pictures = {key: picture for key, picture in before.items() if key not in gone}
+        self.kept = given if self.pictures == before else ""
+
+    def shown(self) -> dict[str, Any]:
+        """What the form says of them when it is shown again: names by key, and where they are kept from now on."""
+        if self.pictures and not self.kept:
+            self.kept = keep_pictures(self.studio, self.visitor, self.pictures)
+        return {"kept": self.kept, "names": {key: one.name or key for key, one in self.pictures.items()}}
+
+
+def _texts(sent: Fields) -> dict[str, str]:
+    """The texts of a form without names of pictures: here those come as files."""
+    return {key: text for key, text in sent.texts.items() if key not in OF_ONE}
+
+
+NOTHING: dict[str, Any] = {"kept": "", "names": {}}
+
+
+def _page(request: Request, given: dict[str, str], *, status: int = 200, **shown: object) -> Response:
+    context = {"checked": None, "problem": None, "chosen": NOTHING, "held_up": False} | CHOICES | shown
+    return render(request, "issue.html.j2", status=status, given=given, **context)
+
+
+def _event_page(
+    request: Request, given: dict[str, str], people: str, *, status: int = 200, **shown: object
+) -> Response:
+    context: dict[str, object] = {"rows": [], "faults": 0, "notes": [], "sound": False, "problem": None}
+    context |= {"chosen": NOTHING, "for_all": FOR_ALL} | CHOICES | shown
+    return render(request, "event.html.j2", status=status, given=given, people=people, most=MOST_AT_AN_EVENT, **context)

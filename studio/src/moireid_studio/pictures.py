@@ -1,0 +1,188 @@
+"""Visitors' logos and portraits: read in a process of their own, and kept until their badge is made.
+
+What is kept is what that process made of them (`picture_work.py`), for one visitor and for as long as results are.
+A file's own name is shown and compared, and never becomes a path.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import tempfile
+import threading
+import time
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from moireid.artwork.content import forget_pictures
+from moireid.artwork.pictures import ADVICE
+from moireid.artwork.svg import MOST_SECONDS, too_slow
+from moireid.errors import SpecError
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import Child, Ended, ForkServer
+from moireid.sandbox.reach import reach
+from moireid_studio.auth.roles import Visitor
+from moireid_studio.problems import Refusal
+from moireid_studio.settings import Limits
+from moireid_studio.store.pictures import Picture, pack, unpacked, written
+from moireid_studio.store.storage import JOB_ID, StorageError
+from moireid_studio.studio import Studio
+
+#: The kind of job that holds a visitor's pictures, and the file that they are in.
+KIND, FILE = "pictures", "pictures.zip"
+#: Begins with the first picture, and loads what reads them once.
+readers = ForkServer("moireid_studio.picture_work:read_pictures", sealed=True)
+#: So many processes read pictures at a time; whoever waits longer than that for one is sent away.
+AT_A_TIME, WAIT_S = 2, 30.0
+_places = threading.BoundedSemaphore(AT_A_TIME)
+#: Answers: a picture of `picture_work.MOST_BYTES` in letters, and its frame.
+ANSWER_BYTES = 8 << 20
+START_S, SCRATCH_BYTES = 60.0, 1 << 20
+#: How long the pictures of one form may be read, all together.
+FORM_SECONDS = 180.0
+
+
+def read_pictures(sent: Sequence[tuple[str, Picture]], limits: Limits) -> list[Picture | SpecError]:
+    """Each picture as our own process makes it of what was sent, or why it cannot be used.
+
+    Parameters: sent: what each is, for messages, and the picture.
+    Raises: Refusal 503 where too many wait, or no process can be started.
+    """
+    if not sent:
+        return []
+    for_all = TooMuch(limits)
+    if not _places.acquire(timeout=WAIT_S):
+        text = "Too many pictures wait to be read; try again in a minute."
+        raise Refusal(503, "busy", text, headers={"Retry-After": "60"})
+    reader = Reader(limits)
+    try:
+        return [for_all.take(reader, _whose(what, one), one) for what, one in sent]
+    except OSError as error:
+        raise Refusal(503, "system", f"No picture can be read just now ({error.strerror}); try again later.") from error
+    finally:
+        reader.end()
+        _places.release()
+
+
+class TooMuch:
+    """What all pictures of one form may take together: small drawings can be large pictures, and take long."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._last, self._bytes = time.monotonic() + FORM_SECONDS, limits.pictures_bytes
+
+    def take(self, reader: Reader, whose: str, picture: Picture) -> Picture | SpecError:
+        """The picture as it is read, or why there is no room for it."""
+        if time.monotonic() > self._last:
+            return SpecError(f"the pictures take longer than {FORM_SECONDS:g} s together; send fewer at a time")
+        made = reader.read(whose, picture)
+        self._bytes -= len(made.data) if isinstance(made, Picture) else 0
+        if self._bytes < 0:
+            return SpecError(f"the pictures are too large together, from {whose} on; send smaller ones")
+        return made
+
+
+def read_picture(what: str, picture: Picture, limits: Limits) -> Picture:
+    """The same for one.  Raises: SpecError; Refusal as `read_pictures`."""
+    made = read_pictures([(what, picture)], limits)[0]
+    if isinstance(made, SpecError):
+        raise made
+    return made
+
+
+class Reader:
+    """Processes that read pictures and can do nothing else, one after the other: a picture may end the one it meets."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._most = limits.picture_bytes
+        self._limits = ProcessLimits(limits.memory_bytes, int(limits.job_s), SCRATCH_BYTES, ANSWER_BYTES)
+        self._child: Child | None = None
+
+    def read(self, whose: str, picture: Picture) -> Picture | SpecError:
+        """What a process makes of a picture.  Raises: OSError where none can be started."""
+        if len(picture.data) > self._most:
+            return SpecError(f"{whose} is larger than {self._most / 1e6:.0f} MB; {ADVICE} that is smaller")
+        if self._child is None:
+            self._child = readers.fork(self._limits, within=reach())
+            # It has sealed itself by then; where that ends it, the next lines say so.
+            with suppress(Ended):
+                self._child.hear(START_S)
+        last = time.monotonic() + MOST_SECONDS
+        try:
+            self._child.send((picture.data, whose), MOST_SECONDS)
+            told = self._child.hear(max(last - time.monotonic(), 0.0))
+        except Ended:
+            self.end()
+            return SpecError(f"{whose} takes more memory than a picture may have here; {ADVICE} that is smaller")
+        if told is None:
+            self.end()
+            return too_slow(whose)
+        if "fault" in told:
+            return SpecError(str(told["fault"]))
+        try:
+            made = Picture(picture.name, base64.b64decode(str(told.get("picture")), validate=True))
+        except binascii.Error:
+            made = Picture("", b"")
+        # No honest process hands back another kind of picture.
+        return made if made.suffix else SpecError(f"{whose} is no picture that is read here; {ADVICE}")
+
+    def end(self) -> None:
+        """End the process, if there is one."""
+        if self._child is not None:
+            self._child.kill()
+            self._child = None
+
+
+def _whose(what: str, picture: Picture) -> str:
+    return f"{what} {picture.name}" if picture.name else what
+
+
+def keep_pictures(studio: Studio, visitor: Visitor, pictures: Mapping[str, Picture]) -> str:
+    """Keep pictures that were read, for this visitor alone; returns by which id.
+
+    Raises: Refusal as `Jobs.admit` and `Jobs.keep`.
+    """
+    with studio.jobs.receiving(KIND, visitor.id, visitor.role) as job:
+        try:
+            with zipfile.ZipFile(job.folder / FILE, "w") as packed:
+                pack(packed, pictures)
+            size = (job.folder / FILE).stat().st_size
+        except OSError as error:
+            raise Refusal(503, "disk", f"The pictures cannot be stored ({error.strerror}); try again later.") from error
+        studio.jobs.keep(job, FILE, size)
+    return job.id
+
+
+def kept_pictures(studio: Studio, visitor: Visitor, kept: str, what: str) -> dict[str, Picture]:
+    """The pictures that this visitor keeps by that id; `what` names them in messages.
+
+    Raises: SpecError where there are none (any more); Refusal 503 where they cannot be read.
+    """
+    minutes = round(studio.settings.limits.keep_s / 60)
+    gone = SpecError(f"{what} was kept for {minutes} minutes, and is removed by now; choose it again")
+    if not JOB_ID.fullmatch(kept):
+        raise gone
+    try:
+        job = studio.jobs.find(kept, visitor.id, KIND)
+        assert job.files is not None
+        with job.files(FILE) as path, zipfile.ZipFile(path) as packed:
+            return unpacked(packed)
+    except FileNotFoundError as error:
+        raise gone from error
+    except Refusal as error:
+        if error.status == 404:
+            raise gone from error
+        raise
+    except StorageError as error:
+        raise Refusal(503, "storage", "The pictures cannot be read just now; try again later.") from error
+
+
+@contextmanager
+def at_hand(pictures: Mapping[str, Picture]) -> Iterator[dict[str, Path]]:
+    """Pictures as files, by key, for as long as the body needs them; then nothing of them is left, in memory either."""
+    with tempfile.TemporaryDirectory(prefix="moireid-pictures-") as folder:
+        try:
+            yield written(pictures, Path(folder) / "pictures")
+        finally:
+            forget_pictures()

@@ -1,0 +1,208 @@
+"""What all routes share: the settings, the open registry, the tokens, and the jobs."""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import threading
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import Any
+
+from starlette.requests import HTTPConnection
+
+from moireid.errors import RegistryError, SpecError
+from moireid.provenance import Standing
+from moireid.registry import Audit, Registry, default_url, open_registry
+from moireid.registry.signing.client import signer_address
+from moireid.registry.url import read_url
+from moireid.result_cache import program_digest
+from moireid_studio.auth.tokens import Tokens
+from moireid_studio.http.metrics import Metrics
+from moireid_studio.jobs.claims import prepared
+from moireid_studio.jobs.cluster import Dispatcher, Parcel
+from moireid_studio.jobs.queue import Jobs
+from moireid_studio.links import Links
+from moireid_studio.problems import Refusal, plain
+from moireid_studio.settings import Settings
+from moireid_studio.store.database import database_of
+from moireid_studio.store.ledger import Ledger
+from moireid_studio.store.storage import storage_of
+from moireid_studio.store.verdicts import Verdicts
+
+#: Anybody may ask whether the studio is ready, and none shall keep its database busy by that.
+NEEDS_S = 1.0
+
+
+class Studio:
+    """One running studio; a route gets it by `studio_of(request)`."""
+
+    def __init__(self, settings: Settings) -> None:
+        """The default registry is made where it is absent; one that is named must be there.
+
+        Raises: RegistryError where the registry is absent, was put back or is another authority's, or the studio's
+            folder cannot be used; SpecError where another studio uses that folder.
+        """
+        self.settings, self._auditing, self.metrics = settings, threading.Lock(), Metrics()
+        self._needs: tuple[float, dict[str, bool]] = (-NEEDS_S, {})
+        with ExitStack() as undo:
+            self.registry: Registry = undo.enter_context(
+                open_registry(settings.registry_url, create=settings.registry_url is None)
+            )
+            self.registry.standing(settings.trust)
+            self.tokens = Tokens(settings.data, settings.state)
+            undo.callback(self.tokens.close)
+            self._alone(undo)
+            self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
+            undo.callback(self.verdicts.close)
+            self.links = Links(settings.data, settings.state)
+            undo.callback(self.links.close)
+            self.jobs = self._jobs(undo)
+            self._dispatcher = self._cluster()
+            self._open = undo.pop_all()
+
+    def _jobs(self, undo: ExitStack) -> Jobs:
+        settings, folder = self.settings, (self.settings.data / "jobs").absolute()
+        database = database_of(settings.data, "jobs.sqlite3", settings.state, log=True)
+        undo.callback(database.close)
+        return Jobs(
+            folder,
+            settings.limits,
+            Ledger(database, folder),
+            storage_of(settings.storage, folder),
+            lambda job: prepared(job, self.registry, settings.trust, lambda: self.for_children),
+            self.verdicts.note_job,
+            registry=self.registry,
+            metrics=self.metrics,
+        )
+
+    def _cluster(self) -> Dispatcher | None:
+        """Whoever hands films to the workers of a scheduler; None where this studio judges them.
+
+        Raises: SpecError where workers elsewhere could not reach registry, database or films; MissingExtraError.
+        """
+        given = self.settings
+        if given.scheduler is None:
+            return None
+        url = read_url(given.registry_url or default_url())
+        if given.state is None or given.storage is None or url.get_backend_name() == "sqlite":
+            raise SpecError(
+                "workers of a scheduler reach no file of this studio; give --state and --registry on PostgreSQL, and "
+                "--storage"
+            )
+        parcel = Parcel(
+            url.render_as_string(hide_password=False),
+            given.state,
+            given.storage,
+            given.trust,
+            given.keep_verdicts_days,
+            given.limits,
+            program_digest(),
+        )
+        return Dispatcher(given.scheduler, parcel, self.jobs.ledger)
+
+    @property
+    def for_children(self) -> dict[str, str | None]:
+        """The registry's URL, and its keys or their signer, for processes that issue badges.
+
+        These work in another folder, and may be older than all that.
+        """
+        url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
+        keys = str(self.registry.key_path.parent.absolute())
+        return {"registry_url": url, "keys": keys, "signer": signer_address()}
+
+    def needs(self) -> dict[str, bool]:
+        """Of each thing that the studio needs for new work, whether it is there; looked at once a second at most."""
+        if time.monotonic() - self._needs[0] > NEEDS_S:
+            self._needs = time.monotonic(), self._look()
+        return self._needs[1]
+
+    def _look(self) -> dict[str, bool]:
+        needs = self.jobs.check() | {"registry": True}
+        if self._dispatcher is not None:
+            # Films may come while no scheduler answers: they wait.
+            needs["scheduler"] = self._dispatcher.connected
+        try:
+            self.registry.count()
+        except RegistryError:
+            needs["registry"] = False
+        return needs
+
+    def standing(self) -> Standing:
+        """The registry's authority and head now.  Raises: Refusal 503 where it was put back while the studio runs."""
+        try:
+            return self.registry.standing(self.settings.trust)
+        except RegistryError as error:
+            text = self.sentence(error)
+            raise Refusal(503, "registry", f"{text[:1].upper()}{text[1:]}.") from error
+
+    def sentence(self, error: Exception | str) -> str:
+        """An error's sentence without the registry's place, which is not for those who come from outside, and without
+        the words of the command line.
+        """
+        shown = self.registry.shown_url
+        told = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
+        return plain(told)
+
+    def audit(self, expected_head: str) -> Audit:
+        """Audit the registry; only one audit runs at a time, because each reads everything.
+
+        Raises: RegistryError where `expected_head` is not a head; Refusal 503 where another audit runs.
+        """
+        if not self._auditing.acquire(blocking=False):
+            raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
+        try:
+            return self.registry.audit(expected_head.strip() or None)
+        finally:
+            self._auditing.release()
+
+    def note_verdict(self, asked_by: str, kind: str, result: Mapping[str, Any], **about: Any) -> None:
+        """Write down a verdict that is given; about: film_sha256, claim, claim_source and the standing that was asked.
+
+        A verdict that cannot be written down is given all the same; the log of the server says so.
+        """
+        try:
+            self.verdicts.note_result(asked_by, kind, result, **about)
+        except RegistryError as error:
+            logging.getLogger(__name__).error("%s", error)
+
+    def start(self) -> None:
+        """Begin to work.  Raises: RegistryError where the database cannot be used."""
+        self.jobs.start(judging=self._dispatcher is None)
+        if self._dispatcher is not None:
+            self._dispatcher.start()
+
+    def stop(self) -> None:
+        """End the work; what is not done waits for whoever starts next."""
+        if self._dispatcher is not None:
+            self._dispatcher.stop()
+        self.jobs.stop()
+
+    def close(self) -> None:
+        """Close what is open."""
+        self._open.close()
+
+    def _alone(self, undo: ExitStack) -> None:
+        """Hold the folder's lock, which the system releases however this process ends.
+
+        Without the lock, another studio would remove the films here as leftovers of its own.
+        """
+        folder = self.settings.data
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            lock = undo.enter_context((folder / "lock").open("a"))
+        except OSError as error:
+            raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another with --data") from error
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise SpecError(
+                f"another studio runs with the folder {folder}; stop it, or give another with --data"
+            ) from error
+
+
+def studio_of(connection: HTTPConnection) -> Studio:
+    """The studio that a request or a WebSocket has reached."""
+    studio: Studio = connection.app.state.studio
+    return studio

@@ -1,0 +1,163 @@
+"""What the judge asks of us: bytes of a pipe and of addresses, pictures of this machine's devices, and descriptions of
+WebRTC sessions.
+
+The judge is in a stranger's hands once it has read the source.  So it names addresses, and we decide on each; it gets
+bytes of these streams alone, so many at a time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import queue
+import select
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, BinaryIO
+
+from moireid.errors import MediaError, MoireIdError
+from moireid.sandbox.process import Child, Ended
+from moireid_studio.watch.devices import shots_of
+from moireid_studio.watch.fetching import Addresses
+from moireid_studio.watch.order import PIECE, Data, End, Signal
+from moireid_studio.watch.source import Source
+from moireid_studio.watch.whep import Asking
+
+#: Streams that the judge may have open: HLS has a playlist, a picture's and a sound's piece.
+MOST_OPEN = 8
+#: Time between two looks whether a pipe is still waited for, s.
+LOOK_S = 0.25
+
+
+class Feeder:
+    """Answers the judge; each answer that may take long is given by a thread, which ends with this process."""
+
+    def __init__(self, source: Source, child: Child, token: str | None) -> None:
+        self._source, self._child, self._token = source, child, token
+        self._lock, self._over = threading.Lock(), threading.Event()
+        self._digest = hashlib.sha256()
+        self._pipe: BinaryIO | None = None
+        self._addresses = Addresses(source.text) if source.kind == "http" else None
+        self._streams: dict[int, Any] = {}
+        self._asking: Asking | None = None
+        #: Descriptions of WebRTC sessions that the judge gave to a sender.
+        self.described: queue.SimpleQueue[str] = queue.SimpleQueue()
+
+    @property
+    def sha256(self) -> str:
+        """Of the pipe's bytes that were read."""
+        return self._digest.hexdigest()
+
+    def begin(self) -> None:
+        """Begin with a source whose pictures are made here.  Raises: MediaError where a pipe cannot be read."""
+        if self._source.kind == "pipe":
+            self._pipe = _pipe(self._source)
+        elif self._source.kind in ("camera", "screen"):
+            self._aside(self._shoot)
+
+    def send(self, message: object) -> None:
+        """Tell the judge; where it has gone, whoever hears it finds out why."""
+        with self._lock, suppress(Ended):
+            self._child.send(message)
+
+    def answer(self, told: dict[str, Any]) -> None:
+        """Answer a wish."""
+        wish = told.get("want")
+        if wish == "open" and self._addresses is not None and len(self._streams) < MOST_OPEN:
+            # It counts from now on, so that a judge that was taken over cannot ask for many at once.
+            number = int(told["number"])
+            self._streams[number] = None
+            self._aside(lambda: self._open(number, str(told["address"])))
+        elif wish == "read":
+            self._aside(lambda: self._read(int(told["number"]), min(int(told["most"]), PIECE)))
+        elif wish == "close":
+            self._close(int(told["number"]))
+        elif wish is not None:
+            self.send(Data(int(told.get("number", 0)), b"", time.monotonic(), "it may not be opened"))
+        elif isinstance(told.get("answer"), str):
+            self.described.put(told["answer"])
+        elif isinstance(told.get("offer"), str) and self._source.kind == "whep" and self._asking is None:
+            self._asking = Asking(self._source, self._token)
+            self._aside(lambda: self._offer(told["offer"]))
+
+    def end(self) -> None:
+        """Let go of all that is open."""
+        self._over.set()
+        if self._asking is not None:
+            self._asking.end()
+        for number in list(self._streams):
+            self._close(number)
+
+    def _aside(self, work: Callable[[], None]) -> None:
+        def safely() -> None:
+            try:
+                work()
+            except MoireIdError as error:
+                self.send(End("failed", " ".join(str(error).split())))
+
+        threading.Thread(target=safely, daemon=True).start()
+
+    def _open(self, number: int, address: str) -> None:
+        assert self._addresses is not None
+        error = None
+        try:
+            self._streams[number] = self._addresses.open(address)
+        except MediaError as refused:
+            self._streams.pop(number, None)
+            error = str(refused)
+        self.send(Data(number, b"", time.monotonic(), error))
+
+    def _read(self, number: int, most: int) -> None:
+        try:
+            content = self._some(number, most)
+        except (OSError, MediaError) as error:
+            self.send(Data(number, b"", time.monotonic(), str(getattr(error, "strerror", None) or error)))
+            return
+        self.send(Data(number, content, time.monotonic()))
+
+    def _some(self, number: int, most: int) -> bytes:
+        if self._pipe is not None:
+            # A pipe into which nobody has written yet would seem to be at its end; and a read that waits would take
+            # what is written for the next reader.
+            while not select.select([self._pipe], [], [], LOOK_S)[0]:
+                if self._over.is_set():
+                    return b""
+            content = os.read(self._pipe.fileno(), most)
+            self._digest.update(content)
+            return content
+        stream = self._streams.get(number)
+        return b"" if stream is None else stream.read(most)
+
+    def _close(self, number: int) -> None:
+        if (stream := self._streams.pop(number, None)) is not None:
+            with suppress(OSError):
+                stream.close()
+
+    def _shoot(self) -> None:
+        for shot in shots_of(self._source):
+            if self._over.is_set():
+                return
+            self.send(shot)
+        self.send(End("source"))
+
+    def _offer(self, sdp: str) -> None:
+        assert self._asking is not None
+        self.send(Signal(self._asking.ask(sdp)))
+
+
+def _pipe(source: Source) -> BinaryIO:
+    """The pipe, opened for its bytes."""
+    if source.text != "-":
+        try:
+            # Without waiting: who will write into it may not be there yet, and the judge tells how long that may take.
+            opened = os.open(source.text, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+            os.set_blocking(opened, True)
+            return open(opened, "rb", buffering=0)
+        except OSError as error:
+            raise MediaError(f"pipe {source.shown} cannot be read ({error.strerror}); check its rights") from error
+    if sys.stdin is None or sys.stdin.buffer.isatty():
+        raise MediaError("nothing is piped into this program; give it a stream, such as: cat film.ts | moireid watch -")
+    return sys.stdin.buffer

@@ -1,0 +1,93 @@
+"""What is said between the process that judges and the one that started it.
+
+To the judge: an `Order`, then `Data`, `Shot`, `Signal`, `Ask` and `End`.  Its answers are JSON: events of the check
+(`verifier.live`), and what it asks for:
+
+want     {"want": "open", "number": N, "address": A}: open an address; {"want": "read", "number": N, "most": B};
+         {"want": "close", "number": N}
+answer   {"answer": SDP}: what a WebRTC sender is to be told; {"offer": SDP}: what a WebRTC server is to be asked
+event    begun (size), status, challenge, prompt, prompted, anew, verdict, error
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+from moireid.provenance import Barred
+from moireid_studio.watch.source import Source
+
+if TYPE_CHECKING:
+    from moireid.verifier.live.challenge import Prompt
+    from moireid.verifier.session.claim import Claim
+
+Event = dict[str, Any]
+#: Bytes that the judge asks for at a time.
+PIECE = 1 << 16
+#: Pictures of more pixels are refused: 4K.  A stream must be judged as fast as it comes.
+MOST_PIXELS = 4096 * 2304
+LEAST_SIDE = 120
+#: What no stranger's words may do to a terminal.
+HARMLESS = dict.fromkeys((*range(32), *range(127, 160)), " ")
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long to wait, s: for the first picture, for each further one, and for a file to grow until it is whole.
+
+    Who waits for a sender (WHIP) has no end of patience until there is one.
+    """
+
+    open_s: float = 30.0
+    stall_s: float = 10.0
+    grown_s: float = 5.0
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to judge.  prompts: of a challenge, their times counted from its beginning; None where none is asked for."""
+
+    source: Source
+    claim: Claim
+    barred: Barred | None = None
+    prompts: Sequence[Prompt] | None = None
+    patience: Patience = field(default_factory=Patience)
+
+
+@dataclass(frozen=True)
+class Data:
+    """Bytes of an opened stream, and when they came; none at its end.  error: why it gives none."""
+
+    number: int
+    content: bytes
+    arrival_s: float
+    error: str | None = None
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A picture's brightness, height x width bytes, when it was taken by its own clock, and when it came by ours, s."""
+
+    luma: bytes
+    size: tuple[int, int]
+    claimed_s: float
+    arrival_s: float
+
+
+@dataclass(frozen=True)
+class Signal:
+    """The description of a WebRTC session (SDP) that the other end gave."""
+
+    sdp: str
+
+
+@dataclass(frozen=True)
+class End:
+    """The wish for the verdict on what came so far.
+
+    why: it was asked for, the source has ended, it gave nothing for a while, or it failed; words: the last two told.
+    """
+
+    why: Literal["asked", "source", "silent", "failed"] = "asked"
+    words: str = ""

@@ -1,0 +1,169 @@
+"""Our side of a watch: start the judge, feed it, hear it, and end it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit, urlunsplit
+
+from moireid.errors import MediaError, MoireIdError, SpecError
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import Child, Ended, start
+from moireid.sandbox.reach import reach
+from moireid_studio.watch.feeding import Feeder
+from moireid_studio.watch.order import HARMLESS, End, Event, Order, Signal
+from moireid_studio.watch.source import Source
+from moireid_studio.watch.whip import Door
+
+#: Of the judge: of 4K pictures some wait, and some are in the decoder.
+LIMITS = ProcessLimits(memory_bytes=2 << 30, file_bytes=0)
+#: Time between two looks at whether somebody wants the verdict, and for the verdict once it is wanted, s.
+LOOK_S, VERDICT_S = 0.1, 120.0
+
+
+@dataclass(frozen=True)
+class Terms:
+    """How a watch is held: seconds of pictures at most; token: for WHIP and WHEP.
+
+    offer, answered: of a participant whom a program of its own connects: the sender's description, and what takes ours.
+    """
+
+    seconds: float
+    token: str | None = None
+    offer: str | None = None
+    answered: Callable[[str], None] | None = None
+
+
+def watch(order: Order, terms: Terms, stop: threading.Event, tell: Callable[[Event], None]) -> Event:
+    """Judge a source until it ends, its time is over, or `stop` is set.
+
+    Parameters: tell: is told each event as it comes, but the last.
+    Returns: the event of the verdict, with all keys of `verify --json`; "end": why it ended, in words too where it
+        should not have; "sealed": what held of the judge's seal, as in `sandbox.seal.MEANS`.
+    Raises: MediaError where the source cannot be opened, or gives no picture; SpecError where a claim or an option
+        cannot be used; MissingExtraError.
+    """
+    if os.name == "nt":
+        raise SpecError("streams are not judged on Windows, as nothing there seals their decoder; use Linux or macOS")
+    source = order.source
+    child = _started(order)
+    try:
+        with _fed(order, terms, child, tell) as feeder:
+            found = _heard(child, feeder, terms, stop, tell)
+    except Ended as ended:
+        raise _broken(ended, order) from ended
+    finally:
+        child.kill()
+    found["input"]["sha256"] = feeder.sha256 if source.kind == "pipe" else _digest(order, found)
+    return found | {"sealed": list(child.sealed or ())}
+
+
+def _started(order: Order) -> Child:
+    films = [Path(order.source.text)] if order.source.kind == "file" else []
+    child = start("moireid_studio.watch.judge:serve", LIMITS, within=reach(read=films, network=order.source.ports))
+    child.send(replace(order, source=_without_password(order.source)))
+    return child
+
+
+def _without_password(source: Source) -> Source:
+    """What the judge learns of a source: where we ask the address ourselves, its password is not for the judge."""
+    if source.kind not in ("http", "whep"):
+        return source
+    parts = urlsplit(source.text)
+    return replace(source, text=urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2])))
+
+
+@contextmanager
+def _fed(order: Order, terms: Terms, child: Child, tell: Callable[[Event], None]) -> Iterator[Feeder]:
+    """What the judge needs of us: its bytes, its pictures, its sender."""
+    feeder = Feeder(order.source, child, terms.token)
+    try:
+        if terms.offer is not None:
+            feeder.send(Signal(terms.offer))
+            yield feeder
+        elif order.source.kind == "whip":
+            with Door(order.source, terms.token, feeder) as door:
+                tell({"event": "waiting", "address": door.address, "token": door.token, "here": door.here})
+                yield feeder
+        else:
+            feeder.begin()
+            yield feeder
+    finally:
+        feeder.end()
+
+
+def _heard(
+    child: Child, feeder: Feeder, terms: Terms, stop: threading.Event, tell: Callable[[Event], None]
+) -> dict[str, Any]:
+    """Hear the judge until its verdict."""
+    last: float | None = None
+    asked = False
+    while True:
+        told = child.hear(LOOK_S)
+        now = time.monotonic()
+        if not asked and (stop.is_set() or (last is not None and now > last)):
+            asked, last = True, now + VERDICT_S
+            feeder.send(End())
+        elif asked and last is not None and now > last:
+            raise Ended("crash", f"gave no verdict within {VERDICT_S:.0f} s")
+        if told is None:
+            continue
+        if "event" in told:
+            told = harmless(told)
+        if told.get("event") == "verdict":
+            return _checked(told)
+        if told.get("event") == "error":
+            raise MediaError(str(told.get("text", ""))[:1000])
+        if told.get("event") == "begun" and last is None:
+            last = now + terms.seconds
+        if "event" in told:
+            tell(told)
+        elif terms.answered is not None and isinstance(told.get("answer"), str):
+            terms.answered(told["answer"])
+        else:
+            feeder.answer(told)
+
+
+def harmless(told: Any) -> Any:
+    """An event without signs that steer a terminal: its words may be a server's, or a decoder's that was taken over."""
+    if isinstance(told, dict):
+        return {name: harmless(value) for name, value in told.items()}
+    if isinstance(told, list):
+        return [harmless(value) for value in told]
+    return told.translate(HARMLESS) if isinstance(told, str) else told
+
+
+def _checked(told: dict[str, Any]) -> dict[str, Any]:
+    """A verdict as it should be: what says it has read what a stranger made.  Raises: Ended where it is not."""
+    from jsonschema import Draft202012Validator
+
+    from moireid.verifier.session.result import report_schema
+
+    schema = json.loads(report_schema())
+    if not Draft202012Validator(schema).is_valid(told) or not isinstance(told.get("end"), dict):
+        raise Ended("crash", "gave a verdict that is none")
+    return told
+
+
+def _digest(order: Order, found: dict[str, Any]) -> str | None:
+    """SHA-256 of a file that was read to its end."""
+    if order.source.kind != "file" or found["end"]["why"] != "source":
+        return None
+    with open(order.source.text, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _broken(ended: Ended, order: Order) -> MoireIdError:
+    """The process that judged has gone, in words."""
+    if ended.kind == "memory":
+        return MediaError(f"{order.source.shown} asks for more memory than a stream may have; send smaller pictures")
+    how = ended.words if ended.kind == "crash" else f"failed ({ended.kind}: {ended.words[:300]})"
+    return MediaError(f"the process that read {order.source.shown} {how}; try again, or give another source")

@@ -1,0 +1,352 @@
+"""Issuing and enrolling, asked without a browser.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import json
+import re
+import subprocess
+import sys
+import time
+import zipfile
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from click.testing import CliRunner
+
+from kit.payloads import payload_for_name
+from kit.webbing import Visit, studio
+from moireid.badge import badge_from_json
+from moireid.cli.main import moireid
+from moireid.designer import Request, design_badge
+from moireid.registry.signing.process import own_signer
+from moireid_studio.pages.preview_law import preview_law
+
+#: Small boards are quickly made, and four are on a sheet.
+SMALL = {"width_mm": "90", "height_mm": "110", "near_m": "0.5", "far_m": "0.9", "mount": "none"}
+HOSTILE = [
+    "../../x",
+    "/etc/passwd",
+    "<script>alert(1)</script>",
+    '"><img src=x onerror=alert(1)>',
+    "{{ 7*7 }}",
+    "'; DROP TABLE badges--",
+    "L" * 200,
+    "عمر الخيام",
+    "ليلى O'Brien",
+    "🦊 Fox",
+    "=1+1",
+    "CON",
+    "%2e%2e%2f",
+]
+
+
+@pytest.fixture(scope="module")
+def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
+    folder = tmp_path_factory.mktemp("issue")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with studio(folder, form_bytes=200_000) as made:
+            yield made
+
+
+class Markup(HTMLParser):
+    """The elements of a page, and the values of its fields."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.fields: dict[str, str | None] = {}
+        self.law: str | None = None
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.tags.append(tag)
+        self.law = given.get("data-preview", self.law)
+        if tag == "input" and given.get("name"):
+            self.fields[given["name"] or ""] = given.get("value")
+
+
+def order(name: str, **more: str) -> dict[str, Any]:
+    """The JSON of an order for a small badge."""
+    numbers = {key: float(SMALL[key]) for key in ("width_mm", "height_mm", "near_m", "far_m")}
+    return {"name": name, "mount": "none"} | numbers | more
+
+
+def done(visit: Visit, job: str, role: str = "issuer") -> dict[str, Any]:
+    """The job of issuing or enrolling once it is over."""
+    begun = time.monotonic()
+    while (told := visit.ask("GET", f"/api/badges/jobs/{job}", role).json())["state"] not in ("done", "failed"):
+        assert time.monotonic() - begun < 200
+        time.sleep(0.1)
+    return told
+
+
+def packed(visit: Visit, job: str) -> dict[str, bytes]:
+    """The files of a package by name."""
+    answer = visit.ask("GET", f"/api/badges/jobs/{job}/package.zip", "issuer")
+    assert answer.status_code == 200 and answer.headers["content-type"] == "application/zip"
+    with zipfile.ZipFile(io.BytesIO(answer.content)) as archive:
+        assert archive.testzip() is None
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_a_check_shows_the_budget_the_choice_and_the_law_and_issues_nothing(visit: Visit) -> None:
+    """Catches: a preview of another badge or of made-up numbers, a check that issues, a budget without its figures."""
+    answer = visit.ask("POST", "/issue", "issuer", data={"name": "Check Me", "do": "check"})
+    assert answer.status_code == 200
+    shown = Markup(answer.text)
+    badge, law = design_badge(Request("Check Me"), bytes.fromhex(shown.fields["drawn"])), shown.law
+    assert law is not None and json.loads(law) == json.loads(json.dumps(preview_law(badge)))
+    for words in (badge.id, "64 bits", "0.8 to 2.5 m", "in practically every film", "mount.stl", "reference row"):
+        assert words in html.unescape(answer.text)
+    assert visit.studio.registry.by_id(badge.id or "") is None
+    # What was shown is what is issued then.
+    wish = {"name": "Check Me", "mount": "none", "drawn": badge.id or "", "do": "issue"}
+    moved = visit.ask("POST", "/issue", "issuer", data=wish)
+    assert done(visit, moved.headers["location"].rsplit("/", 1)[1])["result"]["id"] == badge.id
+
+
+@pytest.mark.parametrize(
+    ("fields", "arguments"),
+    [
+        ({"far_m": "9"}, ["--range", "0.8-9"]),
+        ({"near_m": "3"}, ["--range", "3-2.5"]),
+        ({"width_mm": "40"}, ["--size", "40x160"]),
+        ({"payload": "xyz"}, ["--payload", "xyz"]),
+        ({"printer_dpi": "150"}, ["--printer-dpi", "150"]),
+        ({"name": "a\u202eb"}, []),
+        ({"name": "L" * 201}, []),
+        ({"width_mm": "900", "height_mm": "900"}, ["--size", "900x900"]),
+    ],
+)
+def test_the_page_refuses_in_the_command_s_own_sentence(
+    visit: Visit, fields: dict[str, str], arguments: list[str], tmp_path: Path
+) -> None:
+    """Catches: a page with rules or words of its own, and one that loses what was typed."""
+    sent = {"name": "Ada", "do": "issue"} | fields
+    answer = visit.ask("POST", "/issue", "issuer", data=sent)
+    told = CliRunner().invoke(moireid, ["print", sent["name"], "--out", str(tmp_path / "out"), *arguments])
+    assert told.exit_code == 2 and told.stderr.startswith("error: ")
+    assert answer.status_code == 422
+    problem = re.search(r'role="alert" id="problem">(.*?)</p>', answer.text, re.S)
+    assert problem is not None and html.unescape(problem.group(1)) == told.stderr.removeprefix("error: ").strip()
+    assert Markup(answer.text).fields | fields == Markup(answer.text).fields
+    body = {key: float(value) if key.endswith(("_m", "_mm")) else value for key, value in sent.items() if key != "do"}
+    by_api = visit.ask("POST", "/api/badges/check", "issuer", json=body)
+    assert by_api.status_code == 422 and by_api.json()["text"] == html.unescape(problem.group(1))
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"printer_dpi": "fine"}, "printer resolution 'fine'"),
+        ({"printer_dpi": "20"}, "greater than or equal to 72"),
+        ({"lens": "/etc/passwd.json"}, "'75lpi-18mil' or '100lpi-14mil'"),
+        ({"near_m": "nan"}, "nearest camera 'nan'"),
+        ({"mount": "glue"}, "mount 'glue'"),
+    ],
+)
+def test_fields_that_are_none_are_named(visit: Visit, fields: dict[str, str], words: str) -> None:
+    """Catches: a visitor's path that is opened as a lens profile; a traceback or a bare 422 for a slip of the pen."""
+    answer = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", "do": "check"} | fields)
+    assert answer.status_code == 422 and words in html.unescape(answer.text)
+
+
+def test_issuing_makes_one_archive_and_the_record_together(visit: Visit) -> None:
+    """Catches: a package without its record, a record of another badge, files beside the archive, a job shared."""
+    begun = visit.ask("POST", "/api/badges", "issuer", json=order("Grace Hopper"))
+    assert begun.status_code == 202
+    job = begun.json()["id"]
+    assert visit.ask("GET", f"/api/badges/jobs/{job}/package.zip", "issuer").status_code in (200, 404)
+    told = done(visit, job)
+    assert told["state"] == "done" and told["result"]["name"] == "Grace Hopper"
+    files = packed(visit, job)
+    badge_id = told["result"]["id"]
+    top = f"badge-{badge_id}/"
+    assert sorted(files) == [
+        top + name for name in ("assembly.pdf", "badge.json", "badge.pdf", "preview.png", "preview.webp")
+    ]
+    record = visit.studio.registry.by_id(badge_id)
+    assert record is not None and record.badge == badge_from_json(files[top + "badge.json"].decode())
+    assert [one for one in visit.left() if job in one] == [f"jobs/{job}", f"jobs/{job}/package.zip"]
+    # What one visitor has made is nobody else's, not even an admin's.
+    assert visit.ask("GET", f"/api/badges/jobs/{job}", "admin").status_code == 404
+    own = visit.ask("POST", "/api/badges", "admin", json=order("Grace Hopper")).json()["id"]
+    # An admin may also verify, and a package is no verdict.
+    assert done(visit, own, "admin")["state"] == "done" and visit.ask("GET", f"/verify/{own}").status_code == 404
+    same = order("Grace Hopper") | {"payload": badge_id}
+    again = done(visit, visit.ask("POST", "/api/badges", "issuer", json=same).json()["id"])
+    assert again["result"]["already_issued"] and not told["result"]["already_issued"]
+    another = done(visit, visit.ask("POST", "/api/badges", "issuer", json=order("Grace Hopper")).json()["id"])
+    assert another["result"]["id"] not in (badge_id, None)
+
+
+def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> None:
+    """Catches: a second badge of a name issued without a word; a badge whose id another holds; a revoked one."""
+    registry = visit.studio.registry
+    first = design_badge(Request("Two Of Us"), payload_for_name("Two Of Us"))
+    registry.enroll(first)
+    count = registry.count()
+    wish = {"name": "Two Of Us", "do": "issue"}
+    same = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": first.id or ""})
+    assert same.status_code == 200 and "This same badge was already issued" in same.text
+    assert "anybody who knows the name can print this badge" in same.text
+    twin = visit.ask("POST", "/issue", "issuer", data=wish)
+    assert twin.status_code == 200 and "Another badge has this name already" in twin.text
+    assert "Not issued yet." in twin.text
+    cyrillic = visit.ask("POST", "/issue", "issuer", data=wish | {"name": "Two \u041ef Us"})
+    assert cyrillic.status_code == 200 and "This name looks like that of" in cyrillic.text and first.id in cyrillic.text
+    other = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": "0123456789abcdef"})
+    assert other.status_code == 200 and "Another badge has this name already" in other.text and first.id in other.text
+    assert registry.count() == count
+    told = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Two Of Us", "payload": "0123456789abcdef"})
+    assert told.json()["namesakes"] == [first.id]
+    taken = visit.ask("POST", "/api/badges", "issuer", json={"name": "Somebody Else", "payload": first.id})
+    assert taken.status_code == 422 and "Two Of Us" in taken.json()["text"]
+    registry.revoke(first.id or "", "lost")
+    gone = visit.ask("POST", "/api/badges", "issuer", json={"name": "Two Of Us", "payload": first.id})
+    assert gone.status_code == 422 and "revoked (lost)" in gone.json()["text"]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_name_is_a_name_and_nothing_else(visit: Visit, name: str) -> None:
+    """Catches: names as markup, as template, as JSON that ends its script, and a form that changes them."""
+    calm = visit.ask("POST", "/issue", "issuer", data={"name": "Calm", "do": "check"})
+    answer = visit.ask("POST", "/issue", "issuer", data={"name": name, "do": "check"})
+    assert answer.status_code == 200
+    assert Markup(answer.text).fields["name"] == name
+    # Notes on missing fonts apart, the page has the same elements whatever the name.
+    found, plain = ([tag for tag in Markup(page.text).tags if tag != "p"] for page in (answer, calm))
+    assert found == plain
+    law = Markup(answer.text).law
+    assert law is not None and json.loads(law)["words"][0]["text"] == name
+
+
+def test_an_event_is_understood_row_by_row_and_issued_as_one_archive(visit: Visit) -> None:
+    """Catches: faults without rows, a list issued in part, names as paths in the archive, people without a record."""
+
+    def page(text: str, do: str = "issue") -> httpx.Response:
+        fields = {"people": text, "do": do} | SMALL
+        return visit.ask("POST", "/issue/event", "issuer", data=fields, files={"people_file": ("", b"")})
+
+    count = visit.studio.registry.count()
+    twice = "One,0123456789abcdee\nOther,0123456789abcdee\n"
+    faulty = page(f"name,payload\nGood One,\n,0123\n\n{twice}Hex,xyz\n" + "L" * 201 + ",\n")
+    assert faulty.status_code == 422 and "4 of 6 rows" in faulty.text
+    for words in ("row 3 of", "rows 5 and 6 of", "row 7 of", "row 8 of"):
+        assert words in faulty.text
+    assert "Good One" in faulty.text and visit.studio.registry.count() == count
+    assert "has no column name" in page("nom\nAda\n").text
+    assert "put quotes about a name" in html.unescape(page("name\nDoe, Jane\n").text)
+    assert "300 can be issued" in page("name\n" + "".join(f"Person {k}\n" for k in range(301))).text
+    listed = "name\n" + "".join('"' + name.replace('"', '""') + '"\n' for name in HOSTILE[:5])
+    sound = page(listed, do="check")
+    assert sound.status_code == 200 and "5 badges can be issued" in sound.text
+    moved = page(listed)
+    assert moved.status_code == 303
+    job = moved.headers["location"].rsplit("/", 1)[1]
+    assert done(visit, job)["state"] == "done"
+    files = packed(visit, job)
+    assert all(re.fullmatch(r"event/([a-z0-9-]+/)?[a-z]+\.(pdf|png|json|csv)", name) for name in files), list(files)
+    rows = list(csv.DictReader(io.StringIO(files["event/summary.csv"].decode())))
+    assert [row["name"] for row in rows] == HOSTILE[:5]
+    for row in rows:
+        record = visit.studio.registry.by_id(row["id"])
+        assert record is not None and record.name == row["name"]
+        assert f"event/{row['folder']}/badge.json" in files
+    assert visit.ask("GET", f"/issue/jobs/{job}", "issuer").text.count("<bdi>") == 5
+    # The very same badges again are told, and nothing new is issued.
+    known = "name,payload\n" + "".join('"' + row["name"].replace('"', '""') + f'",{row["id"]}\n' for row in rows)
+    assert page(known, do="check").text.count("issued already on") == 5
+    assert "drawn when it is issued" in page(listed, do="check").text
+
+
+def test_a_list_comes_as_a_file_too_and_a_large_one_is_refused(visit: Visit) -> None:
+    """Catches: a file that is passed over or read in another coding, and a form that fills the memory."""
+
+    def send(data: bytes) -> httpx.Response:
+        fields = {"people": "", "do": "check"} | SMALL
+        return visit.ask("POST", "/issue/event", "issuer", data=fields, files={"people_file": ("x.csv", data)})
+
+    told = send("\ufeffname\r\nZoë\r\n".encode())
+    assert told.status_code == 200 and "<bdi>Zoë</bdi>" in told.text
+    guessed = html.unescape(send("name;line\nZoë;Édition\n".encode("cp1252")).text)
+    # What is sent again is the text shown, so it must be the one that was understood.
+    assert "was read as Windows-1252" in guessed and guessed.count("Zoë") == 3 and guessed.count("Édition") == 3
+    assert "row 2 is neither" in send(b"name\n\x81\n").text
+    assert send(b"name\n" + b"x" * 300_000).status_code == 413
+    pieces = (b"name=" + b"x" * 1000 for _ in range(400))
+    kind = {"Content-Type": "application/x-www-form-urlencoded"}
+    assert visit.ask("POST", "/issue", "issuer", content=b"".join(pieces), headers=kind).status_code == 413
+    assert visit.ask("POST", "/api/badges", "issuer", json=order("x" * 300_000)).status_code == 413
+
+
+def test_only_issuers_issue(visit: Visit) -> None:
+    """Catches: a route that a verifier or a stranger can use."""
+    job, badge = "0" * 32, "0123456789abcdef"
+    for method, path in (
+        ("GET", "/issue"),
+        ("POST", "/issue"),
+        ("GET", "/issue/event"),
+        ("POST", "/issue/event"),
+        ("GET", "/enroll"),
+        ("POST", "/enroll"),
+        ("POST", "/api/badges/check"),
+        ("POST", "/api/badges"),
+        ("GET", f"/api/badges/jobs/{job}"),
+        ("POST", f"/api/badges/{badge}/captures"),
+        ("POST", f"/api/badges/{badge}/captures/{job}/keep"),
+        ("GET", f"/issue/jobs/{job}/package.zip"),
+        ("GET", f"/enroll/{job}"),
+        ("POST", f"/enroll/{job}/keep"),
+    ):
+        assert visit.ask(method, path, "verifier").status_code == 403, path
+        assert visit.ask(method, path, None).status_code == 401, path
+
+
+def test_badges_are_issued_by_a_studio_that_has_no_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a page, or a process that makes badges, that reads the key itself; one that knows no signer."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "far away"))
+    with own_signer() as path, monkeypatch.context() as patch:
+        patch.setenv("MOIREID_SIGNER", path)
+        patch.setenv("MOIREID_KEYS", str(tmp_path / "here"))
+        with studio(tmp_path) as visit:
+            job = visit.ask("POST", "/api/badges", "issuer", json=order("Ada Signed")).json()["id"]
+            issued = done(visit, job)["result"]["id"]
+            revoked = visit.ask("POST", f"/api/registry/{issued}/revoke", "issuer", json={"reason": "lost"})
+            assert revoked.status_code == 200, revoked.text
+            assert visit.studio.registry.audit().sound and not visit.studio.registry.key_path.exists()
+        assert not (tmp_path / "here").exists() and len(list((tmp_path / "far away").iterdir())) == 1
+
+
+def test_heavy_packages_stay_out_of_the_server() -> None:
+    """Catches: an import of CAD or a renderer by the pages, which would cost the server seconds and memory."""
+    code = (
+        "import sys, moireid_studio.app, moireid_studio.jobs.work\n"
+        "print(*sorted({m.split('.')[0] for m in sys.modules} & {'OCP', 'build123d', 'cadquery', 'mitsuba', 'numba', "
+        "'trimesh', 'dlib', 'dask'}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_numbers_may_have_a_comma(visit: Visit) -> None:
+    """Catches: half of the world's numbers refused with a library's sentence."""
+    fields = {"name": "Comma", "do": "check", "near_m": "0,9", "far_m": "2"}
+    assert "0.9 to 2 m" in visit.ask("POST", "/issue", "issuer", data=fields).text
+    wrong = visit.ask("POST", "/issue", "issuer", data=fields | {"near_m": "near"})
+    assert wrong.status_code == 422 and "it is no number such as 0.5" in wrong.text and "parse" not in wrong.text
+
+
+def test_an_event_without_a_list_asks_for_one(visit: Visit) -> None:
+    """Catches: a message about the first row of a list that was never given."""
+    answer = visit.ask("POST", "/issue/event", "issuer", data={"do": "check"})
+    assert answer.status_code == 422 and "choose a file, or type a name" in answer.text

@@ -1,0 +1,268 @@
+"""Badges to wear, from the form and the API.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import html
+import io
+import json
+import re
+import time
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pypdfium2 as pdfium
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+from kit.webbing import Visit, studio
+from moireid.artwork.template import TEMPLATES
+from moireid.badge import badge_from_json
+from moireid.cli.main import moireid
+from moireid.designer.formats import FORMATS
+from moireid_studio.jobs.orders import FormatName, TemplateName
+from moireid_studio.pages.issue_words import CHOICES
+
+MAGENTA, GREEN = (255, 0, 255), (0, 160, 0)
+LOGO = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 60 20"><path d="M0 0h60v20H0z" fill="#ff00ff"/></svg>'
+WISH = {"format": "a7", "mount": "none", "template": "newsroom"}
+
+
+def portrait(colour: tuple[int, int, int] = GREEN) -> bytes:
+    made = io.BytesIO()
+    Image.new("RGB", (80, 100), colour).save(made, "PNG")
+    return made.getvalue()
+
+
+@pytest.fixture(scope="module")
+def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
+    folder = tmp_path_factory.mktemp("worn")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with studio(folder) as made:
+            yield made
+
+
+def fields_of(page: str) -> dict[str, str]:
+    """What a page's form would send again: hidden and typed fields, chosen radios and options; no box is ticked."""
+    typed = re.sub(r"<input[^>]*(radio|checkbox)[^>]*>", "", page)
+    found = dict(re.findall(r'<input[^>]*? name="(\w+)"[^>]*? value="([^"]*)"', typed))
+    found |= dict(re.findall(r'<input type="radio" name="(\w+)" value="([^"]*)" checked', page))
+    for name, options in re.findall(r'<select id="\w+" name="(\w+)">(.*?)</select>', page, re.S):
+        found[name] = re.findall(r'value="([^"]*)" selected', options)[0]
+    for name, text in re.findall(r'<textarea[^>]*? name="(\w+)"[^>]*>(.*?)</textarea>', page, re.S):
+        found[name] = text.removeprefix("\n")
+    return {name: html.unescape(value) for name, value in found.items()}
+
+
+def problem_of(answer: httpx.Response) -> str:
+    found = re.search(r'role="alert" id="problem">(.*?)</p>', answer.text, re.S)
+    assert answer.status_code == 422 and found is not None, answer.text[:2000]
+    return html.unescape(found.group(1))
+
+
+def made(visit: Visit, job: str) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """The result of a job of issuing, and the files of its package by name."""
+    begun = time.monotonic()
+    while (told := visit.ask("GET", f"/api/badges/jobs/{job}", "issuer").json())["state"] not in ("done", "failed"):
+        assert time.monotonic() - begun < 200
+        time.sleep(0.1)
+    assert told["state"] == "done", told
+    package = visit.ask("GET", f"/api/badges/jobs/{job}/package.zip", "issuer")
+    with zipfile.ZipFile(io.BytesIO(package.content)) as archive:
+        return told["result"], {name: archive.read(name) for name in archive.namelist()}
+
+
+def share(picture: Image.Image, colour: tuple[int, int, int]) -> float:
+    """How much of a picture has about that colour."""
+    pixels = np.asarray(picture.convert("RGB"), dtype=int)
+    return float((np.abs(pixels - colour).max(axis=-1) < 40).mean())
+
+
+def test_the_choices_are_those_of_the_command() -> None:
+    """Catches: a format or template that the studio lacks, or that it has by itself."""
+    assert FormatName.__args__ == tuple(FORMATS) and TemplateName.__args__ == TEMPLATES
+    assert {value for value, _, _ in CHOICES["formats"]} == set(FORMATS)
+    assert {value for value, _, _, _ in CHOICES["styles"]} == {"", *TEMPLATES} - {"plain"}
+    for value, _, words in CHOICES["formats"]:
+        form = FORMATS[value]
+        for figure in (*form.size_mm, *form.range_m):
+            assert re.search(rf"(?<![\d.]){figure:g}(?![\d.])", words), words
+
+
+@pytest.mark.slow
+def test_pictures_lines_and_colour_reach_the_print_from_the_form(visit: Visit) -> None:
+    """Catches: a logo or portrait that is lost between check and issue or on the way to the printing process, lines
+    that are not in the record, a size that is not the format's, a preview of another badge."""
+    typed = WISH | {"name": "Nellie Bly", "lines": "Reporter\n\n  Example News ", "colour": "#0000ff", "do": "check"}
+    files = {"logo": ("logo.svg", LOGO), "portrait": ("face.png", portrait())}
+    checked = visit.ask("POST", "/issue", "issuer", data=typed, files=files)
+    assert checked.status_code == 200 and "What would be made" in checked.text, checked.text[:3000]
+    assert "logo.svg" in checked.text and "face.png" in checked.text
+    law = json.loads(html.unescape(re.search(r"data-preview='([^']*)'", checked.text).group(1)))  # type: ignore[union-attr]
+    assert law["worn"].startswith("data:image/webp;base64,")
+    # No file is sent again.
+    again = fields_of(checked.text) | {"do": "issue"}
+    assert {name: again[name] for name in WISH} == WISH and again["lines"] == typed["lines"]
+    moved = visit.ask("POST", "/issue", "issuer", data=again)
+    assert moved.status_code == 303, moved.text
+    job = moved.headers["location"].rsplit("/", 1)[1]
+    told, found = made(visit, job)
+    top = f"badge-{told['id']}/"
+    badge = badge_from_json(found[top + "badge.json"].decode())
+    assert badge.print is not None and badge.print["lines"] == ["Reporter", "Example News"]
+    x0, y0, x1, y1 = badge.outline_mm
+    assert (x1 - x0, y1 - y0) == pytest.approx(FORMATS["a7"].size_mm)
+    record = visit.studio.registry.by_id(told["id"])
+    assert record is not None and record.badge == badge and record.line == "Reporter"
+    with pdfium.PdfDocument(found[top + "badge.pdf"]) as document:
+        page = document[0].render(scale=2).to_pil()
+        assert "Example News" in document[0].get_textpage().get_text_bounded()
+    preview = Image.open(io.BytesIO(found[top + "preview.png"]))
+    for shown in (page, preview):
+        assert min(share(shown, MAGENTA), share(shown, GREEN)) > 0.003
+    # The moving preview is shown on the page, from the package, as a picture and nothing else.
+    shown_page = visit.ask("GET", f"/issue/jobs/{job}", "issuer")
+    address = re.search(r'<img class="made" src="([^"]*)"', shown_page.text)
+    assert address is not None
+    for path in (address.group(1), f"/api/badges/jobs/{job}/preview.webp"):
+        moving = visit.ask("GET", path, "issuer")
+        assert moving.headers["content-type"] == "image/webp" and moving.headers["x-content-type-options"] == "nosniff"
+        assert moving.content == found[top + "preview.webp"] and Image.open(io.BytesIO(moving.content)).is_animated
+        assert visit.ask("GET", path, "admin").status_code == 404 and visit.ask("GET", path, None).status_code == 401
+
+
+def test_pictures_and_looks_reach_the_print_from_the_api(visit: Visit) -> None:
+    """Catches: fields of the API that are taken and forgotten; an old request that is now another badge."""
+    ids = {}
+    for what, data in (("logo", LOGO), ("portrait", portrait())):
+        sent = visit.ask("POST", "/api/badges/pictures", "issuer", files={"picture": ("x", data)})
+        ids[what] = sent.json()["id"]
+    order = {"name": "Ada", "format": "cr80", "orientation": "portrait", "lines": ["Guest"], "colour": "teal", **ids}
+    begun = visit.ask("POST", "/api/badges", "issuer", json=order | {"template": "newsroom", "mount": "none"})
+    assert begun.status_code == 202, begun.text
+    told, found = made(visit, begun.json()["id"])
+    preview = Image.open(io.BytesIO(found[f"badge-{told['id']}/preview.png"]))
+    assert preview.height > preview.width and min(share(preview, MAGENTA), share(preview, GREEN)) > 0.003
+    old = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Ada", "payload": "7097c67b0fafc59b"})
+    new = {"name": "Ada", "payload": "7097c67b0fafc59b", "format": "board", "markers": "squares", "mount": "lanyard"}
+    same = visit.ask("POST", "/api/badges/check", "issuer", json=new)
+    assert old.json()["badge"] == same.json()["badge"] and old.json()["files"] == same.json()["files"]
+    x0, y0, x1, y1 = badge_from_json(json.dumps(old.json()["badge"])).outline_mm
+    assert (x1 - x0, y1 - y0) == pytest.approx((146, 160)) and old.json()["badge"]["range_m"] == [0.8, 2.5]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("fields", "arguments"),
+    [
+        ({"format": "cr80"}, ["--format", "cr80"]),
+        ({"format": "a6", "orientation": "portrait"}, ["--format", "a6", "--orientation", "portrait"]),
+        ({"format": "a7", "markers": "frame"}, ["--format", "a7", "--markers", "frame"]),
+        (
+            {"format": "webcam", "colour": "teal", "lines": "Guest"},
+            ["--format", "webcam", "--colour", "teal", "--line", "Guest"],
+        ),
+        ({"axes": "hex"}, ["--axes", "hex"]),
+        ({"front": "array"}, ["--front", "array"]),
+        (
+            {"format": "a5", "template": "court", "far_m": "1.5"},
+            ["--format", "a5", "--template", "court", "--range", "0.6-1.5"],
+        ),
+    ],
+)
+def test_a_wish_gives_the_command_s_own_badge(
+    visit: Visit, fields: dict[str, str], arguments: list[str], tmp_path: Path
+) -> None:
+    """Catches: a choice that does nothing, a sheet or a range that is not the command's, a frame without its room."""
+    wish = {"name": "Ada", "payload": "7097c67b0fafc59b", "mount": "none"}
+    body: dict[str, Any] = wish | fields
+    body |= {"lines": fields["lines"].splitlines()} if "lines" in fields else {}
+    body |= {"far_m": float(fields["far_m"])} if "far_m" in fields else {}
+    answer = visit.ask("POST", "/api/badges/check", "issuer", json=body)
+    out = tmp_path / "out"
+    told = CliRunner().invoke(
+        moireid, ["print", "Ada", "--payload", wish["payload"], "--out", str(out), "--mount", "none", *arguments]
+    )
+    assert told.exit_code == 0, told.stderr
+    by_command = badge_from_json((out / "badge.json").read_text())
+    assert answer.status_code == 200, answer.text
+    assert badge_from_json(json.dumps(answer.json()["badge"])) == by_command
+
+
+@pytest.mark.parametrize(
+    ("fields", "arguments", "words"),
+    [
+        ({"colour": "blurple"}, ["--colour", "blurple"], "colour 'blurple'"),
+        ({"lines": "a\nb\nc\nd\ne"}, [part for line in "abcde" for part in ("--line", line)], "5 lines are too many"),
+        ({"lines": "x" * 81}, ["--line", "x" * 81], "has 81 characters"),
+        ({"format": "a7", "far_m": "3"}, ["--format", "a7", "--range", "0.3-3"], "choose a range within"),
+    ],
+)
+def test_a_fault_is_the_command_s_sentence_and_nothing_is_lost(
+    visit: Visit, fields: dict[str, str], arguments: list[str], words: str, tmp_path: Path
+) -> None:
+    """Catches: another sentence, a form that forgets what was typed or which pictures were chosen."""
+    typed = {
+        "name": "Ada",
+        "lines": "Guest",
+        "format": "board",
+        "markers": "squares",
+        "lens": "",
+        "do": "check",
+    } | fields
+    files = {"logo": ("logo.svg", LOGO)}
+    answer = visit.ask("POST", "/issue", "issuer", data=typed, files=files)
+    (tmp_path / "logo.svg").write_bytes(LOGO)
+    own = [] if "lines" in fields else ["--line", "Guest"]
+    logo = ["--logo", str(tmp_path / "logo.svg")]
+    told = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "out"), *logo, *own, *arguments])
+    assert told.exit_code == 2 and words in told.stderr, told.stderr
+    assert problem_of(answer) == told.stderr.removeprefix("error: ").strip()
+    again = fields_of(answer.text)
+    assert {name: again[name] for name in typed if name != "do"} == {
+        name: typed[name] for name in typed if name != "do"
+    }
+    assert re.fullmatch("[0-9a-f]{32}", again["kept"]) and "logo.svg" in answer.text
+    # A picture that cannot be used is named, and takes no other with it.
+    bad = {"portrait": ("../f<b>.png", b"no picture")}
+    worse = visit.ask("POST", "/issue", "issuer", data=again | {"do": "check"}, files=bad)
+    assert problem_of(worse).startswith("portrait f<b>.png is no picture") and "<b>" not in worse.text
+    assert fields_of(worse.text)["kept"] == again["kept"]
+    # And one that is not wanted any more can be left out.
+    without = visit.ask("POST", "/issue", "issuer", data=again | {"without_logo": "yes", "colour": "x"})
+    assert "kept" not in fields_of(without.text)
+
+
+def test_fields_that_contradict_or_name_files_are_refused_in_plain_words(visit: Visit) -> None:
+    """Catches: a template or a sheet that is a path of the server; words of the command line on a page."""
+    for name in ("template", "lens", "format", "logo", "portrait", "markers", "front"):
+        told = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Ada", name: "/etc/passwd.toml"})
+        assert told.status_code == 422 and "passwd" not in told.json()["text"], told.text
+        if name not in ("logo", "portrait"):
+            page = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", name: "/etc/passwd.toml", "do": "check"})
+            assert problem_of(page)
+    own = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", "format": "a7", "width_mm": "90", "do": "check"})
+    assert "a size of your own" in problem_of(own)
+    array = {"name": "Ada", "front": "array", "axes": "hex", "do": "check"}
+    assert "--" not in problem_of(visit.ask("POST", "/issue", "issuer", data=array))
+    small = {"name": "Ada", "width_mm": "70", "height_mm": "60", "axes": "hex", "do": "check"}
+    assert "--" not in problem_of(visit.ask("POST", "/issue", "issuer", data=small))
+    a7 = {"name": "Ada", "format": "a7", "template": "conference", "mount": "lanyard"}
+    page = visit.ask("POST", "/issue", "issuer", data=a7 | {"do": "check"}).text
+    assert "No acrylic stack can be made" in page and "(--" not in page
+    left_out = visit.ask("POST", "/api/badges/check", "issuer", json=a7).json()["left_out"]
+    assert left_out and "--" not in left_out["acrylic"]
+
+
+def test_a_card_gets_its_holder_in_the_place_of_a_mount(visit: Visit) -> None:
+    """Catches: a card that is refused since no lanyard's mount fits it, which nobody has asked for."""
+    wish = {"name": "Ada", "format": "cr80", "template": "plain"}
+    found = visit.ask("POST", "/api/badges/check", "issuer", json=wish).json()
+    assert found["files"] or "goes into a card holder" in found["note"]
+    page = visit.ask("POST", "/issue", "issuer", data=wish | {"do": "check"})
+    assert page.status_code == 200 and (found["files"] or "goes into a card holder" in page.text)

@@ -1,0 +1,110 @@
+"""Tokens and sessions: how long they last, and how they end.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import httpx
+import pytest
+from click.testing import CliRunner
+
+from kit.registries import badge_of
+from kit.webbing import Visit, studio
+from moireid.cli.main import moireid
+from moireid_studio.auth import tokens as token_times
+from moireid_studio.auth.roles import COOKIE
+from moireid_studio.auth.tokens import Tokens
+
+
+@pytest.fixture
+def visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Visit]:
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    with studio(tmp_path, work=False) as opened:
+        yield opened
+
+
+def cookie_of(answer: httpx.Response) -> dict[str, str]:
+    return {"Cookie": answer.headers["set-cookie"].partition(";")[0]}
+
+
+def test_signing_out_ends_the_session_of_that_browser_alone(visit: Visit) -> None:
+    """Catches: a cookie that is only forgotten, so that a copy of it still opens; a cookie that is the token; signing
+    out everybody who has the token."""
+    secret = visit.tokens["issuer"]
+    here, there = (cookie_of(visit.ask("POST", "/login", None, data={"token": secret})) for _ in range(2))
+    assert secret not in here["Cookie"] and here != there
+    assert visit.ask("GET", "/registry", None, headers=here).status_code == 200
+    assert visit.ask("POST", "/logout", None, headers=here).status_code == 303
+    assert visit.ask("GET", "/registry", None, headers=here).status_code == 401
+    assert visit.ask("GET", "/registry", None, headers=there).status_code == 200
+    assert visit.ask("GET", "/api/registry", "issuer").status_code == 200
+    # Neither is the other: a session's secret is no token, and a token in a cookie no session.
+    session = there["Cookie"].partition("=")[2]
+    assert visit.ask("GET", "/registry", None, headers={"Authorization": f"Bearer {session}"}).status_code == 401
+    assert visit.ask("GET", "/registry", None, headers={"Cookie": f"{COOKIE}={secret}"}).status_code == 401
+
+
+def test_tokens_and_sessions_end_by_themselves(visit: Visit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a lifetime that is stored and never looked at; a session that outlives its token; one without end."""
+    tokens = visit.studio.tokens
+    short, _ = tokens.create("verifier", "a day", 1.0)
+    long, _ = tokens.create("verifier", "a month", 30.0)
+    sessions = {secret: tokens.begin_session(secret) for secret in (short, long)}
+    present = token_times._after
+
+    def in_days(days: float) -> None:
+        monkeypatch.setattr(token_times, "_after", lambda wait: present(wait + timedelta(days=days)))
+
+    in_days(0.4)
+    assert tokens.find(short) and tokens.of_session(sessions[short] or "")
+    in_days(0.6)
+    assert tokens.find(short) and tokens.of_session(sessions[short] or "") is None
+    in_days(1.1)
+    assert tokens.find(short) is None and tokens.begin_session(short) is None and tokens.find(long)
+    late = tokens.begin_session(long)
+    in_days(1.2)
+    assert late and tokens.of_session(late)
+    tokens.revoke(tokens.find(long).id)
+    assert tokens.of_session(late) is None
+
+
+def test_a_token_lasts_ninety_days_unless_said(tmp_path: Path) -> None:
+    """Catches: a default without end; a lifetime of the wrong unit."""
+    run, create = CliRunner().invoke, ["token", "create", "--role", "admin", "--data", str(tmp_path)]
+    for more, days in (((), 90.0), (("--expires", "2"), 2.0)):
+        told = json.loads(run(moireid, [*create, "--json", *more]).stdout)
+        made, ends = (datetime.fromisoformat(told[key]) for key in ("made_at", "expires_at"))
+        assert abs((ends - made).total_seconds() - days * 86400) < 2
+    assert run(moireid, [*create, "--expires", "9999"]).exit_code == 2
+
+
+def test_tokens_of_before_get_an_end(tmp_path: Path) -> None:
+    """Catches: a studio that cannot open its own older file, or tokens in it that never end."""
+    with sqlite3.connect(tmp_path / "tokens.sqlite3") as raw:
+        columns = "sha256 TEXT PRIMARY KEY, role TEXT NOT NULL, note TEXT NOT NULL, made_at TEXT NOT NULL"
+        raw.execute(f"CREATE TABLE tokens ({columns}, revoked_at TEXT)")
+        digest = hashlib.sha256(b"moireid_old").hexdigest()
+        raw.execute("INSERT INTO tokens VALUES (?, 'admin', 'old', '2026-01-01T00:00:00Z', NULL)", (digest,))
+    found = Tokens(tmp_path).find("moireid_old")
+    assert found is not None and found.expires_at > datetime.now(UTC).isoformat()
+    assert Tokens(tmp_path).find("moireid_old") == found
+
+
+def test_what_a_visitor_does_is_logged_by_their_token(visit: Visit) -> None:
+    """Catches: the server's account logged for everybody; a token in the log."""
+    badge = badge_of("Ada")
+    visit.studio.registry.enroll(badge)
+    secret, token = visit.studio.tokens.create("issuer", "front desk")
+    bearer = {"Authorization": f"Bearer {secret}"}
+    done = visit.ask("POST", f"/api/registry/{badge.id}/revoke", None, headers=bearer, json={"reason": "lost"})
+    assert done.status_code == 200
+    assert visit.studio.registry.entries(limit=1)[0].actor == f"token {token.id} (front desk)"
+    shown = f"revoke, by token {token.id} (front desk)"
+    assert shown in visit.ask("GET", f"/registry/{badge.id}", "issuer").text
+    assert "front desk" not in visit.ask("GET", f"/registry/{badge.id}", "verifier").text
+    assert f"token {token.id} (front desk)" in visit.ask("POST", "/registry/audit", "issuer").text

@@ -1,0 +1,304 @@
+"""The studio's pages in a real browser, as people use them.  Beside each test: the wrong implementation it catches.
+
+Pictures of every page go to the folder that MOIREID_SCREENSHOTS names, or to the test's own.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+
+from kit.payloads import payload_for_name
+from kit.programs import needs
+from kit.webbing import badge_film, tiny_film
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.registry import open_registry
+from moireid_studio.auth.tokens import Tokens
+
+#: A browser walks through whole checks of films.
+pytestmark = pytest.mark.slow
+
+PHONE, DESK = {"width": 375, "height": 740}, {"width": 1200, "height": 800}
+#: A film of 8 s takes some seconds, and a busy machine many times that.
+PATIENCE_MS = 100_000
+expect.set_options(timeout=PATIENCE_MS)
+#: The widths of all pictures, those too that the browser would load later.
+LOADED = """Promise.all([...document.images].map(async (image) => {
+    image.loading = "eager"; await image.decode(); return image.naturalWidth; }))"""
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[tuple[str, str]]:
+    """The address of a studio that was started by its command, and a token of an admin."""
+    needs("chromium")
+    folder = tmp_path_factory.mktemp("served")
+    environment = os.environ | {"MOIREID_KEYS": str(folder / "keys")}
+    url = f"sqlite:///{folder}/registry.sqlite3"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", environment["MOIREID_KEYS"])
+        with open_registry(url, create=True) as registry:
+            registry.enroll(ada)
+    tokens = Tokens(folder / "studio")
+    secret, _ = tokens.create("admin")
+    tokens.close()
+    code = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
+    command = [sys.executable, "-c", code, "serve", "--port", "0", "--registry", url, "--data", str(folder / "studio")]
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as server:
+        assert server.stderr is not None
+        said = server.stderr.readline()
+        assert "the studio is at http://" in said, said
+        yield said.split()[4].rstrip("/"), secret
+        server.send_signal(signal.SIGINT)
+        assert server.wait(30) == 0
+    assert not list((folder / "studio").rglob("film.*"))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    program = needs("chromium")
+    with sync_playwright() as playwright:
+        made = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        yield made
+        made.close()
+
+
+@pytest.fixture
+def pictures(tmp_path: Path) -> Path:
+    folder = Path(os.environ.get("MOIREID_SCREENSHOTS", tmp_path))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+class Visitor:
+    """A person at a page, who looks at it at both widths."""
+
+    def __init__(self, context: BrowserContext, home: str, pictures: Path) -> None:
+        context.set_default_timeout(PATIENCE_MS)
+        self.page: Page = context.new_page()
+        self.home, self.pictures = home, pictures
+        self.faults: list[str] = []
+        self.page.on("console", lambda said: self.faults.append(said.text) if said.type == "error" else None)
+        self.page.on("pageerror", lambda error: self.faults.append(str(error)))
+
+    def go(self, path: str) -> None:
+        self.page.goto(self.home + path)
+
+    def look(self, name: str) -> None:
+        """Keep pictures of the page, and see that nothing is wrong with it for anybody."""
+        for shape, size in (("desk", DESK), ("phone", PHONE)):
+            self.page.set_viewport_size(size)
+            self.page.screenshot(path=self.pictures / f"{name}-{shape}.png", full_page=True)
+            wide = self.page.evaluate("document.documentElement.scrollWidth")
+            assert wide <= size["width"], f"{name} is {wide} px wide on a {shape}"
+            found = Axe().run(self.page).response["violations"]
+            grave = [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")]
+            assert grave == [], f"{name} on a {shape}"
+        self.page.set_viewport_size(DESK)
+        assert self.faults == [], f"{name}: the console says so"
+
+
+@pytest.fixture
+def visitor(served: tuple[str, str], browser: Browser, pictures: Path) -> Iterator[Visitor]:
+    home, secret = served
+    context = browser.new_context(viewport=DESK, accept_downloads=True)
+    guest = Visitor(context, home, pictures)
+    guest.go("/login")
+    guest.page.get_by_label("Token").fill(secret)
+    guest.page.get_by_role("button", name="Sign in").click()
+    expect(guest.page.get_by_role("button", name="Sign out")).to_be_visible()
+    yield guest
+    context.close()
+
+
+def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Path) -> None:
+    """Catches: a page with another verdict than the film's, plots that the policy blocks, a form that needs a mouse."""
+    page = visitor.page
+    visitor.go("/verify")
+    visitor.look("verify")
+    broken = "The fringes do not follow the law: they move the other way than they should"
+    for film, headline in (("genuine_1.0m.mp4", "Genuine; nobody was claimed"), ("forged_reversed_1.0m.mp4", broken)):
+        visitor.go("/verify")
+        page.get_by_label("The film", exact=True).set_input_files(films / film)
+        page.get_by_label("or the badge's own file").set_input_files(films / "badge.json")
+        page.get_by_role("button", name="Verify").focus()
+        page.keyboard.press("Enter")
+        page.wait_for_url(re.compile("/verify/[0-9a-f]{32}$"))
+        if headline != broken:
+            expect(page.get_by_role("status")).to_contain_text("frames")
+            visitor.look("waiting")
+        expect(page.get_by_role("heading", level=1)).to_contain_text(headline)
+        widths = page.evaluate(LOADED)
+        assert len(widths) >= 7 and min(widths) > 0
+        visitor.look("verdict" if headline != broken else "verdict-broken")
+        play(visitor, films, film)
+        page.get_by_text("For experts").click()
+        page.emulate_media(color_scheme="dark")
+        visitor.look("verdict-open-dark" if headline != broken else "verdict-broken-open-dark")
+        page.emulate_media(color_scheme="light")
+    with page.expect_download() as coming:
+        page.get_by_role("link", name="Report (one page)").click()
+    kept = Path(coming.value.path()).read_text()
+    assert broken in kept and "forged_reversed_1.0m.mp4" in kept
+
+
+def play(visitor: Visitor, films: Path, film: str) -> None:
+    """Play the judged film on its verdict's page; catches: another film that is played beneath that verdict, a law that
+    stands still or runs ahead of the film, a film that is sent again.
+    """
+    page, sent = visitor.page, []
+    page.on("request", lambda request: sent.append(request.url) if request.method != "GET" else None)
+    # Who sent it from this page need not choose it again; who comes back later chooses it.
+    expect(page.get_by_text("It is the film that was judged.")).to_be_visible()
+    expect(page.locator("#play-film")).to_be_visible()
+    page.reload()
+    expect(page.locator("#play-film")).to_be_hidden()
+    page.get_by_label("The same film").set_input_files(films / "genuine_2.0m.mp4")
+    expect(page.get_by_text("This is another film")).to_be_visible()
+    expect(page.locator("#play-film")).to_be_hidden()
+    page.get_by_label("The same film").set_input_files(films / film)
+    expect(page.get_by_text("It is the film that was judged.")).to_be_visible()
+    expect(page.locator("#play-film")).to_have_js_property("readyState", 4)
+    # The line stands where the film stands, also after a click on the drawing.
+    page.evaluate("document.getElementById('play-film').currentTime = 1")
+    expect(page.locator("#play-now")).to_contain_text("1.0 s: fringes at")
+    assert line_at(page) == pytest.approx(251, abs=6)
+    page.locator("#play-law").click(position={"x": 0.75 * page.locator("#play-law").bounding_box()["width"], "y": 20})
+    expect(page.locator("#play-now")).to_contain_text("3.0 s: fringes at")
+    assert line_at(page) == pytest.approx(750, abs=6)
+    page.evaluate("document.getElementById('play-film').play()")
+    expect(page.locator("#play-now")).to_contain_text(re.compile(r"(3\.[5-9]|4\.0) s: fringes at"))
+    # What is written as 3.5 s begins at 3.45 s.
+    assert line_at(page) > 860
+    page.evaluate("document.getElementById('play-film').pause()")
+    page.evaluate("document.getElementById('play-film').currentTime = 2.5")
+    expect(page.locator("#play-now")).to_contain_text("2.5 s: fringes at")
+    visitor.look("played" if "genuine" in film else "played-broken")
+    assert sent == []
+
+
+def line_at(page: Page) -> float:
+    """How far across the drawing its line stands, of 1000."""
+    return float((page.locator("#play-law .now").get_attribute("d") or "M0V").split("V")[0].strip("M").split()[0])
+
+
+def test_without_script_the_same(served: tuple[str, str], browser: Browser, films: Path, ada: Badge) -> None:
+    """Catches: a form or a page of progress that needs script."""
+    home, secret = served
+    context = browser.new_context(java_script_enabled=False)
+    context.set_default_timeout(PATIENCE_MS)
+    page = context.new_page()
+    page.goto(f"{home}/verify")
+    page.get_by_label("Token").fill(secret)
+    page.get_by_role("button", name="Sign in").click()
+    page.wait_for_url("**/verify")
+    page.get_by_label("The film", exact=True).set_input_files(films / "forged_drift_1.0m.mp4")
+    page.get_by_label("or the badge's own file").set_input_files(films / "badge.json")
+    page.get_by_role("button", name="Verify").click()
+    expect(page.get_by_role("heading", level=1)).to_contain_text("do not follow the law", timeout=PATIENCE_MS)
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def shown(ada: Badge, films: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Films by what is found in them: a badge that is enrolled, one that is not, and none."""
+    folder = tmp_path_factory.mktemp("shown")
+    grace = design_badge(Request("Grace Hopper"), payload_for_name("Grace Hopper"))
+    return {
+        "✓ Genuine, and Ada Lovelace's": badge_film(ada, folder / "ada.mp4"),
+        "✗ Genuine, but nobody's in this registry": badge_film(grace, folder / "grace.mp4"),
+        "? Cannot tell: the badge is hardly to be seen": tiny_film(films / "genuine_1.0m.mp4", folder / "other.mp4"),
+    }
+
+
+@pytest.mark.parametrize("script", [True, False])
+def test_whose_badge_it_is(
+    served: tuple[str, str], browser: Browser, shown: dict[str, Path], pictures: Path, *, script: bool
+) -> None:
+    """Catches: a page without a verdict where nobody is claimed, with script or without."""
+    home, secret = served
+    context = browser.new_context(viewport=DESK, java_script_enabled=script)
+    guest = Visitor(context, home, pictures)
+    guest.go("/verify")
+    guest.page.get_by_label("Token").fill(secret)
+    guest.page.get_by_role("button", name="Sign in").click()
+    guest.page.wait_for_url("**/verify")
+    guest.faults.clear()  # The console tells of the page that asked for the token.
+    for title, film in shown.items():
+        guest.page.get_by_label("The film", exact=True).set_input_files(film)
+        guest.page.get_by_label("Find out whose it is").check()
+        guest.page.get_by_role("button", name="Verify").click()
+        expect(guest.page.get_by_role("heading", level=1)).to_have_text(title)
+        if script:
+            guest.look(f"identified-{film.stem}")
+        guest.page.get_by_role("link", name="Verify another film").click()
+    context.close()
+
+
+def test_what_is_no_film_is_told(visitor: Visitor, tmp_path: Path) -> None:
+    """Catches: a refusal that nobody sees, and a form that cannot be sent again."""
+    page = visitor.page
+    (tmp_path / "film.mp4").write_text("no film")
+    visitor.go("/verify")
+    page.get_by_label("The film", exact=True).set_input_files(tmp_path / "film.mp4")
+    page.get_by_label("Name or id").fill("Ada Lovelace")
+    page.get_by_role("button", name="Verify").click()
+    expect(page.get_by_role("alert")).to_contain_text("none of the films that are taken")
+    expect(page.get_by_role("button", name="Verify")).to_be_enabled()
+    visitor.faults.clear()  # The console tells of an answer that is no success.
+    visitor.look("no-film")
+
+
+def test_look_up_revoke_and_audit(visitor: Visitor, ada: Badge) -> None:
+    """Catches: a search that finds nothing, a revocation that is not one, an audit that says nothing."""
+    page = visitor.page
+    visitor.go("/registry")
+    page.get_by_label("Part of a name").fill("lovel")
+    page.get_by_role("button", name="Search").click()
+    visitor.look("registry")
+    page.get_by_role("link", name="Ada Lovelace").click()
+    expect(page.get_by_text("Valid since")).to_be_visible()
+    visitor.look("record")
+    page.get_by_label("Why, on one line").fill("lost on a train")
+    page.get_by_label("I am sure").check()
+    page.get_by_role("button", name="Revoke this badge").click()
+    expect(page.get_by_text("lost on a train")).to_be_visible()
+    visitor.look("revoked")
+    visitor.go("/registry/audit")
+    page.get_by_role("button", name="Audit").click()
+    expect(page.get_by_text("The registry is sound")).to_be_visible()
+    visitor.look("audit")
+
+
+def test_the_other_pages_and_the_keyboard(visitor: Visitor, served: tuple[str, str]) -> None:
+    """Catches: a first stop that is not the way past the navigation, focus that is not seen, pages hard to read."""
+    page = visitor.page
+    for path, name in (("/", "home"), ("/help", "help")):
+        visitor.go(path)
+        visitor.look(name)
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.textContent") == "Skip to the content"
+    assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    page.emulate_media(color_scheme="dark")
+    visitor.look("help-dark")
+    visitor.go("/verify")
+    visitor.look("verify-dark")
+    visitor.go("/nowhere")
+    visitor.faults.clear()
+    visitor.look("nothing-here")
+    page.get_by_role("button", name="Sign out").click()
+    time.sleep(0.1)
+    visitor.go("/registry")
+    visitor.faults.clear()
+    expect(page.get_by_role("alert")).to_contain_text("Sign in with a token")
+    visitor.look("sign-in")

@@ -1,0 +1,101 @@
+"""`moireid watch` as it is typed.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from kit.places import FILMS
+from kit.streams import pictures, write_stream
+from moireid.cli.main import moireid
+from moireid_studio.commands.watch_showing import line_of, plain, told
+
+BADGE = ["--badge", str(FILMS / "badge.json")]
+PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["0"], "--claim"),
+        (["0", *BADGE, "--claim", "Ada"], "--claim"),
+        (["none.ts", *BADGE], "does not exist"),
+        (["ftp://host/a", *BADGE], "ftp://"),
+        (["https://host/a.m3u8", *BADGE, "--challenge"], "--challenge"),
+        (["0", *BADGE, "--token-file", "token.txt"], "--token-file"),
+        (["whip://127.0.0.1", *BADGE, "--token-file", "token.txt"], "holds no token"),
+        (["0", *BADGE, "--seconds", "0"], "--seconds"),
+        (["0", *BADGE, "--cover", "2"], "--cover"),
+    ],
+)
+def test_what_does_not_go_together_is_a_sentence(
+    typed: list[str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a camera that is opened, or a judge that is started, before the options are looked at."""
+    monkeypatch.chdir(tmp_path)
+    Path("token.txt").write_text("short\n")
+    monkeypatch.setattr(
+        "moireid_studio.watch.watching.start", lambda *given, **more: pytest.fail("a judge was started")
+    )
+    done = CliRunner().invoke(moireid, ["watch", *typed])
+    assert done.exit_code == 2 and done.stdout == "" and words in done.stderr
+    assert len(done.stderr.strip().splitlines()) <= 4 and "Traceback" not in done.stderr
+
+
+def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[str]) -> None:
+    """Catches: a prompt that is not shown; words of a stranger's stream that steer the terminal."""
+    assert plain("a\x1b[2J\nb\x9bc") == "a [2J b c"
+    prompt = {"event": "prompt", "number": 2, "of": 6, "move": "left", "text": "Move it 20 cm to your left."}
+    assert line_of(prompt) == "2 of 6: Move it 20 cm to your left."
+    door = {"event": "waiting", "address": "http://0.0.0.0:8080/", "token": "abc", "here": False}
+    assert "bearer token abc" in str(line_of(door)) and "HTTPS" in str(line_of(door))
+    assert "token" not in str(line_of(door | {"token": None, "here": True}))
+    status: dict[str, Any] = {"event": "status", "verdict": "reject", "badge": True, "tracked": 3}
+    with told("a source") as tell:
+        for reasons in ([{"level": "fail", "text": "first\x1b[2J"}], [{"level": "fail", "text": "second"}]):
+            tell(status | {"reasons": reasons})
+        tell(status | {"verdict": "accept", "reasons": []})
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split("  ")[-1] for line in lines] == ["reject: first [2J", "accept: "]
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return write_stream(tmp_path_factory.mktemp("film") / "film.ts", pictures()).read_bytes()
+
+
+@pytest.mark.slow
+def test_each_event_is_a_line_and_the_exit_code_that_of_the_last(film: bytes, tmp_path: Path) -> None:
+    """Catches: lines that come at the end alone; talk among them; an exit code of another verdict."""
+    done = subprocess.run([*PROGRAM, "-", *BADGE, "--json"], input=film, capture_output=True, timeout=120, check=False)
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert done.returncode == 0 and lines[0]["event"] == "begun" and lines[-1]["event"] == "verdict"
+    assert lines[-1]["verdict"] == "accept" and lines[-1]["claim_source"] == "file" and done.stderr == b""
+    forged = write_stream(tmp_path / "forged.ts", pictures("forged_drift_1.0m"))
+    done = subprocess.run([*PROGRAM, str(forged), *BADGE], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 1 and done.stdout.startswith("REJECT: ")
+
+
+@pytest.mark.slow
+def test_an_interrupt_gives_the_verdict_so_far(film: bytes) -> None:
+    """Catches: an interrupt that loses what was seen, or is answered with 130."""
+    with subprocess.Popen(
+        [*PROGRAM, "-", *BADGE, "--json"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as running:
+        assert running.stdin is not None and running.stdout is not None and running.stderr is not None
+        running.stdin.write(film)
+        running.stdin.flush()
+        assert json.loads(running.stdout.readline())["event"] == "begun"
+        time.sleep(4)
+        running.send_signal(signal.SIGINT)
+        last = json.loads(running.stdout.read().splitlines()[-1])
+        assert running.wait(30) == 0 and last["verdict"] == "accept" and last["end"]["why"] == "asked"
+        assert b"Traceback" not in running.stderr.read()

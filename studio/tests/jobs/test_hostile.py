@@ -1,0 +1,140 @@
+"""A job whose process is in a stranger's hands.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import copy
+import json
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kit.webbing import jobs_of
+from moireid.badge import load_badge
+from moireid.sandbox.process import ForkServer
+from moireid.verifier import Claim, verify
+from moireid_studio.jobs import child, job_runner, queue
+from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.heard import Unusable, frames_of, kept_of, result_of
+from moireid_studio.jobs.queue import Job, Jobs
+from moireid_studio.settings import Limits
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., tuple[Job, Jobs]]]:
+    """Does one job with a work of `kit.hostile_work`; the studio has two workers."""
+    made: list[Jobs] = []
+
+    def one(work: str, kind: str = "verify", questions: int = 0) -> tuple[Job, Jobs]:
+        server = ForkServer(f"kit.hostile_work:{work}", sealed=True)
+        for module in (child, queue):
+            monkeypatch.setattr(module, "films", server)
+        made.append(jobs_of(tmp_path / work, Limits(job_s=3.0, stop_s=0.1), lambda _: Prepared(questions=questions)))
+        made[-1].start()
+        job = made[-1].admit(kind, "somebody")
+        (job.folder / "film.mp4").write_bytes(b"film")
+        made[-1].submit(job, job.folder / "film.mp4")
+        made[-1].end_of(job).result(60)
+        return made[-1].find(job.id, "somebody"), made[-1]
+
+    yield one
+    for jobs in made:
+        stopping = threading.Thread(target=jobs.stop, daemon=True)
+        stopping.start()
+        stopping.join(20)
+        assert not stopping.is_alive()
+
+
+@pytest.mark.parametrize(
+    ("work", "code"),
+    [
+        ("bad_progress", "crash"),
+        ("bad_result", "crash"),
+        ("bad_pictures", "crash"),
+        ("large", "crash"),
+        ("partial", "time"),
+        ("folder_for_film", "crash"),
+    ],
+)
+def test_it_loses_its_own_job_alone(run: Callable[..., tuple[Job, Jobs]], work: str, code: str) -> None:
+    """Catches: a worker that dies of what one process says, a job that stays "working", a stop that hangs."""
+    job, jobs = run(work)
+    assert job.state == "failed" and job.problem is not None and job.problem[0] == code
+    assert job.problem[1].endswith((".", "here.")) and not job.folder.exists()
+    assert all(thread.is_alive() for thread in jobs.workers.threads)
+
+
+def test_an_error_that_nobody_thought_of_ends_one_job(
+    run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a worker that any error of ours ends."""
+
+    def fail(*given: Any, **more: Any) -> None:
+        raise LookupError("nobody thought of this")
+
+    monkeypatch.setattr(job_runner, "run_task", fail)
+    job, jobs = run("questions")
+    assert job.problem is not None and job.problem[0] == "system" and "log" in job.problem[1]
+    assert all(thread.is_alive() for thread in jobs.workers.threads)
+
+
+def test_it_may_ask_as_often_as_a_film_needs(
+    run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a process that lists the registry's identities by asking for each of them."""
+    asked: list[object] = []
+    monkeypatch.setattr(job_runner, "answer_to", lambda question, people: asked.append(question) or [])
+    job, _ = run("questions", "identify", questions=6)
+    assert len(asked) == 6 and job.problem is not None and job.problem[0] == "crash"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [None, [], [1], ["x", None], [-1, None], [True, None], [1, "x"], [1.5, None], [10**30, None], {"a": 1, "b": 2}],
+)
+def test_progress_is_of_frames(said: object) -> None:
+    """Catches: what is no number taken for one."""
+    assert frames_of([3, None]) == (3, None) and frames_of([3, 9]) == (3, 9)
+    with pytest.raises(Unusable):
+        frames_of(said)
+
+
+def test_a_result_is_a_report(films: Path) -> None:
+    """Catches: an honest report refused; a hostile one that a page or a table would fall over."""
+    badge = load_badge(films / "badge.json")
+    honest = json.loads(json.dumps(verify(films / "genuine_1.0m.mp4", Claim(badge)).to_json()))
+    assert result_of("verify", copy.deepcopy(honest)) == honest
+    finding = {"finding": "nobody", "found_id": None, "reasons": [honest["reasons"][0] | {"level": "fail"}]}
+    assert result_of("identify", honest | finding) and result_of("identify", dict(finding))
+    for wrong in (
+        None,
+        [],
+        {},
+        honest | {"verdict": ["accept"]},
+        honest | {"input": 5},
+        honest | {"reasons": ["x"]},
+        honest | {"new": float("inf")},
+    ):
+        with pytest.raises(Unusable):
+            result_of("verify", wrong)
+    with pytest.raises(Unusable):
+        result_of("identify", honest | finding | {"found_id": 5})
+
+
+def test_pictures_have_names() -> None:
+    """Catches: titles that are no texts, or a time that is none, on the verdict's page."""
+    assert kept_of({"files": ["a"], "plots": [], "frame_s": 1.0, "more": 1}) == {
+        "files": ["a"],
+        "plots": [],
+        "frame_s": 1.0,
+    }
+    for wrong in (
+        {},
+        {"files": "a", "plots": []},
+        {"files": [], "plots": [1]},
+        {"files": [], "plots": [], "frame_s": "1"},
+    ):
+        with pytest.raises(Unusable):
+            kept_of(wrong)

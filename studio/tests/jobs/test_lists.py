@@ -1,0 +1,173 @@
+"""Lists of people in the studio, with pictures beside them.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+import time
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+from PIL import Image
+
+from kit.webbing import Visit, film_form, studio
+from moireid.badge import badge_from_json
+from moireid_studio.jobs.lists import FOR_ALL, dress_people, picture_key
+from moireid_studio.jobs.orders import Wish
+
+COLOURS = {"red.png": (220, 0, 0), "green.png": (0, 160, 0), "blue.png": (0, 0, 220)}
+WISH = {"format": "a7", "template": "newsroom"}
+
+
+def picture(colour: tuple[int, int, int]) -> bytes:
+    made = io.BytesIO()
+    Image.new("RGB", (80, 100), colour).save(made, "PNG")
+    return made.getvalue()
+
+
+PICTURES = [("pictures", (name, picture(colour))) for name, colour in COLOURS.items()]
+
+
+@pytest.fixture(scope="module")
+def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
+    folder = tmp_path_factory.mktemp("lists")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with studio(folder) as made:
+            yield made
+
+
+def sent(visit: Visit, people: str, files: list[tuple[str, tuple[str, bytes]]], **fields: str) -> httpx.Response:
+    data = {"people": people, "do": "check"} | WISH | fields
+    return visit.ask("POST", "/issue/event", "issuer", data=data, files=[*files, ("people_file", ("", b""))])
+
+
+def test_rows_wear_their_own_pictures_and_namesakes_are_told_apart(visit: Visit) -> None:
+    """Catches: pictures that go to the wrong rows, are lost on the way to the print or must be chosen twice; lines of
+    one namesake on the other's badge, a claim of one that means the other."""
+    people = (
+        "name,line1,line2,portrait,logo,colour\n"
+        "Ana Silva,Reporter,Daily News,red.png,,\n"
+        "Ana Silva,Editor,,faces/Green.PNG,blue.png,teal\n"
+        "Bob,,,,,\n"
+    )
+    page = sent(visit, people, PICTURES)
+    assert page.status_code == 200, page.text
+    assert "3 badges can be issued" in page.text and "with its own logo and portrait" in page.text
+    kept = re.findall(r'name="kept" value="(\w+)"', page.text)[0]
+    moved = sent(visit, people, [], kept=kept, lines="Guest", do="issue")
+    assert moved.status_code == 303, moved.text
+    job = moved.headers["location"].rsplit("/", 1)[1]
+    begun = time.monotonic()
+    while (told := visit.ask("GET", f"/api/badges/jobs/{job}", "issuer").json())["state"] not in ("done", "failed"):
+        assert time.monotonic() - begun < 200
+        time.sleep(0.1)
+    assert told["state"] == "done", told
+    assert [one["line"] for one in told["result"]["people"]] == ["Reporter", "Editor", "Guest"]
+    package = visit.ask("GET", f"/issue/jobs/{job}/package.zip", "issuer").content
+    shown = []
+    with zipfile.ZipFile(io.BytesIO(package)) as archive:
+        for folder in ("001-ana-silva", "002-ana-silva", "003-bob"):
+            badge = badge_from_json(archive.read(f"event/{folder}/badge.json").decode())
+            pixels = np.asarray(Image.open(io.BytesIO(archive.read(f"event/{folder}/preview.png"))).convert("RGB"), int)
+            worn = {name for name, colour in COLOURS.items() if (np.abs(pixels - colour).max(-1) < 30).mean() > 0.002}
+            shown.append(((badge.print or {}).get("lines"), worn))
+        names = archive.namelist()
+    assert shown == [
+        (["Reporter", "Daily News"], {"red.png"}),
+        (["Editor"], {"green.png", "blue.png"}),
+        (["Guest"], set()),
+    ]
+    assert not [name for name in names if name.endswith(tuple(COLOURS))]
+    # Each namesake is claimed by the line, here as by the command, and nobody by the bare name.
+    ids = [one["id"] for one in told["result"]["people"]]
+    film = film_form(b"\0\0\0\x18ftypmp42" + b"\0" * 600)
+    for line, badge_id in (("Reporter", ids[0]), ("Editor", ids[1])):
+        claim = visit.ask("POST", "/api/jobs", "verifier", files=film["files"], data={"claim": f"Ana Silva, {line}"})
+        assert claim.status_code == 202, claim.text
+        assert visit.job(claim.json()["id"]).claimed_id == badge_id
+    both = visit.ask("POST", "/api/jobs", "verifier", files=film["files"], data={"claim": "Ana Silva"})
+    assert both.status_code == 409 and "Ana Silva, " in both.json()["text"] and ids[0] not in both.json()["text"]
+    # Whoever looks them up is led to each by name and line.
+    listed = visit.ask("GET", "/registry?search=Ana", "verifier").text
+    assert {"/verify?claim=Ana%20Silva%2C%20Reporter", "/verify?claim=Ana%20Silva%2C%20Editor"} <= set(
+        re.findall(r'href="([^"]*)"', listed)
+    )
+    again = html.unescape(sent(visit, "name,line1\nAna Silva,Editor\nAna Silva,Guest\nBob,\n", []).text)
+    assert f"badge {ids[1]} has the name and the line 'Editor' too" in again and again.count(" too, so claims") == 1
+    record = visit.ask("POST", "/issue", "issuer", data={"name": "Ana Silva", "lines": "Guest", "do": "check"}).text
+    assert "“<bdi>Ana Silva, Guest</bdi>” means this one" in record and "(<bdi>Editor</bdi>)" in record
+
+
+def test_a_row_that_names_no_chosen_picture_is_refused_with_its_row(visit: Visit, tmp_path: Path) -> None:
+    """Catches: a path in a list that reads a file of the server; a picture that is left out without a word."""
+    secret = tmp_path / "secret.png"
+    secret.write_bytes(picture((1, 2, 3)))
+    count = visit.studio.registry.count()
+    for cell in (
+        str(secret),
+        "../" * 12 + str(secret)[1:],
+        "secret.png",
+        "pictures/0.png",
+        "0.png",
+        FOR_ALL,
+        "red .png",
+    ):
+        page = sent(visit, f"name,portrait\nGood,red.png\nBad,{cell}\n", PICTURES, do="issue")
+        words = html.unescape(page.text)
+        assert page.status_code == 422 and "1 of 2 rows cannot be used" in words, cell
+        assert (
+            f"row 3 of the list ('Bad'): the portrait '{cell[:80]}' is not among the pictures that were chosen" in words
+        )
+        assert "choose that file too, or leave the cell empty" in words and "(--" not in words
+        assert re.findall(r'name="kept" value="(\w+)"', page.text)
+    assert visit.studio.registry.count() == count
+    # A part of a path finds the file of that name among those that were chosen, as no other folder is known.
+    assert sent(visit, f"name,portrait\nGood,{tmp_path}/red.png\n", PICTURES).status_code == 200
+
+
+def test_pictures_of_one_name_or_of_no_row_are_told(visit: Visit) -> None:
+    """Catches: one of two pictures taken by chance, a picture that is passed over, the list lost by a bad picture."""
+    twice = [("pictures", ("a/red.png", picture((1, 1, 1)))), *PICTURES]
+    page = sent(visit, "name,portrait\nAda,red.png\n", twice)
+    assert page.status_code == 422 and "two pictures are called 'red.png'" in html.unescape(page.text)
+    page = sent(visit, "name,portrait\nAda,red.png\n", PICTURES)
+    assert "No row names green.png, blue.png" in page.text
+    bad = [("pictures", ("bad.svg", b"<svg><script/></svg>")), *PICTURES]
+    page = sent(visit, "name,portrait\nAda,red.png\n", bad)
+    assert page.status_code == 422 and "picture bad.svg holds a script; save it without" in html.unescape(page.text)
+    assert "Ada,red.png" in page.text and "3 pictures are kept" in page.text
+
+
+def test_colours_and_pictures_of_a_plain_board_get_room(tmp_path: Path) -> None:
+    """Catches: a list refused in the words of the command since nobody chose a template; a logo for all that is lost
+    where a row has a portrait of its own."""
+    from moireid.designer.people import parse_people
+
+    files = {}
+    for key, name in ((FOR_ALL, "0.png"), ("red.png", "1.png")):
+        files[key] = tmp_path / name
+        files[key].write_bytes(picture((9, 9, 9)))
+    people = parse_people(b"name,portrait,colour\nAda,red.png,teal\nBob,,\nEve,,blurple\n").people
+    *good, bad = dress_people(people, Wish(), {"red.png": files["red.png"]}, lambda badge_id: None)
+    assert [row.fault for row in good] == [None, None] and all(row.look is not None for row in good)
+    assert bad.badge is None and bad.fault is not None and bad.fault.startswith("row 4 of the list ('Eve'): colour")
+    ada, bob, _ = dress_people(people, Wish(format="a7"), files, lambda badge_id: None)
+    assert ada.look is not None and bob.look is not None
+    assert ada.look.content.logo == bob.look.content.logo == files[FOR_ALL]
+    assert ada.look.content.portrait == files["red.png"] and bob.look.content.portrait is None
+    assert picture_key("C:\\faces\\Zoe\u0308.png") == "Zo\u00eb.png"
+
+
+def test_a_row_says_what_its_badge_does_not_show(visit: Visit) -> None:
+    """Catches: a page that says a badge comes with a portrait which the template does not show."""
+    people = "name,portrait\nAda,red.png\n"
+    page = sent(visit, people, PICTURES[:1], template="conference")
+    assert page.status_code == 200 and "with its own portrait" not in page.text
+    assert "the template conference shows no portrait" in html.unescape(page.text)
+    assert "with its own portrait" in sent(visit, people, PICTURES[:1], template="newsroom").text

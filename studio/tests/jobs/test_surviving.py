@@ -1,0 +1,118 @@
+"""Jobs that outlive their studio, their worker or a fault of their storage.  Beside each test: the wrong
+implementation it catches."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kit.registries import running_server
+from kit.spoilt_films import Spoilt, hang
+from kit.webbing import Visit, film_form, studio, tiny_film
+from moireid.badge import Badge
+from moireid_studio.jobs.claims import Prepared
+from moireid_studio.store import storage as storage_module
+from moireid_studio.store.storage import Remote
+
+
+@pytest.fixture(autouse=True)
+def keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+
+
+@pytest.fixture
+def form(tmp_path: Path, films: Path, ada: Badge) -> dict[str, Any]:
+    return film_form(tiny_film(films / "genuine_1.0m.mp4", tmp_path / "tiny.mp4"), claim=ada.name)
+
+
+def begun(visit: Visit, form: dict[str, Any]) -> str:
+    """The id of a job that was begun by a verifier."""
+    answer = visit.ask("POST", "/api/jobs", "verifier", **form)
+    assert answer.status_code == 202, answer.text
+    return str(answer.json()["id"])
+
+
+def test_a_film_that_waits_is_judged_after_a_restart(tmp_path: Path, ada: Badge, form: dict[str, Any]) -> None:
+    """Catches: jobs in one process's memory; a result that goes with it; a verdict that is written down twice."""
+    with studio(tmp_path, ada, work=False) as visit:
+        visit.studio.jobs._folder.mkdir(parents=True)
+        job_id, tokens = begun(visit, form), visit.tokens
+    with studio(tmp_path, ada) as visit:
+        visit.tokens = tokens
+        assert visit.wait(job_id, "verifier")["result"]["verdict"] == "inconclusive"
+    with studio(tmp_path, ada, work=False) as visit:
+        visit.tokens = tokens
+        assert visit.ask("GET", f"/api/jobs/{job_id}/report", "verifier").status_code == 200
+        assert len(visit.studio.verdicts.given(9)) == 1
+
+
+def test_a_film_that_is_removed_is_judged_for_nobody(
+    tmp_path: Path, ada: Badge, form: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a verdict on what was taken back; a process that goes on with it; files that come again."""
+    monkeypatch.setattr("moireid_studio.store.ledger.AGAIN_S", 0.1)
+    with studio(tmp_path, ada, work=False) as visit:
+        visit.studio.jobs._folder.mkdir(parents=True)
+        visit.studio.jobs.remove(visit.job(begun(visit, form)))
+        waiting = begun(visit, form)
+        # Its files alone are gone.
+        visit.studio.jobs._storage.remove(waiting)
+        visit.studio.jobs.doer.prepare = lambda job: Prepared({"found": Spoilt(hang)})
+        visit.studio.jobs.start()
+        assert visit.wait(waiting, "verifier")["problem"]["code"] == "storage"
+        at_work = begun(visit, form)
+        while visit.job(at_work).state != "working":
+            time.sleep(0.02)
+        visit.studio.jobs.remove(visit.job(at_work))
+    assert visit.left() == [] and visit.studio.verdicts.given(9) == []
+
+
+@pytest.mark.slow
+def test_studios_that_share_database_and_storage_work_as_one(
+    tmp_path: Path, ada: Badge, form: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a job, a report or a token that one studio alone knows; a film left in the storage; a studio that
+    removes what others have there.
+    """
+    monkeypatch.setattr(storage_module, "WAIT_S", 0.01)
+    films = tmp_path / "storage"
+    with running_server() as server:
+        shared: dict[str, Any] = {"state": server.fresh(), "storage": films.as_uri()}
+        with studio(tmp_path, ada, work=False, data="one", **shared) as one:
+            one.studio.jobs.start(judging=False)
+            job_id = begun(one, form)
+            assert [path.name for path in films.rglob("*") if path.is_file()] == ["film.mp4"] and one.left() == []
+            with studio(tmp_path, ada, data="two", **shared) as two:
+                two.tokens = one.tokens
+                assert two.wait(job_id, "verifier")["state"] == "done"
+                assert one.ask("GET", f"/api/jobs/{job_id}/report", "verifier").status_code == 200
+                answer = one.ask("POST", "/api/verify", "verifier", **form)
+                assert answer.status_code == 200 and answer.json()["verdict"] == "inconclusive"
+                assert "event: end" in one.ask("GET", f"/api/jobs/{job_id}/events", "verifier").text
+                assert len(one.studio.verdicts.given(9)) == 2
+                failing(two, 4, monkeypatch)
+                assert two.wait(begun(one, form), "verifier")["state"] == "done"
+                failing(two, 1000, monkeypatch)
+                told = two.wait(begun(one, form), "verifier")
+                assert (told["state"], told["problem"]["code"]) == ("failed", "storage")
+        names = {path.name for path in films.rglob("*") if path.is_file()}
+        assert "film.mp4" not in names and "signals.csv" in names
+
+
+def failing(visit: Visit, times: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a studio's storage fail so many times."""
+    storage, left = visit.studio.jobs._storage, [times]
+    assert isinstance(storage, Remote)
+    monkeypatch.setattr("moireid_studio.store.ledger.AGAIN_S", 0.1)
+    real = type(storage._system).get_file
+
+    def get_file(*given: Any, **more: Any) -> None:
+        left[0] -= 1
+        if left[0] >= 0:
+            raise OSError("the storage is away")
+        real(storage._system, *given, **more)
+
+    monkeypatch.setattr(storage._system, "get_file", get_file)

@@ -1,0 +1,262 @@
+"""One-time links, without a browser.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import cv2
+import pytest
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from kit.portrait import portrait
+from kit.webbing import Visit, studio
+from moireid.badge import Badge
+from moireid_studio import links
+from moireid_studio.http.server import _server_of
+from moireid_studio.live.sockets import CLOCK, MOST_BYTES, Asked, _headline
+
+ORIGIN = {"origin": "http://studio.test", "host": "studio.test"}
+SECRET = re.compile(r"/check#([\w-]{43})")
+
+
+@dataclass
+class Asker:
+    """Somebody with a verifier's token, at a studio that a client reaches."""
+
+    visit: Visit
+    client: TestClient
+    role: str = "verifier"
+
+    @property
+    def headers(self) -> dict[str, str]:
+        return {"authorization": f"Bearer {self.visit.tokens[self.role]}"}
+
+    def make(self, **more: str) -> str:
+        """The secret of a new link."""
+        sent = {"claim": "Ada Lovelace", "asks": "Sam <b>of accounts</b>"} | more
+        answer = self.client.post("/links", data=sent, headers=self.headers)
+        assert answer.status_code == 200 and "<b>of" not in answer.text
+        return SECRET.findall(answer.text)[0]
+
+    def look(self, secret: str) -> tuple[int, dict[str, Any]]:
+        answer = self.client.post("/check/look", data={"token": secret})
+        return answer.status_code, answer.json()
+
+    def page(self) -> str:
+        """What the asker reads of the newest link."""
+        first = re.findall(r"/links/([0-9a-f]{16})", self.client.get("/links", headers=self.headers).text)[0]
+        return self.client.get(f"/links/{first}", headers=self.headers).text
+
+    def newest(self) -> links.Link:
+        found = self.visit.studio.links.of_asker(self.visit.studio.tokens.find(self.visit.tokens[self.role]).id, 1)  # type: ignore[union-attr]
+        return found[0]
+
+    def check(self, secret: str, *, pictures: bool = False) -> dict[str, Any]:
+        """The last event of a check of ten pictures."""
+        with self.client.websocket_connect("/check/socket", headers=ORIGIN) as connection:
+            connection.send_json({"token": secret, "pictures": pictures})
+            event = connection.receive_json()
+            if event["event"] == "ready":
+                for _ in range(10):
+                    jpeg = cv2.imencode(".jpg", portrait())[1].tobytes()
+                    connection.send_bytes(CLOCK.pack(1000.0 * time.monotonic()) + jpeg)
+                connection.send_json({"do": "end"})
+                while event["event"] not in ("verdict", "error"):
+                    event = connection.receive_json()
+            return event
+
+
+@pytest.fixture(scope="module")
+def asker(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Asker]:
+    folder = tmp_path_factory.mktemp("links")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with studio(folder, ada, work=False) as visit:
+            yield Asker(visit, TestClient(visit.app, base_url="http://studio.test"))
+
+
+def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker) -> None:
+    """Catches: a link that a mail program's preview uses up; a page that tells whoever fetches it whom it is for."""
+    secret = asker.make()
+    assert "not opened yet" in asker.page().lower()
+    for method in ("GET", "HEAD"):
+        answer = asker.client.request(method, "/check")
+        assert answer.status_code in (200, 405) and "Ada" not in answer.text
+    assert "not opened yet" in asker.page().lower()
+    for _ in range(2):
+        status, told = asker.look(secret)
+        assert status == 200 and told == {"asks": "Sam <b>of accounts</b>", "name": "Ada Lovelace", "pictures": False}
+    assert "opened, not begun" in asker.page().lower() and asker.newest().used_at is None
+
+
+def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> None:
+    """Catches: a link that works twice, or is passed without prompts; a result that another token reads, or that tells
+    more than the verdict; a receipt of another report; a secret that is stored.
+    """
+    secret = asker.make()
+    event = asker.check(secret)
+    assert event["event"] == "verdict" and event["verdict"] == "inconclusive"
+    # Who plays an old film would press Stop without the challenge.
+    assert [one["level"] for one in event["reasons"] if one["code"] == "challenge"] == ["undecided"]
+    for told in (asker.check(secret)["text"], asker.look(secret)[1]["text"]):
+        assert told.startswith("This link was used on ") and told.count(".") == 1
+    link = asker.newest()
+    assert "Cannot tell" in asker.page() and "Ada Lovelace" in asker.page()
+    report = asker.client.get(f"/links/{link.id}/report", headers=asker.headers)
+    receipt = asker.client.get(f"/links/{link.id}/receipt", headers=asker.headers).json()
+    assert receipt["report_sha256"] == hashlib.sha256(report.content).hexdigest()
+    assert receipt["claim"] == "Ada Lovelace" and receipt["verdict"] == json.loads(report.text)["verdict"]
+    assert ada.id is not None and ada.id not in report.text + asker.page() + json.dumps(receipt)
+    for path in ("", "/report", "/receipt", "/picture/0"):
+        other = {"authorization": f"Bearer {asker.visit.tokens['admin']}"}
+        assert asker.client.get(f"/links/{link.id}{path}", headers=other).status_code == 404
+    assert secret.encode() not in (asker.visit.studio.settings.data / links.FILE).read_bytes()
+    given = asker.visit.studio.verdicts.given(1)[0]
+    assert given.kind == "link" and given.token == link.asked_by and given.claim == ada.id
+
+
+def test_of_two_at_once_one_alone_gets_in(asker: Asker) -> None:
+    """Catches: a look and then a use, between which another slips in."""
+    store = asker.visit.studio.links
+    asker.make()
+    link, won = asker.newest(), list[bool]()
+    threads = [threading.Thread(target=lambda: won.append(store.use(link, agreed=False))) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(won) == [False] * 7 + [True]
+
+
+def test_a_late_a_guessed_and_an_orphaned_link_are_told_in_a_sentence(
+    asker: Asker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a link without an end; one that outlives the token that made it; a secret that signs somebody in."""
+    with monkeypatch.context() as patch:
+        patch.setattr(links, "LASTS_MIN", -1.0)
+        late = asker.make()
+    assert asker.look(late)[1]["text"].startswith("This link could be used until ")
+    assert asker.check(late)["text"].startswith("This link could be used until ")
+    for guess in ("", "x" * 43, late[:-1], asker.newest().id):
+        assert asker.look(guess)[0] in (404, 422) and "none of this studio" in asker.check(guess)["text"]
+    secret = asker.make()
+    assert asker.client.get("/links", headers={"authorization": f"Bearer {secret}"}).status_code == 401
+    held = asker.visit.studio.tokens
+    secret_of, token = held.create("verifier", "Sam")
+    asker.visit.tokens["sam"] = secret_of
+    orphan = Asker(asker.visit, asker.client, "sam").make()
+    held.revoke(token.id)
+    assert "may ask no more" in asker.look(orphan)[1]["text"] and "may ask no more" in asker.check(orphan)["text"]
+
+
+def test_a_full_house_or_another_site_uses_no_link_up(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a link that is gone because the machine was busy; a page of another site that begins a check."""
+    secret = asker.make()
+    with monkeypatch.context() as full:
+        full.setattr("moireid_studio.live.sockets.MOST_SESSIONS", 0)
+        assert "Other live checks" in asker.check(secret)["text"]
+    elsewhere = ORIGIN | {"origin": "https://elsewhere.example"}
+    with pytest.raises(WebSocketDisconnect), asker.client.websocket_connect("/check/socket", headers=elsewhere) as one:
+        one.receive_json()
+    assert asker.look(secret)[0] == 200
+    # Who comes and goes uses it up, and the asker is told that there is no verdict.
+    with asker.client.websocket_connect("/check/socket", headers=ORIGIN) as connection:
+        connection.send_json({"token": secret})
+        assert connection.receive_json()["event"] == "ready"
+    assert asker.newest().state == "broken" and "broken off" in asker.page().lower()
+
+
+def test_a_check_whose_studio_was_killed_is_broken_after_a_while(asker: Asker) -> None:
+    """Catches: one that runs for ever; one that another studio, as it starts, takes for broken."""
+    asker.make()
+    link, now = asker.newest(), datetime.now(UTC)
+    began = {minutes: f"{now - timedelta(minutes=minutes):%Y-%m-%dT%H:%M:%SZ}" for minutes in (1, 11)}
+    assert replace(link, used_at=began[1]).state == "running" and replace(link, used_at=began[11]).state == "broken"
+
+
+def test_old_links_are_removed_though_nobody_comes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Catches: results that are kept until somebody makes another link."""
+    monkeypatch.setattr("moireid_studio.app.FORGET_S", 0.05)
+    with studio(tmp_path, work=False) as visit, TestClient(visit.app, base_url="http://studio.test"):
+        visit.studio.links.make("sam", "Sam", "00" * 8, ids=False, wants_pictures=False)
+        monkeypatch.setattr(links, "KEEP_DAYS", -1.0)
+        until = time.monotonic() + 5.0
+        while visit.studio.links.of_asker("sam", 5) and time.monotonic() < until:
+            time.sleep(0.02)
+        assert visit.studio.links.of_asker("sam", 5) == []
+
+
+@pytest.mark.parametrize("wants", [False, True])
+@pytest.mark.parametrize("agrees", [False, True])
+def test_pictures_are_kept_only_if_both_agree(asker: Asker, *, wants: bool, agrees: bool) -> None:
+    """Catches: pictures that one alone wanted; pictures that are left when the link is removed."""
+    secret = asker.make(**({"pictures": "true"} if wants else {}))
+    link, store = asker.newest(), asker.visit.studio.links
+    from moireid_studio.live.link_check import _asked
+
+    asked: Asked = _asked(asker.visit.studio, {"token": secret, "pictures": agrees})
+    asked.begun()
+    for jpeg in (b"\xff\xd8 one", b"\xff\xd8 two"):
+        if asked.picture is not None:
+            asked.picture(jpeg)
+        asked.heard({"event": "prompted"})
+    asked.heard({"event": "verdict", "verdict": "accept", "reasons": [], "headline": {"title": "Ada"}})
+    asked.ended()
+    kept = [b"\xff\xd8 one", b"\xff\xd8 two"] if wants and agrees else []
+    assert store.pictures(link) == kept and asker.newest().state == "done"
+    shown = asker.client.get(f"/links/{link.id}/picture/0", headers=asker.headers)
+    assert shown.status_code == (200 if kept else 404)
+    if kept:
+        assert shown.headers["content-security-policy"] == "sandbox" and shown.headers["content-type"] == "image/jpeg"
+    removed = asker.client.post(f"/links/{link.id}/remove", headers=asker.headers, follow_redirects=False)
+    assert removed.status_code == 303 and store.pictures(link) == []
+    assert asker.look(secret)[0] == 404
+
+
+def test_a_link_that_is_removed_while_it_runs_keeps_no_picture(asker: Asker) -> None:
+    """Catches: pictures that are written for a link that is gone, so that nothing ever removes them."""
+    asker.make(pictures="true")
+    link, store = asker.newest(), asker.visit.studio.links
+    assert store.use(link, agreed=True)
+    store.remove(link)
+    store.note_end(link, {"verdict": "accept"}, [b"\xff\xd8 one"])
+    assert store.pictures(link) == []
+
+
+def test_who_has_a_link_learns_nobody_else_s_badge(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a link by which somebody without an account learns whose a badge is that they found."""
+    from moireid.provenance import Holder
+    from moireid_studio.live.link_check import _asked
+
+    monkeypatch.setattr("moireid_studio.live.sockets.holder_of", lambda *given: Holder("Grace Hopper"))
+    asked = _asked(asker.visit.studio, {"token": asker.make()})
+    reason = {"code": "identity", "level": "fail", "measured": None, "limit": None, "unit": "", "text": "Another."}
+    identity = {"verdict": "mismatch", "decoded_id": "bb" * 8}
+    event = {"verdict": "reject", "reasons": [reason], "claim_source": "registry", "identity": identity}
+    event |= {"invariant": {"verdict": "accept"}}
+    told = {kind: _headline(asker.visit.studio, event, replace(asked, kind=kind)) for kind in ("live", "link")}
+    assert "Grace Hopper" in told["live"]["title"] and "Grace" not in json.dumps(told["link"])
+    assert told["link"]["title"] == "Genuine, but another badge, not Ada Lovelace's"
+
+
+def test_strangers_fill_neither_the_memory_nor_all_connections(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: messages of 16 MB, as servers take unasked; sockets without a word, which no request pushes out."""
+    assert MOST_BYTES + CLOCK.size < _server_of(asker.visit.app).config.ws_max_size < 4 * MOST_BYTES
+    monkeypatch.setattr("moireid_studio.live.sockets.MOST_SILENT", 1)
+    path = "/check/socket"
+    with asker.client.websocket_connect(path, headers=ORIGIN) as silent:
+        with asker.client.websocket_connect(path, headers=ORIGIN) as second:
+            assert "running" in second.receive_json()["text"]
+        silent.send_json({"token": ""})
+        assert "none of this studio" in silent.receive_json()["text"]
+    assert "none of this studio" in asker.check("")["text"]

@@ -1,0 +1,230 @@
+"""A live session without a browser: the check on made-up pictures, and the WebSocket's manners.
+
+Beside each test: what it would catch.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from kit.portrait import FACE_MM, portrait
+from moireid.badge import Badge
+from moireid.registry import open_registry
+from moireid.verifier.live.challenge import Prompt, draw_prompts
+from moireid.verifier.live.session import READY_S, LiveCheck
+from moireid.verifier.session.claim import Claim
+from moireid_lab.bench.live.film import answer, frames
+from moireid_studio.app import create_app
+from moireid_studio.auth.tokens import Tokens
+from moireid_studio.live import sockets as live
+from moireid_studio.live.sockets import CLOCK
+from moireid_studio.settings import Settings
+
+FPS = 24.0
+#: A short challenge, from the time when it is drawn on, and the film of a person who follows it.
+SHORT = (Prompt("left", 0.2), Prompt("face", 3.6), Prompt("right", 8.0))
+ORIGIN = {"origin": "http://localhost", "host": "localhost"}
+
+
+@pytest.fixture(scope="module")
+def pictures(ada: Badge) -> list[np.ndarray]:
+    """A person who follows `SHORT` where it is drawn once the clock is settled."""
+    begins = [Prompt(one.move, 1.0 + READY_S + one.at_s) for one in SHORT]
+    course = answer(begins, FACE_MM, reaction_s=0.7)
+    return list(frames(ada, portrait(), course, length_s=14.5, fps=FPS))
+
+
+@pytest.fixture(scope="module")
+def ada() -> Badge:
+    from kit.payloads import payload_for_name
+    from moireid.designer import Request, design_badge
+
+    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+
+
+def session(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...] = SHORT, *, rate: float = 1.0) -> list:
+    """Events of a session; rate: of the sender's clock."""
+    now = 0.0
+    check = LiveCheck(
+        Claim(ada, ada.id),
+        now=lambda: now,
+        draw=lambda start_s: [Prompt(one.move, start_s + one.at_s) for one in prompts],
+    )
+    check.ask(0.0)
+    events: list[dict[str, Any]] = []
+    for k, picture in enumerate(pictures):
+        now = k / FPS + 0.02
+        events += check.push(picture, 1000.0 + rate * k / FPS, k / FPS + 0.02)
+        if check.ended:
+            break
+    return events if check.ended else [*events, check.finish()]
+
+
+def levels(events: list[dict[str, Any]], code: str) -> list[str]:
+    return [reason["level"] for reason in events[-1]["reasons"] if reason["code"] == code]
+
+
+@pytest.fixture(scope="module")
+def followed(ada: Badge, pictures: list[np.ndarray]) -> list[dict[str, Any]]:
+    return session(ada, pictures)
+
+
+@pytest.mark.slow
+def test_who_follows_the_prompts_is_accepted_and_sees_them_only_when_due(followed):
+    """Catches: prompts that are told ahead; a challenge whose frames are not those that are judged."""
+    events = followed
+    kinds = [event["event"] for event in events if event["event"] != "status"]
+    assert kinds == ["challenge", *["prompt", "prompted"] * 3, "verdict"]
+    assert events[-1]["verdict"] == "accept" and levels(events, "prompt") == ["pass"] * 3
+    assert events[-1]["overlap"]["verdict"] == "accept" and events[-1]["challenged"]
+    json.dumps(events, allow_nan=False)
+
+
+def test_the_running_verdict_comes_within_two_seconds_of_enough_motion(followed):
+    """Catches: a verdict that waits for the end."""
+    status = [event for event in followed if event["event"] == "status"]
+    moved = next(event["time_s"] for event in status if event["reasons"][0]["level"] == "pass")
+    accepted = next(event["time_s"] for event in status if event["verdict"] == "accept")
+    assert accepted - moved <= 1.1 and np.diff([event["time_s"] for event in status]).max() < 1.2
+
+
+def test_a_recorded_answer_fails_fresh_prompts_and_a_slowed_clock(ada, pictures):
+    """Catches: a replay that passes; a sender who stretches time to fit."""
+    fresh = draw_prompts(0.0, random.Random(5))
+    assert session(ada, pictures, tuple(fresh))[-1]["verdict"] == "reject"
+    slowed = session(ada, pictures, rate=0.8)
+    assert slowed[-1]["verdict"] != "accept" and levels(slowed, "clock") == ["fail"]
+
+
+def test_a_challenge_that_is_left_is_no_acceptance_and_a_mirror_changes_nothing(ada, pictures):
+    """Catches: an end before the last prompt, by which a replay would stop in time; a mirror's left."""
+    mirrored = [np.ascontiguousarray(picture[:, ::-1]) for picture in pictures[: round(6.5 * FPS)]]
+    events = session(ada, mirrored)
+    assert levels(events, "prompt") == ["pass"] and levels(events, "challenge") == ["undecided"]
+    assert events[-1]["verdict"] == "inconclusive"
+
+
+@pytest.fixture
+def studio(tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[TestClient, dict[str, str]]]:
+    """A studio with tokens of both roles, spoken to without a browser."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    url = f"sqlite:///{tmp_path / 'people.sqlite3'}"
+    with open_registry(url, create=True) as registry:
+        registry.enroll(ada)
+    tokens = Tokens(tmp_path / "data")
+    headers = {role: f"Bearer {tokens.create(role)[0]}" for role in ("issuer", "verifier")}
+    tokens.close()
+    app = create_app(Settings(url, tmp_path / "data"))
+    app.state.live_prompts = lambda start_s: list(SHORT)
+    with TestClient(app, base_url="http://localhost") as client:
+        yield client, headers
+
+
+def opened(client: TestClient, token: str | None, **headers: str) -> Any:
+    sent = ORIGIN | ({"authorization": token} if token else {}) | headers
+    return client.websocket_connect("/live/socket", headers=sent)
+
+
+def heard(connection: Any, kind: str) -> dict[str, Any]:
+    """The next event of a kind."""
+    while (event := connection.receive_json())["event"] != kind:
+        assert event["event"] in ("ready", "taken", "status"), event
+    return event
+
+
+def test_only_a_verifier_from_this_site_gets_in(studio):
+    """Catches: a socket without a role; a page of another site that uses the visitor's cookie."""
+    client, tokens = studio
+    refused = [(None, {}), (tokens["issuer"], {}), (tokens["verifier"], {"origin": "https://elsewhere.example"})]
+    for token, headers in refused:
+        with pytest.raises(WebSocketDisconnect), opened(client, token, **headers) as connection:
+            connection.receive_json()
+    assert client.get("/live", headers={"authorization": tokens["issuer"]}).status_code == 403
+    page = client.get("/live", params={"claim": '"><b>'}, headers={"authorization": tokens["verifier"]})
+    assert page.status_code == 200 and "<b>" not in page.text
+
+
+def test_pictures_go_in_and_a_verdict_comes_out(studio, ada, pictures):
+    """Catches: a worker that does not start, or dies of the first picture; pictures that are never acknowledged."""
+    client, tokens = studio
+    with opened(client, tokens["verifier"]) as connection:
+        connection.send_json({"claim": "Ada Lovelace"})
+        heard(connection, "ready")
+        for k, picture in enumerate(pictures[:30]):
+            sent = CLOCK.pack(1000.0 * time.monotonic()) + cv2.imencode(".jpg", picture)[1].tobytes()
+            connection.send_bytes(sent)
+            time.sleep(0.045)
+            assert heard(connection, "taken")["frames"] == k + 1
+        connection.send_json({"do": "end"})
+        verdict = heard(connection, "verdict")
+    assert verdict["verdict"] == "inconclusive" and not verdict["challenged"] and verdict["frames"]["tracked"] > 2
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        b"",
+        CLOCK.pack(1.0) + b"no picture",
+        CLOCK.pack(float("nan")) + b"\xff\xd8\xff",
+        b"x" * (live.MOST_BYTES + 1),
+        {"claim": "Ada Lovelace"},
+        "not json",
+    ],
+)
+def test_what_is_no_picture_ends_the_session_and_nothing_else(studio, message):
+    """Catches: a server that falls over a stranger's bytes; a session that stays in the list of those that are open."""
+    client, tokens = studio
+    with opened(client, tokens["verifier"]) as connection:
+        connection.send_json({"claim": "Ada Lovelace"})
+        heard(connection, "ready")
+        if isinstance(message, dict):
+            connection.send_json(message)
+            connection.send_json({"do": "end"})
+            assert heard(connection, "verdict")["verdict"] == "inconclusive"
+        else:
+            (connection.send_bytes if isinstance(message, bytes) else connection.send_text)(message)
+            with pytest.raises((WebSocketDisconnect, AssertionError)):
+                heard(connection, "verdict")
+    assert not client.app.state.studio.live_sessions
+    assert client.get("/help").status_code == 200
+
+
+def test_a_revoked_token_ends_its_session(studio, monkeypatch):
+    """Catches: a session that goes on with a token that was taken back."""
+    client, tokens = studio
+    monkeypatch.setattr(live, "LOOK_S", 0.0)
+    with opened(client, tokens["verifier"]) as connection:
+        connection.send_json({"claim": "Ada Lovelace"})
+        heard(connection, "ready")
+        held = client.app.state.studio.tokens
+        held.revoke(next(one.id for one in held.all() if one.role == "verifier"))
+        connection.send_json({"do": "end"})
+        with pytest.raises(WebSocketDisconnect) as ended:
+            heard(connection, "verdict")
+    assert ended.value.code == 1000 and not client.app.state.studio.live_sessions
+
+
+def test_an_unknown_person_and_a_full_house_are_told(studio, monkeypatch):
+    """Catches: a traceback for a name that nobody bears; more processes than the machine has room for."""
+    client, tokens = studio
+    for hello in ({"claim": "Nobody"}, {"claim": ""}, {"claim": ["x"]}):
+        with opened(client, tokens["verifier"]) as connection:
+            connection.send_json(hello)
+            assert heard(connection, "error")["text"]
+    for limit in ("MOST_SESSIONS", "MOST_OF_ONE"):
+        with monkeypatch.context() as full:
+            full.setattr(live, limit, 0)
+            with opened(client, tokens["verifier"]) as connection:
+                connection.send_json({"claim": "Ada Lovelace"})
+                assert "Other live checks" in heard(connection, "error")["text"]

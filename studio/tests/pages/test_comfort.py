@@ -1,0 +1,69 @@
+"""What makes the studio easy: samples, its own page for each failure, suspending, words that people say.
+
+Beside each test: the wrong implementation it catches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from kit.webbing import Visit, studio
+from moireid.badge import Badge, load_badge
+from moireid_studio import samples as shipped
+from moireid_studio.pages import registry as registry_pages
+
+
+@pytest.fixture(scope="module")
+def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
+    folder = tmp_path_factory.mktemp("comfort")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with studio(folder, ada) as made:
+            yield made
+
+
+@pytest.mark.slow
+def test_the_samples_are_what_they_are_called(visit: Visit) -> None:
+    """Catches: a sample that is not shipped, or that teaches the wrong verdict; a badge of somebody's."""
+    folder = Path(shipped.__file__).parent / "samples"
+    assert visit.studio.registry.by_id(load_badge(folder / "badge.json").id or "") is None
+    for which, verdict in (("true", "accept"), ("forged", "reject")):
+        answer = visit.ask("POST", "/verify/sample", data={"which": which})
+        assert answer.status_code == 303
+        assert visit.wait(answer.headers["location"].rpartition("/")[2])["result"]["verdict"] == verdict
+    assert visit.ask("POST", "/verify/sample", data={"which": "../badge"}).status_code == 422
+    assert "accepted" in visit.ask("GET", "/verdicts").text
+
+
+def test_every_failure_has_the_studios_own_page(visit: Visit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a bare line of text, a traceback, or an answer that passes none of the guard's rules."""
+    monkeypatch.setattr(registry_pages, "SHOWN", "no number")
+    too_much = {"people": "x" * (2 << 20)}
+    for status, answer in (
+        (404, visit.ask("GET", "/nowhere")),
+        (405, visit.ask("POST", "/help")),
+        (413, visit.ask("POST", "/login", data=too_much)),
+        (500, visit.ask("GET", "/registry")),
+    ):
+        assert answer.status_code == status
+        assert '<nav aria-label="Studio">' in answer.text and 'role="alert"' in answer.text, status
+        assert "default-src 'none'" in answer.headers["content-security-policy"], status
+        assert "Traceback" not in answer.text and "no number" not in answer.text
+
+
+def test_a_badge_is_suspended_and_reinstated(visit: Visit, ada: Badge) -> None:
+    """Catches: a button for those who only verify; a reason that is lost; a suspension that nobody can end."""
+    place = f"/registry/{ada.id}"
+    for what in ("suspend", "reinstate"):
+        assert visit.ask("POST", f"{place}/{what}", "verifier", data={"reason": "lost"}).status_code == 403
+    assert visit.ask("POST", f"{place}/suspend", "issuer", data={"reason": "left at home"}).status_code == 303
+    shown = visit.ask("GET", place, "issuer").text
+    assert "left at home" in shown and "Reinstate this badge" in shown and "Suspend this badge" not in shown
+    assert visit.ask("POST", f"{place}/reinstate", "issuer").status_code == 303
+    shown = visit.ask("GET", place, "issuer").text
+    assert "Valid since" in shown and "Suspend this badge" in shown
+    by = [entry.action for entry in visit.studio.registry.entries(ada.id or "", 3)]
+    assert "suspend" in by and "reinstate" in by

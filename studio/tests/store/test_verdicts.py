@@ -1,0 +1,120 @@
+"""The list of verdicts that a studio gave.  Beside each test: the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from kit.registries import badge_of
+from kit.webbing import badge_film, film_form, studio, tiny_film
+from moireid import __version__
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid_studio.jobs.job_runner import with_notes
+from moireid_studio.store import verdicts as module
+from moireid_studio.store.verdicts import Verdicts, said
+
+ONE = {"token": "abc", "kind": "verify", "film_sha256": "0" * 64, "claim": "0" * 16, "claim_source": "registry"}
+ONE |= {"verdict": "accept", "read": None, "registry": "f 1:0", "moireid": "1"}
+
+
+@pytest.fixture(autouse=True)
+def keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+
+
+def test_each_verdict_is_written_down_without_names(ada: Badge, films: Path, tmp_path: Path) -> None:
+    """Catches: a verdict of one way in that is not noted; the decoder's word for the film; names of film or person."""
+    film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
+    with studio(tmp_path, ada) as visit:
+        form = film_form(film, name="secret meeting.mp4", claim=ada.name)
+        told = visit.ask("POST", "/api/verify", "verifier", **form).json()
+        visit.ask("POST", "/api/identify", "admin", **film_form(film))
+        ids = {role: visit.studio.tokens.find(secret).id for role, secret in visit.tokens.items()}
+        found = visit.ask("GET", "/api/verdicts", "admin").json()
+        assert found["keep_days"] == 365
+        identified, verified = found["verdicts"]
+        assert (verified["token"], verified["kind"], verified["verdict"]) == (
+            ids["verifier"],
+            "verify",
+            told["verdict"],
+        )
+        assert verified["film_sha256"] == hashlib.sha256(film.read_bytes()).hexdigest() == told["input"]["sha256"]
+        assert (verified["claim"], verified["claim_source"], verified["moireid"]) == (ada.id, "registry", __version__)
+        assert verified["registry"] == f"{visit.studio.registry.fingerprint} {visit.studio.registry.head()}"
+        assert (identified["token"], identified["kind"], identified["claim"]) == (ids["admin"], "identify", None)
+        content = (tmp_path / "studio" / "verdicts.sqlite3").read_bytes()
+        assert b"secret meeting" not in content and b"Lovelace" not in content
+        page = visit.ask("GET", "/verdicts", "admin").text
+        assert "Ada Lovelace" in page and verified["film_sha256"][:12] in page and "365 days" in page
+        visit.studio.registry.erase(ada.name)
+        page = visit.ask("GET", "/verdicts", "admin").text
+        assert "Ada Lovelace" not in page and "somebody who was erased" in page
+
+
+def test_a_found_badge_says_who_else_could_have_it(tmp_path: Path) -> None:
+    """Catches: an identification that tells less of a badge than a verification does; notes by the decoder's word."""
+    made_of_name = badge_of("Ada Lovelace", None)
+    with studio(tmp_path, made_of_name) as visit:
+        told = visit.ask("POST", "/api/identify", "verifier", **film_form(badge_film(made_of_name, tmp_path / "f.mp4")))
+        result = told.json()
+        assert result["found_id"] == made_of_name.id, result
+        codes = [reason["code"] for reason in result["reasons"]]
+        assert codes[-2:] == ["name_derived", "copyable"] and codes.count("copyable") == 1
+        registry = visit.studio.registry
+        assert with_notes(registry, {"found_id": made_of_name.id}) == {"found_id": made_of_name.id}
+        registry.store_as_built(str(made_of_name.id), '{"tilt_rad": 0.01}')
+        noted = with_notes(registry, {"found_id": made_of_name.id, "reasons": []})
+        assert [reason["code"] for reason in noted["reasons"]] == ["name_derived"]
+
+
+def test_only_what_can_be_a_verdict_is_taken() -> None:
+    """Catches: a decoder that was taken over and writes what it likes into the list."""
+    assert said({"verdict": "accept", "identity": {"decoded_id": "0" * 16}}) == {"verdict": "accept", "read": "0" * 16}
+    for wrong in ({"verdict": ["x"] and "<b>"}, {"finding": "found it", "found_id": "Ada"}, {"found_id": ["x"]}, {}):
+        assert said(wrong) == {"verdict": "unknown", "read": None}
+
+
+def test_they_go_after_their_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a retention that is stated and not kept; one that starts anew at each opening; rows left behind."""
+    store, now = Verdicts(tmp_path, 30.0), datetime.now(UTC)
+    store.note(**ONE | {"film_sha256": "old" * 20})
+    shown = module._text
+
+    def in_days(days: float) -> None:
+        monkeypatch.setattr(module, "_text", lambda moment: shown(moment + timedelta(days=days)))
+
+    in_days(29.0)
+    store.note(**ONE)
+    assert len(store.given(9)) == 2
+    in_days(31.0)
+    assert [one.film_sha256 for one in Verdicts(tmp_path, 30.0).given(9)] == ["0" * 64]
+    assert b"oldold" not in store.path.read_bytes() and store.given(9)[0].at > shown(now + timedelta(days=28))
+    Verdicts(tmp_path, 0).note(**ONE)
+    assert Verdicts(tmp_path, None).given(9) == []
+
+
+def test_the_command_lists_and_exports_all(tmp_path: Path) -> None:
+    """Catches: an export of one page; a file overwritten; a command that makes a studio where there is none."""
+    run, data = CliRunner().invoke, ["verdicts", "--data", str(tmp_path / "none")]
+    refused = run(moireid, data)
+    assert refused.exit_code == 2 and "--data" in refused.stderr and not (tmp_path / "none").exists()
+    store = Verdicts(tmp_path, 365.0)
+    for number in range(1203):
+        store.note(**ONE | {"token": str(number)})
+    data[-1] = str(tmp_path)
+    assert len(run(moireid, data).stdout.splitlines()) == 50
+    told = json.loads(run(moireid, [*data, "--json"]).stdout)
+    assert [one["token"] for one in told["verdicts"]] == [str(number) for number in reversed(range(1203))]
+    out = ["--out", str(tmp_path / "v.csv")]
+    assert "1203 verdicts" in run(moireid, [*data, *out]).stdout
+    with (tmp_path / "v.csv").open(encoding="utf-8") as stream:
+        assert [row["token"] for row in csv.DictReader(stream)] == [one["token"] for one in told["verdicts"]]
+    assert "--overwrite" in run(moireid, [*data, *out]).stderr
+    assert json.loads(run(moireid, [*data, "--since", "2999-01-01", "--json"]).stdout)["count"] == 0

@@ -1,0 +1,155 @@
+"""The parts of the judge's process, and this machine's devices.  Beside each test: what it catches."""
+
+from __future__ import annotations
+
+import os
+import queue
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from kit.places import FILMS
+from moireid.errors import MediaError, SpecError
+from moireid.verifier.picture import Picture
+from moireid_studio.watch import devices
+from moireid_studio.watch.inbox import AHEAD, Inbox, Taken
+from moireid_studio.watch.order import Data
+from moireid_studio.watch.readers import Asked, GrowingFile, Refused, is_closed
+from moireid_studio.watch.source import source_of
+
+
+def taken(number: int) -> Taken:
+    return Taken(Picture(np.zeros((2, 2), np.uint8)), float(number), 0.0)
+
+
+def test_a_live_source_loses_its_oldest_pictures_and_a_film_none() -> None:
+    """Catches: a delay that grows where pictures come faster than they are judged; a film with holes."""
+    inbox = Inbox(waits=False)
+    for k in range(AHEAD + 3):
+        inbox.put_picture(taken(k))
+    inbox.put("message")
+    assert inbox.lost == 3 and inbox.get(1) == "message"
+    assert [inbox.get(1).claimed_s for _ in range(AHEAD)] == [float(k) for k in range(3, AHEAD + 3)]
+    assert inbox.get(0.01) is None
+    film, done = Inbox(waits=True), threading.Event()
+
+    def decode() -> None:
+        for k in range(AHEAD + 3):
+            film.put_picture(taken(k))
+        film.put_last("end")
+        done.set()
+
+    threading.Thread(target=decode, daemon=True).start()
+    assert not done.wait(0.1)
+    assert [film.get(1).claimed_s for _ in range(AHEAD + 3)] == [float(k) for k in range(AHEAD + 3)]
+    assert film.get(1) == "end" and film.lost == 0
+
+
+def test_a_file_is_read_on_until_it_grows_no_more(tmp_path: Path) -> None:
+    """Catches: an end at the first stop; a wait for a file to which nobody has written for long."""
+    path = tmp_path / "film.ts"
+    path.write_bytes(b"a")
+    reader = GrowingFile(path, 0.6)
+    assert reader.read(10) == b"a"
+    threading.Timer(0.3, lambda: path.open("ab").write(b"b")).start()
+    assert reader.read(10) == b"b"
+    assert reader.read(10) == b"" and reader.read(10) == b""
+    os.utime(path, (0, 0))
+    begun = time.monotonic()
+    old = GrowingFile(path, 60.0)
+    assert old.read(10) + old.read(10) == b"ab" and time.monotonic() - begun < 5
+
+
+def test_an_mp4_is_followed_only_if_its_table_comes_first(tmp_path: Path) -> None:
+    """Catches: a film of a phone that is said to be none, as its table stands at the end."""
+    assert is_closed(FILMS / "genuine_1.0m.mp4")
+
+    def box(name: bytes, content: bytes = b"") -> bytes:
+        return (8 + len(content)).to_bytes(4, "big") + name + content
+
+    path = tmp_path / "film.mp4"
+    for content, closed in (
+        (box(b"ftyp", b"isom") + box(b"moov") + box(b"mdat"), False),
+        (box(b"ftyp", b"isom") + box(b"free", b"x" * 9) + b"\0\0\0\1mdat" + (40).to_bytes(8, "big"), True),
+        (b"\0\0\0\2ftyp" * 20, False),
+        (b"", False),
+        (b"G" * 188, False),
+    ):
+        path.write_bytes(content)
+        assert is_closed(path) is closed
+
+
+def test_bytes_are_asked_for_and_a_refusal_is_told() -> None:
+    """Catches: bytes of one stream given to another; more than is asked for; a refusal without its reason."""
+    wishes: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+    asked = Asked(wishes.put)
+
+    def answer() -> None:
+        for _ in range(4):
+            wish = wishes.get()
+            if wish.get("address") == "http://b":
+                asked.give(Data(wish["number"], b"", 2.0, "it may not be opened"))
+            else:
+                asked.give(Data(9, b"nobody's", 9.0))
+                asked.give(Data(wish["number"], f"{wish['want']} {wish.get('most')}".encode(), 7.0))
+
+    threading.Thread(target=answer, daemon=True).start()
+    stream = asked.open("http://a")
+    assert stream.read(10**9) == b"read 65536" and asked.arrival_s == 7.0
+    with pytest.raises(Refused, match="may not be opened"):
+        asked.open("http://b")
+
+
+class FakeCamera:
+    """A camera of three pictures that tells times, in the place of OpenCV's."""
+
+    def __init__(self, number: int) -> None:
+        self.number, self.count, self.released = number, 0, False
+
+    def isOpened(self) -> bool:
+        return self.number == 0
+
+    def set(self, *what: Any) -> None:
+        pass
+
+    def get(self, what: int) -> float:
+        return 1000.0 * self.count
+
+    def read(self) -> tuple[bool, Any]:
+        self.count += 1
+        return (self.count <= 3, np.full((4, 6, 3), 10 * self.count, np.uint8) if self.count <= 3 else None)
+
+    def release(self) -> None:
+        self.released = True
+
+
+def test_a_camera_gives_grey_pictures_at_its_own_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: times of arrival where the camera tells its own; a camera that is gone and read on; colours."""
+    monkeypatch.setattr(cv2, "VideoCapture", FakeCamera)
+    monkeypatch.setattr(time, "sleep", lambda seconds: None)
+    shots = list(devices.shots_of(source_of("0")))
+    assert [one.claimed_s for one in shots] == [1.0, 2.0, 3.0] and shots[0].size == (4, 6)
+    assert [set(one.luma) for one in shots] == [{10}, {20}, {30}]
+    assert devices.taken_s(0.0, 5.0) == 5.0 and devices.taken_s(-1.0, 5.0) == 5.0
+    with pytest.raises(MediaError, match="camera 1 cannot be opened"):
+        list(devices.shots_of(source_of("1")))
+
+
+def test_where_the_screen_cannot_be_read_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: an error of a library in the place of a sentence."""
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(SpecError, match="DISPLAY is not set"):
+        list(devices.shots_of(source_of("screen")))
+    monkeypatch.setenv("DISPLAY", ":1")
+    monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
+    with pytest.raises(SpecError, match="Wayland"):
+        list(devices.shots_of(source_of("screen")))
+    monkeypatch.setattr("sys.platform", "darwin")
+    with pytest.raises(SpecError, match="this system does not have"):
+        list(devices.shots_of(source_of("screen")))

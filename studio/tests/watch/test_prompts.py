@@ -1,0 +1,90 @@
+"""Prompts by `watch`: a person who follows them, and a film that does not.  Beside each test: what it catches."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+from kit.portrait import FACE_MM, portrait
+from moireid.badge import Badge
+from moireid.verifier import Claim
+from moireid.verifier.live.challenge import Prompt
+from moireid.verifier.live.session import READY_S
+from moireid.verifier.picture import Picture
+from moireid.verifier.session.result import report_schema
+from moireid_lab.bench.live.film import answer, frames
+from moireid_studio.watch.inbox import Inbox, Taken
+from moireid_studio.watch.judge import Voice, Watching
+from moireid_studio.watch.order import End, Order
+from moireid_studio.watch.source import source_of
+
+FPS = 24.0
+#: A short challenge, its times from its beginning.
+SHORT = (Prompt("left", 0.2), Prompt("face", 3.6), Prompt("right", 8.0))
+OTHER = (Prompt("right", 0.2), Prompt("face", 3.6), Prompt("left", 8.0))
+
+
+@pytest.fixture(scope="module")
+def pictures(ada: Badge) -> list[np.ndarray]:
+    """A person who follows `SHORT` where it is drawn once the clock is settled."""
+    begins = [Prompt(one.move, 1.0 + READY_S + one.at_s) for one in SHORT]
+    course = answer(begins, FACE_MM, reaction_s=0.7)
+    return list(frames(ada, portrait(), course, length_s=14.5, fps=FPS))
+
+
+class Heard(Voice):
+    """Keeps what the judge tells."""
+
+    def __init__(self) -> None:
+        self.told: list[dict[str, Any]] = []
+
+    def tell(self, answer: dict[str, Any]) -> None:
+        self.told.append(json.loads(json.dumps(answer, allow_nan=False)))
+
+
+def watched(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...]) -> list[dict[str, Any]]:
+    """What the judge of a camera tells.
+
+    All comes two minutes from now, so that a slow machine shows each prompt when its picture comes, and not later.
+    """
+    voice, inbox, begun_s = Heard(), Inbox(waits=True), time.monotonic() + 120.0
+
+    def shoot() -> None:
+        for k, one in enumerate(pictures):
+            inbox.put_picture(Taken(Picture(one), 1000.0 + k / FPS, begun_s + k / FPS))
+        inbox.put_last(End("source"))
+
+    with ThreadPoolExecutor(1) as aside:
+        watching = Watching(Order(source_of("0"), Claim(ada, ada.id), prompts=prompts), voice, inbox, aside)
+        threading.Thread(target=shoot, daemon=True).start()
+        watching.run()
+    return voice.told
+
+
+@pytest.mark.slow
+def test_who_follows_the_prompts_is_accepted(ada: Badge, pictures: list[np.ndarray]) -> None:
+    """Catches: a challenge that never begins, or whose verdict is lost when the check ends by itself; a demand that
+    the badge moves for half of the time, though it must rest between the moves.
+    """
+    told = watched(ada, pictures, SHORT)
+    kinds = [one["event"] for one in told if one["event"] != "status"]
+    assert kinds == ["begun", "challenge", *["prompt", "prompted"] * 3, "verdict"]
+    last = told[-1]
+    assert last["verdict"] == "accept" and last["challenged"] and last["input"]["path"] == "camera 0"
+    assert "cover" not in {one["code"] for one in last["reasons"]}
+    Draft202012Validator(json.loads(report_schema())).validate(last)
+
+
+@pytest.mark.slow
+def test_a_film_of_another_challenge_is_rejected(ada: Badge, pictures: list[np.ndarray]) -> None:
+    """Catches: a virtual camera that plays an older answer, accepted."""
+    last = watched(ada, pictures, OTHER)[-1]
+    assert last["event"] == "verdict" and last["verdict"] == "reject"
+    assert "prompt" in {one["code"] for one in last["reasons"] if one["level"] == "fail"}

@@ -1,0 +1,294 @@
+"""Streams judged as they come, in the sealed process.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+from kit.streams import Handler, address, pictures, served, watched, write_stream
+from moireid.errors import MediaError, MoireIdError
+from moireid.provenance import Barred
+from moireid.sandbox.seal import MEANS
+from moireid.verifier.session.result import report_schema
+from moireid_studio.watch.order import Order, Patience
+from moireid_studio.watch.source import source_of
+from moireid_studio.watch.watching import _started, harmless
+
+
+@pytest.fixture(scope="module")
+def shots() -> list[av.VideoFrame]:
+    return pictures()
+
+
+@pytest.fixture(scope="module")
+def film(shots: list[av.VideoFrame], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four seconds of a genuine board, as a transport stream."""
+    return write_stream(tmp_path_factory.mktemp("film") / "film.ts", shots)
+
+
+@pytest.fixture
+def pipe(tmp_path: Path) -> Iterator[Path]:
+    """A named pipe; what is written to it is written by a thread."""
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    yield path
+
+
+def poured(content: bytes, pipe: Path, *, hold: threading.Event | None = None, seconds: float = 0.0) -> None:
+    """Write into a pipe, over some seconds; with `hold` it stays open until that is set."""
+
+    def pour() -> None:
+        try:
+            with pipe.open("wb", buffering=0) as stream:
+                for k in range(0, len(content), 1 << 16):
+                    stream.write(content[k : k + (1 << 16)])
+                    time.sleep(seconds * (1 << 16) / len(content))
+                if hold is not None:
+                    hold.wait(30)
+        except BrokenPipeError:
+            pass
+
+    threading.Thread(target=pour, daemon=True).start()
+
+
+def codes(event: dict[str, Any], level: str) -> set[str]:
+    return {one["code"] for one in event["reasons"] if one["level"] == level}
+
+
+def test_a_pipe_is_judged_as_a_film_and_told_as_one(film: Path, pipe: Path) -> None:
+    """Catches: a verdict without keys of `verify --json`; pictures that a pipe loses; a judge that is not sealed."""
+    events: list[dict[str, Any]] = []
+    poured(film.read_bytes(), pipe)
+    found = watched(str(pipe), tell=events.append)
+    assert found["verdict"] == "accept" and found["frames"] == {"read": 120, "tracked": 120}
+    assert found["input"]["sha256"] == hashlib.sha256(film.read_bytes()).hexdigest()
+    assert found["end"] == {"why": "source", "text": ""} and found["cover"]["share"] > 0.9
+    assert abs(found["input"]["fps"] - 30) < 0.5
+    assert found["sealed"] == list(MEANS)
+    assert events[0] == {"event": "begun", "width": 1280, "height": 720}
+    Draft202012Validator(json.loads(report_schema())).validate(found)
+
+
+def test_a_file_is_followed_while_it_grows(film: Path, tmp_path: Path) -> None:
+    """Catches: an end at the present size; a wait without end; a file that is read before it is written."""
+    growing, content = tmp_path / "growing.ts", film.read_bytes()
+    growing.write_bytes(content[: len(content) // 4])
+
+    def grow() -> None:
+        with growing.open("ab") as stream:
+            for k in range(1, 4):
+                time.sleep(0.4)
+                stream.write(content[k * len(content) // 4 : (k + 1) * len(content) // 4])
+                stream.flush()
+
+    threading.Thread(target=grow, daemon=True).start()
+    begun = time.monotonic()
+    # A film judged in time would need less than that to grow.
+    found = watched(str(growing))
+    assert time.monotonic() - begun > 2.0
+    assert found["verdict"] == "accept" and found["frames"]["read"] == 120
+    assert found["input"]["sha256"] == hashlib.sha256(content).hexdigest()
+
+
+class Live(Handler):
+    """A playlist that gets longer: one more piece each time it is asked for."""
+
+    def do_GET(self) -> None:
+        if not self.path.endswith("live.m3u8"):
+            super().do_GET()
+            return
+        asked = self.server.asked.count("live")
+        self.server.asked.append("live")
+        pieces = sorted(Path(self.directory).glob("piece*.ts"))
+        text = "#EXTM3U\n#EXT-X-VERSION:3\n#EXT-X-TARGETDURATION:1\n#EXT-X-MEDIA-SEQUENCE:0\n"
+        text += "".join(f"#EXTINF:1.0,\n{piece.name}\n" for piece in pieces[: asked + 1])
+        text += "#EXT-X-ENDLIST\n" if asked >= len(pieces) - 1 else ""
+        self.send_response(200)
+        self.send_header("Content-Type", "application/vnd.apple.mpegurl")
+        self.end_headers()
+        self.wfile.write(text.encode())
+
+
+def test_hls_is_read_as_it_comes(shots: list[av.VideoFrame], tmp_path: Path) -> None:
+    """Catches: a playlist that is read once; a decoder that opens addresses itself, as its process has no network."""
+    names = {"hls_time": "1", "hls_list_size": "0", "hls_segment_filename": str(tmp_path / "piece%d.ts")}
+    write_stream(tmp_path / "whole.m3u8", shots, kind="hls", **names)
+    with served(tmp_path, Live) as server:
+        found = watched(address(server, "live.m3u8"))
+        assert server.asked.count("live") >= 4
+    assert found["verdict"] == "accept" and found["frames"]["read"] == 120
+    assert found["input"]["sha256"] is None and found["sealed"] == list(MEANS)
+
+
+@pytest.mark.slow
+def test_a_playlist_reaches_no_file_and_no_other_server_here(film: Path, tmp_path: Path) -> None:
+    """Catches: a playlist that reads a file of this machine, or makes us ask a server within it; one in a file that
+    reaches out.
+    """
+    (tmp_path / "film.ts").write_bytes(film.read_bytes())
+    head = "#EXTM3U\n#EXT-X-VERSION:3\n#EXT-X-TARGETDURATION:1\n#EXTINF:1.0,\n"
+    with served(tmp_path) as server, served(tmp_path) as other:
+        for named in (
+            "file:///etc/passwd",
+            str(film),
+            f"file://{film}",
+            address(other, "film.ts"),
+            "data:video/mp2t,x",
+        ):
+            (tmp_path / "list.m3u8").write_text(f"{head}{named}\n#EXT-X-ENDLIST\n")
+            with pytest.raises(MoireIdError):
+                watched(address(server, "list.m3u8"))
+        assert other.asked == []
+        (tmp_path / "list.m3u8").write_text(f"{head}{address(server, 'film.ts')}\n#EXT-X-ENDLIST\n")
+        assert watched(address(server, "list.m3u8"))["verdict"] == "accept"
+        before = len(server.asked)
+        with pytest.raises(MediaError, match=r"cannot be read|no film"):
+            watched(str(tmp_path / "list.m3u8"))
+        assert len(server.asked) == before
+
+
+@pytest.mark.slow
+def test_a_lie_is_rejected_and_a_revoked_badge_too(film: Path, pipe: Path, tmp_path: Path) -> None:
+    """Catches: a judge that accepts whatever moves; a running verdict that accepts a badge which does not count."""
+    forged = write_stream(tmp_path / "forged.ts", pictures("forged_reversed_1.0m"))
+    assert watched(str(forged))["verdict"] == "reject"
+    events: list[dict[str, Any]] = []
+    poured(film.read_bytes(), pipe)
+    barred = Barred("revoked", "lost", "The badge was revoked: lost.")
+    found = watched(str(pipe), tell=events.append, barred=barred)
+    assert found["verdict"] == "reject" and codes(found, "fail") == {"revoked"}
+    assert {one["verdict"] for one in events if one["event"] == "status"} <= {"reject"}
+
+
+@pytest.mark.slow
+def test_pictures_of_another_size_begin_anew_and_never_hide_a_lie(
+    shots: list[av.VideoFrame], film: Path, pipe: Path, tmp_path: Path
+) -> None:
+    """Catches: sizes that are mixed in one track; a lie that is forgotten when the size changes."""
+    small = pictures(size=(960, 540))
+    truth = write_stream(tmp_path / "small.ts", small).read_bytes()
+    events: list[dict[str, Any]] = []
+    poured(film.read_bytes() + truth, pipe)
+    found = watched(str(pipe), tell=events.append)
+    assert "anew" in [one["event"] for one in events]
+    assert found["verdict"] == "accept" and found["input"]["width"] == 960
+    assert "120 pictures of another size, which came before" in found["left_out"]
+    lie = write_stream(tmp_path / "lie.ts", pictures("forged_reversed_1.0m")).read_bytes()
+    poured(lie + truth, pipe)
+    assert watched(str(pipe))["verdict"] == "reject"
+    # Half of what came showed no badge, in pictures of another size.
+    blank = [av.VideoFrame.from_ndarray(np.full((1080, 1920), 90, np.uint8), format="gray") for _ in range(150)]
+    poured(write_stream(tmp_path / "blank.ts", blank).read_bytes() + truth, pipe)
+    found = watched(str(pipe))
+    assert found["verdict"] == "inconclusive" and codes(found, "undecided") == {"cover"}
+
+
+@pytest.mark.slow
+def test_times_that_go_back_are_told(film: Path, pipe: Path) -> None:
+    """Catches: a crash, or one course made of two."""
+    poured(film.read_bytes() * 2, pipe)
+    found = watched(str(pipe))
+    assert found["verdict"] != "reject" and "times" in {one["code"] for one in found["reasons"]}
+
+
+@pytest.mark.slow
+def test_a_source_that_says_nothing_is_a_sentence(film: Path, pipe: Path) -> None:
+    """Catches: a wait without end, for a writer, the first picture or a later one; a verdict that is lost."""
+    hold = threading.Event()
+    poured(b"", pipe, hold=hold)
+    with pytest.raises(MediaError, match="gave no picture for 1 s"):
+        watched(str(pipe), patience=Patience(1.0, 1.0, 1.0))
+    hold.set()
+    for name in ("nobody", "another"):
+        os.mkfifo(pipe.with_name(name))
+    with pytest.raises(MediaError, match="gave no picture for 1 s"):
+        watched(str(pipe.with_name("nobody")), patience=Patience(1.0, 1.0, 1.0))
+    hold, another = threading.Event(), pipe.with_name("another")
+    poured(film.read_bytes(), another, hold=hold)
+    found = watched(str(another), patience=Patience(8.0, 1.5, 1.0))
+    hold.set()
+    assert found["end"]["why"] == "silent" and found["frames"]["tracked"] > 100 and found["verdict"] == "accept"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"YUV4MPEG2 W12000 H9000 F30:1 C420jpeg\nFRAME\n" + b"x" * 100_000, "cannot be read|larger than 4K"),
+        (b"YUV4MPEG2 W4200 H4200 F30:1 C420jpeg\nFRAME\n" + b"x" * 26_460_000, "cannot be read|larger than 4K"),
+        (b"YUV4MPEG2 W32 H32 F30:1 C420jpeg\nFRAME\n" + b"x" * (32 * 32 * 3 // 2), "too small"),
+        (b"#EXTM3U\n#EXTINF:1,\nfile:///etc/passwd\n", "cannot be read|no film"),
+        (b"no film at all" * 1000, "cannot be read"),
+        (b"", "ended before anything came"),
+    ],
+)
+def test_what_is_no_stream_is_refused_in_a_sentence(content: bytes, words: str, pipe: Path) -> None:
+    """Catches: a picture of a hundred megapixels that fills the memory; a playlist by a pipe; no words."""
+    poured(content, pipe)
+    with pytest.raises(MediaError, match=words):
+        watched(str(pipe))
+
+
+@pytest.mark.slow
+@pytest.mark.alone
+def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> None:
+    """Catches: a stop that loses the verdict, a time that is not kept."""
+    stop, hold = threading.Event(), threading.Event()
+
+    def heed(event: dict[str, Any]) -> None:
+        if event["event"] == "status" and event["verdict"] == "accept":
+            stop.set()
+
+    content = film.read_bytes()
+    poured(content, pipe, hold=hold, seconds=4.0)
+    found = watched(str(pipe), tell=heed, stop=stop, patience=Patience(8.0, 20.0, 1.0))
+    hold.set()
+    assert found["end"]["why"] == "asked" and found["verdict"] == "accept"
+    hold, another = threading.Event(), pipe.with_name("another")
+    os.mkfifo(another)
+    poured(content, another, hold=hold)
+    begun = time.monotonic()
+    assert watched(str(another), seconds=1.0, patience=Patience(8.0, 20.0, 1.0))["end"]["why"] == "asked"
+    assert time.monotonic() - begun < 15
+    hold.set()
+
+
+class Steering(Handler):
+    """Answers with words that set a terminal's title."""
+
+    def do_GET(self) -> None:
+        self.send_response(404, "gone\x1b]0;accepted\x07")
+        self.end_headers()
+
+
+def test_a_server_s_words_steer_no_terminal(tmp_path: Path) -> None:
+    """Catches: the reason of an answer, or an event of a decoder that was taken over, printed as it came."""
+    with served(tmp_path, Steering) as server, pytest.raises(MediaError, match="404 gone") as refused:
+        watched(address(server, "a.ts"))
+    assert str(refused.value).isprintable()
+    assert harmless({"a": ["b\x1b[2J", 1, None]}) == {"a": ["b [2J", 1, None]}
+
+
+def test_the_judge_learns_no_password(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a password that a decoder which was taken over can send to another host, in an address."""
+    sent: list[Order] = []
+
+    class Told:
+        def send(self, order: Order) -> None:
+            sent.append(order)
+
+    monkeypatch.setattr("moireid_studio.watch.watching.start", lambda *given, **more: Told())
+    for typed in ("https://me:secret@host:8443/a.m3u8?b=c", "wheps://me:secret@host/room"):
+        _started(Order(source_of(typed), None))  # type: ignore[arg-type]
+    assert [order.source.text for order in sent] == ["https://host:8443/a.m3u8?b=c", "wheps://host/room"]

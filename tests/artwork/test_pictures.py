@@ -1,0 +1,163 @@
+"""Logos and portraits: what is drawn, and what is refused before it costs time or reaches out."""
+
+from __future__ import annotations
+
+import os
+import struct
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from moireid.artwork import pictures
+from moireid.artwork import svg as drawn
+from moireid.artwork.content import content_of
+from moireid.artwork.pictures import MOST_SIDE_PX, as_portrait, load_picture
+from moireid.errors import SpecError
+
+NS = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+
+
+def svg(folder: Path, inside: str, *, head: str = "", box: str = "0 0 200 100") -> Path:
+    path = folder / "logo.svg"
+    path.write_text(f'{head}<svg {NS} viewBox="{box}">{inside}</svg>', encoding="utf-8")
+    return path
+
+
+def test_an_svg_is_drawn_in_its_shape_and_colours(tmp_path: Path) -> None:
+    """Catches: a logo stretched, cut, on a ground of its own, or with the colours of its channels exchanged."""
+    inside = '<rect width="100" height="100" fill="#c01020"/><circle cx="150" cy="50" r="50" fill="#1020c0"/>'
+    picture = load_picture(svg(tmp_path, inside), "logo")
+    assert picture.size == (MOST_SIDE_PX, MOST_SIDE_PX // 2)
+    pixels = np.asarray(picture)
+    assert pixels[500, 500].tolist() == [0xC0, 0x10, 0x20, 255]
+    assert pixels[500, 1500].tolist() == [0x10, 0x20, 0xC0, 255]
+    # Beside the circle there is nothing.
+    assert pixels[10, 1990, 3] == 0
+
+
+@pytest.mark.parametrize(
+    ("inside", "told"),
+    [
+        ("<script>1</script>", "holds a script"),
+        ("<text>Press</text>", "turn text into paths"),
+        ('<image href="/etc/hostname" width="9" height="9"/>', "a picture within"),
+        ('<use href="other.svg#a"/>', "outside of itself"),
+        ('<rect width="9" height="9" fill="url(http://example.org/a.svg#b)"/>', "outside of itself"),
+        ("<style>@import url(http://example.org/a.css);</style>", "outside of itself in its style"),
+        ('<rect width="9" height="9" onclick="alert(1)"/>', "outside of itself"),
+        ('<foreignObject><body xmlns="http://www.w3.org/1999/xhtml"/></foreignObject>', "a page of another kind"),
+        ('<filter id="f"><feGaussianBlur stdDeviation="9"/></filter>', "flatten"),
+        ('<rect width="9" height="9" filter="blur(9)"/>', "holds a filter"),
+        ('<rect width="9" height="9" style="marker: none; filter : blur(9)"/>', "holds a filter"),
+        ("<style>rect { mask: url(#a) }</style>", "mask or marker in its style"),
+        ('<marker id="a"/>', "turn strokes into paths"),
+        ('<pattern id="a"/>', "holds patterns"),
+        ('<mask id="a"/>', "holds masks"),
+        ("<g>" * 400 + "</g>" * 400, "nested deeper"),
+        ("<rect", "is no SVG"),
+    ],
+)
+def test_what_a_logo_may_not_hold_is_refused(tmp_path: Path, inside: str, told: str) -> None:
+    """Catches: a file of a stranger that runs, reaches out, reads beside itself, or is drawn for hours."""
+    with pytest.raises(SpecError, match=told):
+        load_picture(svg(tmp_path, inside), "logo")
+
+
+def test_copies_of_copies_and_entities_are_refused(tmp_path: Path) -> None:
+    """Catches: a few hundred bytes that are drawn as millions of shapes."""
+    levels = [f'<g id="a{k}">' + f'<use xlink:href="#a{k - 1}"/>' * 10 + "</g>" for k in range(1, 9)]
+    with pytest.raises(SpecError, match="more than 20000 shapes"):
+        load_picture(svg(tmp_path, '<g id="a0"><rect width="9" height="9"/></g>' + "".join(levels)), "logo")
+    with pytest.raises(SpecError, match="nested deeper"):
+        load_picture(svg(tmp_path, '<g id="a"><use href="#a"/></g>'), "logo")
+    head = '<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>'
+    with pytest.raises(SpecError, match="entities"):
+        load_picture(svg(tmp_path, "<title>&b;</title>", head=head), "logo")
+    for box in ("0 0 9000 1", "0 0 . 5", "0 0 1e999 1e999"):
+        with pytest.raises(SpecError, match="no size of a logo"):
+            load_picture(svg(tmp_path, "<g/>", box=box), "logo")
+    cuts = [f'<clipPath id="a{k}">' + f'<g clip-path="url(#a{k - 1})"/>' * 10 + "</clipPath>" for k in range(1, 9)]
+    with pytest.raises(SpecError, match="more than 20000 shapes"):
+        load_picture(svg(tmp_path, '<clipPath id="a0"/>' + "".join(cuts)), "logo")
+
+
+def test_what_takes_long_to_draw_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: layers or a pattern of checks that hold the program for hours."""
+    # A pattern that backtracks takes minutes for this comment.
+    assert load_picture(svg(tmp_path, f'<!--{"<!DOCTYPE " * 100_000}--><path d="M0 0h9v9z"/>'), "logo").width
+    monkeypatch.setattr(drawn, "MOST_SECONDS", 0.3)
+    layers = '<g opacity=".9"><rect width="90" height="90"/><rect width="9" height="9"/></g>' * 400
+    with pytest.raises(SpecError, match=r"more than 0\.3 s to draw; simplify it"):
+        load_picture(svg(tmp_path, layers), "logo")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's own memory")
+def test_a_drawing_takes_no_more_memory_than_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: see-through layers within each other that take the whole machine's memory."""
+    nested = '<g opacity=".9"><rect width="90" height="90"/><rect width="9" height="9"/>' * 60 + "</g>" * 60
+    assert load_picture(svg(tmp_path, nested), "logo").width
+    monkeypatch.setattr(drawn, "MOST_MEMORY_BYTES", 20_000_000)
+    pictures.picture_of.cache_clear()
+    with pytest.raises(SpecError, match="cannot be drawn"):
+        load_picture(svg(tmp_path, nested), "logo")
+
+
+def test_photographs_are_upright_small_and_cut_to_a_portrait(tmp_path: Path) -> None:
+    """Catches: a phone's photograph on its side, one that is kept at full size, and a face that is cut off."""
+    tall = Image.new("RGB", (3000, 4000), "white")
+    tall.paste("red", (0, 0, 3000, 400))
+    exif = tall.getexif()
+    exif[0x0112] = 6  # The camera was turned: its rows are columns.
+    tall.rotate(90, expand=True).save(tmp_path / "a.jpg", exif=exif)
+    found = load_picture(tmp_path / "a.jpg", "portrait")
+    assert found.size == (1500, 2000)
+    assert np.asarray(found)[20, 700, :3] == pytest.approx([254, 0, 0], abs=8)
+    wide, high = as_portrait(found.resize((400, 1000))).size
+    assert wide / high == pytest.approx(0.8, abs=0.01)
+    assert as_portrait(found.resize((1000, 400))).size == (320, 400)
+
+
+def test_a_file_that_is_no_picture_is_refused_in_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a traceback for a folder, a text, a cut file, a picture that says it is huge; a pipe that is waited
+    for, and a device without end.
+    """
+    (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n cut")
+    Image.new("RGB", (8, 8)).save(tmp_path / "b.gif")
+    for path in (tmp_path / "none.png", tmp_path, tmp_path / "a.png", tmp_path / "b.gif"):
+        with pytest.raises(SpecError, match="give a PNG, JPEG or SVG file"):
+            load_picture(path, "logo")
+    os.mkfifo(tmp_path / "pipe.png")
+    for special in (tmp_path / "pipe.png", Path("/dev/zero")):
+        with pytest.raises(SpecError, match="not a regular file"):
+            load_picture(special, "logo")
+    Image.new("1", (8000, 8000)).save(tmp_path / "c.png")
+    with pytest.raises(SpecError, match="8000 x 8000 pixels, at most 50 million"):
+        load_picture(tmp_path / "c.png", "logo")
+    for side in (10_000, 20_000):
+        header = struct.pack(">4sIIBBBBB", b"IHDR", side, side, 8, 2, 0, 0, 0)
+        huge = b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + struct.pack(">I", zlib.crc32(header))
+        begun = struct.pack(">I4sI", 0, b"IDAT", zlib.crc32(b"IDAT"))
+        (tmp_path / "huge.png").write_bytes(huge + begun)
+        with pytest.raises(SpecError, match="far too many pixels, at most 50 million"):
+            load_picture(tmp_path / "huge.png", "logo")
+    Image.new("RGBA", (9, 9)).save(tmp_path / "d.png")
+    with pytest.raises(SpecError, match="wholly transparent"):
+        load_picture(tmp_path / "d.png", "logo")
+    monkeypatch.setattr(pictures, "MOST_BYTES", 10)
+    with pytest.raises(SpecError, match="larger than 0 MB"):
+        load_picture(tmp_path / "d.png", "logo")
+
+
+def test_colours_are_hex_or_css(tmp_path: Path) -> None:
+    """Catches: a colour that is guessed."""
+    assert content_of(colour="#134e8c").colour == pytest.approx((0x13 / 255, 0x4E / 255, 0x8C / 255))
+    assert content_of(colour="Teal").colour == pytest.approx((0, 128 / 255, 128 / 255))
+    with pytest.raises(SpecError, match="'tael' is not known; give six hex digits"):
+        content_of(colour="tael")
+    for wrong in ("rgb(200%,0%,0%)", "rgb(999,0,0)", "hsl(0,300%,50%)", "#0a7d6e00"):
+        with pytest.raises(SpecError, match="is not known"):
+            content_of(colour=wrong)

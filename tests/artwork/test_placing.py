@@ -1,0 +1,218 @@
+"""Where pieces stand: never over what is read, nor over each other, on any badge that a template can be asked for."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from moireid.artwork.clear import GRATING_MM, MARKER_MODULES, areas_of, clear_zones
+from moireid.artwork.columns import dressed, kept_pictures, lines_in
+from moireid.artwork.content import Content, clean_lines, lines_of, with_lines
+from moireid.artwork.placing import Look, Piece, pieces_of
+from moireid.artwork.qr import modules_of
+from moireid.artwork.template import TEMPLATES, Template, template_named, template_of
+from moireid.badge import Badge, CodedFrame, Rect
+from moireid.designer import Request, design_badge
+from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
+from moireid.designer.request import Frame
+from moireid.errors import SpecError
+from moireid.fabrication.page.dress import check_look
+from moireid.fabrication.page.words import set_words, width_mm
+from moireid.verifier.tracking.borders import REACH_MM
+from moireid.verifier.tracking.template import FREE_MODULES
+
+PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
+LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
+
+
+def badge_for(template: Template, name: str, orientation: str, payload: bytes = PAYLOAD) -> Badge:
+    side = template.side(*turned(FORMATS[name].size_mm, orientation))
+    wish = replace(Request("Ada Lovelace"), frame=Frame(head=side.head, foot=side.foot))
+    return design_badge(in_format(wish, name, orientation=orientation), payload)
+
+
+def overlap(one: Rect, other: Rect) -> bool:
+    return all(one[k] < other[k + 2] - 1e-6 and other[k] < one[k + 2] - 1e-6 for k in (0, 1))
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_every_template_leaves_clear_what_is_read_on_every_format(template: str, name: str, content: Content) -> None:
+    """Catches: artwork over a marker's white, the fringes or the sheet; pieces over each other; words without room."""
+    known = template_named(template)
+    for orientation, lines in itertools.product(ORIENTATIONS, ((), LINES[:1], LINES)):
+        badge = with_lines(badge_for(known, name, orientation), lines)
+        zones = [zone for _, zone in clear_zones(badge)]
+        for worn in (Content(), content, replace(content, portrait=None), replace(content, logo=None)):
+            pieces = pieces_of(badge, Look(known, worn))
+            for piece in pieces:
+                assert not any(overlap(piece.rect_mm, zone) for zone in zones), (orientation, piece)
+                if piece.kind in ("words", "id"):
+                    assert_within(piece, badge)
+            fore = [piece.rect_mm for piece in pieces if piece.kind != "ground"]
+            assert not any(overlap(a, b) for a, b in itertools.combinations(fore, 2)), (orientation, worn)
+            assert any(piece.name for piece in pieces)
+
+
+def assert_within(piece: Piece, badge: Badge) -> None:
+    """All rows lie in the piece's room, in letters that can be read."""
+    x0, y0, x1, y1 = piece.rect_mm
+    for row in set_words(piece, badge.id):
+        wide = width_mm(row.words, row.points, bold=row.bold)
+        left = row.x_mm - {"left": 0.0, "center": wide / 2, "right": wide}[row.align]
+        assert x0 - 1e-6 <= left and left + wide <= x1 + 1e-6
+        assert y0 - 1e-6 <= row.baseline_mm - 0.73 * row.points / 72 * 25.4 and row.baseline_mm <= y1 + 1e-6
+        assert row.points >= (4.0 if piece.kind == "words" else 2.5)
+
+
+def test_what_must_stay_clear_is_what_the_verifier_reads() -> None:
+    """Catches: a verifier that samples more than the pages leave white."""
+    assert (MARKER_MODULES, GRATING_MM) == (FREE_MODULES, REACH_MM)
+
+
+def test_a_long_identity_and_a_long_name_have_room(content: Content) -> None:
+    """Catches: 128 bits that run into the marker, a name of many words that is cut off."""
+    for name in ("cr80", "a6"):
+        known = template_named("newsroom")
+        badge = with_lines(replace(badge_for(known, name, "portrait"), id="7097c67b0fafc59b" * 2), LINES)
+        badge = replace(badge, name="Maria Magdalena von Hohenstein-Wittgenstein")
+        check_look(badge, Look(known, content))
+
+
+@pytest.mark.parametrize(
+    ("rect", "told"),
+    [
+        ([0.05, 0.05, 0.3, 0.3], "covers the upper left marker and its white border; free are, in mm"),
+        ([0.3, 0.5, 0.6, 0.7], "covers the fringes and the lens sheet over them"),
+        # The sheet reaches from side to side, where no line is printed.
+        ([0.0, 0.5, 0.02, 0.6], "covers the fringes and the lens sheet over them"),
+    ],
+)
+def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: list[float], told: str) -> None:
+    """Catches: a template of somebody's own that spoils the badge in silence."""
+    place = {"what": "name", "at": rect}
+    own = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
+    with pytest.raises(SpecError, match=told):
+        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Content()))
+    free = areas_of(badge_for(own, "a6", "landscape"))["upper"]
+    board = badge_for(own, "a6", "landscape").outline_mm
+    place |= {"at": [free[0] - board[0], free[1] - board[1], free[2] - board[0], free[3] - board[1]], "unit": "mm"}
+    # What the message offers works.
+    allowed = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
+    assert pieces_of(badge_for(allowed, "a6", "landscape"), Look(allowed, Content()))
+
+
+def test_a_board_without_room_for_a_template_says_what_works() -> None:
+    """Catches: advice that ends in nothing, or names areas that this board lacks."""
+    known = template_named("plain")
+    side = known.side(*turned(FORMATS["cr80"].size_mm, "landscape"))
+    wish = replace(Request("Ada Lovelace", markers="frame"), frame=Frame(head=side.head, foot=side.foot))
+    badge = design_badge(in_format(wish, "cr80", orientation="landscape"), PAYLOAD)
+    assert isinstance(badge.markers, CodedFrame)
+    x0, _, x1, y1 = badge.markers.rect_mm
+    # Every format leaves a frame room; a frame up to the board's edge, made by hand, does not.
+    high = replace(badge.markers, rect_mm=(x0, badge.outline_mm[1] + 4, x1, y1))
+    words = r"no area head; .*, or take --markers squares, beside which there is room, or name another area .foot, .*$"
+    with pytest.raises(SpecError, match=words):
+        pieces_of(replace(badge, markers=high), Look(known, Content()))
+    assert pieces_of(badge_for(known, "cr80", "landscape"), Look(known, Content()))
+
+
+@pytest.mark.parametrize("what", [["qr"] * 60, ["name", *["qr"] * 9], ["name"] * 40])
+def test_more_pieces_than_a_place_has_room_for_are_refused(what: list[str]) -> None:
+    """Catches: pieces of less than no width, which are drawn mirrored over the markers."""
+    own = template_of({"landscape": {"head": 0.3, "foot": 0.3, "place": [{"what": what, "area": "head"}]}}, "own")
+    with pytest.raises(SpecError, match=f"has no room for {len(what)} pieces side by side"):
+        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Content()))
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_a_qr_code_on_a_colour_has_white_around_it(apart: bool) -> None:
+    """Catches: a code whose edge runs into a dark ground, its place's own or that of a place below it."""
+    band, code = {"area": "foot", "ground": "accent"}, {"what": "qr", "area": "foot"}
+    places = [band, code] if apart else [band | code]
+    own = template_of({"landscape": {"head": 0.3, "foot": 0.3, "place": places}}, "own")
+    badge = badge_for(own, "a6", "landscape")
+    *_, white, drawn = pieces_of(badge, Look(own, Content()))
+    assert (white.kind, white.colour, drawn.kind) == ("ground", (1.0, 1.0, 1.0), "qr")
+    module = (drawn.rect_mm[2] - drawn.rect_mm[0]) / len(modules_of(badge.id or ""))
+    signs = (-1, -1, 1, 1)
+    assert [sign * (b - a) / module for sign, a, b in zip(signs, drawn.rect_mm, white.rect_mm, strict=True)] == (
+        pytest.approx([4.0] * 4)
+    )
+
+
+def test_words_that_would_be_too_small_are_refused() -> None:
+    """Catches: a line in letters that nobody can read."""
+    known = template_named("plain")
+    badge = with_lines(badge_for(known, "cr80", "landscape"), ["Senior " * 11] * 4)
+    with pytest.raises(SpecError, match=r"has no room on this badge.*shorten it"):
+        check_look(badge, Look(known, Content()))
+
+
+def test_lines_are_checked_and_kept_in_the_badge() -> None:
+    """Catches: lines that turn text round, too many, and lines that change what the verifier reads."""
+    badge = badge_for(template_named("plain"), "a7", "landscape")
+    worn = with_lines(badge, [" Editor ", "", "Example News"])
+    assert lines_of(worn) == ("Editor", "Example News") and worn.layout_key() == badge.layout_key()
+    assert with_lines(badge, [" "]) == badge
+    with pytest.raises(SpecError, match="5 lines are too many"):
+        clean_lines("abcde")
+    for hidden in ("a\x07", "\u202eretropeR", "Repo\u200brter"):
+        with pytest.raises(SpecError, match="plain text"):
+            clean_lines([hidden])
+    with pytest.raises(SpecError, match="has 81 characters"):
+        clean_lines(["a" * 81])
+
+
+def test_a_row_of_a_list_overrules_what_holds_for_all(content: Content) -> None:
+    """Catches: columns that are not read, paths relative to somewhere else, pictures on boards without room."""
+    assert content.logo is not None and content.portrait is not None
+    folder, badge = content.logo.parent, badge_for(template_named("plain"), "a7", "landscape")
+    look = Look(template_named("plain"), Content(logo=content.logo))
+    cells = {"name": "Ada", "line1": "Editor", "line2": "Example News", "portrait": "face.png", "colour": "#000080"}
+    worn, own = dressed(badge, cells, look, ["Guest"], folder)
+    assert lines_of(worn) == ("Editor", "Example News")
+    assert own is not None and own.content == Content(content.logo, content.portrait, (0, 0, 128 / 255))
+    assert set(kept_pictures([own, None])) == {content.logo, content.portrait}
+    assert lines_of(dressed(badge, {"name": "Bob"}, look, ["Guest"], folder)[0]) == ("Guest",)
+    assert lines_in({"role": "Judge"}) == ["Judge"]
+    with pytest.raises(SpecError, match="column logo needs a template"):
+        dressed(badge, {"logo": "logo.png"}, None, [], Path())
+    with pytest.raises(SpecError, match="cannot be read"):
+        dressed(badge, {"portrait": "none.png"}, look, [], folder)
+
+
+def test_a_list_names_no_file_outside_of_its_folder(content: Content, tmp_path: Path) -> None:
+    """Catches: somebody else's list that prints a private file of this machine on a badge."""
+    assert content.logo is not None
+    look = Look(template_named("plain"), Content())
+    badge = badge_for(look.template, "a7", "landscape")
+    (tmp_path / "link.png").symlink_to(content.logo)
+    (tmp_path / "round.png").symlink_to(tmp_path / "round.png")
+    for cell in (str(content.logo), f"../{tmp_path.name}/a.png", "link.png", "round.png"):
+        with pytest.raises(SpecError, match=r"is not below the list's folder; put it there"):
+            dressed(badge, {"logo": cell}, look, [], tmp_path)
+    (tmp_path / "logo.png").write_bytes(content.logo.read_bytes())
+    (tmp_path / "link.png").unlink()
+    (tmp_path / "link.png").symlink_to("logo.png")
+    assert dressed(badge, {"logo": "link.png"}, look, [], tmp_path)[1] is not None
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_a_board_with_a_coded_frame_has_room_for_logo_and_words(template: str, content: Content) -> None:
+    """Catches: a band over the logo, where no squares part head and upper."""
+    known = template_named(template)
+    for orientation in ORIENTATIONS:
+        side = known.side(*turned(FORMATS["a6"].size_mm, orientation))
+        wish = replace(Request("Ada Lovelace", markers="frame"), frame=Frame(head=side.head, foot=side.foot))
+        badge = with_lines(design_badge(in_format(wish, "a6", orientation=orientation), PAYLOAD), LINES)
+        pieces = pieces_of(badge, Look(known, content))
+        words = [piece for piece in pieces if piece.kind != "ground"]
+        covers = [piece for piece in pieces if piece.kind == "ground" and piece.colour == content.colour]
+        assert not any(overlap(a.rect_mm, b.rect_mm) for a, b in itertools.combinations(words, 2))
+        pictures = [piece for piece in words if piece.kind == "picture"]
+        assert pictures and not any(overlap(a.rect_mm, b.rect_mm) for a in pictures for b in covers)

@@ -1,0 +1,199 @@
+"""People erased on their wish.  Beside each test: the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from kit.registries import badge_of, rows_of, tamper, url_of
+from moireid.cli.main import moireid
+from moireid.errors import RegistryError
+from moireid.idcodes import specimen_of
+from moireid.registry import claimed_by_file, holder_of, import_registry, open_registry
+from moireid.registry.bundle.held import Bundle
+from moireid.registry.canonical import pack
+from moireid.registry.record import new_record
+
+NAME = "Wilhelmina Quux"
+
+
+@pytest.fixture
+def erased(registry):
+    """A registry of three, of whom one was measured, revoked and erased; and her badge."""
+    badge = badge_of(NAME)
+    for one in (badge_of("Ada"), badge, badge_of("Bo")):
+        registry.enroll(one)
+    registry.store_as_built(str(badge.id), '{"tilt_rad": 0.01}')
+    registry.revoke(NAME, "Quux lost it")
+    before = registry.checkpoint()[0]
+    done = registry.by("Bob").erase(NAME)
+    assert (done.subject, done.again, done.cleaned, done.guessable) == (badge.id, False, True, False)
+    return registry, badge, before
+
+
+def test_the_chain_stays_and_checkpoints_hold(erased):
+    """Catches: entries taken out with the person; an erasure that the audit calls a loss, or does not count."""
+    registry, badge, before = erased
+    seen = registry.audit(since=[before])
+    assert (seen.sound, seen.erased, seen.records, seen.found) == (True, 1, 2, 0)
+    entry = registry.entries(badge.id)[0]
+    assert (entry.action, entry.subject, entry.actor) == ("erase", badge.id, "Bob")
+    # As the name is gone, only the id finds what was done.
+    with pytest.raises(RegistryError, match="nobody named"):
+        registry.entries(NAME)
+
+
+def test_no_file_holds_the_person(erased, url, path, tmp_path):
+    """Catches: pages of SQLite that keep what was deleted; statistics of PostgreSQL; a packed badge; an export."""
+    registry, badge, _ = erased
+    registry.export_json(tmp_path / "after.json")
+    files = [path, tmp_path / "after.json"] if url.startswith("sqlite") else [tmp_path / "after.json"]
+    packed = pack(replace(badge).to_json())[20:60]
+    for file in files:
+        content = file.read_bytes()
+        assert b"Quux" not in content and b"quux" not in content and packed not in content, file
+    if not url.startswith("sqlite"):
+        values = rows_of(url, "SELECT * FROM pg_stats WHERE schemaname LIKE 'people%'")
+        assert all("Quux" not in str(row) for row in values)
+
+
+def test_without_cleaning_it_would_stay(path, keys, monkeypatch):
+    """Catches: the test above passing by chance, as it does where nothing old lies in the file."""
+    monkeypatch.setattr("moireid.registry.maintenance.erasure.clean", lambda engine: True)
+    monkeypatch.setattr(
+        "moireid.registry.engine._overwrite_what_is_deleted", lambda raw, _: raw.execute("PRAGMA secure_delete = OFF")
+    )
+    with open_registry(url_of(path), create=True) as registry:
+        registry.enroll(badge_of(NAME))
+        registry.erase(NAME)
+    assert b"Quux" in path.read_bytes()
+
+
+def test_nothing_in_the_log_can_be_tried_against_a_name(erased, url):
+    """Catches: a hash of the record without a salt, which whoever guesses the name can make again."""
+    badge = erased[1]
+    entries = rows_of(url, f"SELECT time, record_sha256 FROM log WHERE subject = '{badge.id}' ORDER BY seq")
+    guess = new_record(badge, "x", entries[0]["time"])
+    assert guess.digest() not in {entry["record_sha256"] for entry in entries}
+
+
+def test_the_badge_is_nobodys_from_then_on(erased):
+    """Catches: an identity issued again, to the same or to another; an erased person taken for a stranger."""
+    registry, badge, _ = erased
+    for again in (badge, replace(badge, name="Eve")):
+        with pytest.raises(RegistryError, match="whose holder was erased, and is never issued again"):
+            registry.enroll(again)
+        with pytest.raises(RegistryError, match="never issued again"):
+            registry.enroll_many([badge_of("Di"), again])
+    assert registry.find("Di").name == "Di"
+    with pytest.raises(RegistryError, match=r"holder of badge .* was erased from registry") as caught:
+        registry.find(str(badge.id))
+    assert caught.value.details["code"] == "erased" and "Quux" not in str(caught.value)
+    by_file = claimed_by_file(registry, badge)
+    assert by_file.barred and "erased" in by_file.barred.reason and by_file.barred.at
+    holder = holder_of(registry, badge.id)
+    assert holder is not None and holder.name == "somebody who was erased" and holder.barred
+
+
+def test_a_bundle_of_afterwards_does_not_hold_the_person(erased, tmp_path, monkeypatch):
+    """Catches: a bundle made of the log."""
+    registry, badge, _ = erased
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
+    assert registry.publish(tmp_path / "b", specimen_of, days=1).people == 2
+    assert b"Quux" not in (tmp_path / "b").read_bytes()
+    with Bundle(tmp_path / "b", registry.fingerprint) as bundle:
+        assert bundle.holder_of(badge.id) is None
+        with pytest.raises(RegistryError, match="nobody named"):
+            bundle.claimed(NAME)
+
+
+def test_a_tombstone_cannot_be_made_or_taken_away(erased, url):
+    """Catches: a row deleted with no entry; an entry of erasure that the authority did not sign; a row put back."""
+    registry = erased[0]
+    ada = registry.find("Ada")
+    tamper(url, f"DELETE FROM badges WHERE id = '{ada.id}'")
+    assert {finding.code for finding in registry.audit().findings} == {"record_missing"}
+    tamper(url, f"UPDATE log SET subject = '{ada.id}' WHERE action = 'erase'")
+    codes = {finding.code for finding in registry.audit().findings}
+    assert "entry_hash" in codes
+    with pytest.raises(RegistryError, match="tampered with"):
+        registry.erased_at(ada.id)
+
+
+def test_who_did_things_can_be_erased_too(erased, url, path):
+    """Catches: a name of staff that stays in the log for ever; a lost name that passes for an erased one."""
+    registry, _, before = erased
+    with pytest.raises(RegistryError, match="erase themself"):
+        registry.by("Bob").erase_actor("Bob")
+    done = registry.erase_actor("Bob")
+    assert rows_of(url, f"SELECT * FROM actors WHERE commitment = '{done.subject}'") == []
+    assert [entry.actor for entry in registry.entries(limit=2)][1] is None and registry.entries(limit=2)[1].actor_erased
+    seen = registry.audit(since=[before])
+    assert seen.sound and "Bob" not in seen.actors and seen.unnamed == 1
+    with pytest.raises(RegistryError, match="nobody named 'Bob'"):
+        registry.erase_actor("Bob")
+
+
+@pytest.mark.parametrize("grown", [False, True])
+def test_an_import_erases_too_and_never_brings_back(registry, url, target, tmp_path, keys, grown):
+    """Catches: a person who comes back from a copy that was not told; a copy that keeps them."""
+    for name in ("Ada", NAME):
+        registry.enroll(badge_of(name))
+    registry.export_json(tmp_path / "before.json")
+    import_registry(tmp_path / "before.json", target)
+    registry.erase(NAME)
+    registry.export_json(tmp_path / "after.json")
+    with open_registry(target, create=False) as copy:
+        if grown:
+            copy.enroll(badge_of("Cy"))
+            copy.export_json(tmp_path / "grown.json")
+            registry.import_json(tmp_path / "grown.json")
+            assert registry.erased_at(str(badge_of(NAME).id)) and registry.count() == 2
+        done = copy.import_json(tmp_path / "after.json")
+        assert (done.added, done.erased) == (0, 1)
+        assert [record.name for record in copy.records()] == ["Ada", "Cy"][: 1 + grown]
+        seen = copy.audit()
+        assert (seen.sound, seen.erased) == (True, 1)
+    registry.import_json(tmp_path / "before.json")
+    assert [record.name for record in registry.records()] == ["Ada", "Cy"][: 1 + grown] and registry.audit().sound
+
+
+def test_what_cannot_be_erased_of_an_old_record_is_said(path, keys):
+    """Catches: silence about hashes without a salt."""
+    data = Path(__file__).parents[2] / "data" / "registry"
+    keys.mkdir(parents=True)
+    shutil.copy(data / "version2.key.pem", keys / "367db9c85d05112f7ea7635a0860a1f7.pem")
+    shutil.copy(data / "version2.sqlite3", path)
+    with open_registry(url_of(path), create=False) as registry:
+        assert registry.erase("Ada Lovelace").guessable
+        assert registry.audit().sound
+    assert b"Lovelace" not in path.read_bytes()
+
+
+def test_the_command_asks_for_yes_and_can_be_given_again(registry, url):
+    """Catches: an erasure by a slip; a second one that fails after the first could not clean."""
+    registry.enroll(badge_of(NAME))
+    badge_id = str(badge_of(NAME).id)
+    refused = CliRunner().invoke(moireid, ["registry", "erase", NAME, "--registry", url])
+    assert refused.exit_code == 2 and "--yes" in refused.stderr and registry.count() == 1
+    done = CliRunner().invoke(moireid, ["registry", "erase", NAME, "--yes", "--registry", url, "--json"])
+    told = json.loads(done.stdout)
+    assert (told["subject"], told["again"], told["cleaned"]) == (badge_id, False, True)
+    again = CliRunner().invoke(moireid, ["registry", "erase", badge_id, "--yes", "--registry", url, "--json"])
+    assert json.loads(again.stdout)["again"] and registry.audit().erased == 1
+    audit = CliRunner().invoke(moireid, ["registry", "audit", "--registry", url])
+    assert audit.exit_code == 0 and "1 erased" in audit.stdout
+
+
+def test_a_tombstone_of_a_key_that_was_changed_holds(erased):
+    """Catches: an erasure by the key of before that nobody believes after a change of key."""
+    registry, badge, before = erased
+    registry.by("Cy").rotate_key()
+    assert registry.erased_at(str(badge.id)) and registry.entries(limit=1)[0].actor == "Cy"
+    seen = registry.audit(since=[before])
+    assert (seen.sound, seen.erased) == (True, 1)

@@ -1,0 +1,122 @@
+"""What modules load, and the maps of folders; who may import whom is checked by `make lint` (pyproject.toml).
+
+Beside each test: what it catches.
+"""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import moireid
+import moireid_lab
+import moireid_studio
+from moireid.cli.simulate_cmd import FORGERIES
+from moireid.simulate.forgeries.courses import KINDS
+
+ROOTS = [Path(package.__file__).parent for package in (moireid, moireid_studio, moireid_lab) if package.__file__]
+#: `build123d` alone takes 5 s to import, so no module of ours may import these where it is merely loaded.
+HEAVY = {
+    "OCP",
+    "build123d",
+    "cadquery",
+    "dask",
+    "distributed",
+    "drjit",
+    "fsspec",
+    "manifold3d",
+    "mitsuba",
+    "pyarrow",
+    "trimesh",
+}
+#: Imports that only a type checker sees.
+CHECKER_ONLY = {"TYPE_CHECKING", "typing.TYPE_CHECKING"}
+
+
+def at_loading(body: list[ast.stmt]) -> Iterator[ast.stmt]:
+    """The statements that run when a module is loaded: not those in functions, nor those for type checkers."""
+    for node in body:
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            continue
+        if isinstance(node, ast.If) and ast.unparse(node.test) in CHECKER_ONLY:
+            yield from at_loading(node.orelse)
+            continue
+        yield node
+        for part in ("body", "orelse", "finalbody"):
+            yield from at_loading(getattr(node, part, []))
+        for handler in getattr(node, "handlers", []):
+            yield from at_loading(handler.body)
+
+
+def loaded_packages(tree: ast.Module) -> set[str]:
+    """Top-level packages that are imported by merely loading a module."""
+    found = set()
+    for node in at_loading(tree.body):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found.add((node.module or "").split(".")[0])
+    return found
+
+
+def modules() -> list[Path]:
+    """Every module of the project."""
+    return [path for root in ROOTS for path in sorted(root.rglob("*.py"))]
+
+
+def parse(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+def test_the_map_of_each_folder_names_its_files() -> None:
+    """Catches: a map that forgets a file or a folder."""
+    for folder in [path.parent for path in modules() if path.name == "__init__.py" and path.parent not in ROOTS]:
+        text = (folder / "__init__.py").read_text(encoding="utf-8")
+        parts = {path.name for path in folder.glob("*.py")} - {"__init__.py"}
+        parts |= {f"{path.parent.name}/" for path in folder.glob("*/__init__.py")}
+        assert {part for part in parts if part not in text} == set(), folder
+
+
+def test_heavy_packages_are_imported_within_functions_only() -> None:
+    """Catches: `import build123d` at the top of a module that a verify or a --help loads."""
+    broken = {str(path): sorted(loaded_packages(parse(path)) & HEAVY) for path in modules()}
+    assert {name: found for name, found in broken.items() if found} == {}
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("import build123d as b", {"build123d"}),
+        ("try:\n    import mitsuba\nexcept ImportError:\n    import cadquery.func", {"mitsuba", "cadquery"}),
+        ("class A:\n    from build123d import Box", {"build123d"}),
+        ("with x:\n    import trimesh", {"trimesh"}),
+        ("def f():\n    import mitsuba\nclass A:\n    def g(self):\n        import cadquery", set()),
+        ("if TYPE_CHECKING:\n    import mitsuba\nelse:\n    import drjit", {"drjit"}),
+    ],
+)
+def test_the_walk_tells_loading_from_calling(source: str, found: set[str]) -> None:
+    """Catches: a walk that takes an import in a function for one at the top, or one in a class for none."""
+    assert loaded_packages(ast.parse(source)) & HEAVY == found
+
+
+def test_the_verifier_at_work_loads_neither_simulator_nor_workshop() -> None:
+    """Catches: an import by way of a third module, which the rules for single files let through."""
+    code = (
+        "import sys\n"
+        "import moireid.verifier, moireid.verifier.session.identify, moireid.verifier.report.page, moireid.registry\n"
+        "print(*sorted(m for m in sys.modules if m.startswith(('moireid.simulate', 'moireid.fabrication', "
+        "'build123d', 'mitsuba', 'cadquery', 'trimesh', 'numba', 'matplotlib'))))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_the_command_knows_the_forgeries_of_the_simulator() -> None:
+    """Catches: a forgery that --forge does not offer, or offers and nobody can make (the list is written twice)."""
+    assert FORGERIES == KINDS
+    assert len(set(KINDS)) == len(KINDS)

@@ -1,0 +1,131 @@
+"""Corners given by hand: read, followed by the published pipeline, and what our own says of them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from kit.coded_films import written
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid.errors import SpecError
+from moireid.verifier import Claim, Film, verify
+from moireid.verifier.published.corners import (
+    COLUMNS,
+    CornerFollower,
+    corners_from,
+    read_corners,
+    without_corners,
+)
+from moireid_lab.evaluation.manifest import read_manifest
+from moireid_lab.evaluation.rows import Job, score_film
+
+CORNERS = "200,150,300,150,300,250,200,250"
+
+
+def test_corners_are_followed_until_they_are_set_right(films: Path):
+    """Catches: corners that stay behind, x for y, a correction that is passed over."""
+    frames = [frame.luma for frame, _ in zip(Film(films / "genuine_1.0m.mp4").frames(), range(6), strict=False)]
+    truth = np.array([[700.0, 400.0], [1200.0, 380.0], [1180.0, 800.0], [720.0, 820.0]])
+    picture, shift = frames[0], np.array([5.0, -3.0])
+    moved = cv2.warpAffine(picture, np.float32([[1, 0, shift[0]], [0, 1, shift[1]]]), picture.shape[::-1])
+    corners = cv2.goodFeaturesToTrack(picture[300:900, 600:1300], 60, 0.01, 30).reshape(-1, 2) + np.array([600, 300])
+    quad = corners[[int(np.argmin(np.linalg.norm(corners - want, axis=1))) for want in truth]]
+    follower = CornerFollower({0: quad, 2: quad + 40.0})
+    assert np.array_equal(follower.follow(0, picture), quad)
+    assert follower.follow(1, moved) == pytest.approx(quad + shift, abs=0.3)
+    assert np.array_equal(follower.follow(2, moved), quad + 40.0)
+    assert follower.follow(3, np.full_like(picture, 128)) is None
+
+
+def test_corner_files_are_read_or_refused(tmp_path: Path):
+    """Catches: a bow-tie, a missing first frame, words for numbers, a missing column."""
+    path = tmp_path / "corners.csv"
+
+    def written(*rows: str) -> Path:
+        path.write_text("\n".join([",".join(COLUMNS), *rows]) + "\n")
+        return path
+
+    good = "0,10,10,90,12,92,80,11,85"
+    assert list(read_corners(written(good, "30,20,20,95,22,96,88,21,90"))) == [0, 30]
+    assert read_corners(written(good))[0][1] == pytest.approx([90, 12])
+    for rows in ([], [good.replace("0,", "5,", 1)], ["0,10,10,92,80,90,12,11,85"], ["0,a,b,c,d,e,f,g,h"], ["0,1,2"]):
+        with pytest.raises(SpecError):
+            read_corners(written(*rows))
+
+
+def test_corners_are_read_as_people_write_them(tmp_path: Path):
+    """Catches: a correction read as the first frame, a bow-tie, a word, a path taken for numbers."""
+    first, later = "10,10,90.5,12,92,80,11,85", "20,20,95,22,96,88,21,90"
+    found = corners_from(f"{first} 30:{later}; 45:{first}")
+    assert list(found) == [0, 30, 45] and found[30][1] == pytest.approx([95, 22]) and found[0][1, 0] == 90.5
+    assert list(corners_from(f"0:{first}")) == [0]
+    (tmp_path / "a.csv").write_text(f"frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,{first}\n")
+    assert list(corners_from("a.csv", tmp_path)) == [0]
+    for wrong in ("10,10", f"{first} {later}", f"7:{first}", "10,10,92,80,90,12,11,85", f"1.5:{first}", "none.csv", ""):
+        with pytest.raises(SpecError):
+            corners_from(wrong, tmp_path)
+
+
+@pytest.fixture(scope="module")
+def mostly_gone(films: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A true film whose badge is in view for its first 100 frames, and then not for 120."""
+    pictures = [frame.luma for frame, _ in zip(Film(films / "genuine_1.0m.mp4").frames(), range(100), strict=False)]
+    gone = [np.full_like(pictures[0], 128)] * 120
+    return written(tmp_path_factory.mktemp("gone") / "film.mp4", pictures + gone, "libx264", "yuv420p")
+
+
+def judged(film: Path, badge: Path, *more: str) -> tuple[int, dict]:
+    ran = CliRunner().invoke(moireid, ["verify", str(film), "--badge", str(badge), "--json", *more])
+    assert ran.exit_code in (0, 1, 3), ran.output
+    return ran.exit_code, json.loads(ran.stdout)
+
+
+@pytest.mark.slow
+def test_our_pipeline_leaves_a_film_open_whose_corners_it_would_need(films: Path, mostly_gone: Path):
+    """Catches: an accept of what was mostly not looked at, and corners that are passed over without a word."""
+    code, report = judged(mostly_gone, films / "badge.json", "--cover", "0", "--corners", CORNERS)
+    found = [reason for reason in report["reasons"] if reason["level"] in ("fail", "undecided")]
+    assert (code, report["verdict"]) == (3, "inconclusive")
+    assert [(reason["code"], reason["measured"], reason["limit"]) for reason in found] == [("corners", 100, 110)]
+    assert "the published one does" in found[0]["text"]
+    assert judged(mostly_gone, films / "badge.json", "--cover", "0")[1]["verdict"] == "accept"
+
+
+@pytest.mark.slow
+def test_a_row_of_a_collection_says_so_too(films: Path, mostly_gone: Path, prototype: Badge):
+    """Catches: an accepted row of a film that the command leaves open."""
+    manifest = mostly_gone.with_name("films.csv")
+    manifest.write_text(f'video,label,claim,group,corners\nfilm.mp4,genuine,,,"{CORNERS}"\n')
+    entry = read_manifest(manifest, badge=prototype).entries[0]
+    row = score_film(Job(entry, "moireid"), str(mostly_gone))
+    assert (row["verdict"], row["codes"]) == ("inconclusive", ["cover", "corners"])
+
+
+def test_markers_come_before_corners(films: Path):
+    """Catches: a film whose markers are seen left open because somebody gave corners too, or one that breaks the law
+    left open by them.
+    """
+    code, report = judged(films / "rendered_path_1.4m.mp4", films / "badge_mask.json", "--corners", CORNERS)
+    # Its single sweep leaves it open, whatever the corners.
+    assert code == 3 and "corners" not in {reason["code"] for reason in report["reasons"]}
+
+
+def test_what_markers_reject_stays_rejected(films: Path, prototype: Badge):
+    """Catches: an open finding that takes a rejection back."""
+    report = verify(films / "forged_reversed_1.0m.mp4", Claim(prototype))
+    told = without_corners(replace(report, frames={"read": 900, "tracked": report.frames["tracked"]}))
+    assert told.verdict == "reject" and told.reasons[-1].code == "corners"
+
+
+def test_corners_that_cannot_be_read_are_an_error(films: Path):
+    """Catches: a file that is looked for only by the pipeline that needs it."""
+    film, badge = str(films / "genuine_1.0m.mp4"), str(films / "badge.json")
+    ran = CliRunner().invoke(moireid, ["verify", film, "--badge", badge, "--corners", "none.csv"])
+    assert ran.exit_code == 2 and "none.csv" in ran.output
