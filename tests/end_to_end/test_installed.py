@@ -1,4 +1,4 @@
-"""The wheel, installed by `uv tool install` in an empty place, by itself and with each extra.
+"""The wheels, installed by `uv tool install` in an empty place: moireid alone, and with each extra and distribution.
 
 An installation has the versions of the lock file; where MOIREID_NEWEST is set, as `make release` does, the newest that
 the wheel allows.  Beside each test: what it catches.
@@ -25,15 +25,15 @@ from kit.signing import certified_key
 
 UV = Path(sys.executable).with_name("uv")
 FILM, BADGE = str(FILMS / "genuine_1.0m.mp4"), str(FILMS / "badge.json")
-#: What needs each extra, as a user would type it.  `ready` makes the files that they want.
+#: What needs each extra or distribution, as a user would type it.  `ready` makes the files that they want.
 NEEDS = {
-    "archive": "evaluate films.csv --out scores",
     "c2pa": f"verify film.mp4 --badge {BADGE} --sign key.pem --c2pa sidecar",
     "cad": "print Ada --out mounted",
     "face": f"verify {FILM} --badge {BADGE} --overlap",
     "postgres": "registry list --registry postgresql://nobody@127.0.0.1:9/none",
     "simulate": "simulate plain/badge.json --out film.mp4 --frames 3",
-    "web": "serve --no-auth --port 0",
+    "moireid-lab": "evaluate films.csv --out scores",
+    "moireid-studio": "serve --no-auth --port 0",
 }
 
 
@@ -106,8 +106,9 @@ def test_what_lacks_its_extra_says_how_to_get_it_and_then_works(extra: str, plac
     sentence = re.fullmatch(r"error: .+ needs [\w-]+, which is not installed; install it with: (.+)\n", lacking.stderr)
     assert sentence, lacking.stderr
     installed = place.run(sentence[1])
-    assert installed.returncode == 0 and f"[{extra}]" in sentence[1], installed.stderr
-    if extra == "web":
+    named = extra if extra.startswith("moireid-") else f"[{extra}]"
+    assert installed.returncode == 0 and named in sentence[1], installed.stderr
+    if extra == "moireid-studio":
         assert_studio_answers(place)
         return
     done = place.run(f"moireid {NEEDS[extra]}")
@@ -123,7 +124,7 @@ def test_a_second_extra_keeps_the_first(place: Place) -> None:
     first = place.run("moireid serve --no-auth").stderr.split("with: ")[1]
     assert place.run(first).returncode == 0
     second = place.run(f"moireid {NEEDS['face']}").stderr.split("with: ")[1]
-    assert "[face,web]" in second and place.run(second).returncode == 0
+    assert "[face]" in second and "--with" in second and place.run(second).returncode == 0
     assert_studio_answers(place)
 
 
@@ -133,10 +134,11 @@ def test_the_servers_lock_serves(wheel: Path, tmp_path: Path) -> None:
     place = Place(tmp_path)
     (tmp_path / "uv").mkdir()
     (tmp_path / "uv" / "uv").symlink_to(UV)
+    both = [str(wheel), *map(str, wheel.parent.glob("moireid_studio-*.whl"))]
     for line in (
         "uv venv --quiet served",
         f"uv pip install --python served/bin/python --require-hashes -r {ROOT / 'requirements-server.lock'}",
-        f"uv pip install --python served/bin/python --no-deps {shlex.quote(str(wheel))}",
+        f"uv pip install --python served/bin/python --no-deps {' '.join(map(shlex.quote, both))}",
     ):
         done = place.run(line)
         assert done.returncode == 0, done.stderr
@@ -150,7 +152,7 @@ def ready(place: Place, extra: str) -> None:
     """The files that the command of this extra wants."""
     if extra == "simulate":
         assert place.run("moireid print Ada --out plain --mount none").returncode == 0
-    elif extra == "archive":
+    elif extra == "moireid-lab":
         (place.folder / "films.csv").write_text(
             f"video,label,claim,group\n{FILM},genuine,{BADGE},one\n", encoding="utf-8"
         )

@@ -41,18 +41,17 @@ def everything() -> dict[str, tuple[str, frozenset[str]]]:
     return locked("requirements.lock")
 
 
-@pytest.fixture(scope="module")
-def parts() -> dict[str, Any]:
-    """The list of parts that lies in the wheel."""
-    return dict(json.loads((ROOT / "moireid.cdx.json").read_text(encoding="utf-8")))
+#: Folders of the distributions, and the list of parts in the wheels of two of them.
+DISTRIBUTIONS = (".", "studio", "lab")
+PARTS = {".": "moireid.cdx.json", "studio": "studio/moireid-studio.cdx.json"}
 
 
-def wanted(*, development: bool) -> set[str]:
-    """The packages that pyproject.toml names; development: those of the extras docs and dev too."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    extras = project["optional-dependencies"]
+def wanted(folder: str, *, development: bool = False) -> set[str]:
+    """The packages of others that a pyproject.toml names; development: those of the extras docs and dev too."""
+    project = tomllib.loads((ROOT / folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project.get("optional-dependencies", {})
     lists = [project["dependencies"], *(extras[name] for name in extras if development or name not in ("dev", "docs"))]
-    return {canonicalize_name(Requirement(line).name) for one in lists for line in one}
+    return {canonicalize_name(Requirement(line).name) for one in lists for line in one} - {"moireid"}
 
 
 def test_a_server_gets_what_was_tested_and_no_tools(everything: dict[str, tuple[str, frozenset[str]]]) -> None:
@@ -68,24 +67,34 @@ def test_a_server_gets_what_was_tested_and_no_tools(everything: dict[str, tuple[
 
 def test_the_locks_name_all_that_the_project_asks_for(everything: dict[str, tuple[str, frozenset[str]]]) -> None:
     """Catches: a dependency that was added without `make lock`."""
-    assert wanted(development=True) <= set(everything)
+    for folder in DISTRIBUTIONS:
+        assert wanted(folder, development=True) <= set(everything)
 
 
+def parts_of(folder: str) -> dict[str, Any]:
+    """The list of parts in a distribution's wheel."""
+    return dict(json.loads((ROOT / PARTS[folder]).read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("folder", PARTS)
 def test_the_list_of_parts_is_valid_and_of_the_locked_versions(
-    parts: dict[str, Any], everything: dict[str, tuple[str, frozenset[str]]]
+    folder: str, everything: dict[str, tuple[str, frozenset[str]]]
 ) -> None:
     """Catches: a list that no reader takes, an old one, one that differs by the clock, one of the developer's tools."""
+    parts = parts_of(folder)
     text = json.dumps(parts)
     assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(text) is None
     assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(text.replace('"version"', '"verison"')) is not None
     listed = {canonicalize_name(one["name"]): one["version"] for one in parts["components"]}
     assert listed == {name: everything[name][0] for name in listed}
-    assert wanted(development=False) <= set(listed) and not DEVELOPMENT & set(listed)
+    assert wanted(folder) <= set(listed) and not DEVELOPMENT & set(listed)
     assert "serialNumber" not in parts and "timestamp" not in parts["metadata"]
 
 
-def test_the_list_of_parts_tells_who_needs_whom(parts: dict[str, Any]) -> None:
-    """Catches: a bare list, in which nobody sees through whom a hole comes in; parts without a licence."""
+@pytest.mark.parametrize("folder", PARTS)
+def test_the_list_of_parts_states_who_needs_whom(folder: str) -> None:
+    """Catches: a bare list, which does not show through which package a hole comes in; parts without a licence."""
+    parts = parts_of(folder)
     needs = {one["ref"]: one.get("dependsOn", []) for one in parts["dependencies"]}
     reached, due = set(), [parts["metadata"]["component"]["bom-ref"]]
     while due:
