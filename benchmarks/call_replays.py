@@ -28,13 +28,12 @@ from live_speed import FACE_MM, portrait
 from moireid.designer import Request, design_badge
 from moireid.verifier.live.challenge import draw_prompts
 from moireid.verifier.live.chance import likeliest_chance, same_moves_chance
-from moireid.verifier.live.pace import CALL
+from moireid.verifier.live.clock import CALL
 from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Lost
-from moireid_lab.bench.live.call import Caller, Paused, coded
-from moireid_lab.bench.live.film import frames
+from moireid_lab.bench.live import Caller, Paused, coded, frames
 
 FPS, LOSS, WIDTH, LONGEST_S = 24.0, 0.02, 960, 150.0
 NAMES = ("Ada Lovelace", "Emmy Noether", "Grace Hopper", "Lise Meitner", "Mary Somerville")

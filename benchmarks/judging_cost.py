@@ -20,9 +20,9 @@ from natural_films import DISTANCES_M, FPS, MOTIONS, Task, prepared, tracked
 from moireid.verifier import Claim
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain
-from moireid.verifier.explanations import series
+from moireid.verifier.explanations import honest
 from moireid.verifier.fringes.signals import GratingSignal, measure
-from moireid_lab.bench.natural.film_parts import cut_track
+from moireid_lab.bench.natural import cut_track
 
 PART_S = 10
 #: Most blocks of a film; the first is more than all frames of one.
@@ -41,12 +41,12 @@ def parts_of(task: Task) -> list[Part]:
 
 def judged(parts: list[Part], *, blocks: int, whole: bool) -> tuple[list[Invariant], float]:
     """The judgements and their processor time, s."""
-    usual, series.MOST_BLOCKS = series.MOST_BLOCKS, blocks
+    usual, honest.MOST_BLOCKS = honest.MOST_BLOCKS, blocks
     clock = time.process_time()
     try:
         found = [judge_signals(signals, sheet, whole=whole) for signals, sheet in parts]
     finally:
-        series.MOST_BLOCKS = usual
+        honest.MOST_BLOCKS = usual
     return found, time.process_time() - clock
 
 

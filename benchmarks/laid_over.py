@@ -23,12 +23,11 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.lenticule import view_law
 from moireid.simulate.filming import Show, film
-from moireid.simulate.forgeries.flat import SquaredUp
-from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.forgeries.rear_layer import Shown, SquaredUp
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.forgers.suite import CAMERA, badge_of
+from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 
 Array = NDArray[np.float64]
 FRAMES, FPS, CRF, PX_PER_MM = 240, 30.0, 23, 4.0

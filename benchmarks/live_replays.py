@@ -34,8 +34,7 @@ from moireid.verifier.live.session import READY_S, LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Lost
-from moireid_lab.bench.live.film import answer, frames
-from moireid_lab.bench.live.replays import course_of, passes_in_order
+from moireid_lab.bench.live import answer, course_of, frames, passes_in_order
 
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
 SEEN_S = 1.5

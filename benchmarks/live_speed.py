@@ -32,12 +32,10 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.live.chance import replay_chance
-from moireid.verifier.live.clock import SLACK_S
-from moireid.verifier.live.pace import MOVES
+from moireid.verifier.live.clock import MOVES, SLACK_S
 from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.live.film import answer, frames
-from moireid_lab.bench.live.replays import replays_passed
+from moireid_lab.bench.live import answer, frames, replays_passed
 
 FPS = 24.0
 #: Where the photograph's face is put, mm in the plane of the badge at rest, and px (as in tests/kit/portrait.py).

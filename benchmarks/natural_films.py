@@ -42,7 +42,7 @@ from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.fringes.signals import GratingSignal, measure
 from moireid.verifier.tracking.track import Track
-from moireid_lab.bench.natural.film_parts import cut_track, part_starts
+from moireid_lab.bench.natural import cut_track, part_starts
 
 FPS, SECONDS, LENGTHS_S, FORGED_S = 30, 24, (4, 10, 24), 10
 MOTIONS, DISTANCES_M = ("walk", "measured"), (1.0, 2.0)

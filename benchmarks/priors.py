@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.decision.calibration import calibrated_log10
-from moireid.verifier.explanations.likelihood import scale_rad
+from moireid.verifier.decision.figures import calibrated_log10
+from moireid.verifier.explanations.residuals import scale_rad
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, CALIBRATION_OFFSET_LOG10, CALIBRATION_SLOPE, EXPECTED
 
 FILMS = Path(__file__).parents[1] / "tests/data/explanations/films.csv"

@@ -26,7 +26,7 @@ from moireid.simulate.motion import Poses
 from moireid.simulate.recording.encode import TO_VIDEO
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.forgers.suite import CAMERA, badge_of
+from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 
 Array = NDArray[np.float64]
 DISTANCE_MM, CLOCK = 1000.0, 90_000

@@ -20,7 +20,7 @@ from moireid.simulate.analytic.renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
 from moireid.verifier.decision.judge import judge_invariant
-from moireid.verifier.fringes.predicted_phase import strip_law
+from moireid.verifier.fringes.phase import strip_law
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import judge_identity
 from moireid.verifier.tracking.profiles import ProfileReader

@@ -7,8 +7,7 @@ import pytest
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
-from moireid.lens_array import array_response, landed_mm
-from moireid.lenticule import trace_mm, view_law
+from moireid.lenticule import array_response, landed_mm, trace_mm, view_law
 
 ARRAY = Lens("array", 0.508, 1.2, 1.56)
 CYLINDER = Lens("lenticular", 0.508, 1.2, 1.56)

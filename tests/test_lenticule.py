@@ -11,16 +11,7 @@ from scipy.ndimage import map_coordinates
 
 from moireid import optics
 from moireid.badge import Badge, Lens
-from moireid.lenticule import (
-    MAX_TANGENT,
-    RAYS,
-    between_bumps,
-    bumps_of,
-    landing_mm,
-    trace_mm,
-    view_law,
-    view_response,
-)
+from moireid.lenticule import MAX_TANGENT, RAYS, between_bumps, bumps_of, landing_mm, trace_mm, view_law, view_response
 from moireid_lab.bench.simulate.reference import Setup, _through_sheet
 
 REAR = 0.52

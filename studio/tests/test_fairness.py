@@ -18,12 +18,11 @@ from moireid.badge import Badge
 from moireid.fabrication.event import _summary
 from moireid.fabrication.parts import Parts
 from moireid.fabrication.process import MountFigures
-from moireid_studio.http.rates import Rates
-from moireid_studio.http.shares import fits
+from moireid_studio.http.server import Rates, fits
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
+from moireid_studio.store.database import jobs as table
 from moireid_studio.store.job import Held
-from moireid_studio.store.tables import jobs as table
 
 
 @pytest.fixture(scope="module")

@@ -21,11 +21,11 @@ from moireid.artwork.pictures import load_picture
 from moireid.errors import SpecError
 from moireid.sandbox.process import sealed_here
 from moireid_studio import forms, pictures
-from moireid_studio.auth.roles import Visitor
+from moireid_studio.auth.guard import Visitor
 from moireid_studio.picture_work import MOST_BYTES, MOST_SIDE_PX, encoded
 from moireid_studio.pictures import Reader, read_picture, read_pictures
 from moireid_studio.settings import Limits
-from moireid_studio.store.pictures import Picture
+from moireid_studio.store.storage import Picture
 
 LIMITS = Limits()
 NS = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'

@@ -11,8 +11,8 @@ import pytest
 from moireid.artwork.clear import GRATING_MM, MARKER_MODULES, areas_of, clear_zones
 from moireid.artwork.columns import dressed, kept_pictures, lines_in
 from moireid.artwork.content import Content, clean_lines, lines_of, with_lines
+from moireid.artwork.pictures import modules_of
 from moireid.artwork.placing import Look, Piece, pieces_of
-from moireid.artwork.qr import modules_of
 from moireid.artwork.template import TEMPLATES, Template, template_named, template_of
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.designer import Request, design_badge

@@ -7,9 +7,8 @@ from dataclasses import replace
 import pytest
 
 from moireid.artwork.content import Content, with_lines
-from moireid.artwork.placing import Look, pieces_of
+from moireid.artwork.placing import Look, pieces_of, unworn
 from moireid.artwork.template import TEMPLATES, template_named, template_of
-from moireid.artwork.unworn import unworn
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import ORIENTATIONS, in_format

@@ -14,8 +14,8 @@ import pytest
 
 from kit.places import FILMS
 from moireid import errors
-from moireid.attest import apart
-from moireid.attest.apart import Order, judged_apart, talk_with
+from moireid.attest import credentials
+from moireid.attest.credentials import Order, judged_apart, talk_with
 from moireid.badge import load_badge
 from moireid.errors import CodeError, MediaError, MoireIdError
 from moireid.provenance import Barred
@@ -69,7 +69,7 @@ def test_an_error_of_the_work_keeps_its_kind() -> None:
         "__doc__": MediaError,
     }
     for kind, wanted in kinds.items():
-        assert type(apart._ours(apart.Ended(kind, "why", ours=True))) is wanted
+        assert type(credentials._ours(credentials.Ended(kind, "why", ours=True))) is wanted
 
 
 def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,6 +84,6 @@ def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, monke
             assert not re.search(rb"PRIVATE|\.pem|Ed25519|Elliptic", pickle.dumps(message))
             answer({"result": told})
 
-        monkeypatch.setattr(apart, "talk_with", hostile)
+        monkeypatch.setattr(credentials, "talk_with", hostile)
         with pytest.raises(MediaError, match="changed while it was judged"):
             judged_apart(order_of(here), lambda done, of: None)

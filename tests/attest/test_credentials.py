@@ -16,10 +16,15 @@ import pytest
 
 from kit.coded_films import first_frames
 from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates
-from moireid.attest import carried, credentials, load_signing_key
-from moireid.attest.apart import talk_with
-from moireid.attest.carried import may_carry, with_carried
-from moireid.attest.credentials import check_credentials_key, credentials_path, write_credentials
+from moireid.attest import credentials, load_signing_key
+from moireid.attest.credentials import (
+    check_credentials_key,
+    credentials_path,
+    may_carry,
+    talk_with,
+    with_carried,
+    write_credentials,
+)
 from moireid.attest.credentials_work import LABEL, read
 from moireid.attest.keys import SigningKey
 from moireid.attest.statement import attested
@@ -144,9 +149,9 @@ def test_without_the_extra_a_film_is_judged_all_the_same(
     here: Path, open_report: Report, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a verify that fails where c2pa-python is not installed."""
-    monkeypatch.setattr(carried, "find_spec", lambda name: None)
-    monkeypatch.setattr(carried, "read", lambda film: {"state": "Valid", "signer": "", "verdict": None})
-    assert carried.with_carried(open_report, here) is open_report
+    monkeypatch.setattr(credentials, "find_spec", lambda name: None)
+    monkeypatch.setattr(credentials, "read", lambda film: {"state": "Valid", "signer": "", "verdict": None})
+    assert credentials.with_carried(open_report, here) is open_report
 
 
 def test_a_film_that_carries_credentials_keeps_them(here: Path, judged: dict[str, Any], key: SigningKey) -> None:

@@ -8,8 +8,8 @@ import pytest
 
 from moireid.badge import badge_from_json
 from moireid.designer import Request, design_badge
-from moireid.designer.crossed import RIM_MM
 from moireid.designer.formats import in_format
+from moireid.designer.grid import RIM_MM
 from moireid.errors import DesignError
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")

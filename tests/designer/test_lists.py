@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from moireid.designer.lists import read_list
-from moireid.designer.people import Person, design_people, parse_people
+from moireid.designer.people import Person, design_people, parse_people, read_list
 from moireid.designer.request import Request
 from moireid.errors import SpecError
 from moireid.names import line_of

@@ -15,9 +15,8 @@ from moireid.badge import Badge, Cell, Code, Grating
 from moireid.designer import Request, design_badge
 from moireid.errors import CodeError
 from moireid.idcodes import CellReading, Decoded, PitchFamily, SpacingFamily, family_named
-from moireid.idcodes.beats import UNCLEAR_BEYOND_STEPS
-from moireid.idcodes.short_words import WORD_SYMBOLS, decode_word, encode_word
-from moireid.idcodes.words import CHECK_BYTES, WordCode
+from moireid.idcodes.pitch import UNCLEAR_BEYOND_STEPS
+from moireid.idcodes.words import CHECK_BYTES, WORD_SYMBOLS, WordCode, decode_word, encode_word
 
 PAYLOADS = [bytes.fromhex(text) for text in ("38c1c2", "000000", "ffffff", "0102f0", "a5000f")]
 FAMILY = PitchFamily()

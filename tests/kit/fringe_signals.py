@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from moireid.verifier.camera.stretches import within_stretches
-from moireid.verifier.explanations.series import PhaseSeries, phase_series
-from moireid.verifier.fringes.beyond_phase import BeyondPhase
-from moireid.verifier.fringes.depth_law import DepthLaw
+from moireid.verifier.explanations.honest import PhaseSeries, phase_series
+from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal
 
 #: Frames a second, and frames of a usual signal.

@@ -6,11 +6,9 @@ import math
 
 import numpy as np
 
-from moireid.verifier.decision.photographs import photographs
-from moireid.verifier.explanations.photographs.photo_sampling import cross_faded
-from moireid.verifier.explanations.photographs.spacing import spacing_of
-from moireid.verifier.fringes.beyond_phase import BeyondPhase
-from moireid.verifier.fringes.depth_law import DepthLaw
+from moireid.verifier.decision.judge import photographs
+from moireid.verifier.explanations.photographs.spacing import cross_faded, spacing_of
+from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.reasons import Reason
 

@@ -25,11 +25,10 @@ from moireid_studio.app import create_app
 from moireid_studio.jobs.claims import Prepared
 from moireid_studio.jobs.queue import Jobs
 from moireid_studio.settings import Limits, Settings
-from moireid_studio.store.database import database_of
+from moireid_studio.store.database import database_of, jobs
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
 from moireid_studio.store.storage import Folder
-from moireid_studio.store.tables import jobs
 from moireid_studio.studio import Studio
 
 ROLES = ("issuer", "verifier", "monitor", "admin")

@@ -16,8 +16,8 @@ import pytest
 
 import moireid
 from kit.places import TESTS
-from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, ForkServer, start
+from moireid.sandbox.seal import ProcessLimits
 
 WORK = "kit.sandbox_work:act"
 ROOMY = ProcessLimits(256 << 20, cpu_s=20, file_bytes=1 << 16, answer_bytes=1 << 16)
@@ -188,7 +188,7 @@ def test_a_fork_server_that_has_gone_is_started_again(tmp_path: Path) -> None:
 KILLED = f"""
 import os
 from moireid.sandbox.process import ForkServer, start
-from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.seal import ProcessLimits
 limits, server = ProcessLimits(1 << 28), ForkServer({WORK!r})
 for child in (start({WORK!r}, limits), server.fork(limits)):
     child.send(("tell",))

@@ -18,10 +18,9 @@ import pytest
 import moireid
 from kit.places import TESTS
 from moireid.sandbox import seal as sealing
-from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, ForkServer, start
 from moireid.sandbox.reach import Reach, open_parts, reach
-from moireid.sandbox.seal import MEANS, missing
+from moireid.sandbox.seal import MEANS, ProcessLimits, missing
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
 SOURCE = Path(moireid.__file__).parent.parent
@@ -225,7 +224,7 @@ def test_a_film_that_lies_beside_the_keys_is_read_all_the_same(begin: Begin, pla
 
 BESIDE = """
 import sys
-from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.seal import ProcessLimits
 from moireid.sandbox.process import start
 from moireid.sandbox.reach import reach
 child = start("kit.sealed_work:act", ProcessLimits(1 << 29), within=reach(read=[sys.argv[1]]))

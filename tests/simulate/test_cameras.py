@@ -12,8 +12,7 @@ from moireid.errors import SpecError
 from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
 from moireid.simulate.cameras import CAMERAS, Camera, camera_named, undistorted
 from moireid.simulate.motion import Poses, motion_named
-from moireid.simulate.recording.sensor import SHARPEN_PX, Sensor
-from moireid.simulate.recording.shutter import averaged, opened
+from moireid.simulate.recording.sensor import SHARPEN_PX, Sensor, averaged, opened
 from moireid.simulate.scene import Build, Instant, Scene
 
 BENT = (-0.25, 0.08, 0.003, -0.002)

@@ -15,20 +15,19 @@ from click.testing import CliRunner
 from moireid.cli.main import moireid
 from moireid.cli.simulate_cmd import PARTS
 from moireid.errors import SpecError
-from moireid.simulate.analytic.accuracy import Difference, brightness, difference, strips_of
-from moireid.simulate.analytic.estimate import estimate_error
+from moireid.simulate.analytic.accuracy import Difference, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
 from moireid.simulate.filming import FilmReport, film
-from moireid.simulate.forgeries.flat import SquaredUp
+from moireid.simulate.forgeries.rear_layer import SquaredUp
 from moireid.simulate.light import light_named
-from moireid.simulate.mitsuba import estimate as mitsuba_estimate
-from moireid.simulate.mitsuba.estimate import cheapest_mitsuba, estimate_mitsuba
+from moireid.simulate.mitsuba import renderer as mitsuba_estimate
+from moireid.simulate.mitsuba.renderer import cheapest_mitsuba, estimate_mitsuba
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Instant, Need, Scene
 from moireid_lab.bench.simulate.left_out import left_out_table, mitsuba_rows
 from moireid_lab.bench.simulate.scenes import Setting, eleven
-from moireid_lab.bench.simulate.suite import mitsuba_sweep
+from moireid_lab.bench.simulate.simulate_suite import mitsuba_sweep
 
 SETTINGS = {setting.name: setting for setting in eleven()}
 SMALL = Camera(width=480, height=272, focal_px=363.0, shutter_s=0.012, noise_counts=0.0)
@@ -239,7 +238,9 @@ def test_a_flat_picture_is_lit_once() -> None:
 
 def test_the_sweep_is_full_for_the_best_variant_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a plain variant that traces for an hour; the best one cut short."""
-    monkeypatch.setattr("moireid_lab.bench.simulate.suite.mitsuba_variants", lambda: ["llvm_ad_rgb", "scalar_rgb"])
+    monkeypatch.setattr(
+        "moireid_lab.bench.simulate.simulate_suite.mitsuba_variants", lambda: ["llvm_ad_rgb", "scalar_rgb"]
+    )
     full, plain = mitsuba_sweep("1080p", quick=False)
     assert full[0] == "llvm_ad_rgb" and len(full[1]) == 6 and len(plain[1]) == 3
     assert [name for name, _ in mitsuba_sweep("2160p", quick=False)] == ["llvm_ad_rgb"]

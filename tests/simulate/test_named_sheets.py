@@ -11,8 +11,7 @@ import pytest
 from moireid.cli.simulate_cmd import SHEETS
 from moireid.errors import SpecError
 from moireid.simulate.motion import Poses
-from moireid.simulate.named_sheets import sheet_named
-from moireid.simulate.scene import Build, Scene
+from moireid.simulate.scene import Build, Scene, sheet_named
 from moireid.simulate.truth import Truth, shown_phase_rad
 
 TYPICAL = Build.typical(3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline, CubicSpline, make_smoothing_spline
 
-from moireid.verifier.splines import cubic_bumps, slopes, smoothed
+from moireid.verifier.series import cubic_bumps, slopes, smoothed
 
 
 @pytest.fixture(params=[5, 8, 300])

@@ -15,11 +15,11 @@ from moireid.result_cache import kept_rows
 from moireid_lab.archive.isolated import Lost
 from moireid_lab.archive.worker import Done
 from moireid_lab.bench import rows
-from moireid_lab.bench.identity import suite as identity
+from moireid_lab.bench import stability as stability
+from moireid_lab.bench.identity import identity_suite as identity
+from moireid_lab.bench.identity.identity_suite import shorter_figures
 from moireid_lab.bench.identity.matching import WORD, matching_figures
-from moireid_lab.bench.identity.shorter import shorter_figures
 from moireid_lab.bench.output import PLOTS, TABLES
-from moireid_lab.bench.stability import suite as stability
 from moireid_lab.commands.bench_cmd import bench_command
 
 

@@ -14,7 +14,7 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.cli.simulate_cmd import simulate_command
 from moireid.errors import SpecError
-from moireid.simulate.wish import Wish
+from moireid.simulate.filming import Wish
 from moireid_lab.bench import film_set
 from moireid_lab.commands.film_set_cmd import read_plan
 from moireid_lab.evaluation.manifest import read_manifest

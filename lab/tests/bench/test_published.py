@@ -13,10 +13,9 @@ from click.testing import CliRunner
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.simulate.motion import motion_named
+from moireid_lab.bench import published
 from moireid_lab.bench.output import PLOTS, TABLES
-from moireid_lab.bench.published import suite
-from moireid_lab.bench.published.conditions import COURSES, DISTANCES_M, SWEEP, conditions
-from moireid_lab.bench.published.suite import FIGURES, _figures, _planned
+from moireid_lab.bench.published import COURSES, DISTANCES_M, FIGURES, SWEEP, _figures, _planned, conditions
 from moireid_lab.evaluation.collect import Scored
 from moireid_lab.evaluation.summary import PAPER
 
@@ -51,7 +50,7 @@ def test_the_boards_are_those_that_were_filmed_outside(films: Path):
 def test_the_command_films_scores_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Catches: films of one row counted in another, a second run that films again, figures of the other pipeline."""
     rows = [replace(row, wish=replace(row.wish, frames=40)) for row in conditions(quick=True)][:2]
-    monkeypatch.setattr(suite, "conditions", lambda quick: rows)
+    monkeypatch.setattr(published, "conditions", lambda quick: rows)
     command = ["bench", "published", "--clips", "1", "--workers", "1", "--out", str(tmp_path / "out"), "--json"]
     ran = CliRunner().invoke(moireid, command)
     assert ran.exit_code == 0, ran.output

@@ -19,7 +19,7 @@ from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.registry import open_registry
 from moireid.result_cache import keep_row, kept_rows, program_digest
-from moireid.verifier.decision.calibration import calibrated_log10
+from moireid.verifier.decision.figures import calibrated_log10
 from moireid_lab.archive.isolated import Lost
 from moireid_lab.evaluation import statistics
 from moireid_lab.evaluation.collect import Scored

@@ -2,12 +2,13 @@
 
 It is no part of the `Badge`: nothing here enters a verdict, and nothing here may touch what the verifier reads.
 
-content.py    what one person wears: lines, logo, portrait, colour
-pictures.py   PNG and JPEG files, checked and loaded          svg.py       SVG files, checked and drawn
-colours.py    colours by name, and what is read on them       qr.py        the QR code of an identity
-template.py   template files, read and checked                templates/   those that come with the program
-clear.py      what of a board stays clear, and its free areas
-placing.py    template, badge and content → pieces with their places
-columns.py    what a list of people says of their looks
-unworn.py     what was given, and the template does not show
+content.py   what one person wears: lines, logo, portrait, colour
+pictures.py  PNG and JPEG files, checked and loaded
+svg.py       SVG files, checked and drawn
+colours.py   colours by name, and what is read on them
+template.py  template files, read and checked
+templates/   those that come with the program
+clear.py     what of a board stays clear, and its free areas
+placing.py   template, badge and content → pieces with their places
+columns.py   what a list of people says of their looks
 """

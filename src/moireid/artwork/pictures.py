@@ -2,13 +2,18 @@
 
 Pictures are printed as rasters, logos in SVG too: at `DRAWN_DPI` no printer shows the difference, and page and preview
 show the same.
+
+The QR code of an identity.
+
+It says `moireid:` and the id, which stands on the badge in letters too, so it tells no secret and proves nothing: who
+scans it knows what to look up.
 """
 
 from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +24,7 @@ from moireid.files import read_regular
 
 if TYPE_CHECKING:
     from PIL import Image
+
 
 #: A larger file or picture is no logo for a badge, and would fill the memory.
 MOST_BYTES, MOST_PIXELS = 20_000_000, 50_000_000
@@ -90,3 +96,24 @@ def as_portrait(picture: Image.Image) -> Image.Image:
 
 def _is_svg(data: bytes) -> bool:
     return b"<svg" in data[:4096] or data.lstrip()[:5] == b"<?xml"
+
+
+#: White around the code, in modules (ISO/IEC 18004 asks for four).
+QUIET_MODULES = 4
+
+
+def words_of(badge_id: str) -> str:
+    """What the code says."""
+    return f"moireid:{badge_id}"
+
+
+@lru_cache(maxsize=256)
+def modules_of(badge_id: str) -> Sequence[Sequence[bool]]:
+    """The modules of the code without its white border, True where dark; square, row by row from the top.
+
+    Source: ISO/IEC 18004 by segno, at level M, which mends 15 %.
+    """
+    import segno
+
+    code = segno.make_qr(words_of(badge_id), error="m", boost_error=False)
+    return tuple(tuple(bool(module) for module in row) for row in code.matrix)

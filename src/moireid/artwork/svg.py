@@ -45,7 +45,7 @@ _DRAW = """
 import sys, resvg_py
 most_bytes = int(sys.argv.pop())
 if sys.platform != "win32":
-    from moireid.sandbox.limits import ProcessLimits, confine
+    from moireid.sandbox.seal import ProcessLimits, confine
     confine(ProcessLimits(most_bytes))
 wide, high = (int(side) or None for side in sys.argv[1:])
 text = sys.stdin.buffer.read().decode("utf-8")

@@ -1,13 +1,10 @@
 """Verdicts that travel: signed by whoever judged, and checked by anyone later.
 
 keys.py              private keys with certificates, public keys, and how they are named
-strict_json.py       JSON from strangers, read strictly
 statement.py         what is signed: an in-toto statement about a film, with the report in it
 envelope.py          the signed statement as a DSSE envelope
 timestamp.py         time stamps of an RFC 3161 authority
 checking.py          does an envelope hold, and of which film?
-apart.py             a film judged in a process without the key
-carried.py           the content credentials that a film carries, as a note
 credentials.py       the verdict as content credentials (C2PA)
 credentials_work.py  the process that reads and writes content credentials, without the key
 

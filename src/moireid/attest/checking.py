@@ -31,8 +31,7 @@ from moireid.attest.keys import (
     holder,
     issuer,
 )
-from moireid.attest.statement import statement_fault, utc
-from moireid.attest.strict_json import strict_object
+from moireid.attest.statement import statement_fault, strict_object, utc
 from moireid.attest.timestamp import Stamp, read_stamp
 from moireid.errors import SpecError
 from moireid.provenance import Barred

@@ -3,12 +3,24 @@
 All reading and writing of films is done by c2pa-python in processes that never have the key.  One writes, and gets one
 signature, of the one claim that it makes.  Another, which has seen nothing of the first but the file, reads that back.
 Convention: the assertion `credentials_work.LABEL` holds the report, as `statement.attested` gives it.
+
+A film judged in a process that never has the signing key.
+
+The process decodes what a stranger sent.  Whoever signs starts it, hears its report as JSON, ends it, and only then
+signs.
+
+The content credentials that a film carries, as a note in the report.
+
+They say who vouches for a file, and nothing of the badge.  So they never count for a film, nor against it.
 """
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
@@ -16,12 +28,208 @@ from typing import Any, Literal
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from securesystemslib.signer import CryptoSigner
 
-from moireid.attest.apart import talk_with
-from moireid.attest.credentials_work import Asked
+from moireid import errors
+from moireid.attest.credentials_work import Asked, read
 from moireid.attest.keys import SigningKey, certificate_pem, holder
-from moireid.errors import MediaError, SpecError
+from moireid.errors import MediaError, MoireIdError, SpecError
 from moireid.extras import missing_extra
 from moireid.files import whole_file
+from moireid.provenance import Barred
+from moireid.sandbox.child import Talk
+from moireid.sandbox.process import Ended, start
+from moireid.sandbox.reach import reach
+from moireid.sandbox.seal import ProcessLimits
+from moireid.verifier.reasons import Reason
+from moireid.verifier.report.page import NAME, Pictures, pictures_of
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.result import Report
+from moireid.verifier.video import OpenedFile
+
+#: More top-level boxes than this are not looked through: a fragmented film has some for each second.
+MOST_BOXES = 100_000
+
+
+def with_carried(report: Report, film: Path) -> Report:
+    """A report with a note of the credentials that its film carries; as it was where there are none.
+
+    Without c2pa-python they are not looked for.
+    """
+    if not may_carry(film) or find_spec("c2pa") is None or (found := read(film)) is None:
+        return report
+    state = found["state"]
+    who = f"signed by {found['signer']!r}" if found["signer"] else "without a signer's name"
+    words = {
+        "Trusted": "they hold, and their certificate is trusted",
+        "Valid": "they hold, by a certificate that is on no trust list known here",
+    }.get(state, "they do not hold: the film or they were changed")
+    text = f"The film carries content credentials, {who}; {words}. They are no part of the verdict."
+    note = Reason("content_credentials", "note", state, None, "", text)
+    return replace(report, reasons=(*report.reasons, note))
+
+
+def may_carry(film: Path) -> bool:
+    """Whether a film may carry credentials; an MP4 or QuickTime file without the box that they lie in does not.
+
+    Loading c2pa-python takes longer than this look at the boxes.
+    Source: C2PA specification 2.2, A.5.1: in files of the ISO base media format credentials lie in a `uuid` box beside
+        `moov`; so does the XMP that points to them elsewhere.
+    """
+    with film.open("rb") as stream:
+        end = stream.seek(0, 2)
+        place = 0
+        for box in range(MOST_BOXES):
+            stream.seek(place)
+            head = stream.read(16)
+            if head[4:8] == b"uuid" or (box == 0 and head[4:8] != b"ftyp"):
+                return True
+            size = int.from_bytes(head[:4])
+            if size == 1:
+                size = int.from_bytes(head[8:])
+            # A size of 0 is that of a last box, which reaches to the end.
+            place += size or end - place
+            if place >= end:
+                return False
+            if 0 < size < 8:
+                return True
+    return True
+
+
+#: Six times what a 1080p film takes, so that one of 4K passes.
+MEMORY_BYTES = 4 << 30
+#: Greatest size of one answer: a report's pictures, or its signals as text.  Whoever signs does so for one film.
+ANSWER_BYTES = 32 << 20
+#: Least time between two reports of progress, s.
+TELL_S = 0.1
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to judge, as the arguments of `verifier.verify`; pictures: whether the report's pictures are drawn too."""
+
+    video: Path
+    claim: Claim
+    barred: Barred | None = None
+    overlap: bool = False
+    detectors: tuple[tuple[str, float], ...] = ()
+    pictures: bool = False
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A report as JSON; with the pictures and the signals of its page where they were asked for.
+
+    sealed: what held of the seal of the process that judged, as in `sandbox.seal.MEANS`.
+    """
+
+    report: dict[str, Any]
+    pictures: Pictures
+    signals: str
+    sealed: tuple[str, ...] = ()
+
+
+def judged_apart(order: Order, progress: Callable[[int, int | None], None]) -> Judged:
+    """The report of a film, judged in another process.
+
+    Raises: MoireIdError as `verifier.verify` does; MediaError where the process fails, or the film changed meanwhile.
+    """
+    # By this process, as the other one may be in a stranger's hands.
+    try:
+        before = OpenedFile(order.video).sha256()
+    except OSError as error:
+        raise MediaError(f"film {order.video} cannot be read ({error.strerror}); check its name and rights") from error
+    found: dict[str, Any] = {}
+
+    def hear(told: dict[str, Any]) -> None:
+        if "progress" in told:
+            progress(*told["progress"])
+        found.update(told)
+
+    sealed = talk_with("moireid.attest.apart:judge", order, order.video, hear)
+    report = found["result"] if isinstance(found.get("result"), dict) else {}
+    if not isinstance(report.get("input"), dict) or report["input"].get("sha256") != before:
+        raise MediaError(f"{order.video} changed while it was judged; give a film that nobody writes to any more")
+    return Judged(report, _pictures(found), str(found.get("signals", "")), sealed)
+
+
+def talk_with(
+    work: str,
+    message: object,
+    film: Path,
+    answer: Callable[[dict[str, Any]], object],
+    written: Sequence[Path] = (),
+    read: Sequence[Path] = (),
+) -> tuple[str, ...]:
+    """Start a sealed process for some work on a film, and answer what it says until it has ended.
+
+    Parameters: work: `module:function`; answer: gives what is sent back, None for nothing; written: files that are
+        there, and that it may write; read: that it may read beside the film.
+    Returns: what held of the seal.
+    Raises: MoireIdError that the work raised; MediaError where the process fails.
+    """
+    if os.name == "nt":
+        raise SpecError(
+            "verdicts are not signed on Windows, as films cannot be judged apart from the key there; sign "
+            "on Linux or macOS"
+        )
+    child = start(
+        work, ProcessLimits(MEMORY_BYTES, answer_bytes=ANSWER_BYTES), within=reach(read=[film, *read], write=written)
+    )
+    try:
+        child.send(message)
+        while True:
+            if (told := child.hear()) is not None and (back := answer(told)) is not None:
+                child.send(back)
+    except Ended as ended:
+        if ended.kind == "done":
+            return child.sealed or ()
+        if ended.kind == "memory":
+            raise MediaError(
+                f"{film} asks for more memory than the {MEMORY_BYTES >> 30} GiB that one may have"
+            ) from ended
+        if ended.ours:
+            raise _ours(ended) from ended
+        how = ended.words if ended.kind == "crash" else f"failed ({ended.kind}: {ended.words[:300]})"
+        raise MediaError(f"the process that read {film} {how}; the film may be damaged") from ended
+    finally:
+        child.kill()
+
+
+def judge(talk: Talk) -> None:
+    """The work of the process: one film."""
+    from moireid.verifier.report.page import signals_csv
+    from moireid.verifier.session.film import verify
+
+    order: Order = talk.next()
+    told_s = 0.0
+
+    def progress(done: int, of: int | None) -> None:
+        nonlocal told_s
+        if time.monotonic() - told_s >= TELL_S:
+            told_s = time.monotonic()
+            talk.tell({"progress": [done, of]})
+
+    made = verify(order.video, order.claim, barred=order.barred, overlap=order.overlap, progress=progress)
+    report = replace(with_carried(made, order.video), detectors=order.detectors)
+    talk.tell({"result": report.to_json()})
+    if order.pictures:
+        drawn = pictures_of(report)
+        files = {name: base64.b64encode(content).decode() for name, content in drawn.files.items()}
+        talk.tell({"files": files, "plots": list(drawn.plots), "frame_s": drawn.frame_s})
+        talk.tell({"signals": signals_csv(report)})
+
+
+def _pictures(found: dict[str, Any]) -> Pictures:
+    """The pictures that a process drew; names are among ours."""
+    files, frame_s = found.get("files", {}), found.get("frame_s")
+    named = {name: base64.b64decode(text) for name, text in files.items() if NAME.fullmatch(name)}
+    return Pictures(named, tuple(map(str, found.get("plots", []))), frame_s if isinstance(frame_s, float) else None)
+
+
+def _ours(ended: Ended) -> MoireIdError:
+    """The error that the work raised on purpose, of its own kind."""
+    kind: type[MoireIdError] = getattr(errors, ended.kind) if ended.kind in errors.__all__ else MediaError
+    return kind(ended.words)
+
 
 Form = Literal["sidecar", "embed"]
 #: How COSE begins what is signed (RFC 9052, 4.4): an array of four, the first of which is this text.

@@ -23,7 +23,7 @@ from securesystemslib.exceptions import UnverifiedSignatureError, VerificationEr
 from securesystemslib.signer import CryptoSigner, Signature, SSlibKey
 
 from moireid.attest.keys import PublicKey, SigningKey, certificate_of, certificate_pem, is_known, public_pem
-from moireid.attest.strict_json import strict_base64, strict_object
+from moireid.attest.statement import strict_base64, strict_object
 from moireid.errors import SpecError
 
 PAYLOAD_TYPE = "application/vnd.in-toto+json"

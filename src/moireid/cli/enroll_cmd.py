@@ -69,7 +69,7 @@ def enroll_command(
     from moireid.badge import load_badge
     from moireid.cli.issue_notes import derived_notes, look_alike_notes
     from moireid.registry import open_registry
-    from moireid.registry.face.days import expiry_day
+    from moireid.registry.face.outward import expiry_day
 
     if expires is not None:
         # Before a registry is made for it, or films are read.

@@ -11,9 +11,8 @@ import click
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
 
 if TYPE_CHECKING:
-    from moireid.simulate.filming import FilmReport
+    from moireid.simulate.filming import FilmReport, Wish
     from moireid.simulate.scene import Scene
-    from moireid.simulate.wish import Wish
 
 #: The names of `moireid.simulate`, written again because importing that room costs a second; a test compares.
 FORGERIES = (
@@ -276,7 +275,7 @@ def simulate_command(
     from moireid.badge import load_badge
 
     badge = load_badge(badge_json)
-    from moireid.simulate.wish import filmed, scene_of
+    from moireid.simulate.filming import filmed, scene_of
 
     wish = wish_of(**wished)
     scene = scene_of(badge, wish)
@@ -345,7 +344,7 @@ def wish_of(
     seed: int,
 ) -> Wish:
     """The film that the options ask for."""
-    from moireid.simulate.wish import Wish
+    from moireid.simulate.filming import Wish
 
     return Wish(
         motion=motion,

@@ -16,7 +16,7 @@ from moireid.designer.grid import DUTY
 from moireid.designer.layout import DICTIONARY, PAPER_MARGIN_MM, QUIET_MODULES
 from moireid.designer.request import MARGIN_MM
 from moireid.errors import DesignError
-from moireid.idcodes.beats import line_up
+from moireid.idcodes.pitch import line_up
 from moireid.profiles import CHART_FAMILY, PAPERS_MM, Printer, lens_named
 from moireid.sheets import MM_PER_INCH
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
-from moireid.designer.crossed import crossed_grids, periods_mm
 from moireid.designer.fiducial import explain_fiducial
-from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
+from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid, crossed_grids, periods_mm
 from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import PROMISED_SHARE, RECEIVERS
 from moireid.designer.payload import FAMILY_BYTES

@@ -110,8 +110,7 @@ def write_parts(
 
 
 def _write_drawing(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
-    from moireid.fabrication.acrylic.dxf import check_dxf, write_dxf
-    from moireid.fabrication.acrylic.svg import check_svg, write_svg
+    from moireid.fabrication.acrylic.drawings import check_dxf, check_svg, write_dxf, write_svg
 
     drawing = draw(stack, kerf_mm)
     write_dxf(drawing, folder / "acrylic.dxf")

@@ -1,13 +1,12 @@
 """Identities as line spacing: payload <-> symbols <-> cells of a grating.
 
-family.py   the interface of a code family, and the measured figures of a cell
-words.py    payload <-> code word: check and Reed-Solomon; short_words.py that of the pitch family
-partial.py  a word that cannot be corrected, compared with those of known people
-beats.py    uniform cells and their beat levels
-pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
-spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
-families.py  both families by name
-specimen.py  a badge of nobody, of the layout of another
+family.py        the interface of a code family, and the measured figures of a cell
+words.py         payload <-> code word: check and Reed-Solomon
+partial.py       a word that cannot be corrected, compared with those of known people
+pitch.py         the beat-frequency identity: bands, each with its own pitch; 24 bits
+spacing.py       non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
+families.py      both families by name
+specimen.py      a badge of nobody, of the layout of another
 name_derived.py  identities that early versions made from a name
 """
 

@@ -17,9 +17,9 @@ from functools import partial
 
 from moireid.badge import Cell, Grating
 from moireid.errors import CodeError
-from moireid.idcodes.beats import UNCLEAR_BEYOND_STEPS, code_of, level_pitch_mm, line_up, steps_from_reference
 from moireid.idcodes.family import CellReading, Decoded
 from moireid.idcodes.partial import PartialWord
+from moireid.idcodes.pitch import UNCLEAR_BEYOND_STEPS, code_of, level_pitch_mm, line_up, steps_from_reference
 from moireid.idcodes.words import MAX_TRIES, WordCode
 
 #: Phases of a cell, two bits each; half a step is pi / 4.
@@ -114,7 +114,7 @@ class SpacingFamily:
         Notes
         -----
         Convention: a reading's phase is against the field of the reference row.
-        Source: `moireid.idcodes.words`; `moireid.idcodes.beats.steps_from_reference` for the beats.
+        Source: `moireid.idcodes.words`; `moireid.idcodes.pitch.steps_from_reference` for the beats.
         """
         word = word_of(gratings)
         cells = [

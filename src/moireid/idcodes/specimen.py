@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from moireid.badge import Badge
-from moireid.idcodes.beats import code_of
 from moireid.idcodes.families import family_named
+from moireid.idcodes.pitch import code_of
 
 
 def specimen_of(badge: Badge, badge_id: str | None = None) -> Badge:

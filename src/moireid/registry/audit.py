@@ -30,11 +30,10 @@ from typing import Any
 from sqlalchemy import exists, func, select
 
 from moireid.errors import RegistryError
-from moireid.registry.actor import commitment
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.witness import Watch
 from moireid.registry.engine import AnyRow, AnySelect
-from moireid.registry.keys import Authority
+from moireid.registry.keys import Authority, commitment
 from moireid.registry.ledger import Ledger, last_entry
 from moireid.registry.log import ERASE, ERASE_ACTOR, GENESIS, Head, authority_after, check_entry, check_head
 from moireid.registry.look_alikes import folded_skeleton, skeleton

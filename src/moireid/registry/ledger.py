@@ -16,9 +16,8 @@ from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
-from moireid.registry.actor import commitment, new_salt
-from moireid.registry.engine import AnyRow, AnySelect, connect, snapshot, translated, writing
-from moireid.registry.keys import Authority, Signs
+from moireid.registry.engine import AnyRow, AnySelect, connect, show_url, snapshot, sqlite_file, translated, writing
+from moireid.registry.keys import Authority, Signs, commitment, new_salt
 from moireid.registry.log import (
     ERASE,
     NO_RECORD,
@@ -34,7 +33,6 @@ from moireid.registry.log import (
 from moireid.registry.maintenance.opening import prepare
 from moireid.registry.record import Fault, Record, read_record, tampered
 from moireid.registry.signing.client import load_signer
-from moireid.registry.url import show_url, sqlite_file
 
 #: Rows fetched at a time where all are read.
 PAGE = 500

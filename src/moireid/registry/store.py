@@ -16,16 +16,15 @@ from types import TracebackType
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.registry.actor import account, checked_actor
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
-from moireid.registry.face.days import expiry_day
+from moireid.registry.engine import default_url, read_url
 from moireid.registry.face.deciding import Deciding, locked
-from moireid.registry.face.outward import Outward
-from moireid.registry.keys import key_path
+from moireid.registry.face.outward import Outward, expiry_day
+from moireid.registry.keys import account, checked_actor, key_path
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.maintenance.erasure import Erased, erase_actor, erase_person
@@ -34,7 +33,6 @@ from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
 from moireid.registry.transfer.rotate import Rotated, rotate
-from moireid.registry.url import default_url, read_url
 
 #: So many people of names that look alike are named in a warning.
 MOST_TOLD = 3

@@ -1,7 +1,6 @@
 """Processes that read an untrusted film within limits of memory and time; a crash or a hang harms only the process
 itself.
 
-limits.py   the limits, and how the system enforces them
 reach.py    which files a sealed process may open, and what it may know of the environment
 calls.py    the filter of calls to the system
 seal.py     a process that seals itself; what holds of that on this system

@@ -23,9 +23,8 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from moireid.errors import MoireIdError
-from moireid.sandbox.limits import ProcessLimits, confine
 from moireid.sandbox.reach import Reach
-from moireid.sandbox.seal import load_means, seal
+from moireid.sandbox.seal import ProcessLimits, confine, load_means, seal
 
 
 class Talk:

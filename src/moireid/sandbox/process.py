@@ -24,9 +24,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.line import Line
 from moireid.sandbox.reach import Reach, kept_environment, reach
+from moireid.sandbox.seal import ProcessLimits
 
 #: Longest time for a fork server to load its work, or to answer.
 LOAD_S = 120.0

@@ -1,23 +1,20 @@
 """Films of a badge, true or forged, with their ground truth.
 
-scene.py      one description of badge as built and camera, for every renderer
-motion.py     where the camera is: named motions, two measured ones, CSV files
-phone_walk.py a phone's measured walk, changed to a walk around the badge
-cameras.py    cameras: lens and its distortion, shutter, exposure; some by name
-named_sheets.py  thin, gapped, bowed, warm and jittered lens sheets, and a page that was fed too far
-light.py      a disc of light before an even sky, and the bands into which the lenses focus it
-analytic/     rays traced in closed form through the true lenses
-mitsuba/      the same scene as geometry for Mitsuba 3
-recording/    what a camera and a codec make of a picture
-forgeries/    what a forged film shows
-effects/      what phones, editors, calls and services do to a film
-truth.py      the ground truth beside a film
-compiled.py   numba's compiler, with types
-left_out.py   what a film does not show, and the time saved by that
-shots.py      the camera's pictures, one by one, with their effects
-timed.py      encoding beside the rendering, and seconds by stage
-filming.py    the whole film: frames, file and truth
-wish.py       the wish for a film, in names and numbers
+scene.py       one description of badge as built and camera, for every renderer
+motion.py      where the camera is: named motions, two measured ones, CSV files
+phone_walk.py  a phone's measured walk, changed to a walk around the badge
+cameras.py     cameras: lens and its distortion, shutter, exposure; some by name
+light.py       a disc of light before an even sky, and the bands into which the lenses focus it
+analytic/      rays traced in closed form through the true lenses
+mitsuba/       the same scene as geometry for Mitsuba 3
+recording/     what a camera and a codec make of a picture
+forgeries/     what a forged film shows
+effects/       what phones, editors, calls and services do to a film
+truth.py       the ground truth beside a film
+compiled.py    numba's compiler, with types
+left_out.py    what a film does not show, and the time saved by that
+shots.py       the camera's pictures, one by one, with their effects
+filming.py     the whole film: frames, file and truth
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,7 @@
-"""The whole film: every frame rendered, exposed and encoded; the truth beside it.  One frame in memory at a time."""
+"""The whole film: every frame rendered, exposed and encoded; the truth beside it.  One frame in memory at a time.
+
+The wish for a film, in names and numbers only, so that it can be saved and sent to another machine.
+"""
 
 from __future__ import annotations
 
@@ -11,21 +14,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.files import planned, whole_file
-from moireid.simulate.analytic.estimate import Estimate, cheapest, estimate_error
+from moireid.simulate.analytic.accuracy import Estimate, cheapest, estimate_error
 from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.cameras import camera_named, format_named
 from moireid.simulate.effects.effect import Effect, begun, timing_of
-from moireid.simulate.forgeries.shown import Shown, shown_in
+from moireid.simulate.effects.table import CAMERAS as EFFECT_CAMERAS
+from moireid.simulate.effects.table import effect_named
+from moireid.simulate.forgeries.rear_layer import Shown, shown_in
 from moireid.simulate.left_out import LeftOut, left_out
-from moireid.simulate.motion import Motion
+from moireid.simulate.light import light_named
+from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.recording.encode import FilmWriter, kept_frames, recipe_for
-from moireid.simulate.recording.sensor import Sensor
-from moireid.simulate.recording.shutter import opened
-from moireid.simulate.scene import Instant, Scene
+from moireid.simulate.recording.sensor import Sensor, opened
+from moireid.simulate.scene import Build, Instant, Need, Scene, sheet_named
 from moireid.simulate.shots import Edit, Render, Shots, take_of
-from moireid.simulate.timed import Aside, Stages
-from moireid.simulate.truth import TRUTH_COLUMNS, Truth
+from moireid.simulate.truth import TRUTH_COLUMNS, Aside, Stages, Truth
 
 __all__ = ["TRUTH_COLUMNS", "FilmReport", "film", "truth_path"]
 
@@ -250,7 +256,7 @@ def _estimate(scene: Scene, instants: list[Instant], backend: str, error_rad: fl
     Raises: SpecError where the wish is not met.
     """
     if backend == "mitsuba":
-        from moireid.simulate.mitsuba.estimate import cheapest_mitsuba, estimate_mitsuba
+        from moireid.simulate.mitsuba.renderer import cheapest_mitsuba, estimate_mitsuba
 
         if error_rad is None:
             return estimate_mitsuba(scene, instants[1], seed=seed)
@@ -265,3 +271,82 @@ def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate) -> Rend
     from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=estimate.rays[0], segments=estimate.segments, seed=seed).render
+
+
+@dataclass(frozen=True)
+class Wish:
+    """One film; each field is an option of `moireid simulate`; None where other fields or defaults decide.
+
+    fps: None for that of the format, or 60; motion: a name, or the path of a CSV file; leave_out: fields of
+    `scene.Need` that are not needed;
+    effects: NAME or NAME:STRENGTH, as `effects.table.effect_named` takes them, after that of the camera.
+    """
+
+    motion: str = "handheld"
+    distance_m: float = 1.4
+    frames: int = 300
+    fps: float | None = None
+    backend: str = "analytic"
+    error_rad: float | None = None
+    forge: str | None = None
+    sheet: str | None = None
+    camera: str = "phone"
+    format: str | None = None
+    mirror: bool = False
+    blur_px: float | None = None
+    light: str | None = None
+    codec: str = "h264"
+    crf: int | None = None
+    recipe: str | None = None
+    leave_out: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
+    seed: int = 0
+
+    @property
+    def rate_fps(self) -> float:
+        """Frames a second."""
+        return self.fps or (format_named(self.format).fps if self.format else 60.0)
+
+
+def scene_of(badge: Badge, wish: Wish) -> Scene:
+    """What is filmed: a typical build of the badge before the camera.  Raises: SpecError where a name is not known."""
+    name = "phone" if wish.camera in EFFECT_CAMERAS else wish.camera
+    camera = camera_named(name, mirror=wish.mirror, focus_blur_px=wish.blur_px)
+    build = Build.typical(wish.seed)
+    return Scene(
+        badge,
+        build if wish.sheet is None else sheet_named(wish.sheet, build),
+        format_named(wish.format).of(camera) if wish.format else camera,
+        light=light_named(wish.light) if wish.light else None,
+        need=Need(**dict.fromkeys(wish.leave_out, False)),
+    )
+
+
+def filmed(
+    scene: Scene,
+    wish: Wish,
+    video: Path,
+    *,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> FilmReport:
+    """Film the scene as wished; as `filming.film`, with its errors."""
+    named = [EFFECT_CAMERAS[wish.camera]] if wish.camera in EFFECT_CAMERAS else []
+    course = motion_named(wish.motion, distance_mm=1000.0 * wish.distance_m, seed=wish.seed)
+    return film(
+        scene,
+        course,
+        video,
+        frames=wish.frames,
+        fps=wish.rate_fps,
+        forge=wish.forge,
+        effects=[effect_named(name) for name in (*named, *wish.effects)],
+        seed=wish.seed,
+        codec=wish.codec,
+        crf=wish.crf,
+        recipe=wish.recipe,
+        backend=wish.backend,
+        error_rad=wish.error_rad,
+        overwrite=overwrite,
+        progress=progress,
+    )

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from moireid.simulate.analytic.estimate import Estimate
+from moireid.simulate.analytic.accuracy import Estimate
 from moireid.simulate.analytic.renderer import AnalyticRenderer
 from moireid.simulate.mitsuba.view import board_box, middle_view
 from moireid.simulate.recording.sensor import Sensor

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.effects.effect import Step, Take
-from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.forgeries.rear_layer import Shown
 from moireid.simulate.motion import Motion, Poses
-from moireid.simulate.recording.sensor import Sensor
-from moireid.simulate.recording.shutter import averaged, opened
+from moireid.simulate.recording.sensor import Sensor, averaged, opened
 from moireid.simulate.scene import Instant, Scene
-from moireid.simulate.timed import Stages
+from moireid.simulate.truth import Stages
 
 Array = NDArray[np.float64]
 Luma = NDArray[np.uint8]

@@ -2,26 +2,24 @@
 
 The folders in the order in which the data flows; a folder never imports one that stands below it:
 
-tracking/       where the page lies in each frame, and the brightness along its rows
-camera/         where the camera was, from the page's corners alone
-fringes/        the phase of the fringes, measured and predicted
-explanations/   the law of optics and its rivals, each a small model of the same fringes
-decision/       which of them explains the film: the motion invariant
-identity/       whose badge is it, and is it the one that was enrolled?
-session/        a film or a live picture from its first frame to the verdict
-report/         the report for people
-live/           a live check: random prompts that the person must follow
-published/      the published pipeline, as a baseline
+tracking/      where the page lies in each frame, and the brightness along its rows
+camera/        where the camera was, from the page's corners alone
+fringes/       the phase of the fringes, measured and predicted
+explanations/  the law of optics and its rivals, each a small model of the same fringes
+decision/      which of them explains the film: the motion invariant
+identity/      whose badge is it, and is it the one that was enrolled?
+session/       a film or a live picture from its first frame to the verdict
+report/        the report for people
+live/          a live check: random prompts that the person must follow
+published/     the published pipeline, as a baseline
 
-video.py        grey frames with their times
-picture.py      one frame, turned into counts where it is read
-opened_file.py  the film's file, opened once
-limits.py       every constant of the decision, with its source
-measuring.py    constants of measuring, with their sources
-reasons.py      findings with value, limit and unit
-timeline.py     rising frame times, and time intervals
-series.py       medians, means and greatest values over windows of frames
-splines.py      cubic splines over frames
+video.py       grey frames with their times
+picture.py     one frame, turned into counts where it is read
+limits.py      every constant of the decision, with its source
+measuring.py   constants of measuring, with their sources
+reasons.py     findings with value, limit and unit
+timeline.py    rising frame times, and time intervals
+series.py      medians, means and greatest values over windows of frames
 """
 
 from moireid.verifier.live.stream import StreamCheck

@@ -3,6 +3,13 @@
 SciPy has these filters too, but it takes longer to load than a film of two seconds takes to verify.
 
 Convention: the first axis is time; a window is centred on its frame, and beyond an end the last frame is repeated.
+
+Cubic splines over the frames of a film.
+
+SciPy has splines too, but it takes longer to load than a film of two seconds takes to verify.  Only what a film needs
+is here: a smoothing spline at its own places, an interpolating spline's slope, and B-splines on an even grid.
+
+Convention: places rise strictly.
 """
 
 from __future__ import annotations
@@ -50,3 +57,102 @@ def _windows(series: NDArray[Any], frames: int) -> NDArray[Any]:
     """The frames around each, on a last axis of their own."""
     around = [(frames // 2, frames // 2)] + [(0, 0)] * (series.ndim - 1)
     return np.lib.stride_tricks.sliding_window_view(np.pad(series, around, mode="edge"), frames, axis=0)
+
+
+def smoothed(places: Array, values: Array, stiffness: float, weights: Array | None = None) -> Array:
+    """The values (T,) of a natural cubic smoothing spline at its own places.
+
+    It has the least sum of weight times squared residual, plus stiffness times the integral of the squared second
+    derivative.
+    Source: Reinsch's algorithm as in Green and Silverman, Nonparametric Regression and Generalized Linear Models
+    (1994), 2.3.3: (R + stiffness Q' W^-1 Q) c = Q' y, residuals stiffness W^-1 Q c.
+    """
+    step = np.diff(places)
+    share = np.ones(len(places)) if weights is None else 1 / weights
+    # The three diagonals of Q, by row: before, at and after each inner place.
+    before, after = 1 / step[:-1], 1 / step[1:]
+    at = -before - after
+    left, middle, right = share[:-2], share[1:-1], share[2:]
+    main = (step[:-1] + step[1:]) / 3 + stiffness * (left * before**2 + middle * at**2 + right * after**2)
+    first = step[1:-1] / 6 + stiffness * (middle[:-1] * at[:-1] * before[1:] + right[:-1] * after[:-1] * at[1:])
+    second = stiffness * right[:-2] * after[:-2] * before[2:]
+    curvature = _solved(main, first, second, np.diff(np.diff(values) / step))
+    residual = np.zeros(len(values))
+    residual[:-2] += before * curvature
+    residual[1:-1] += at * curvature
+    residual[2:] += after * curvature
+    return np.asarray(values - stiffness * share * residual)
+
+
+def _solved(main: Array, first: Array, second: Array, right: Array) -> Array:
+    """The solution (N,) of a positive definite system of five diagonals, by its Cholesky factors without roots."""
+    # Plain numbers: a step of the recursion has too few of them for arrays.
+    a, b, c, y = main.tolist(), [0.0, *first.tolist()], [0.0, 0.0, *second.tolist()], right.tolist()
+    pivot, near, far = [0.0] * len(a), [0.0] * (len(a) + 2), [0.0] * (len(a) + 2)
+    for i in range(len(a)):
+        # Of row i of the lower factor: one and two places before the diagonal.
+        far[i] = c[i] / pivot[i - 2] if i > 1 else 0.0
+        near[i] = (b[i] - far[i] * pivot[i - 2] * near[i - 1]) / pivot[i - 1] if i else 0.0
+        pivot[i] = a[i] - (near[i] ** 2 * pivot[i - 1] + far[i] ** 2 * pivot[i - 2] if i else 0.0)
+        y[i] -= near[i] * y[i - 1] + far[i] * y[i - 2] if i else 0.0
+    x = [0.0] * (len(a) + 2)
+    for i in range(len(a) - 1, -1, -1):
+        x[i] = y[i] / pivot[i] - near[i + 1] * x[i + 1] - far[i + 2] * x[i + 2]
+    return np.array(x[: len(a)])
+
+
+def slopes(places: Array, values: Array, at: Array) -> Array:
+    """Derivative at `at` (S,) of the cubic spline through values (T, ...), T >= 4, whose third derivative does not
+    jump at the second and the last but one place; (S, ...).
+
+    Source: de Boor, A Practical Guide to Splines (1978), chapter IV: a system of three diagonals for the slopes at the
+    places; between them Hermite's cubic.
+    """
+    step = np.diff(places).reshape(-1, *[1] * (values.ndim - 1))
+    chord = np.diff(values, axis=0) / step
+    own = _slopes_at_places(step, chord)
+    part = np.clip(np.searchsorted(places, at, side="right") - 1, 0, len(places) - 2)
+    share = (at - places[part]).reshape(-1, *[1] * (values.ndim - 1)) / step[part]
+    bend = 3 * (own[part] + own[part + 1] - 2 * chord[part])
+    return np.asarray(own[part] + share * (2 * (chord[part] - own[part]) - 2 * bend / 3 + share * bend))
+
+
+def _slopes_at_places(step: Array, chord: Array) -> Array:
+    """Slopes (T, ...) of the spline at its places, from its steps (T - 1, 1 ...) and chords (T - 1, ...)."""
+    ends = step[0] + step[1], step[-1] + step[-2]
+    below = np.concatenate([step[1:], ends[1][None]])
+    main = np.concatenate([step[1:2], 2 * (step[:-1] + step[1:]), step[-2:-1]])
+    above = np.concatenate([ends[0][None], step[:-1]])
+    right = np.empty((len(main), *chord.shape[1:]))
+    right[1:-1] = 3 * (step[1:] * chord[:-1] + step[:-1] * chord[1:])
+    right[0] = ((step[0] + 2 * ends[0]) * step[1] * chord[0] + step[0] ** 2 * chord[1]) / ends[0]
+    right[-1] = ((step[-1] + 2 * ends[1]) * step[-2] * chord[-1] + step[-1] ** 2 * chord[-2]) / ends[1]
+    for i in range(1, len(main)):
+        factor = below[i - 1] / main[i - 1]
+        main[i] -= factor * above[i - 1]
+        right[i] -= factor * right[i - 1]
+    right[-1] /= main[-1]
+    for i in range(len(main) - 2, -1, -1):
+        right[i] = (right[i] - above[i] * right[i + 1]) / main[i]
+    return right
+
+
+def cubic_bumps(places: Array, knots: int) -> Array:
+    """Cubic B-splines on an even grid of so many parts over all places, (T, knots + 3); each row has the sum 1.
+
+    Source: the recursion of Cox and de Boor for the four that are not 0 at a place; the grid's ends count four times.
+    """
+    low, high = float(places.min()), float(places.max())
+    grid = np.concatenate([[low] * 3, np.linspace(low, high, knots + 1), [high] * 3])
+    part = np.clip(np.searchsorted(grid, places, side="right") - 1, 3, knots + 2)
+    above, below = ([grid[part + k] - places for k in (1, 2, 3)], [places - grid[part - k] for k in (0, 1, 2)])
+    four = [np.ones(len(places))]
+    for degree in (1, 2, 3):
+        shares = [four[k] / (above[k] + below[degree - 1 - k]) for k in range(degree)]
+        falling = [above[k] * shares[k] for k in range(degree)]
+        rising = [below[degree - 1 - k] * shares[k] for k in range(degree)]
+        four = [falling[0], *(falling[k] + rising[k - 1] for k in range(1, degree)), rising[-1]]
+    found = np.zeros((len(places), knots + 3))
+    for k, height in enumerate(four):
+        found[np.arange(len(places)), part - 3 + k] = height
+    return found

@@ -21,20 +21,19 @@ from moireid_studio.api import issue as issue_api
 from moireid_studio.api import registry as registry_api
 from moireid_studio.api import verdicts as verdicts_api
 from moireid_studio.api.schema import describe
-from moireid_studio.auth.guard import Guard
-from moireid_studio.auth.roles import anyone
+from moireid_studio.auth.guard import Guard, anyone
 from moireid_studio.http.connections import Door
 from moireid_studio.http.logs import note_request
 from moireid_studio.http.metrics import Gauge, Watched
 from moireid_studio.live import link_check, link_pages
 from moireid_studio.live import routes as live
 from moireid_studio.live.sockets import sessions_of
-from moireid_studio.pages import answers
 from moireid_studio.pages import enroll as enroll_pages
 from moireid_studio.pages import home as home_pages
 from moireid_studio.pages import issue as issue_pages
 from moireid_studio.pages import registry as registry_pages
 from moireid_studio.pages import verdicts as verdicts_pages
+from moireid_studio.pages import verify
 from moireid_studio.pages import verify as verify_pages
 from moireid_studio.settings import Settings
 from moireid_studio.studio import Studio
@@ -103,7 +102,7 @@ def create_app(settings: Settings) -> FastAPI:
     studio.metrics.watch(_gauges(app, studio))
     app.add_middleware(Guard, loopback_only=not settings.auth)
     app.add_middleware(Watched, metrics=studio.metrics, note=note_request)
-    answers.install(app)
+    verify.install(app)
     for router in (*ROUTERS, _static()):
         # Each with its own prefix and rules already; in one flat list, so that whoever looks over all of them can.
         app.router.routes.extend(router.routes)

@@ -11,8 +11,8 @@ from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.report.person import Claimed as Named
-from moireid_studio.auth.roles import Visitor
+from moireid.verifier.report.circumstances import Claimed as Named
+from moireid_studio.auth.guard import Visitor
 from moireid_studio.jobs.claims import claim_of
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job

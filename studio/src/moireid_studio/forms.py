@@ -17,10 +17,10 @@ from fastapi.routing import APIRoute
 from starlette.datastructures import UploadFile
 from starlette.types import Message
 
-from moireid_studio.auth.roles import Visitor
+from moireid_studio.auth.guard import Visitor
 from moireid_studio.pictures import KIND
 from moireid_studio.problems import Refusal
-from moireid_studio.store.pictures import Picture
+from moireid_studio.store.storage import Picture
 from moireid_studio.studio import studio_of
 from moireid_studio.uploads import GRACE_S, LEAST_RATE, called
 

@@ -15,14 +15,13 @@ from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.fabrication.package import MOVING
 from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
-from moireid_studio.auth.roles import Visitor
+from moireid_studio.auth.guard import Visitor
 from moireid_studio.jobs.orders import Order, Wish
-from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE
+from moireid_studio.jobs.work import ORDER, PACKAGE, PEOPLE
 from moireid_studio.pictures import kept_pictures
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
-from moireid_studio.store.pictures import Picture, pack
-from moireid_studio.store.storage import StorageError
+from moireid_studio.store.storage import Picture, StorageError, pack
 from moireid_studio.studio import Studio
 
 

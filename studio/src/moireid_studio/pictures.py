@@ -20,14 +20,13 @@ from moireid.artwork.content import forget_pictures
 from moireid.artwork.pictures import ADVICE
 from moireid.artwork.svg import MOST_SECONDS, too_slow
 from moireid.errors import SpecError
-from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, ForkServer
 from moireid.sandbox.reach import reach
-from moireid_studio.auth.roles import Visitor
+from moireid.sandbox.seal import ProcessLimits
+from moireid_studio.auth.guard import Visitor
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
-from moireid_studio.store.pictures import Picture, pack, unpacked, written
-from moireid_studio.store.storage import JOB_ID, StorageError
+from moireid_studio.store.storage import JOB_ID, Picture, StorageError, pack, unpacked, written
 from moireid_studio.studio import Studio
 
 #: The kind of job that holds a visitor's pictures, and the file that they are in.

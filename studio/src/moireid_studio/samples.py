@@ -6,7 +6,7 @@ import hashlib
 from importlib import resources
 from typing import Literal, get_args
 
-from moireid_studio.auth.roles import Visitor
+from moireid_studio.auth.guard import Visitor
 from moireid_studio.checks import submit_claim
 from moireid_studio.jobs.queue import Job
 from moireid_studio.studio import Studio

@@ -15,8 +15,8 @@ from starlette.requests import HTTPConnection
 from moireid.errors import RegistryError, SpecError
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
+from moireid.registry.engine import read_url
 from moireid.registry.signing.client import signer_address
-from moireid.registry.url import read_url
 from moireid.result_cache import program_digest
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics

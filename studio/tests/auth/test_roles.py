@@ -18,7 +18,7 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.registry import open_registry
-from moireid_studio.auth.roles import COOKIE, rules_of
+from moireid_studio.auth.guard import COOKIE, rules_of
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.settings import is_loopback
 

@@ -17,7 +17,7 @@ from kit.registries import badge_of
 from kit.webbing import Visit, studio
 from moireid.cli.main import moireid
 from moireid_studio.auth import tokens as token_times
-from moireid_studio.auth.roles import COOKIE
+from moireid_studio.auth.guard import COOKIE
 from moireid_studio.auth.tokens import Tokens
 
 

@@ -25,7 +25,7 @@ from kit.portrait import FACE_MM, portrait
 from kit.programs import needs
 from moireid.badge import Badge
 from moireid.verifier.live.challenge import FACE, Prompt
-from moireid_lab.bench.live.film import answer, frames
+from moireid_lab.bench.live import answer, frames
 
 #: A session lasts as long as its film, and browser, studio and judge keep both processors of a small machine busy.
 pytestmark = [pytest.mark.slow, pytest.mark.alone]

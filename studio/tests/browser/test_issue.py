@@ -37,7 +37,7 @@ from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.session.capture import capture_as_built
 from moireid_studio.jobs.claims import find_claimed
-from moireid_studio.pages.built_words import measured_words
+from moireid_studio.pages.enroll import measured_words
 
 BUILD = Build.typical(5)
 LOGO = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 60 20"><path d="M0 0h60v20H0z" fill="#ff00ff"/></svg>'

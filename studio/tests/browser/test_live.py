@@ -23,7 +23,7 @@ from moireid.badge import Badge
 from moireid.registry import open_registry
 from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.live.session import READY_S
-from moireid_lab.bench.live.film import answer, frames
+from moireid_lab.bench.live import answer, frames
 from moireid_studio.app import create_app
 from moireid_studio.settings import Settings
 

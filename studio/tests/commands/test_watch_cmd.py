@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from kit.places import FILMS
 from kit.streams import pictures, write_stream
 from moireid.cli.main import moireid
-from moireid_studio.commands.watch_showing import line_of, plain, told
+from moireid_studio.commands.watch_cmd import line_of, plain, told
 
 BADGE = ["--badge", str(FILMS / "badge.json")]
 PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]

@@ -15,9 +15,9 @@ from kit.webbing import jobs_of
 from moireid.badge import load_badge
 from moireid.sandbox.process import ForkServer
 from moireid.verifier import Claim, verify
-from moireid_studio.jobs import child, job_runner, queue
+from moireid_studio.jobs import child, queue, workers
+from moireid_studio.jobs.child import Unusable, frames_of, kept_of, result_of
 from moireid_studio.jobs.claims import Prepared
-from moireid_studio.jobs.heard import Unusable, frames_of, kept_of, result_of
 from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
 
@@ -74,7 +74,7 @@ def test_an_error_that_nobody_thought_of_ends_one_job(
     def fail(*given: Any, **more: Any) -> None:
         raise LookupError("nobody thought of this")
 
-    monkeypatch.setattr(job_runner, "run_task", fail)
+    monkeypatch.setattr(workers, "run_task", fail)
     job, jobs = run("questions")
     assert job.problem is not None and job.problem[0] == "system" and "log" in job.problem[1]
     assert all(thread.is_alive() for thread in jobs.workers.threads)
@@ -85,7 +85,7 @@ def test_it_may_ask_as_often_as_a_film_needs(
 ) -> None:
     """Catches: a process that lists the registry's identities by asking for each of them."""
     asked: list[object] = []
-    monkeypatch.setattr(job_runner, "answer_to", lambda question, people: asked.append(question) or [])
+    monkeypatch.setattr(workers, "answer_to", lambda question, people: asked.append(question) or [])
     job, _ = run("questions", "identify", questions=6)
     assert len(asked) == 6 and job.problem is not None and job.problem[0] == "crash"
 

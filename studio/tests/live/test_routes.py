@@ -24,7 +24,7 @@ from moireid.registry import open_registry
 from moireid.verifier.live.challenge import Prompt, draw_prompts
 from moireid.verifier.live.session import READY_S, LiveCheck
 from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.live.film import answer, frames
+from moireid_lab.bench.live import answer, frames
 from moireid_studio.app import create_app
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.live import sockets as live

@@ -11,8 +11,8 @@ import pytest
 from moireid.verifier.report.seconds import Seconds
 from moireid_studio import reports
 from moireid_studio.jobs.queue import Job
-from moireid_studio.pages import player
-from moireid_studio.pages.player import course_of
+from moireid_studio.pages import verify
+from moireid_studio.pages.verify import course_of
 from moireid_studio.problems import Refusal
 
 HEAD = "frame,time_s,measured_rad_0,predicted_rad_0,phase_sd_rad_0\n"
@@ -68,5 +68,5 @@ def test_a_huge_file_is_not_read_into_the_server_s_memory(tmp_path: Path, monkey
 
 def test_rows_beyond_the_drawn_ones_are_not_even_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: all rows of a long file made objects before most of them are dropped; the last one here is no row."""
-    monkeypatch.setattr(player, "MOST_FRAMES", 2)
+    monkeypatch.setattr(verify, "MOST_FRAMES", 2)
     assert course_of(job(tmp_path, HEAD + "0,2.0,0,0,0.1\n1,2.1,0,0,0.1\nno,row\n"), SECONDS) is not None

@@ -13,10 +13,9 @@ from sqlalchemy import update
 
 from moireid.errors import RegistryError, SpecError
 from moireid_studio.store import ledger as module
-from moireid_studio.store.database import Away, Database, database_of, is_away, patiently
+from moireid_studio.store.database import Away, Database, database_of, is_away, jobs, patiently
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import LEASE_S, Ledger
-from moireid_studio.store.tables import jobs
 from moireid_studio.store.verdicts import Verdicts
 
 Process = Callable[[], Ledger]

@@ -16,7 +16,7 @@ from kit.webbing import badge_film, film_form, studio, tiny_film
 from moireid import __version__
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid_studio.jobs.job_runner import with_notes
+from moireid_studio.jobs.workers import with_notes
 from moireid_studio.store import verdicts as module
 from moireid_studio.store.verdicts import Verdicts, said
 

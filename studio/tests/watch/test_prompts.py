@@ -19,7 +19,7 @@ from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.live.session import READY_S
 from moireid.verifier.picture import Picture
 from moireid.verifier.session.result import report_schema
-from moireid_lab.bench.live.film import answer, frames
+from moireid_lab.bench.live import answer, frames
 from moireid_studio.watch.inbox import Inbox, Taken
 from moireid_studio.watch.judge import Voice, Watching
 from moireid_studio.watch.order import End, Order

@@ -23,7 +23,7 @@ from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
-from moireid.fabrication.acrylic import cutting, dxf, svg
+from moireid.fabrication.acrylic import cutting, drawings
 from moireid.fabrication.acrylic.contour import Contour
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.process import AcrylicProcess
@@ -46,10 +46,10 @@ def plan(badge: Badge) -> AcrylicPlan:
 def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path, cutting.Drawing]:
     drawing = cutting.draw(plan, kerf_mm)
     files = folder / "acrylic.dxf", folder / "acrylic.svg"
-    dxf.write_dxf(drawing, files[0])
-    svg.write_svg(drawing, files[1])
-    dxf.check_dxf(files[0], drawing, kerf_mm)
-    svg.check_svg(files[1], drawing, kerf_mm)
+    drawings.write_dxf(drawing, files[0])
+    drawings.write_svg(drawing, files[1])
+    drawings.check_dxf(files[0], drawing, kerf_mm)
+    drawings.check_svg(files[1], drawing, kerf_mm)
     return *files, drawing
 
 
@@ -312,12 +312,12 @@ def test_damaged_dxf_is_refused(
     damage(document)
     document.saveas(path)
     with pytest.raises(FabricationError, match=complaint):
-        dxf.check_dxf(path, drawing, 0.15)
+        drawings.check_dxf(path, drawing, 0.15)
     whole = path.read_bytes()
     for share in (0.0, 0.001, 0.5, 0.99):
         path.write_bytes(whole[: int(share * len(whole))])
         with pytest.raises(FabricationError, match="DXF cannot be read back, allowed is a readable file"):
-            dxf.check_dxf(path, drawing, 0.15)
+            drawings.check_dxf(path, drawing, 0.15)
 
 
 @pytest.mark.parametrize(
@@ -337,7 +337,7 @@ def test_damaged_svg_is_refused(old: str, new: str, complaint: str, plan: Acryli
     assert count == 1
     path.write_text(text)
     with pytest.raises(FabricationError, match=complaint):
-        svg.check_svg(path, drawing, 0.15)
+        drawings.check_svg(path, drawing, 0.15)
 
 
 def test_paths_that_overlap_or_nearly_meet_are_refused(plan: AcrylicPlan) -> None:

@@ -16,9 +16,9 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
 from moireid.fabrication.assembly import words
-from moireid.fabrication.assembly.fringes import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
+from moireid.fabrication.assembly.axonometry import Piece, pieces, placed
 from moireid.fabrication.assembly.guide import _draw_steps, write_assembly_pdf
-from moireid.fabrication.assembly.plate import Piece, pieces, placed
+from moireid.fabrication.assembly.sketches import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
 from moireid.fabrication.assembly.words import Build
 from moireid.fabrication.page.pdf import Sheet
 from moireid.fabrication.process import MountFigures, MountProcess, mount_figures

@@ -11,7 +11,7 @@ from kit.registries import badge_of, rows_of, tamper
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.registry import open_registry
-from moireid.registry.actor import account
+from moireid.registry.keys import account
 
 
 def test_each_entry_names_who_did_it(registry):

@@ -25,8 +25,7 @@ from moireid.registry import open_registry
 from moireid.registry.keys import ENTRY, HEAD, NOTE, RECORD, Signer
 from moireid.registry.log import Head, entry_text, rotation_of, rotation_row
 from moireid.registry.signing import process as signing
-from moireid.registry.signing.client import AskingSigner, make_key
-from moireid.registry.signing.kinds import of_kind
+from moireid.registry.signing.client import AskingSigner, make_key, of_kind
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows lacks such sockets")
 

@@ -7,14 +7,14 @@ import json
 
 import pytest
 
-from moireid.registry.transfer import jsonstream
-from moireid.registry.transfer.jsonstream import walk
+from moireid.registry.transfer import export
+from moireid.registry.transfer.export import walk
 
 
 @pytest.mark.parametrize("chunk", [1, 2, 3, 7, 4096])
 def test_walk_sees_what_json_sees(monkeypatch, chunk):
     """Catches: a value cut at a buffer's edge: a number, an escape, a letter of two bytes."""
-    monkeypatch.setattr(jsonstream, "CHUNK", chunk)
+    monkeypatch.setattr(export, "CHUNK", chunk)
     document = {
         "a": 12345.678e-3,
         "é\u2028\n": 'x\\"\u00e9\U0001f600',
@@ -45,7 +45,7 @@ def test_walk_refuses_what_json_refuses(text):
 
 def test_walk_holds_one_item_at_a_time(monkeypatch):
     """Catches: a reader that keeps what it has passed, and one that reads all before the first item."""
-    monkeypatch.setattr(jsonstream, "CHUNK", 64)
+    monkeypatch.setattr(export, "CHUNK", 64)
 
     class Stream(io.BytesIO):
         read_so_far = 0
@@ -60,7 +60,7 @@ def test_walk_holds_one_item_at_a_time(monkeypatch):
     for _ in range(3):
         next(items)
     assert stream.read_so_far < 1000
-    monkeypatch.setattr(jsonstream, "VALUE_LIMIT", 500)
+    monkeypatch.setattr(export, "VALUE_LIMIT", 500)
     assert len(list(walk(io.BytesIO(json.dumps({"list": ["x" * 50] * 1000}).encode())))) == 1000
     with pytest.raises(ValueError, match="longer than 500 bytes"):
         list(walk(io.BytesIO(json.dumps({"text": "x" * 5000}).encode())))

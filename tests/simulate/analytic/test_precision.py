@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from moireid.errors import SpecError
-from moireid.simulate.analytic.estimate import cheapest, estimate_error
+from moireid.simulate.analytic.accuracy import cheapest, estimate_error
 from moireid.simulate.analytic.renderer import AnalyticRenderer, ray_places
 from moireid_lab.bench.simulate.reference import refract
 from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, eleven
+from moireid_lab.bench.simulate.simulate_suite import FINE, error_of, speed_at_equal_error, truth_of
 from moireid_lab.bench.simulate.stiff_scenes import render_case, stiff_scenes
-from moireid_lab.bench.simulate.suite import FINE, error_of, speed_at_equal_error, truth_of
 
 SETTINGS = {setting.name: setting for setting in eleven()}
 FEW = ("prototype, 1 m", "turned in the picture by 30 degrees", "both axes", "thick sheet, 3 mm", "line mask")

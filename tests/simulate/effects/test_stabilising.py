@@ -11,7 +11,7 @@ from kit.takes import SIZE, a_take
 from moireid.simulate.cameras import Camera
 from moireid.simulate.effects.table import KINDS, STRENGTHS, effect_named
 from moireid.simulate.motion import motion_named
-from moireid.simulate.recording.shutter import opened
+from moireid.simulate.recording.sensor import opened
 from moireid.simulate.scene import Build, Scene
 
 

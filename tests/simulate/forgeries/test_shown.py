@@ -14,11 +14,20 @@ from moireid.lenticule import view_law
 from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
 from moireid.simulate.filming import film, truth_path
 from moireid.simulate.forgeries.courses import FIELDS, KINDS
-from moireid.simulate.forgeries.flat import PHOTO_PX_PER_MM, SquaredUp, held_frames
-from moireid.simulate.forgeries.patches import CLOCK_S, PATCHES, Generative, OwnClocks, parallax
-from moireid.simulate.forgeries.shown import Shown, shown_in
+from moireid.simulate.forgeries.rear_layer import (
+    CLOCK_S,
+    PATCHES,
+    PHOTO_PX_PER_MM,
+    Generative,
+    OwnClocks,
+    Shown,
+    SquaredUp,
+    held_frames,
+    parallax,
+    shown_in,
+)
 from moireid.simulate.motion import Poses
-from moireid.simulate.recording.shutter import opened
+from moireid.simulate.recording.sensor import opened
 from moireid.simulate.scene import Build, Camera, Instant, Scene
 from moireid.simulate.shots import gathered
 from moireid.simulate.truth import shown_phase_rad

@@ -41,8 +41,8 @@ from moireid.lenticule import landing_mm
 from moireid.simulate.analytic.page import cell_table
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.mitsuba import variant as mitsuba_variant
-from moireid.simulate.mitsuba.page import page_strips
 from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+from moireid.simulate.mitsuba.sheet import page_strips
 from moireid.simulate.scene import Build, Instant, Scene
 
 BUILT = Build(lens_offset_mm=0.13, twist_rad=math.radians(0.4), print_scale=1.003, lens_scale=0.998, print_aspect=0.994)

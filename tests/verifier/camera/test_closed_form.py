@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from moireid.verifier.camera.closed_form import closed_form
+from moireid.verifier.camera.plane_pose import closed_form
 
 PLANE = np.array([[x, y] for x in (-60.0, 0.0, 60.0) for y in (-40.0, 40.0)])
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.camera.one_camera import SMOOTHED_S, slow_to_fast
+from moireid.verifier.camera.fast_poses import SMOOTHED_S, slow_to_fast
 
 FPS = 30.0
 TIMES_S = np.arange(1200) / FPS

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.decision.calibration import SCALE, calibrated_log10, in_words
+from moireid.verifier.decision.figures import SCALE, calibrated_log10, in_words
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, CALIBRATION_OFFSET_LOG10, CALIBRATION_SLOPE
 
 

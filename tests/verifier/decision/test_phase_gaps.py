@@ -10,7 +10,7 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.forgers.suite import CAMERA, badge_of
+from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 
 FPS, FRAMES = 12.0, 110
 

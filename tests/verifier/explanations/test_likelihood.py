@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from moireid.verifier.explanations.likelihood import containing_odds, scale_rad
+from moireid.verifier.explanations.residuals import containing_odds, scale_rad
 from moireid.verifier.limits import EXPECTED, FORGED_MAX_SHARE, FORGED_MIN_SHARE, MAX_RIVAL_LOG10, REJECTED_LOG10
 
 MOTION, ERROR = 0.8, 0.02

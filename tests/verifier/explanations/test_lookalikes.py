@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, clock, fringe_signal, lasting_noise, trajectory
-from moireid.verifier.explanations.honest import HonestModel
-from moireid.verifier.explanations.lookalikes import BY_CHANCE, lookalike_shares, resampled
-from moireid.verifier.explanations.rivals import RIVALS
-from moireid.verifier.explanations.series import phase_series
+from moireid.verifier.explanations.honest import HonestModel, phase_series
+from moireid.verifier.explanations.rivals import BY_CHANCE, RIVALS, lookalike_shares, resampled
 from moireid.verifier.limits import DRAWS, FORGED_GAINS, MAX_RIVAL_SHARE
 
 ROOM = (0.85, 1.15)

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, apart_from, clock, lasting_noise, series_of, trajectory
-from moireid.verifier.explanations.honest import HonestModel
+from moireid.verifier.explanations.honest import HonestModel, PhaseSeries
 from moireid.verifier.explanations.residuals import independent_samples
 from moireid.verifier.explanations.rivals import RIVALS, delayed, even, rival_odds
-from moireid.verifier.explanations.series import PhaseSeries
 from moireid.verifier.limits import DELAYS_S, FORGED_GAINS, LATE_RANGE_S, MAX_LAG_S, REJECTED_LOG10
 
 ROOM = (0.85, 1.15)

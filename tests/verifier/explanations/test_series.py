@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FPS, FRAMES, clock, fringe_signal, series_of, trajectory
-from moireid.verifier.explanations.series import phase_series
+from moireid.verifier.explanations.honest import phase_series
 from moireid.verifier.limits import MOST_BLOCKS
 
 

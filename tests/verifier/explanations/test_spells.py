@@ -7,7 +7,7 @@ import pytest
 
 from kit.fringe_signals import FRAMES, clock, lasting_noise, series_of, trajectory
 from moireid.verifier.explanations.honest import HonestModel
-from moireid.verifier.explanations.spells import Spell, worst_spell
+from moireid.verifier.explanations.rivals import Spell, worst_spell
 from moireid.verifier.limits import MAX_RIVAL_LOG10, REJECTED_LOG10
 
 LAW = 1.2 * trajectory()

@@ -7,10 +7,9 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, joined_in_time, mean_overtone
-from moireid.verifier.fringes.depth_law import DepthLaw
+from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw, joined_in_time, mean_overtone
+from moireid.verifier.fringes.phase import StripPhase
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.fringes.strip_phase import StripPhase
 
 FRAMES = 60
 TIMES = np.arange(FRAMES) / 30.0

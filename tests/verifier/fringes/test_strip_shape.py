@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.predicted_phase import StripLaw
-from moireid.verifier.fringes.strip_phase import StripPhase
-from moireid.verifier.fringes.strip_shape import strip_shape
+from moireid.verifier.fringes.phase import StripLaw, StripPhase, strip_shape
 
 FRAMES, SAMPLES, FRINGES = 90, 160, 3.2
 ALONG = np.linspace(-0.5, 0.5, SAMPLES)

@@ -29,15 +29,12 @@ from moireid.verifier.live.challenge import (
     over_s,
     sideways,
 )
-from moireid.verifier.live.chance import likeliest_chance, same_moves_chance
-from moireid.verifier.live.pace import CALL, HERE, SPREAD_S, Pace
+from moireid.verifier.live.chance import COUNT_S, LEAST_WIDTH_PX, TileWatch, likeliest_chance, same_moves_chance
+from moireid.verifier.live.clock import CALL, HERE, SPREAD_S, Pace
 from moireid.verifier.live.session import LiveCheck
-from moireid.verifier.live.tile import COUNT_S, LEAST_WIDTH_PX, TileWatch
 from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.live.call import Caller, Paused, coded
-from moireid_lab.bench.live.film import answer, frames
-from moireid_lab.bench.live.replays import course_of
+from moireid_lab.bench.live import Caller, Paused, answer, coded, course_of, frames
 
 FPS = 24.0
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from kit.portrait import FACE_MM
-from moireid.verifier.live import challenge, pace
+from moireid.verifier.live import challenge, clock
 from moireid.verifier.live import chance as chances
 from moireid.verifier.live.challenge import (
     FACE,
@@ -25,8 +25,7 @@ from moireid.verifier.live.challenge import (
     place_of,
 )
 from moireid.verifier.live.clock import SETTLE_S, SLACK_S, BoundedClock
-from moireid_lab.bench.live.film import REST_MM, WEBCAM, answer
-from moireid_lab.bench.live.replays import course_of, passes, replays_passed
+from moireid_lab.bench.live import REST_MM, WEBCAM, answer, course_of, passes, replays_passed
 
 EACH = ["left", "right", "down", "up", "nearer", "farther", FACE]
 
@@ -119,7 +118,7 @@ def test_the_face_must_be_covered_for_the_stated_time() -> None:
     brief = course.before_face & (course.times_s < at_s + 2.0)
     reason = judge_prompt(replace(course, before_face=brief), prompts[0])
     assert reason.level == "fail" and "before the face for 0." in reason.text
-    late = course.before_face & (course.times_s > at_s + pace.DONE_S + 0.1)
+    late = course.before_face & (course.times_s > at_s + clock.DONE_S + 0.1)
     assert judge_prompt(replace(course, before_face=late), prompts[0]).level == "fail"
 
 
@@ -153,10 +152,10 @@ def test_challenges_stay_in_reach_and_differ() -> None:
             place = moved(place, prompt.move)
             assert max(map(abs, place)) <= 1 and not (place[2] > 0 and place[1] < 0)
         moves = [prompt.move for prompt in prompts]
-        assert moves.count(FACE) == 1 and moves[0] != FACE and len(moves) == pace.MOVES
-        assert sum(move in ("left", "right") for move in moves) >= pace.SIDEWAYS
+        assert moves.count(FACE) == 1 and moves[0] != FACE and len(moves) == clock.MOVES
+        assert sum(move in ("left", "right") for move in moves) >= clock.SIDEWAYS
         gaps = np.diff([prompt.at_s for prompt in prompts])
-        assert gaps.min() >= pace.LEAST_GAP_S and prompts[0].at_s >= 10.0
+        assert gaps.min() >= clock.LEAST_GAP_S and prompts[0].at_s >= 10.0
         seen[tuple(moves)] += 1
     assert set(WAYS) <= {move for moves in seen for move in moves} and max(seen.values()) < 20
 

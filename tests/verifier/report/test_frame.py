@@ -19,7 +19,7 @@ from moireid.errors import MediaError
 from moireid.verifier.decision.judge import judge_invariant
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.report.frame import frame_picture, telling_moment
+from moireid.verifier.report.seconds import frame_picture, telling_moment
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import Film
 

@@ -13,11 +13,9 @@ import pytest
 
 from moireid.provenance import Barred, Holder, Standing
 from moireid.verifier.decision.findings import WORDS as DECIDED
-from moireid.verifier.report.circumstances import Circumstances, day, moment_words
-from moireid.verifier.report.findings import CAUSES, WEIGHTIEST, sorted_findings
+from moireid.verifier.report.circumstances import Circumstances, claimed_in, day, moment_words
+from moireid.verifier.report.findings import CAUSES, OPEN, RIVALS, WEIGHTIEST, sorted_findings
 from moireid.verifier.report.headline import headline_of
-from moireid.verifier.report.open_words import OPEN, RIVALS
-from moireid.verifier.report.person import claimed_in
 
 NOW = datetime(2026, 5, 7, 12, 0, tzinfo=UTC)
 REGISTRY = Standing("c0ffee" * 5, "3:" + "ab" * 32)

@@ -25,16 +25,14 @@ from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.provenance import Barred, Holder, Standing
-from moireid.verifier.decision.calibration import in_words
-from moireid.verifier.decision.judge import judge_invariant
-from moireid.verifier.decision.segments import Segment
+from moireid.verifier.decision.figures import in_words
+from moireid.verifier.decision.judge import Segment, judge_invariant
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
 from moireid.verifier.report.circumstances import Circumstances
-from moireid.verifier.report.law_plot import law_plot
-from moireid.verifier.report.page import render_page, report_paths, write_report
-from moireid.verifier.report.pictures import pictures_of
+from moireid.verifier.report.page import pictures_of, render_page, report_paths, write_report
+from moireid.verifier.report.plots import law_plot
 from moireid.verifier.report.rival_table import DOES
 from moireid.verifier.session.cover import Cover
 from moireid.verifier.session.result import Report

@@ -17,13 +17,21 @@ from moireid.badge import Badge
 from moireid.verifier.decision.comparison import Explanation
 from moireid.verifier.decision.findings import WORDS
 from moireid.verifier.decision.judge import judge_invariant
+from moireid.verifier.explanations.honest import PhaseSeries
 from moireid.verifier.explanations.rivals import RIVALS, Rival
-from moireid.verifier.explanations.series import PhaseSeries
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
-from moireid.verifier.report.rival_plot import best_fit, rival_plot, shaped_rival
-from moireid.verifier.report.rival_table import DOES, PHOTOGRAPHS, best_rival, odds_line, table_of
+from moireid.verifier.report.rival_table import (
+    DOES,
+    PHOTOGRAPHS,
+    best_fit,
+    best_rival,
+    odds_line,
+    rival_plot,
+    shaped_rival,
+    table_of,
+)
 from moireid.verifier.session.result import Report
 
 

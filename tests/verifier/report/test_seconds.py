@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from moireid.verifier.report.drawing import broken
+from moireid.verifier.report.plots import broken
 from moireid.verifier.report.seconds import Seconds, seconds_of
 from moireid.verifier.session.cover import cover_of, seen_spans, within
 

@@ -13,7 +13,7 @@ import pytest
 from moireid.badge import load_badge
 from moireid.verifier import Claim, Film, Verifier
 from moireid.verifier.session import badge_session, streaming
-from moireid.verifier.session.giving_way import SWITCH_S, GivingWay
+from moireid.verifier.session.threads import SWITCH_S, GivingWay
 
 
 def test_threads_change_places_sooner_while_something_is_judged_and_not_after():

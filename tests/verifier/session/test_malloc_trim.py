@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from moireid.verifier.session import malloc_trim
+from moireid.verifier.session import threads
 
 
 def resident_mb() -> float:
@@ -25,13 +25,13 @@ def test_freed_memory_goes_back_to_the_system():
     last = np.ones(8000)
     held = resident_mb()
     pieces.clear()
-    malloc_trim.give_back()
+    threads.give_back()
     assert resident_mb() < held - 60 and last.sum() == 8000
 
 
 def test_a_library_without_it_is_left_alone(monkeypatch):
     """Catches: a verify that ends with an error where the system has another C library."""
-    malloc_trim._trim.cache_clear()
+    threads._trim.cache_clear()
     monkeypatch.setattr(ctypes, "CDLL", lambda name: object())
-    malloc_trim.give_back()
-    malloc_trim._trim.cache_clear()
+    threads.give_back()
+    threads._trim.cache_clear()

@@ -34,7 +34,7 @@ from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.timeline import BREAK_S, Spans
 from moireid.verifier.video import Film
-from moireid_lab.bench.live.film import answer, frames
+from moireid_lab.bench.live import answer, frames
 
 #: A call: the badge goes to the left, across the face, and down from there.
 CALL = (Prompt("left", 1.0), Prompt("face", 3.0), Prompt("right", 6.5))

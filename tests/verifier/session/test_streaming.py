@@ -13,7 +13,7 @@ import pytest
 from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.verifier import Claim, Running, Verifier, verify
-from moireid.verifier.decision.segments import judge_segments
+from moireid.verifier.decision.judge import judge_segments
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import SEGMENT_S
 from moireid.verifier.measuring import MAX_UNSEARCHED_S

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.tracking.even_sample import EvenSample
+from moireid.verifier.tracking.sampling import EvenSample
 
 
 def sampled(count: int, limit: int) -> EvenSample:

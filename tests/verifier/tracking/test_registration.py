@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import HEIGHT, MARKERS, WIDTH, apart_px, corners_px, draw, filmed, nudged, seen_from
-from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.finding.page_groups import fit_homography
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, scale_px_per_mm
 from moireid.verifier.tracking.sampling import Places, Sampler
+from moireid.verifier.tracking.track import Course, Seen
 
 
 @pytest.fixture(scope="module")

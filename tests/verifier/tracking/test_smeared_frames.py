@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
-from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, KeptTemplate, PageRegistrar
 from moireid.verifier.tracking.smeared_frames import MOST_REACH, ShakenFollower
 from moireid.verifier.tracking.template import printer_of
+from moireid.verifier.tracking.track import Course, Seen
 
 FPS, EXPOSURE_S = 30.0, 1 / 60
 #: A marker's module in these pictures, px.

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from moireid.sandbox.child import Talk
-from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, start
 from moireid.sandbox.reach import reach
+from moireid.sandbox.seal import ProcessLimits
 
 #: Time for a process to load the program before the time of its job begins.
 START_S = 120.0

@@ -22,8 +22,7 @@ from moireid.badge import Badge
 from moireid.errors import MoireIdError
 from moireid.files import planned, whole_file, write_text
 from moireid.result_cache import keep_row, kept_rows, program_digest
-from moireid.simulate.filming import truth_path
-from moireid.simulate.wish import Wish, filmed, scene_of
+from moireid.simulate.filming import Wish, filmed, scene_of, truth_path
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Lost
 from moireid_lab.bench.rows import LIMITS, Where

@@ -10,15 +10,15 @@ from typing import Any
 
 from moireid import __version__
 from moireid.files import planned, whole_file, write_text
-from moireid_lab.bench.fabricate.output import fabricate_plot, fabricate_table
-from moireid_lab.bench.forgers.output import forgers_plot, forgers_table
-from moireid_lab.bench.identity.output import identity_plot, identity_table
-from moireid_lab.bench.natural.output import natural_plot, natural_table
-from moireid_lab.bench.published.output import published_plot, published_table
-from moireid_lab.bench.reality.output import reality_plot, reality_table
-from moireid_lab.bench.simulate.output import simulate_plot, simulate_table
-from moireid_lab.bench.stability.output import stability_plot, stability_table
-from moireid_lab.bench.verify.output import verify_plot, verify_table
+from moireid_lab.bench.fabricate.fabricate_suite import fabricate_plot, fabricate_table
+from moireid_lab.bench.forgers.forgers_suite import forgers_plot, forgers_table
+from moireid_lab.bench.identity.identity_suite import identity_plot, identity_table
+from moireid_lab.bench.natural import natural_plot, natural_table
+from moireid_lab.bench.published import published_plot, published_table
+from moireid_lab.bench.reality import reality_plot, reality_table
+from moireid_lab.bench.simulate.simulate_suite import simulate_plot, simulate_table
+from moireid_lab.bench.stability import stability_plot, stability_table
+from moireid_lab.bench.verify.verify_suite import verify_plot, verify_table
 
 
 def outputs(folder: Path, suite: str) -> list[Path]:

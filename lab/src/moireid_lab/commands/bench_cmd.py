@@ -79,10 +79,10 @@ def bench_command(
     a run that was interrupted goes on there.
     """
     from moireid.files import planned
-    from moireid_lab.bench.identity import suite as identity
+    from moireid_lab.bench import stability as stability
+    from moireid_lab.bench.identity import identity_suite as identity
     from moireid_lab.bench.output import TABLES, outputs, write
     from moireid_lab.bench.rows import Where
-    from moireid_lab.bench.stability import suite as stability
 
     if suite in ("fabricate", "simulate") and (workers or scheduler):
         fail(f"{suite} has no films to share out; leave out --workers and --scheduler")
@@ -95,27 +95,27 @@ def bench_command(
         if suite == "stability":
             result = stability.run(quick=quick, seed=seed, where=where, progress=progress)
         elif suite == "fabricate":
-            from moireid_lab.bench.fabricate import suite as fabricate
+            from moireid_lab.bench.fabricate import fabricate_suite as fabricate
 
             result = fabricate.run(quick=quick, seed=seed, progress=progress)
         elif suite == "simulate":
-            from moireid_lab.bench.simulate import suite as simulate
+            from moireid_lab.bench.simulate import simulate_suite as simulate
 
             result = simulate.run(quick=quick, seed=seed, progress=progress)
         elif suite == "verify":
-            from moireid_lab.bench.verify import suite as verify
+            from moireid_lab.bench.verify import verify_suite as verify
 
             result = verify.run(quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress)
         elif suite in ("forgers", "reality", "natural"):
-            from moireid_lab.bench.forgers import suite as forgers
-            from moireid_lab.bench.natural import suite as natural
-            from moireid_lab.bench.reality import suite as reality
+            from moireid_lab.bench import natural as natural
+            from moireid_lab.bench import reality as reality
+            from moireid_lab.bench.forgers import forgers_suite as forgers
 
             kept = folder / f"{suite}.jsonl"
             films = {"forgers": forgers.run, "reality": reality.run, "natural": natural.run}[suite]
             result = films(quick=quick, seed=seed, clips=clips, only=only, kept=kept, where=where, progress=progress)
         elif suite == "published":
-            from moireid_lab.bench.published import suite as published
+            from moireid_lab.bench import published as published
 
             result = published.run(
                 quick=quick,

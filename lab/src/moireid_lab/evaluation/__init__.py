@@ -1,13 +1,12 @@
 """`moireid evaluate`: a labelled collection of films, scored by our pipeline and by the published one.
 
-manifest.py    the list of films, read and fully checked before any work
-rows.py        one film with one pipeline: a row of figures, and the key under which it is kept
-columns.py     what the columns of the results in Parquet hold
-collect.py     every row of a collection, made by the engine; rows of an earlier run are reused
-statistics.py  ROC, AUC, EER, thresholds, Cllr, effect sizes and intervals: plain functions over arrays
-summary.py     from rows to the figures of evaluate.json
-detectors.py   scores of other detectors, beside ours
-table.py       the figures as text
-plots.py       scores by group, ROC, DET, accuracy by threshold, Tippett
+manifest.py       the list of films, read and fully checked before any work
+rows.py           one film with one pipeline: a row of figures, and the key under which it is kept
+collect.py        every row of a collection, made by the engine; rows of an earlier run are reused
+statistics.py     ROC, AUC, EER, thresholds, Cllr, effect sizes and intervals: plain functions over arrays
+summary.py        from rows to the figures of evaluate.json
+detectors.py      scores of other detectors, beside ours
+table.py          the figures as text
+plots.py          scores by group, ROC, DET, accuracy by threshold, Tippett
 generator_kit.py  frames, prompts and a table for who makes forged films with a video generator
 """

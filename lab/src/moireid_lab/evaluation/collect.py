@@ -12,9 +12,18 @@ from moireid.errors import SpecError
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, Lost
 from moireid_lab.archive.parts import Parts
-from moireid_lab.evaluation.columns import COLUMNS
 from moireid_lab.evaluation.manifest import Entry
-from moireid_lab.evaluation.rows import Job, Pipeline, Row, claim_digest, failed_row, row_key, score_film, scorer
+from moireid_lab.evaluation.rows import (
+    COLUMNS,
+    Job,
+    Pipeline,
+    Row,
+    claim_digest,
+    failed_row,
+    row_key,
+    score_film,
+    scorer,
+)
 
 #: Called with the number of films done, in all, failed, and reused from an earlier run.
 Progress = Callable[[int, int, int, int], None]

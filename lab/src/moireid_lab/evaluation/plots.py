@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from moireid.files import whole_file
-from moireid.verifier.decision.calibration import calibrated_log10
+from moireid.verifier.decision.figures import calibrated_log10
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 from moireid_lab.evaluation.summary import LIMITS, RATIOS
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.decision.calibration import calibrated_log10
+from moireid.verifier.decision.figures import calibrated_log10
 from moireid.verifier.limits import MAX_RIVAL_LOG10
 from moireid.verifier.published.pipeline import THRESHOLD
 from moireid_lab.evaluation import statistics

@@ -13,9 +13,9 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.pdf import write_badge_pdf
+from moireid_lab.bench.fabricate.fabricate_suite import page_figures
 from moireid_lab.bench.fabricate.painted import edge_errors, painted_figures
 from moireid_lab.bench.fabricate.raster import Raster, paint, read_page, without_lines
-from moireid_lab.bench.fabricate.suite import page_figures
 
 #: Half a dot, and what binary fractions of a millimetre leave.
 HALF = 0.5 + 1e-3

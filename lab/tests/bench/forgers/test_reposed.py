@@ -9,7 +9,7 @@ import pytest
 
 from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Camera, Scene, motion_named
-from moireid.simulate.forgeries.flat import SquaredUp
+from moireid.simulate.forgeries.rear_layer import SquaredUp
 from moireid_lab.bench.forgers.reposed import REACH_MM, Field, Reposed, fields_of, for_all_fields, over, whole_of
 
 TIMES = np.arange(90) / 30

@@ -10,8 +10,8 @@ import pytest
 
 from moireid.verifier.video import Film
 from moireid_lab.bench.forgers.cases import Case, Filming, Shoot, cases
+from moireid_lab.bench.forgers.forgers_suite import badge_of, film_case, run_case
 from moireid_lab.bench.forgers.motions import one_way
-from moireid_lab.bench.forgers.suite import badge_of, film_case, run_case
 
 
 def test_every_case_can_be_filmed():

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from moireid.verifier.tracking.track import Track
-from moireid_lab.bench.natural.cases import LENGTHS_S
-from moireid_lab.bench.natural.film_parts import MOST_PARTS, cut_track, part_starts
+from moireid_lab.bench.natural import LENGTHS_S, MOST_PARTS, cut_track, part_starts
 
 #: Tracked frames by their numbers: the badge is not found in frames 3 and 4.
 NUMBERS = np.array([0, 1, 2, 5, 6, 7, 8, 9])

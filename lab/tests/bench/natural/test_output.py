@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from moireid_lab.bench.natural.output import accepted_share, groups, median_odds, nested_pairs, with_enough_motion
+from moireid_lab.bench.natural import accepted_share, groups, median_odds, nested_pairs, with_enough_motion
 from moireid_lab.bench.output import PLOTS, TABLES
 
 

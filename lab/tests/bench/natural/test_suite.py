@@ -11,15 +11,15 @@ import pytest
 from moireid.errors import SpecError
 from moireid.simulate.motion import NAMED
 from moireid.verifier.session.chapters import CHAPTER_FRAMES
-from moireid_lab.bench.natural import suite
-from moireid_lab.bench.natural.cases import DISTANCES_M, LENGTHS_S, MOTIONS, QUICK_LENGTHS_S, cases, usual
+from moireid_lab.bench import natural
+from moireid_lab.bench.natural import DISTANCES_M, LENGTHS_S, MOTIONS, QUICK_LENGTHS_S, cases, usual
 
 
 def test_every_motion_is_filmed_at_every_distance():
     """Catches: two cases under one name; a motion that does not exist; a film of more than one chapter."""
     assert {case.name for case in cases()} == {f"{motion} {away:g} m" for motion in MOTIONS for away in DISTANCES_M}
     assert set(MOTIONS) <= set(NAMED) and set(QUICK_LENGTHS_S) <= set(LENGTHS_S)
-    assert suite.FRAMES == 1200 and suite.FRAMES <= CHAPTER_FRAMES
+    assert natural.FRAMES == 1200 and natural.FRAMES <= CHAPTER_FRAMES
     assert [case.name for case in cases() if usual(case, quick=True)] == ["walk 1 m"]
     assert all(usual(case, quick=False) for case in cases())
 
@@ -38,22 +38,22 @@ def test_rows_are_of_the_parts_of_each_film(tmp_path: Path, monkeypatch: pytest.
 
     monkeypatch.setattr("moireid_lab.bench.rows.made_rows", films)
     asked = {"seed": 4, "kept": tmp_path / "natural.jsonl", "progress": lambda done, of: None}
-    result = suite.run(quick=False, clips=2, only="^sway 2 m$", **asked)
-    assert made == [("sway 2 m", seed, suite.FRAMES) for seed in (4, 5)]
+    result = natural.run(quick=False, clips=2, only="^sway 2 m$", **asked)
+    assert made == [("sway 2 m", seed, natural.FRAMES) for seed in (4, 5)]
     assert result["rows"][-1] == {"motion": "sway", "distance_m": 2.0, "seed": 5, "seconds": 40}
     assert len(result["rows"]) == 2 * len(LENGTHS_S) and (result["suite"], result["seed"]) == ("natural", 4)
     made.clear()
-    result = suite.run(quick=True, clips=None, **asked)
-    assert made == [("walk 1 m", 4, suite.FRAMES)] and [row["seconds"] for row in result["rows"]] == [4, 10]
+    result = natural.run(quick=True, clips=None, **asked)
+    assert made == [("walk 1 m", 4, natural.FRAMES)] and [row["seconds"] for row in result["rows"]] == [4, 10]
     with pytest.raises(SpecError, match="no case's name holds 'run'"):
-        suite.run(quick=False, clips=None, only="run", **asked)
+        natural.run(quick=False, clips=None, only="run", **asked)
 
 
 @pytest.mark.slow
 def test_a_short_film_is_judged_in_parts():
     """Catches: a part judged on the whole track; a row that JSON cannot hold; a true badge that is not accepted."""
-    found = suite.run_case(("sway 1 m", 0, 8 * suite.FPS))
-    rows = suite.rows_of_film(found, LENGTHS_S)
+    found = natural.run_case(("sway 1 m", 0, 8 * natural.FPS))
+    rows = natural.rows_of_film(found, LENGTHS_S)
     assert [(row["seconds"], row["start_s"], row["frames"]) for row in rows] == [(7, 0, 210), (4, 0, 120)]
     assert all((row["verdict"], row["identity"]) == ("accept", "match") for row in rows)
     assert json.loads(json.dumps(found, allow_nan=False)) == found

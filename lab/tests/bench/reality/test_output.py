@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from moireid_lab.bench.output import PLOTS, TABLES
-from moireid_lab.bench.reality.output import gain_error, residual
+from moireid_lab.bench.reality import gain_error, residual
 
 
 def row(effect: str, verdict: str, *why: str, gain: float | None = 1.0, **more: Any) -> dict[str, Any]:

@@ -12,8 +12,8 @@ from moireid.errors import SpecError
 from moireid.simulate.effects.table import KINDS, STRENGTHS
 from moireid.simulate.forgeries.courses import KINDS as FORGED
 from moireid.simulate.motion import NAMED
-from moireid_lab.bench.reality import suite
-from moireid_lab.bench.reality.cases import DISTANCES_M, FORGERIES, NOTHING, cases, usual
+from moireid_lab.bench import reality
+from moireid_lab.bench.reality import DISTANCES_M, FORGERIES, NOTHING, cases, usual
 
 
 def test_every_effect_is_filmed_at_every_strength_and_distance():
@@ -23,7 +23,7 @@ def test_every_effect_is_filmed_at_every_strength_and_distance():
     true = {(case.effect, case.strength, case.distance_m) for case in cases() if case.badge == "true"}
     assert true >= {(effect, strength, away) for effect in KINDS for strength in STRENGTHS for away in DISTANCES_M}
     assert {case.badge for case in cases()} == {"true", *FORGERIES} and set(FORGERIES) <= set(FORGED)
-    assert set(suite.MOTIONS) <= set(NAMED)
+    assert set(reality.MOTIONS) <= set(NAMED)
 
 
 def test_forged_films_are_ordinary_and_quick_ones_true_and_near():
@@ -46,13 +46,17 @@ def test_rows_are_kept_and_only_finds_what_is_not_usual(tmp_path: Path, monkeypa
 
     monkeypatch.setattr("moireid_lab.bench.rows.made_rows", rows)
     told = {"quick": False, "seed": 4, "kept": tmp_path / "reality.jsonl", "progress": lambda done, of: None}
-    assert suite.run(clips=2, only="^zoom:strong 2 m gain_low$", **told) == {"suite": "reality", "seed": 4, "rows": []}
-    assert made == [("zoom:strong 2 m gain_low", seed, suite.FRAMES) for seed in (4, 5)]
+    assert reality.run(clips=2, only="^zoom:strong 2 m gain_low$", **told) == {
+        "suite": "reality",
+        "seed": 4,
+        "rows": [],
+    }
+    assert made == [("zoom:strong 2 m gain_low", seed, reality.FRAMES) for seed in (4, 5)]
     made.clear()
-    suite.run(clips=None, **told | {"quick": True})
+    reality.run(clips=None, **told | {"quick": True})
     assert len(made) == 1 + len(KINDS)
     with pytest.raises(SpecError, match="no case's name holds 'zooom'"):
-        suite.run(clips=None, only="zooom", **told)
+        reality.run(clips=None, only="zooom", **told)
 
 
 @pytest.mark.slow
@@ -61,6 +65,6 @@ def test_rows_are_kept_and_only_finds_what_is_not_usual(tmp_path: Path, monkeypa
 )
 def test_a_film_without_effects_is_judged_as_it_is(name, verdict):
     """Catches: a forged film made as a true one; a row that JSON cannot hold."""
-    row = suite.run_case((name, 0, 240))
+    row = reality.run_case((name, 0, 240))
     assert row["verdict"] == verdict and row["tracked"] == 240 and row["badge"] == name.split()[-1]
     assert json.loads(json.dumps(row, allow_nan=False)) == row | {"axis_px": list(row["axis_px"])}

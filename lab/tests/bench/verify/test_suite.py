@@ -14,7 +14,7 @@ from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film
 from moireid_lab.bench.output import PLOTS, TABLES
-from moireid_lab.bench.verify import suite as verify
+from moireid_lab.bench.verify import verify_suite as verify
 from moireid_lab.bench.verify.films import KINDS, Filmed, Kind, Truth, phase_error_rad
 from moireid_lab.bench.verify.judged import judge_frames
 from moireid_lab.bench.verify.motion_extremes import cases, outcome_of, read_extreme

@@ -1,17 +1,72 @@
-"""One person's badge, from an order to its files."""
+"""One person's badge, from an order to its files.
+
+Options of one subject, gathered into one argument of the command.
+
+What is to be printed, once the options have been read: the same for one person and for a list.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from moireid.cli.common import say, show_json, shown_rows, status_line, tell_mount
-from moireid.cli.printing.order import Order
+from moireid.cli.printing.wear import Wear
 
 if TYPE_CHECKING:
+    from moireid.designer import Request
     from moireid.designer.drawn import Drawn
+    from moireid.fabrication.process import MountFigures
     from moireid.registry import Registry
+
+
+#: A command's function, or what makes another of it.
+Command = Callable[..., Any]
+
+
+def gathered(name: str, into: type, options: Sequence[Command]) -> Command:
+    """Give a command these options; it takes them as the argument `name`, a dataclass with a field for each."""
+
+    def given_to(command: Command) -> Command:
+        @wraps(command)
+        def taking(*args: Any, **given: Any) -> Any:
+            own = into(**{field.name: given.pop(field.name) for field in fields(into)})
+            return command(*args, **{name: own}, **given)
+
+        for option in reversed(options):
+            taking = option(taking)
+        return taking
+
+    return given_to
+
+
+@dataclass(frozen=True)
+class Order:
+    """What the badge is to be, where its files go, and how to tell of it.
+
+    request: without a person's name where there are many; mount: None where nothing was asked for; measured_scale: x
+    and y; kept: files that were read, which nothing may replace; registry_url, actor, expires: of who enters the badge,
+    None for nobody.
+    """
+
+    request: Request
+    wear: Wear
+    mount: str | None
+    figures: MountFigures
+    measured_scale: tuple[float, float]
+    folder: Path
+    kept: tuple[Path, ...]
+    registry_url: str | None
+    actor: str | None
+    expires: str | None
+    overwrite: bool
+    as_json: bool
+    explain: bool
 
 
 def print_one(order: Order, payload: bytes | None) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import counted, progress_bar, say, show_json, shown_rows, tell_mount
-from moireid.cli.printing.order import Order
+from moireid.cli.printing.one_badge import Order
 
 if TYPE_CHECKING:
     from moireid.artwork.placing import Look

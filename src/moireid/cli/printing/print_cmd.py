@@ -15,10 +15,8 @@ from moireid.cli.common import (
     overwrite_option,
     scale_option,
 )
-from moireid.cli.printing.design_options import Design, design_options
-from moireid.cli.printing.mount_options import MountWish, mount_options
-from moireid.cli.printing.one_badge import print_one
-from moireid.cli.printing.order import Order
+from moireid.cli.printing.one_badge import Order, print_one
+from moireid.cli.printing.options import Design, MountWish, design_options, mount_options
 from moireid.cli.printing.people import print_people
 from moireid.cli.printing.wear import Wear
 from moireid.cli.printing.wear_options import wear_options
@@ -137,7 +135,7 @@ def _payload(payload: str | None, key_file: Path | None, code: str) -> bytes | N
 
 def _check_expiry(expires: str, registry_url: str | None) -> None:
     """Raise SpecError where the day is none to come, or no registry is there to hold it."""
-    from moireid.registry.face.days import expiry_day
+    from moireid.registry.face.outward import expiry_day
 
     expiry_day(expires)
     if registry_url is None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.printing.gathering import gathered
+from moireid.cli.printing.one_badge import gathered
 from moireid.cli.printing.wear import Wear
 
 #: Names of `designer.formats.FORMATS`, written again because importing that room takes time that `--help` has not.

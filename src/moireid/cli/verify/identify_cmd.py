@@ -25,9 +25,8 @@ from moireid.cli.common import (
     tell_standing,
     trust_option,
 )
-from moireid.cli.verify.asked import LookUp, known_by
 from moireid.cli.verify.options import focal_option
-from moireid.cli.verify.showing import show_verdict
+from moireid.cli.verify.verify_cmd import LookUp, known_by, show_verdict
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:

@@ -1,19 +1,278 @@
-"""verify: is the badge in a film real, and is it the claimed one?"""
+"""verify: is the badge in a film real, and is it the claimed one?
+
+The badge that is claimed, and what a registry, a bundle or nobody knows of a report.
+
+A look-up is made when the film is judged, by this process: that which decodes the film is told of the claimed badge
+alone.
+
+The film judged: in this process, or in another one where this one holds a key to sign with; and the pages of it.
+
+A verdict in the terminal: the result, what to do, failures first.
+"""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.attest.signing import detectors_from, planned_signing
-from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, show_json
-from moireid.cli.verify.asked import asked_of, files_read
-from moireid.cli.verify.judging import judge_apart, judge_here, plan_pages, write_pages_of
-from moireid.cli.verify.options import Wish, check_wish, verify_options
-from moireid.cli.verify.showing import show_verdict
+from moireid.cli.attest.signing import Signing, detectors_from, planned_signing
+from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, say, show_json, tell_standing
+from moireid.cli.verify.options import ClaimWish, Wish, check_wish, verify_options
+
+if TYPE_CHECKING:
+    from moireid.provenance import Claimed, Standing
+    from moireid.registry import Registry
+    from moireid.verifier import Claim
+    from moireid.verifier.report.circumstances import Circumstances
+    from moireid.verifier.report.headline import Headline
+    from moireid.verifier.report.page import Pictures
+    from moireid.verifier.session.result import Report
+
+
+#: From a report's JSON to what is known of it.
+LookUp = Callable[[Mapping[str, Any]], "Circumstances"]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A claimed badge, with the standing of the registry or bundle that was asked, and a look-up of reports there."""
+
+    found: Claimed
+    look_up: LookUp
+
+    @property
+    def standing(self) -> Standing | None:
+        """None where neither was asked."""
+        return self.found.provenance.standing
+
+    def known(self, document: Mapping[str, Any], claim: str | None) -> Circumstances:
+        """How the check of a report was made; claim: as it was typed."""
+        return replace(self.look_up(document), claim=claim, barred=self.found.barred)
+
+
+def files_read(wish: Wish) -> list[Path | None]:
+    """The files that are read for a wish, which no output may replace."""
+    found = [wish.video, wish.key_file, wish.bundle_path, wish.badge_json]
+    if wish.registry_url is None and (wish.claim is None or wish.bundle_path is not None):
+        return found
+    from moireid.registry.engine import own_file
+
+    return [*found, own_file(wish.registry_url)]
+
+
+def asked_of(wish: ClaimWish) -> AbstractContextManager[Asked]:
+    """The claimed badge: by a bundle, by a registry, or by a file alone; open as long as something is looked up."""
+    if wish.bundle_path is not None:
+        return _of_bundle(wish.bundle_path, wish.claim or "", wish.trust)
+    if wish.badge_json is not None and wish.registry_url is None:
+        return _of_file(wish.badge_json)
+    return _of_registry(wish)
+
+
+@contextmanager
+def _of_file(path: Path) -> Iterator[Asked]:
+    from moireid.badge import load_badge
+    from moireid.provenance import Claimed
+    from moireid.verifier.report.circumstances import Circumstances
+
+    yield Asked(Claimed(load_badge(path)), lambda document: Circumstances(datetime.now(UTC)))
+
+
+@contextmanager
+def _of_registry(wish: ClaimWish) -> Iterator[Asked]:
+    """By a claim; or of a file the registry's own badge, where it holds that."""
+    from moireid.badge import load_badge
+    from moireid.registry import claimed, claimed_by_file, open_registry
+
+    badge = load_badge(wish.badge_json) if wish.badge_json is not None else None
+    with open_registry(wish.registry_url, create=False) as registry:
+        standing = registry.standing(wish.trust)
+        tell_standing(standing)
+        found = claimed(registry, wish.claim or "") if badge is None else claimed_by_file(registry, badge)
+
+    def look_up(document: Mapping[str, Any]) -> Circumstances:
+        with open_registry(wish.registry_url, create=False) as registry:
+            return known_by(registry, standing, document)
+
+    yield Asked(replace(found, provenance=replace(found.provenance, standing=standing)), look_up)
+
+
+@contextmanager
+def _of_bundle(path: Path, claim: str, trust: str | None) -> Iterator[Asked]:
+    from moireid.registry.bundle.held import Bundle
+    from moireid.verifier.report.circumstances import Circumstances, read_id
+
+    with Bundle(path, trust) as bundle:
+        tell_standing(bundle.standing)
+
+        def look_up(document: Mapping[str, Any]) -> Circumstances:
+            # Where the claimed seal opened, the holder is told already.
+            other = read_id(document) if document["identity"]["verdict"] == "mismatch" else None
+            read = bundle.holder_of(other) if bundle.opens_soon else None
+            return Circumstances(
+                datetime.now(UTC),
+                read=read,
+                standing=bundle.standing,
+                looked_up=bundle.opens_soon,
+                registry=str(path),
+            )
+
+        yield Asked(bundle.claimed(claim), look_up)
+
+
+def known_by(registry: Registry, standing: Standing, document: Mapping[str, Any]) -> Circumstances:
+    """What a registry knows of a report: who holds the badge that was read, and whose word that is."""
+    from moireid.registry import holder_of
+    from moireid.verifier.report.circumstances import Circumstances, read_id
+
+    read = holder_of(registry, read_id(document))
+    return Circumstances(datetime.now(UTC), read=read, standing=standing, registry=registry.shown_url)
+
+
+Progress = Callable[[int, int | None], None]
+Scores = tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A report as JSON; with what its pages are drawn of: pictures and signals, made when they are asked for."""
+
+    document: dict[str, Any]
+    drawn: Callable[[], tuple[Pictures, str]]
+
+
+def claim_held(wish: Wish, found: Claimed) -> Claim:
+    """What the film is held against."""
+    from moireid.verifier import Claim
+    from moireid.verifier.limits import MIN_COVER_SHARE
+
+    return Claim(
+        found.badge,
+        found.badge.id,
+        wish.focal_px,
+        found.as_built,
+        wish.require_original,
+        found.provenance,
+        MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
+        wish.photographs or 0,
+        seal=found.seal,
+    )
+
+
+def judge_here(wish: Wish, found: Claimed, scores: Scores, progress: Progress) -> Outcome:
+    """The outcome of a film that is decoded in this process."""
+    from moireid.verifier.report.page import pictures_of, signals_csv
+
+    report = replace(_report(wish, found, progress), detectors=scores)
+    return Outcome(report.to_json(), lambda: (pictures_of(report), signals_csv(report)))
+
+
+def _report(wish: Wish, found: Claimed, progress: Progress) -> Report:
+    from moireid.verifier.published.corners import corners_from, without_corners
+
+    corners = corners_from(wish.corners_given) if wish.corners_given is not None else None
+    claim = claim_held(wish, found)
+    if wish.published:
+        from moireid.verifier.published.pipeline import verify_published
+
+        return verify_published(wish.video, claim, corners=corners, progress=progress)
+    from moireid.attest.credentials import with_carried
+    from moireid.verifier import verify
+
+    report = verify(wish.video, claim, barred=found.barred, overlap=wish.overlap, progress=progress)
+    return with_carried(without_corners(report) if corners else report, wish.video)
+
+
+def judge_apart(wish: Wish, found: Claimed, scores: Scores, progress: Progress) -> Outcome:
+    """The outcome of a film that is decoded in a process without the key.
+
+    Convention: the claim is this process's own word, and so is the registry; the other one says what the film shows.
+    """
+    from moireid.attest.credentials import Order, judged_apart
+    from moireid.sandbox.seal import missing
+
+    pictures = wish.report_folder is not None
+    order = Order(wish.video, claim_held(wish, found), found.barred, wish.overlap, scores, pictures)
+    judged, standing = judged_apart(order, progress), found.provenance.standing
+    if (lacking := missing(judged.sealed)) is not None:
+        say(f"note: the process that read the film {lacking}: this system has no means against that")
+    own = {
+        "registry": standing.to_json() if standing else None,
+        "claim_source": found.provenance.source,
+        "badge": {"id": found.badge.id, "name": found.badge.name},
+    }
+    return Outcome(judged.report | own, lambda: (judged.pictures, judged.signals))
+
+
+def plan_pages(folder: Path | None, *, overwrite: bool, kept: Sequence[Path | None]) -> None:
+    """Raise SpecError where a page would be in the way of a file, or of one of those that are read."""
+    if folder is not None:
+        from moireid.files import planned
+        from moireid.verifier.report.page import report_paths
+
+        planned(report_paths(folder), overwrite=overwrite, kept=kept)
+
+
+def write_pages_of(outcome: Outcome, signing: Signing | None, known: Circumstances, wish: Wish) -> dict[str, Any]:
+    """Sign the report where that is asked for, then write its pages; gives the report as it was signed."""
+    document = outcome.document
+    if signing is not None:
+        document = signing.write(document, wish.video)
+    if wish.report_folder is not None:
+        from moireid.verifier.report.page import write_pages
+
+        page, *_ = write_pages(document, *outcome.drawn(), known, wish.report_folder, overwrite=wish.overwrite)
+        say(f"report: {page}")
+    return document
+
+
+MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
+#: Findings name no options, as pages show them too; these are the options that help, by code.
+OPTIONS = {
+    "focal": "--focal-px",
+    "gain": "--focal-px, or enroll --capture",
+    "built": "--no-require-original, or enroll --capture",
+    "copyable": "enroll --capture",
+    "cover": "--cover",
+    "photographs": "--photographs",
+    "corners": "--pipeline published",
+}
+
+
+def show_verdict(
+    word: str, document: Mapping[str, Any], known: Circumstances, headline: Headline | None = None
+) -> None:
+    """Print the headline, what it means and what to do; then failures first, and what holds in one line.
+
+    headline: None for that of a film.
+    """
+    from moireid.verifier.report.findings import sorted_findings
+    from moireid.verifier.report.headline import headline_of
+    from moireid.verifier.report.rival_table import odds_line
+    from moireid.verifier.report.seconds import seconds_of
+
+    headline, found = headline or headline_of(document, known), sorted_findings(document["reasons"])
+    click.echo(f"{word}: {headline.title}")
+    click.echo(headline.text)
+    click.echo(f"What to do: {headline.advice}")
+    if (seconds := seconds_of(document)) is not None:
+        click.echo(f"Seconds: {seconds.text}")
+    if odds := odds_line(document):
+        click.echo(f"Odds: {odds}")
+    for finding in found.first:
+        option = OPTIONS.get(finding["code"], "") if finding["level"] in ("undecided", "note") else ""
+        click.echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
+    if found.hold:
+        click.echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")
+    for one in document.get("detectors", []):
+        click.echo(f"  · Detector {one['name']} gives {one['score']:g}; that is no part of the verdict.")
 
 
 @click.command("verify")

@@ -1,6 +1,8 @@
 """The mount to laser-cut.
 
-contour.py  closed paths of lines and arcs, moved by half a kerf    plates.py  base, frame and cover, as outlines
-cutting.py  the laser's drawing: kerf, layers, scale                dxf.py, svg.py  write it and check it
-stack.py    the plates put together, and stack.glb
+contour.py   closed paths of lines and arcs, moved by half a kerf
+plates.py    base, frame and cover, as outlines
+cutting.py   the laser's drawing: kerf, layers, scale                dxf.py, svg.py  write it and check it
+stack.py     the plates put together, and stack.glb
+drawings.py  acrylic.svg
 """

@@ -11,9 +11,8 @@ from pathlib import Path
 from moireid.badge import Badge, Lens
 from moireid.fabrication.acrylic.plates import AcrylicPlan
 from moireid.fabrication.assembly import words
-from moireid.fabrication.assembly.axonometry import Part, draw_exploded
+from moireid.fabrication.assembly.axonometry import Part, draw_exploded, draw_plates
 from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
-from moireid.fabrication.assembly.plate import draw_plates
 from moireid.fabrication.assembly.words import Build, Maker, Step
 from moireid.fabrication.page.lettering import PICTURE_DPI, name_picture, printable, set_name
 from moireid.fabrication.page.pdf import BOLD, Sheet

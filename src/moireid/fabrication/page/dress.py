@@ -12,10 +12,9 @@ from PIL import Image, ImageOps
 
 from moireid.artwork.colours import Colour
 from moireid.artwork.content import Content, lines_of
-from moireid.artwork.placing import Look, Piece, pieces_of
-from moireid.artwork.qr import modules_of
+from moireid.artwork.pictures import modules_of
+from moireid.artwork.placing import Look, Piece, pieces_of, unworn
 from moireid.artwork.template import template_named
-from moireid.artwork.unworn import unworn
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 from moireid.fabrication.page.lettering import PICTURE_DPI, line_note

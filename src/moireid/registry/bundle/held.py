@@ -23,7 +23,7 @@ from moireid.names import claim_text, named_by
 from moireid.provenance import Claimed, Holder, Provenance
 from moireid.registry.bundle.content import Content, Person
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
-from moireid.registry.checkpoints.standing import hold
+from moireid.registry.checkpoints.witness import hold
 from moireid.registry.keys import Authority
 from moireid.registry.log import Head, Rotation, linked, rotation_of
 from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton

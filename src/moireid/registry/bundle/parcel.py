@@ -13,7 +13,7 @@ from pathlib import Path
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import sha256_hex
-from moireid.registry.checkpoints.note import opened, parted, signed_note
+from moireid.registry.checkpoints.checkpoint import opened, parted, signed_note
 from moireid.registry.keys import Authority, Signs
 from moireid.registry.log import Head
 

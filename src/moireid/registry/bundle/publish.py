@@ -20,13 +20,13 @@ from moireid.registry.bundle.parcel import STATES, TIME, Header, now, opened_par
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
 from moireid.registry.checkpoints.merkle import Tree, leaf_hash
-from moireid.registry.checkpoints.standing import standing_of
+from moireid.registry.checkpoints.witness import standing_of
+from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, pages, select_rotations
 from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.schema import badges, select_records
-from moireid.registry.url import sqlite_file
 
 Progress = Callable[[int, int | None], None]
 SALT_BYTES = 16

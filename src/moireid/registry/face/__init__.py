@@ -1,6 +1,6 @@
 """What a registry offers, by kind.
 
-reading.py   records looked up      outward.py   what it shows to those outside: its standing, checkpoints, bundles
+reading.py   records looked up
+outward.py   what it shows to those outside: its standing, checkpoints, bundles
 deciding.py  what is decided of a badge after its issue: revoked, suspended, reinstated
-days.py      days that people give with a badge
 """

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
-from moireid.registry.face.days import compromise_day
+from moireid.registry.face.outward import compromise_day
 from moireid.registry.face.reading import Reading
 from moireid.registry.ledger import Transaction
 from moireid.registry.record import Record, storable

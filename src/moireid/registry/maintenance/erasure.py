@@ -6,14 +6,24 @@ signed entry `erase` is the tombstone.  The identity is never issued again.
 
 Records of schema version 2 had no salt.  Whoever has the log and their identity can still try a name against the hashes
 in their old entries, as these cannot change without breaking every checkpoint.  `Erased.guessable` says so.
+
+What was deleted, off the disk too: a database keeps old rows in pages that it does not use.
+
+SQLite overwrites what it deletes (`secure_delete`, set in engine.py), and VACUUM writes the file anew without what
+older versions left in it.  PostgreSQL writes the tables anew, and its statistics, which hold values of columns.
+What neither reaches: copies and backups, PostgreSQL's write-ahead log until it is recycled, and blocks that a disk
+keeps by itself.
 """
 
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import Engine, delete, func, select
+from sqlalchemy.exc import SQLAlchemyError
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
@@ -21,9 +31,30 @@ from moireid.registry.claims import as_id, find_row
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import ERASE, ERASE_ACTOR, check_signed
-from moireid.registry.maintenance.cleaning import clean
 from moireid.registry.record import Fault, storable, tampered
 from moireid.registry.schema import actors, badges, log, select_records
+
+#: The tables that hold names.
+NAMING = ("badges", "actors")
+
+
+def clean(engine: Engine) -> bool:
+    """Write anew what held names; returns whether that was done: not where others hold the database, or it is full."""
+    try:
+        if engine.dialect.name == "sqlite":
+            # Not by SQLAlchemy's connection: it begins a transaction, in which SQLite refuses this.
+            with closing(engine.raw_connection()) as raw:
+                assert raw.driver_connection is not None
+                raw.driver_connection.execute("VACUUM")
+            return True
+        if engine.dialect.name == "postgresql":
+            with engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
+                for table in NAMING:
+                    connection.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {table}")
+            return True
+    except (sqlite3.Error, SQLAlchemyError):
+        return False
+    return False
 
 
 @dataclass(frozen=True)

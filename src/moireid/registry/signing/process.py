@@ -26,7 +26,7 @@ from typing import Any
 from moireid.errors import MoireIdError, RegistryError, SpecError
 from moireid.registry.keys import Authority, Signer, key_of, new_key
 from moireid.registry.log import ROTATE
-from moireid.registry.signing.kinds import DOMAINS, LOG_ENTRY, LONGEST, entry_of, of_kind, turn_of
+from moireid.registry.signing.client import DOMAINS, LOG_ENTRY, LONGEST, entry_of, of_kind, turn_of
 
 #: Longest message: the content in base64, and what stands around it.
 MESSAGE = 2 * LONGEST

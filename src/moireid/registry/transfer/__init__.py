@@ -1,7 +1,7 @@
 """A registry to a JSON file, and back.
 
-export.py      records, log and key, written             load.py   read and checked
-strange.py     names that look alike, or hide letters
-jsonstream.py  JSON read piece by piece                  merge.py  joined with what is there
-rotate.py      to another key of its authority
+export.py  records, log and key, written
+load.py    read and checked
+merge.py   joined with what is there
+rotate.py  to another key of its authority
 """

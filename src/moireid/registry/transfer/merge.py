@@ -28,17 +28,16 @@ from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
-from moireid.registry.actor import account
 from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
 from moireid.registry.engine import AnyRow
+from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger, pages
 from moireid.registry.log import ERASE, Head
-from moireid.registry.maintenance.cleaning import clean
+from moireid.registry.maintenance.erasure import clean
 from moireid.registry.record import Record
 from moireid.registry.schema import actors, badges, log, select_records
-from moireid.registry.transfer.load import load
-from moireid.registry.transfer.strange import notes_on
+from moireid.registry.transfer.load import load, notes_on
 
 CHUNK = 500
 

@@ -6,7 +6,7 @@ lens shows within itself is left out.  Glare, a light's own bands, a bow and une
 
 Convention: board frame of `motion`, mm; the picture is on the page's plane, (rows, columns) radiance over the whole
 board, as `scene.Instant.picture`.  The array is laid as one sheet: offset along x, twist from x towards y.
-Source: sphere intersection and Snell's law in three dimensions, as `moireid.lens_array`, written again for one ray at a
+Source: sphere intersection and Snell's law in three dimensions, as `moireid.lenticule`, written again for one ray at a
 time because a compiled loop shares nothing with arrays.
 """
 

@@ -4,9 +4,6 @@ effect.py       an effect: what it changes of scene, pictures, times and file
 table.py        all effects by name
 framing.py      crops, tiles, zoom, auto-framing, focus breathing, stretched pixels
 stabilising.py  stabilisers, rows that wobble, rolling shutters
-mixing.py       temporal noise reduction, with and without motion compensation
 retiming.py     blended, repeated, frozen, lost and jittered frames, slow motion
 toning.py       tone mapping, sharpening halos, exposure that follows the fringes, glare
-backdrop.py     a virtual background that nibbles at the badge's outline
-coding.py       high dynamic range, calls, low quality
 """

@@ -1,14 +1,26 @@
 """Times: frames that are blended, repeated, frozen, lost or jittered, and slow motion.
 
 Convention: the file tells evenly spaced times throughout; a frame that shows another time than it tells is the effect.
+
+The file: high dynamic range, calls that change their picture's size, and low quality.
+
+Temporal noise reduction: each picture mixed with the one before, as it was after mixing.
+
+Source: recursive temporal filters of camera pipelines; compensated ones move the picture before along the optical
+flow, and trust it less where it still differs (Ehret et al. 2019, and the like).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.simulate.effects.effect import Effect, Kind, Timing
+from moireid.simulate.effects.effect import Effect, Kind, Luma, Step, Take, Timing, alone
+from moireid.simulate.recording.encode import Pass, Recipe
 
 #: Frozen or lost spells begin as often, s.
 SPELL_S = 2.0
@@ -106,7 +118,7 @@ def _starts(frames: int, fps: float, seed: int) -> list[int]:
 
 
 PULLDOWN = "25, 24 and 15 frames a second in 30"
-KINDS = (
+RETIMINGS = (
     Kind("blend", (25 / 30, 0.8, 0.5), "rate of the camera by the file's, neighbours mixed", PULLDOWN, blended),
     Kind("mix", (2, 3, 5), "frames of which each is the mean", "long exposures feigned by editors", averaged),
     Kind("repeat", (25 / 30, 0.8, 0.5), "rate of the camera by the file's, frames repeated", PULLDOWN, repeated),
@@ -120,4 +132,129 @@ KINDS = (
         jittered,
     ),
     Kind("slow-motion", (2.0, 4.0, 8.0), "rate of the camera by the file's", "60, 120 and 240 played at 30", slowed),
+)
+
+
+#: Rows that a call sends in turns, by its rate in kbit/s.
+CALL_ROWS = {700: (720, 540), 350: (480, 360), 200: (360, 240)}
+
+
+def _last(change: Callable[[Pass], Pass]) -> Effect:
+    """The last encoding changed."""
+    return Effect(recipe=lambda recipe: replace(recipe, passes=(*recipe.passes[:-1], change(recipe.passes[-1]))))
+
+
+def dynamic(transfer: str, figure: float) -> Effect:
+    """High dynamic range in 10-bit H.265 of this quality."""
+    return _last(lambda one: replace(one, codec="h265", crf=int(figure), kbps=None, transfer=transfer))
+
+
+def called(figure: float) -> Effect:
+    """A call at this rate, whose picture changes its size, recorded at one size."""
+
+    def recipe(before: Recipe) -> Recipe:
+        call = Pass(kbps=int(figure), turns=CALL_ROWS[int(figure)])
+        return replace(before, passes=(call, *before.passes))
+
+    return Effect(recipe=recipe)
+
+
+def poor(figure: float) -> Effect:
+    """The last encoding at this quality."""
+    return _last(lambda one: replace(one, crf=int(figure), kbps=None))
+
+
+CODINGS = (
+    Kind(
+        "hlg",
+        (18, 22, 28),
+        "crf of 10-bit H.265, hybrid log-gamma",
+        "phones record at more than 20 Mbit/s, as crf 18 and better do",
+        lambda figure: dynamic("hlg", figure),
+    ),
+    Kind(
+        "pq", (18, 22, 28), "crf of 10-bit H.265, perceptual quantiser", "HDR10", lambda figure: dynamic("pq", figure)
+    ),
+    Kind(
+        "call",
+        (700, 350, 200),
+        "kbit/s of a call whose picture changes its size every 3 s",
+        "call programs send 360 rows at 300 to 700 kbit/s",
+        called,
+    ),
+    Kind("crf", (28, 34, 40), "crf of H.264", "23 is usual, services take 26 to 34", poor),
+)
+
+
+#: A difference of so many counts is taken for motion and not for noise: about three times a phone's noise.
+MOTION_COUNTS = 8.0
+#: Flow is sought at a half of the picture's size, where it is as good and four times as fast.
+FLOW_SCALE = 0.5
+
+
+def recursive(figure: float) -> Effect:
+    """Each picture has so large a share of the one before."""
+
+    def begin(take: Take) -> Step:
+        before: list[np.ndarray] = []
+
+        def step(number: int, luma: Luma) -> Luma:
+            last = before.pop() if before else luma.astype(np.float32)
+            mixed = (1 - figure) * luma + np.float32(figure) * last
+            before.append(mixed.astype(np.float32))
+            return np.asarray(np.rint(mixed), np.uint8)
+
+        return step
+
+    return alone(begin)
+
+
+def compensated(figure: float) -> Effect:
+    """The same, the picture before moved along the optical flow; less of it where the two still differ."""
+
+    def begin(take: Take) -> Step:
+        flow = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
+        width, height = take.size
+        columns, rows = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
+        before: list[np.ndarray] = []
+
+        def step(number: int, luma: Luma) -> Luma:
+            if not before:
+                before.append(luma.astype(np.float32))
+                return luma
+            last = before.pop()
+            small = [
+                cv2.resize(one, None, fx=FLOW_SCALE, fy=FLOW_SCALE, interpolation=cv2.INTER_AREA)
+                for one in (luma, np.rint(last).astype(np.uint8))
+            ]
+            way = cv2.resize(flow.calc(small[0], small[1], None), take.size) / np.float32(FLOW_SCALE)
+            moved = cv2.remap(
+                last, columns + way[..., 0], rows + way[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+            )
+            off = cv2.blur(np.abs(luma - moved), (5, 5))
+            share = np.float32(figure) * np.exp(-((off / np.float32(MOTION_COUNTS)) ** 2))
+            mixed = luma + share * (moved - luma)
+            before.append(mixed.astype(np.float32))
+            return np.asarray(np.rint(np.clip(mixed, 0, 255)), np.uint8)
+
+        return step
+
+    return alone(begin)
+
+
+MIXINGS = (
+    Kind(
+        "tnr",
+        (0.15, 0.3, 0.45),
+        "share of the picture before in each picture, without motion compensation",
+        "what programs for web cameras and low light mix",
+        recursive,
+    ),
+    Kind(
+        "tnr-mc",
+        (0.3, 0.5, 0.7),
+        "share of the picture before, moved along the optical flow",
+        "phones mix more once they compensate motion",
+        compensated,
+    ),
 )

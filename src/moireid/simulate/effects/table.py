@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from moireid.errors import SpecError
-from moireid.simulate.effects import backdrop, coding, framing, mixing, retiming, stabilising, toning
+from moireid.simulate.effects import framing, retiming, stabilising, toning
 from moireid.simulate.effects.effect import Effect, Kind
 
 STRENGTHS = ("light", "ordinary", "strong")
 KINDS: dict[str, Kind] = {
     kind.name: kind
-    for room in (framing, stabilising, mixing, retiming, toning, backdrop, coding)
+    for room in (framing, stabilising, retiming, retiming, toning, framing, retiming)
     for kind in room.KINDS
 }
 #: Names of cameras that are a phone with one effect at ordinary strength.

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from moireid.frames import OwnFrame, own_frame
 from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM, page_texture
-from moireid.simulate.mitsuba.page import BEHIND_MM
-from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, Strips
+from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, BEHIND_MM, Strips
 from moireid.simulate.mitsuba.view import Crop, View
 from moireid.simulate.scene import Scene
 

@@ -2,11 +2,22 @@
 
 Convention: the background is at infinity and turns with the camera; it is so smooth that it needs no distortion and
 no motion blur.
+
+Transfer curves of high dynamic range, in 10 bits, for pictures that are coded by a square root.
+
+Convention: a white page under an even sky has radiance 1 and is shown as reference white, 203 cd/m2.
+Source: ITU-R BT.2100 (curves), BT.2408 (reference white: 75 % of the signal in hybrid log-gamma).
+
+A frame in time: rows that open one after the other, each for as long as the exposure.
+
+Convention: a frame's time is the middle of its middle row's exposure.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import cv2
@@ -16,7 +27,107 @@ from numpy.typing import NDArray
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.cameras import Camera
 from moireid.simulate.compiled import njit, prange
+from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Need
+
+Array = NDArray[np.float64]
+#: Scene light of reference white in hybrid log-gamma, and its luminance, cd/m2.
+WHITE_SCENE, WHITE_CD = 0.265, 203.0
+#: Codes of ITU-T H.273: primaries BT.2020, matrix BT.2020 of non-constant luminance, and the two curves.
+BT2020_PRIMARIES, BT2020_MATRIX, PQ_CODE, HLG_CODE = 9, 9, 16, 18
+
+
+@dataclass(frozen=True)
+class Curve:
+    """counts (256,): 10-bit luma in the file for 8-bit luma from 16 to 235; tags: primaries, transfer and matrix."""
+
+    counts: NDArray[np.uint16]
+    tags: tuple[int, int, int]
+
+
+def hybrid_log_gamma(light: Array) -> Array:
+    """The signal, 0 to 1, of scene light, 0 to 1."""
+    a, b, c = 0.17883277, 0.28466892, 0.55991073
+    return np.where(light <= 1 / 12, np.sqrt(3 * light), a * np.log(np.maximum(12 * light - b, 1e-9)) + c)
+
+
+def perceptual_quantiser(luminance: Array) -> Array:
+    """The signal, 0 to 1, of luminance, cd/m2."""
+    m1, m2, c1, c2, c3 = 2610 / 16384, 2523 / 32, 3424 / 4096, 2413 / 128, 2392 / 128
+    power = (luminance / 10000) ** m1
+    return np.asarray(((c1 + c2 * power) / (1 + c3 * power)) ** m2)
+
+
+def _curve(signal: Array, code: int) -> Curve:
+    return Curve(np.rint(64 + 876 * signal).astype(np.uint16), (BT2020_PRIMARIES, code, BT2020_MATRIX))
+
+
+#: Light of each 8-bit count in a file, by the square root of `recording.sensor`.
+LIGHT = (np.clip(np.arange(256) - 16.0, 0, 219) / 219) ** 2
+CURVES = {
+    "hlg": _curve(hybrid_log_gamma(WHITE_SCENE * LIGHT), HLG_CODE),
+    "pq": _curve(perceptual_quantiser(WHITE_CD * LIGHT), PQ_CODE),
+}
+
+
+#: Instants that an exposure is made of: steps of a pixel at most, until there are too many.
+STEP_PX, MOST = 1.0, 24
+
+
+def opened(
+    motion: Motion, camera: Camera, half_mm: tuple[float, float], time_s: float, fps: float
+) -> tuple[Poses, list[Poses]]:
+    """The frame's own pose, and poses at first, middle and last row (3 each) at the instants of its exposure.
+
+    Parameters: half_mm: half the board's width and height; an exposure lasts a frame at most.
+    Returns: pose at `time_s` (1,), and one triple where the camera opens for an instant or the badge stands still;
+        more the farther it moves.
+    """
+    exposure = min(camera.exposure_s, 1 / fps)
+    rows = time_s + camera.shutter_s * np.array([-0.5, 0.0, 0.5])
+    if exposure == 0.0:
+        poses = motion(rows)
+        return _part(poses, slice(1, 2)), [poses]
+    moved = _moved_px(motion(time_s + exposure * np.array([-0.5, 0.5])), camera, half_mm)
+    count = min(max(math.ceil(moved / STEP_PX), 1), MOST)
+    offsets = ((np.arange(count) + 0.5) / count - 0.5) * exposure
+    poses = motion(np.append((offsets[:, None] + rows).ravel(), time_s))
+    return _part(poses, slice(-1, None)), [_part(poses, slice(3 * k, 3 * k + 3)) for k in range(count)]
+
+
+def _part(poses: Poses, rows: slice) -> Poses:
+    return Poses(poses.camera_mm[rows], poses.rotation[rows])
+
+
+def averaged(parts: Sequence[Rendered | None]) -> Rendered | None:
+    """The light of several instants, gathered in one exposure; None where none of them sees the board."""
+    if len(parts) == 1:
+        return parts[0]
+    seen = [part for part in parts if part is not None]
+    if not seen:
+        return None
+    left, top = min(part.left for part in seen), min(part.top for part in seen)
+    right = max(part.left + part.radiance.shape[1] for part in seen)
+    bottom = max(part.top + part.radiance.shape[0] for part in seen)
+    light, cover = np.zeros((2, bottom - top, right - left), np.float32)
+    for part in seen:
+        rows = slice(part.top - top, part.top - top + part.radiance.shape[0])
+        columns = slice(part.left - left, part.left - left + part.radiance.shape[1])
+        light[rows, columns] += part.coverage * part.radiance
+        cover[rows, columns] += part.coverage
+    radiance = np.divide(light, cover, out=np.zeros_like(light), where=cover > 0)
+    return Rendered(radiance, cover / np.float32(len(parts)), left, top)
+
+
+def _moved_px(ends: Poses, camera: Camera, half_mm: tuple[float, float]) -> float:
+    """How far a corner of the board moves in the picture between two poses, at most."""
+    corners = np.array([[x * half_mm[0], y * half_mm[1], 0.0] for x in (-1, 1) for y in (-1, 1)])
+    local = np.einsum("tij,tkj->tki", ends.rotation, corners - ends.camera_mm[:, None])
+    if local[..., 2].min() <= 1.0:
+        return 0.0
+    places = camera.project(local)
+    return float(np.linalg.norm(places[1] - places[0], axis=-1).max())
+
 
 #: Frequency of the exposure's drift, as automatic exposure wanders over some seconds.
 DRIFT_HZ = 0.17

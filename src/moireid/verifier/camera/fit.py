@@ -16,10 +16,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.one_camera import lasting_error_px, slow_to_fast
+from moireid.verifier.camera.fast_poses import lasting_error_px, slow_to_fast
+from moireid.verifier.camera.map_search import unzoomed, zoom_course
 from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
-from moireid.verifier.camera.zoom_course import unzoomed, zoom_course
 from moireid.verifier.limits import MAX_LASTING_PX
 from moireid.verifier.measuring import FOCAL_RANGE_RATIO, LENS_MODEL_SD_SHARE
 

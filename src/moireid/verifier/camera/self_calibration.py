@@ -22,14 +22,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.closed_form import ClosedForm, closed_form
 from moireid.verifier.camera.distortion import MIDDLE, TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, posterior, repeated, step_together
-from moireid.verifier.camera.page_speed import hidden_speed_px_s, jumps, velocity_px_s
-from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, point_error_px, start_poses, tangent_error
-from moireid.verifier.camera.print_aspect import lengthened_px
-from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
+from moireid.verifier.camera.page_speed import hidden_speed_px_s, jumps, lengthened_px, velocity_px_s
+from moireid.verifier.camera.plane_pose import (
+    ClosedForm,
+    PlanePoses,
+    closed_form,
+    moved_poses,
+    point_error_px,
+    start_poses,
+    tangent_error,
+)
+from moireid.verifier.camera.smoothing import SPARE, steady_errors_px
 from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     AXIS_PRIOR_SD_SHARE,

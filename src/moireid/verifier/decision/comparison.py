@@ -23,18 +23,15 @@ from numpy.typing import NDArray
 
 from moireid.verifier.decision.figures import Figures, figures_of
 from moireid.verifier.decision.sheet_gain import SheetGain
-from moireid.verifier.explanations.honest import HonestModel, Room
-from moireid.verifier.explanations.likelihood import containing_odds
-from moireid.verifier.explanations.lookalikes import lookalike_shares
+from moireid.verifier.explanations.honest import HonestModel, Room, phase_series
 from moireid.verifier.explanations.residuals import (
+    containing_odds,
     credible_error_rad,
     deviation_rad,
     independent_samples,
     residual_limit_rad,
 )
-from moireid.verifier.explanations.rivals import RIVALS, rival_odds
-from moireid.verifier.explanations.series import phase_series
-from moireid.verifier.explanations.spells import worst_spell
+from moireid.verifier.explanations.rivals import RIVALS, lookalike_shares, rival_odds, worst_spell
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
     CAMERA_MOTION_SHARE,

@@ -1,6 +1,15 @@
 """The figures of one grating over a film: how well its fringes follow the prediction, and the residuals.
 
 Convention: gain is measured over predicted phase, +1 for a genuine badge; all angles in rad.
+
+From a score to calibrated odds, and to words.
+
+A score is as sharp as its noise model; on films it is overconfident.  So it is calibrated: the logarithm of the odds
+that films with this score are honest, where as many are honest as forged, capped at what the set of films supports.
+Odds are no probability: how many films are forged in the first place is not known here.
+
+Source: logistic regression of honest against forged films on the score (Platt 1999), by `benchmarks/priors.py`; the
+    verbal scale is that of the ENFSI guideline for evaluative reporting (2015).
 """
 
 from __future__ import annotations
@@ -13,7 +22,13 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import MAX_VAGUENESS_RATIO, WINDOW_FRAMES
+from moireid.verifier.limits import (
+    CALIBRATION_CAP_LOG10,
+    CALIBRATION_OFFSET_LOG10,
+    CALIBRATION_SLOPE,
+    MAX_VAGUENESS_RATIO,
+    WINDOW_FRAMES,
+)
 from moireid.verifier.reasons import json_number
 
 Array = NDArray[np.float64]
@@ -126,3 +141,33 @@ def _slope_sd(residual: Array, power: float) -> float:
         return math.inf
     lag_one = float(np.clip(pearson(residual[1:], residual[:-1]), 0.0, 0.999))
     return math.sqrt(float(residual @ residual) / len(residual) / power * (1 + lag_one) / (1 - lag_one))
+
+
+#: Least calibrated logarithm of the odds, and its words; the same words serve below 0, for the forged explanation.
+SCALE = (
+    (4.0, "very strong"),
+    (3.0, "strong"),
+    (2.0, "moderately strong"),
+    (1.0, "moderate"),
+    (0.3, "weak"),
+)
+
+
+def calibrated_log10(score: float) -> float:
+    """Calibrated decadic logarithm of the odds of the honest explanation, capped on both sides.
+
+    Convention: it never has another sign than the score.  A film that hardly tests the law, such as a single sweep, has
+    a low score and no support either way; the films of the calibration all test it.
+    """
+    value = CALIBRATION_SLOPE * score
+    if score > 0:
+        value = max(value + CALIBRATION_OFFSET_LOG10, 0.0)
+    return min(max(value, -CALIBRATION_CAP_LOG10), CALIBRATION_CAP_LOG10)
+
+
+def in_words(log10: float) -> str:
+    """The support that calibrated odds give, as a sentence's end."""
+    for least, words in SCALE:
+        if abs(log10) >= least:
+            return f"{words} support for {'the law' if log10 > 0 else 'another explanation'}"
+    return "no support either way"

@@ -10,6 +10,25 @@ A film is accepted if all of that holds.  It is rejected if the law does not exp
 a rival does far better.  Else it is inconclusive, and the findings name the rival that remains.
 
 Convention: as `comparison`; each grating that moved enough must hold by itself.
+
+Could the film show photographs of the badge?  Rows of the table of explanations, and findings.
+
+| row | the fringes are those of | finding |
+|---|---|---|
+| `photographs_at_one_distance` | photographs from one distance, moved by the law | `spacing` |
+| `photographs_in_turn` | two to four photographs, in turn or cross-faded | `cross_fade` |
+| `photographs_faded` | more photographs, cross-faded | `waveform` |
+| `photographs_laid_over` | photographs, all laid over each other | `third_harmonic` |
+
+A zoom within the film, a shadow that moves, or air under the sheet can do the same to a true badge, so none of them
+rejects a film.
+
+Convention: as `comparison`; a row's figure is that of the grating that looks most like photographs.
+
+The verdict by time: the motion invariant in each few seconds of a film.
+
+Convention: a segment is judged by the same limits as a film; one with little motion is inconclusive, which does not
+    count against the film.
 """
 
 from __future__ import annotations
@@ -22,7 +41,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.decision import findings
-from moireid.verifier.decision.calibration import calibrated_log10
 from moireid.verifier.decision.comparison import (
     Explanation,
     GratingComparison,
@@ -31,13 +49,100 @@ from moireid.verifier.decision.comparison import (
     law_row,
     merge_chapters,
 )
-from moireid.verifier.decision.figures import Figures, figures_of
-from moireid.verifier.decision.photographs import photographs
+from moireid.verifier.decision.figures import Figures, calibrated_log10, figures_of
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reason
-from moireid.verifier.explanations.photographs.spacing import spacing_of
-from moireid.verifier.explanations.series import without_short_stretches
+from moireid.verifier.explanations.honest import without_short_stretches
+from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cross_fade_of
+from moireid.verifier.explanations.photographs.spacing import Spacing, spacing_of
+from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
+from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS, Waveform, waveform_of
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
-from moireid.verifier.reasons import Reason, Verdict, json_number, worst
+from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, MAX_SPACING_ERROR_RATIO, SEGMENT_S, WINDOW_FRAMES
+from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
+
+#: A row of the table, and the finding that says the same.
+Told = tuple[Explanation | None, Reason]
+
+
+def photographs(
+    spacing: Spacing | None, moved: Sequence[GratingSignal]
+) -> tuple[tuple[Explanation, ...], list[Reason]]:
+    """The rows and findings on photographs, and how many photographs would make such a film.
+
+    Parameters: spacing: of all gratings, None where the distance does not change; moved: signals that moved enough.
+    """
+    told = [] if spacing is None else [_at_one_distance(spacing)]
+    fades = [fade for signal in moved if (fade := cross_fade_of(signal)) is not None]
+    if fades:
+        told.append(_in_turn(max(fades, key=lambda one: one.certain)))
+    waveforms = [waveform for signal in moved if (waveform := waveform_of(signal)) is not None]
+    if waveforms:
+        told.append(_faded(max(waveforms, key=lambda one: one.ripple / one.limit)))
+        harmonics = [one.third_harmonic for one in waveforms if one.third_harmonic is not None]
+        if harmonics:
+            told.append(_laid_over(min(harmonics, key=lambda one: one.surplus / one.limit)))
+        count = max(one.photographs for one in waveforms)
+        told.append((None, _needed(count, from_two=spacing is not None and spacing.tested and not spacing.wrong)))
+    return tuple(row for row, _ in told if row is not None), [reason for _, reason in told]
+
+
+def _row(name: str, odds: float | None, parameters: dict[str, float], level: Level) -> Explanation:
+    return Explanation(name, odds, parameters, None, level == "undecided")
+
+
+def _at_one_distance(spacing: Spacing) -> Told:
+    level: Level = "undecided" if spacing.wrong else "pass" if spacing.tested else "note"
+    seen = "As the badge comes nearer or goes away, the spacing of its fringes"
+    text = {
+        "undecided": f"{seen} does not follow, as on photographs laid over a film, or under a zoom. Film without zoom.",
+        "pass": f"{seen} follows, which that of photographs from one distance does not.",
+        "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
+    }[level]
+    gain = None if level == "note" else spacing.gain
+    reason = Reason("spacing", level, gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
+    row = _row("photographs_at_one_distance", spacing.log10_odds, {"spacing_gain": spacing.gain}, level)
+    return None if level == "note" else row, reason
+
+
+def _in_turn(fade: CrossFade) -> Told:
+    level: Level = "undecided" if fade.seen else "pass"
+    text = "The fringes keep their shape all along their way."
+    if fade.seen:
+        text = f"The fringes change their shape as those of {fade.photographs} photographs do that are shown in turn, "
+        text += "or one faded into the other. Film in even light, and keep the badge moving."
+    parameters = {"photographs": float(fade.photographs), "form_share": fade.share}
+    row = _row("photographs_in_turn", fade.log10_odds, parameters, level)
+    return row, Reason("cross_fade", level, fade.certain, MAX_CROSS_FADE_SHARE, "share", text)
+
+
+def _faded(waveform: Waveform) -> Told:
+    level: Level = "pass" if waveform.ripple <= waveform.limit else "undecided"
+    text = "The fringes keep their shape from place to place."
+    if level == "undecided":
+        text = "The fringes change their shape from place to place, as between cross-faded photographs. "
+        text += "Film in even light."
+    row = _row("photographs_faded", None, {"photographs": float(waveform.photographs)}, level)
+    return row, Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
+
+
+def _laid_over(harmonic: ThirdHarmonic) -> Told:
+    level: Level = "pass" if harmonic.seen else "undecided"
+    text = "The fringes have sharp edges, as lenses make them."
+    if not harmonic.seen:
+        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in photographs laid over "
+        text += "each other, or under a sheet with air beneath it. "
+        text += "Film from nearer, in focus, with the sheet pressed flat."
+    row = _row("photographs_laid_over", harmonic.log10_odds, {"third_harmonic": harmonic.surplus}, level)
+    return row, Reason("third_harmonic", level, harmonic.surplus, harmonic.limit, "contrasts", text)
+
+
+def _needed(count: int, *, from_two: bool) -> Reason:
+    least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
+    text = f"To fake this film by cross-fading photographs of the badge, a forger would need {least} along its course"
+    # One from another distance may be all that the spacing asks for, so it adds nothing to the count.
+    text += ", and some from another distance." if from_two else "."
+    return Reason("photographs", "note", float(count), None, "photographs", text)
+
 
 Array = NDArray[np.float64]
 
@@ -196,3 +301,45 @@ def _mean_figures(figures: Sequence[Figures], share: Array) -> Figures:
         return float(sum(w * getattr(f, name) for w, f in zip(share, figures, strict=True) if w > 0))
 
     return replace(Figures(), **{name: mean(name) for name in names})
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Some seconds of a film: start and end, frames that show the badge, and their verdict."""
+
+    start_s: float
+    end_s: float
+    tracked: int
+    verdict: Verdict
+    correlation: float | None = None
+    gain_ratio: float | None = None
+    excitation_rad: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """As an entry of `segments` of `verify --json`."""
+        names = ("start_s", "end_s", "tracked", "verdict", "correlation", "gain_ratio", "excitation_rad")
+        return {name: json_number(getattr(self, name)) for name in names}
+
+
+def judge_segments(measurement: Measurement, first: int = 0, sheet: SheetGain = DESIGNED) -> tuple[Segment, ...]:
+    """Segments of `SEGMENT_S`, one after another from tracked frame `first` on; sheet: as `judge.judge_signals`.
+
+    Returns: segments with at least one tracked frame; those with less than a window of frames are inconclusive.
+    """
+    times = measurement.times_s
+    number = np.floor((times - times[first]) / SEGMENT_S).astype(int)
+    found = []
+    for k in np.unique(number[first:]):
+        frames = np.flatnonzero(number == k)
+        start = float(times[first] + k * SEGMENT_S)
+        end = float(min(start + SEGMENT_S, times[-1]))
+        if len(frames) < WINDOW_FRAMES:
+            found.append(Segment(start, end, len(frames), "inconclusive"))
+            continue
+        judged = judge_signals(tuple(signal.part(frames) for signal in measurement.gratings), sheet, whole=False)
+        found.append(
+            Segment(
+                start, end, len(frames), judged.verdict, judged.correlation, judged.gain_ratio, judged.excitation_rad
+            )
+        )
+    return tuple(found)

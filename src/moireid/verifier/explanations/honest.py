@@ -14,19 +14,196 @@ can do.  A nuisance that explains more than that is cut off at its bound, so it 
 Convention: bounds are root mean squares over the film, rad.
 Source: linear least squares on columns made orthogonal in this order (Gram-Schmidt), so that cutting one coefficient
     off leaves the others as they are.
+
+One grating's phase as explanations are compared on it: measured, predicted by the law, and what else is known.
+
+Convention: one entry per block of frames, (N,); phases in rad with weighted mean 0 in each stretch, since the phase
+constant of a stretch is unknown.  The weight of a block is 1 for a typical frame and less for a vague one.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.explanations.series import PhaseSeries
-from moireid.verifier.limits import MAX_AXIS_DRIFT_RAD, MAX_LAG_S, MAX_LEAD_S, MAX_SHAPE_SHARE, MAX_ZOOM_DRIFT_SHARE
+from moireid.verifier.camera.smoothing import GAP_S, unbroken
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import (
+    LEAST_SCALE_RAD,
+    LEAST_SEEN_S,
+    MAX_AXIS_DRIFT_RAD,
+    MAX_LAG_S,
+    MAX_LEAD_S,
+    MAX_SHAPE_SHARE,
+    MAX_ZOOM_DRIFT_SHARE,
+    MOST_BLOCKS,
+)
+from moireid.verifier.measuring import MAX_GAP_S
 
 Array = NDArray[np.float64]
+#: Of a film that lacks fewer frames than this share, none is put in.
+LEAST_MISSING_SHARE = 0.01
+
+
+@dataclass(frozen=True)
+class PhaseSeries:
+    """Measured and predicted phase of one grating, with what rivals are built from.
+
+    Attributes
+    ----------
+    times_s : array (N,)
+        Times of the blocks.
+    measured_rad, law_rad : array (N,)
+        Fringe phase as filmed, and as predicted by the law.
+    rate_rad_per_s : array (N,)
+        Time derivative of the law's phase, without its mean in each stretch.
+    weight : array (N,)
+        Of each block, 0 to 1.
+    stretch : array (N,) of int
+        Number of each block's stretch, 0, 1 and so on.
+    place_px : array (N, 2) or None
+        Place of the badge's middle in the picture.
+    views : array (N, 2) or None
+        The camera's parallax along the lines, and one over its distance, 1/mm.
+    error_rad : float
+        Expected error of one frame, from the error bars of phase and pose.
+    within_rad : float
+        Spread of the frames' deviation from the law about their block's mean; 0 where a block is a frame.
+    """
+
+    times_s: Array
+    measured_rad: Array
+    law_rad: Array
+    rate_rad_per_s: Array
+    weight: Array
+    stretch: NDArray[np.int64]
+    place_px: Array | None
+    views: Array | None
+    error_rad: float
+    within_rad: float = 0.0
+
+    @property
+    def excitation_rad(self) -> float:
+        """Standard deviation of the law's phase."""
+        return float(np.sqrt(np.average(self.law_rad**2, weights=self.weight)))
+
+    @property
+    def step_s(self) -> float:
+        """Usual time between two blocks, s; one frame at 30 a second where times do not rise."""
+        steps = np.diff(self.times_s)
+        steps = steps[steps > 0]
+        return float(np.median(steps)) if len(steps) else 1 / 30
+
+    def centred(self, columns: Array) -> Array:
+        """Columns (N, K) without their weighted mean in each stretch."""
+        if self.stretch[-1] == 0:
+            return np.asarray(columns - (self.weight @ columns) / self.weight.sum())
+        starts = np.flatnonzero(np.diff(self.stretch, prepend=-1))
+        sums = np.add.reduceat(self.weight[:, None] * columns, starts, axis=0)
+        total = np.add.reduceat(self.weight, starts)
+        return np.asarray(columns - (sums / total[:, None])[self.stretch])
+
+    def weighted(self, weight: Array) -> PhaseSeries:
+        """The same with other weights (N,) of the blocks."""
+        other = replace(self, weight=weight)
+        phases = other.centred(np.column_stack([self.measured_rad, self.law_rad, self.rate_rad_per_s]))
+        measured, law, rate = phases.T
+        return replace(other, measured_rad=measured, law_rad=law, rate_rad_per_s=rate)
+
+
+def without_short_stretches(signal: GratingSignal) -> GratingSignal:
+    """The signal, unread in stretches shorter than the shortest lie that is looked for.
+
+    Each stretch has a phase constant of its own, so a picture that stands still between frequent cuts would leave none.
+    """
+    _, own = np.unique(signal.stretch, return_inverse=True)
+    starts = np.flatnonzero(np.diff(own, prepend=-1))
+    ends = np.append(starts[1:], len(own)) - 1
+    short = (signal.times_s[ends] - signal.times_s[starts] < LEAST_SEEN_S)[own]
+    if not short.any():
+        return signal
+    return replace(signal, phase_sd_rad=np.where(short, np.inf, signal.phase_sd_rad))
+
+
+def phase_series(signal: GratingSignal) -> PhaseSeries | None:
+    """The series of one grating's readable frames, of at most `MOST_BLOCKS` blocks; None where no frame is readable.
+
+    Notes
+    -----
+    Source: means over blocks of a few frames lose nothing that lasts for 0.2 s or longer, in a film of up to a minute.
+    """
+    used = np.flatnonzero(np.isfinite(signal.phase_sd_rad))
+    if not len(used):
+        return None
+    stretch = np.unique(signal.stretch[used], return_inverse=True)[1]
+    sd = np.hypot(signal.phase_sd_rad[used], signal.pose_sd_rad)
+    weight = np.minimum(1.0, (max(float(np.median(sd)), LEAST_SCALE_RAD) / np.maximum(sd, 1e-9)) ** 2)
+    predicted = signal.predicted_rad[used]
+    columns = [signal.times_s[used] - signal.times_s[used[0]], signal.measured_rad[used], predicted]
+    columns += [_rate(predicted, signal.times_s[used], stretch), weight]
+    if signal.beyond is not None:
+        columns += list(signal.beyond.place_px[used].T)
+    if signal.covariates is not None:
+        columns += list(signal.covariates[used].T)
+    table, stretch = _evenly(np.column_stack(columns), stretch)
+    starts = _block_starts(stretch, -(-len(table) // MOST_BLOCKS))
+    size = np.diff(np.append(starts, len(table)))
+    means = np.add.reduceat(table, starts, axis=0) / size[:, None]
+    apart = table[:, 1] - table[:, 2] - np.repeat(means[:, 1] - means[:, 2], size)
+    times, measured, law, rate, weights = means[:, :5].T
+    first, last = means[:, 5:7], means[:, -2:]
+    raw = PhaseSeries(
+        times,
+        measured,
+        law,
+        rate,
+        weights,
+        stretch[starts],
+        first if signal.beyond is not None else None,
+        last if signal.covariates is not None else None,
+        float(np.hypot(np.median(signal.phase_sd_rad[used]), signal.pose_sd_rad)),
+        float(apart.std()),
+    )
+    return raw.weighted(weights)
+
+
+def _evenly(table: Array, stretch: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """A table (T, K), whose first column is the time, with frames put in where some are missing, by interpolation.
+
+    So each second of a film counts alike: a lie that is shown at fewer frames a second would weigh less.
+    """
+    times = table[:, 0]
+    steps = np.where(np.diff(stretch) == 0, np.diff(times), 0.0)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    steps[steps > MAX_GAP_S] = 0.0
+    missing = np.maximum(np.round(steps / max(usual, 1e-9)).astype(int) - 1, 0)
+    if missing.sum() < LEAST_MISSING_SHARE * len(times):
+        return table, stretch
+    place = np.arange(len(times)) + np.concatenate([[0], np.cumsum(missing)])
+    every = np.arange(place[-1] + 1)
+    filled = np.column_stack([np.interp(every, place, column) for column in table.T])
+    return filled, stretch[np.searchsorted(place, every, side="right") - 1]
+
+
+def _block_starts(stretch: NDArray[np.int64], frames: int) -> NDArray[np.int64]:
+    """First frame of each block of so many frames; a block ends with its stretch."""
+    begins = np.flatnonzero(np.diff(stretch, prepend=-1))
+    ends = np.append(begins[1:], len(stretch))
+    return np.concatenate([np.arange(begin, end, frames) for begin, end in zip(begins, ends, strict=True)])
+
+
+def _rate(law_rad: Array, times_s: Array, stretch: NDArray[np.int64]) -> Array:
+    """Time derivative of the law, rad/s; 0 in runs of fewer than three frames."""
+    rate = np.zeros_like(law_rad)
+    for run in unbroken(times_s, GAP_S, stretch):
+        clock, kept = np.unique(times_s[run], return_index=True)
+        if len(clock) > 2:
+            rate[run[kept]] = np.gradient(law_rad[run[kept]], clock)
+    return rate
+
+
 #: A column that keeps less than this share of itself beside the others before it adds nothing.
 LEAST_NEW_SHARE = 1e-3
 

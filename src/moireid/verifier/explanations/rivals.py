@@ -11,20 +11,54 @@
 
 Convention: phases (N, D) in rad with mean 0 in each stretch.  Priors are even over the ranges of `verifier.limits`;
 a gain that an honest sheet may have is no rival.
+
+How often would a rival look as law-like as this film does?
+
+Each rival is forged on the film's own trajectory, with parameters from its priors and with the film's own residual,
+resampled in blocks.  The honest explanation is then fitted to it as to the film.  The share of such forgeries whose
+gain an honest sheet may have, and whose residual is about as small as the film's, is the rival's share.  A film of much
+and varied motion leaves no rival a share; on a single steady sweep a drift keeps one.
+
+Convention: shares from 0 to 1.
+Source: a parametric bootstrap under each rival; blocks of `RESAMPLED_S`, which hold what is correlated (Kuensch 1989).
+
+Do the fringes leave the law for a while?
+
+In each window of the film the fringes are compared with the law, and with fringes that meanwhile stay still, go the
+wrong way, or go half or twice as far.  A window's phase constant is free, so nothing outside of it counts.
+
+Convention: a window's *slip* is its residual's projection on the law's own change there, rad times the root of blocks;
+on an honest film slips scatter about 0, with outliers where a pose is poor.
+Source: ratio of Student's t densities with `SPELL_FREEDOM` degrees of freedom, as outliers are common; its logarithm
+    is lowered by that of the number of windows that are tried.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.explanations.honest import Room
-from moireid.verifier.explanations.residuals import log10_odds
-from moireid.verifier.explanations.series import PhaseSeries
-from moireid.verifier.limits import DELAYS_S, FORGED_GAINS, LATE_RANGE_S, OWN_MOTION_S
+from moireid.verifier.explanations.honest import HonestModel, PhaseSeries, Room
+from moireid.verifier.explanations.residuals import log10_odds, spread_rad
+from moireid.verifier.limits import (
+    ALIKE_RATIO,
+    DELAYS_S,
+    DRAWS,
+    FORGED_GAINS,
+    LATE_RANGE_S,
+    LEAST_SLIP_RAD,
+    MIN_SPELL_MOTION_RAD,
+    OWN_MOTION_S,
+    RESAMPLED_S,
+    RESAMPLED_SHARE,
+    SPELL_FREEDOM,
+    SPELL_GAINS,
+    SPELLS_S,
+)
 
 Array = NDArray[np.float64]
 
@@ -193,3 +227,116 @@ def _gain_outside(series: PhaseSeries, room: Room) -> tuple[float, dict[str, flo
         gain = min(room, key=lambda end: abs(end - gain))
     left = series.measured_rad - gain * series.law_rad
     return float(series.weight @ left**2), {"gain": gain}
+
+
+#: Rivals whose phase constant may be any.
+BY_CHANCE = ("still", "drift", "place", "own_motion")
+
+
+def lookalike_shares(
+    model: HonestModel,
+    residual_rad: Array,
+    room: Room,
+    *,
+    constant_room_rad: float | None = None,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> dict[str, float]:
+    """The share of each rival, by its name.
+
+    Parameters: residual_rad (N,): of the film, fitted by `model`; room: gains that may be accepted; constant_room_rad:
+        how far the phase constant may be from that at enrolment, None where none is known.
+
+    Notes
+    -----
+    Source: the constant of fringes that drift, follow a place or move by themselves is any of a turn, so of a known one
+    they meet so much by chance; that of late fringes follows from the delay.
+    """
+    series, rng = model.series, np.random.default_rng(seed)
+    noise = resampled(residual_rad, series.step_s, rng, draws)
+    most = ALIKE_RATIO * float(spread_rad(residual_rad[:, None])[0])
+
+    def share(name: str, phases: Array) -> float:
+        fit = model.fit(series.centred(phases + RESAMPLED_SHARE * noise[:, : phases.shape[1]]))
+        alike = (room[0] <= fit.gain) & (fit.gain <= room[1])
+        if constant_room_rad is not None and name == "late":
+            alike &= np.abs(series.weight @ phases) <= constant_room_rad * series.weight.sum()
+        if alike.any():
+            alike[alike] = spread_rad(fit.residual_rad[:, alike]) <= most
+        met = 1.0
+        if constant_room_rad is not None and name in BY_CHANCE:
+            met = min(1.0, constant_room_rad / np.pi)
+        return met * float(alike.mean())
+
+    drawn = {rival.name: rival.draws(series, rng, draws, room) for rival in RIVALS}
+    return {name: share(name, phases) if phases.shape[1] else 0.0 for name, phases in drawn.items()}
+
+
+def resampled(residual_rad: Array, step_s: float, rng: np.random.Generator, count: int) -> Array:
+    """The residual (N,) in blocks from random places and with random signs, (N, count)."""
+    length = len(residual_rad)
+    block = min(max(round(RESAMPLED_S / step_s), 3), length)
+    pieces = -(-length // block)
+    begins = rng.integers(0, length - block + 1, (pieces, 1, count))
+    signs = rng.choice((-1.0, 1.0), (pieces, 1, count))
+    found = residual_rad[begins + np.arange(block)[:, None]] * signs
+    return np.asarray(found.reshape(pieces * block, count)[:length])
+
+
+#: Time that a window may hold beyond its length, as a share: frames may be missing.
+LONGER_SHARE = 0.5
+
+
+@dataclass(frozen=True)
+class Spell:
+    """The window that most resembles a lie: log10 odds of the law over it, its gain, and when it begins and ends, s."""
+
+    log10_odds: float
+    gain: float
+    start_s: float
+    end_s: float
+
+
+def worst_spell(series: PhaseSeries, residual_rad: Array) -> Spell | None:
+    """The spell that is likeliest; None where no window holds enough of the law's motion.
+
+    Parameters: residual_rad (N,): measured phase less the whole film's fit of the law, whose gain is then 1 here.
+    """
+    found = [spell for length in SPELLS_S if (spell := _worst_of(series, residual_rad, length)) is not None]
+    return min(found, key=lambda spell: spell.log10_odds, default=None)
+
+
+def _worst_of(series: PhaseSeries, residual_rad: Array, length_s: float) -> Spell | None:
+    count = round(length_s / series.step_s) + 1
+    if count < 4 or 2 * count > len(residual_rad):
+        return None
+    first, last = np.arange(len(residual_rad) - count + 1), np.arange(count - 1, len(residual_rad))
+    whole = series.stretch[first] == series.stretch[last]
+    whole &= series.times_s[last] - series.times_s[first] <= (1 + LONGER_SHARE) * length_s
+    law, left = series.law_rad, residual_rad
+    moved = _windows(law * law, count) - _windows(law, count) ** 2 / count
+    along = _windows(law * left, count) - _windows(law, count) * _windows(left, count) / count
+    size = np.sqrt(np.maximum(moved, 1e-18))
+    slip = along / size
+    # A ramp over a range R has a standard deviation of R / sqrt(12).
+    tried = whole & (size >= MIN_SPELL_MOTION_RAD * math.sqrt(count / 12))
+    if not tried.any():
+        return None
+    usual = max(1.4826 * float(np.median(np.abs(slip[whole]))), LEAST_SLIP_RAD * math.sqrt(count))
+    by_law = np.log1p((slip[tried] / usual) ** 2 / SPELL_FREEDOM)
+    windows = max(float(tried.sum()) / count, 1.0)
+    worst: Spell | None = None
+    for gain, unlikely in SPELL_GAINS.items():
+        by_lie = np.log1p(((slip[tried] - (gain - 1) * size[tried]) / usual) ** 2 / SPELL_FREEDOM)
+        odds = (SPELL_FREEDOM + 1) / 2 * (by_lie - by_law) / math.log(10) + math.log10(windows) + unlikely
+        k = int(np.argmin(odds))
+        if worst is None or odds[k] < worst.log10_odds:
+            at = np.flatnonzero(tried)[k]
+            worst = Spell(float(odds[k]), gain, float(series.times_s[first[at]]), float(series.times_s[last[at]]))
+    return worst
+
+
+def _windows(values: Array, count: int) -> Array:
+    """Sums over each window of so many entries."""
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    return np.asarray(sums[count:] - sums[:-count])

@@ -20,15 +20,11 @@ from moireid.frames import OwnFrame, own_rect
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, mean_overtone, third_share
-from moireid.verifier.fringes.block_motion import places_apart_rad
-from moireid.verifier.fringes.depth_law import DepthLaw, depth_law
-from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
+from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw, depth_law, mean_overtone, third_share
+from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share, places_apart_rad
+from moireid.verifier.fringes.phase import StripPhase, measure_strip, rounding_rad, strip_law, strip_shape, within_law
 from moireid.verifier.fringes.phase_coverage import SeenWay, seen_way
-from moireid.verifier.fringes.predicted_phase import strip_law, within_law
-from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
-from moireid.verifier.fringes.strip_shape import strip_shape
-from moireid.verifier.fringes.unwrap import joined_frames, numbered, unwrap
+from moireid.verifier.fringes.sinusoid import joined_frames, numbered, unwrap
 from moireid.verifier.limits import DOUBTED_MARKER_PX, MAX_VAGUENESS_RATIO, SMALL_MARKER_WORST_RATIO
 from moireid.verifier.measuring import (
     COVERED_CORRELATION,

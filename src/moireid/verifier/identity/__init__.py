@@ -1,6 +1,7 @@
 """Whose badge is it, and are its figures those of enrolment?
 
-cell_phase.py  phases of the cells                  waveform.py       the shape of a fringe
-decode.py      the identity, and the claim          compare_built.py  are the figures those of enrolment?
-row_slip.py    do the code's rows move with the plain rows?
+cell_phase.py     phases of the cells
+waveform.py       the shape of a fringe
+decode.py         the identity, and the claim
+compare_built.py  are the figures those of enrolment?
 """

@@ -4,11 +4,22 @@ Every sample of a cell sees level + contrast cos(field + symbol).  The field is 
 measured beat, the view geometry, and their *measured* motion.  So the reading does not need exact poses, and works even
 if the fringes break the law.  Offset and twist of the sheet depend on assembly.  They are estimated from the uniform
 rows, and again from the cells once their symbols are nearly clear.
+
+Do the rows of the code move with the plain rows, frame by frame?
+
+The plain rows are a quarter of a badge.  Each cell of the others is compared with the fringe that the plain rows and
+its own symbol put there; a small shift of the phase adds the shape's slope times the shift, so what is left of a frame,
+projected on that slope, is the cell's *slip*.  The cells of a row, and neighbouring frames, are averaged.
+
+Convention: phases in rad, positive where the cell's fringes are ahead; frames (F,) are those that cells are read in.
+Source: least squares, first order in the slip; level and contrast of each cell and frame are free (Frisch and Waugh
+    1933).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,10 +27,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.frames import own_rect
-from moireid.verifier.fringes.predicted_phase import strip_law
+from moireid.verifier.fringes.phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
-from moireid.verifier.identity.row_slip import CellSlip, cell_slip
 from moireid.verifier.identity.waveform import learn_waveform, match_cost, match_phase, match_symbol
 from moireid.verifier.measuring import (
     CELL_FLOOR_RAD,
@@ -27,6 +37,8 @@ from moireid.verifier.measuring import (
     DOUBTFUL_AGREEMENT_SHARE,
     LEAST_AGREEMENT,
     MAX_TWIST_RAD,
+    SLIP_MEAN_S,
+    SLIP_WORST_S,
     UNUSUAL_TWIST_LESS,
     USUAL_TWIST_RAD,
 )
@@ -34,6 +46,65 @@ from moireid.verifier.tracking.profiles import Strip
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CellSlip:
+    """Of one cell: the slip is along / power, (F,)."""
+
+    along: Array
+    power: Array
+
+
+def cell_slip(seen: Array, phase: Array, shape: Complex, ahead: float) -> CellSlip:
+    """The slip of one cell.
+
+    Parameters: seen (F, n): brightness in contrasts about the level; phase (F, n): of the plain rows' field; shape: as
+        `waveform.learn_waveform`; ahead: the cell's phase over the whole film, rad.
+    """
+    argument = phase + ahead
+    fringe = series(shape, argument)
+    slope = series(1j * np.arange(len(shape)) * shape, argument)
+    level = np.ones_like(fringe)
+    fringe = _without(fringe, level)
+    slope = _without(_without(slope, level), fringe)
+    left = _without(_without(seen, level), fringe)
+    # What is the same in all frames is dirt, or an uneven sheet.
+    left = left - left.mean(axis=0)
+    return CellSlip(np.sum(left * slope, axis=1), np.sum(slope * slope, axis=1))
+
+
+def row_apart_rad(cells: Sequence[CellSlip], times_s: Array) -> tuple[float, float]:
+    """How far a row moves apart from the plain rows, root mean squares over the film and over its worst second, rad.
+
+    Parameters: times_s (F,).
+
+    Notes
+    -----
+    Convention: noise is not taken off, or a row that is made noisy could hide anything.
+    """
+    along, power = (np.sum([getattr(cell, name) for cell in cells], axis=0) for name in ("along", "power"))
+    if not power.sum() > 0:
+        return 0.0, 0.0
+    step = float(np.median(np.diff(times_s))) if len(times_s) > 1 else SLIP_MEAN_S
+    along, power = (_moving_sums(values, SLIP_MEAN_S / max(step, 1e-3)) for values in (along, power))
+    slip = along / np.maximum(power, 1e-9)
+    slip = slip - np.average(slip, weights=power)
+    square, weight = (_moving_sums(values, SLIP_WORST_S / max(step, 1e-3)) for values in (slip**2 * power, power))
+    return float(np.sqrt(np.average(slip**2, weights=power))), float(np.sqrt((square / np.maximum(weight, 1e-9)).max()))
+
+
+def _moving_sums(values: Array, frames: float) -> Array:
+    """Sums over windows of so many frames about each, shorter at the ends."""
+    return np.convolve(values, np.ones(min(max(round(frames), 1), len(values))), "same")
+
+
+def _without(values: Array, column: Array) -> Array:
+    """Values (F, n) without their part along a column (F, n), frame by frame."""
+    size = np.maximum(np.sum(column * column, axis=1, keepdims=True), 1e-12)
+    return np.asarray(values - column * (np.sum(values * column, axis=1, keepdims=True) / size))
+
+
 #: Margin left out at a cell's ends, mm, at most a fifth of the cell: blur mixes neighbours there.
 MARGIN_MM = 1.2
 #: Frames from which the fringe's shape is learnt.

@@ -14,8 +14,7 @@ from moireid.idcodes import CellReading, Decoded, PartialWord, family_named, spe
 from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
-from moireid.verifier.identity.row_slip import row_apart_rad
+from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, row_apart_rad, uniform_fields
 from moireid.verifier.limits import MAX_VAGUENESS_RATIO
 from moireid.verifier.measuring import (
     CELLS_MOST_RATIO,

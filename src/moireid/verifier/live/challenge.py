@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.live.pace import DONE_S, HERE, SOONEST_S, SPREAD_S, Pace
+from moireid.verifier.live.clock import DONE_S, HERE, SOONEST_S, SPREAD_S, Pace
 from moireid.verifier.measuring import MAX_GAP_S
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.timeline import Spans

@@ -39,10 +39,8 @@ from moireid.verifier.live.challenge import (
     over_s,
     place_of,
 )
-from moireid.verifier.live.chance import likeliest_chance
-from moireid.verifier.live.clock import MOST_LATE, BoundedClock, StreamClock
-from moireid.verifier.live.pace import CALL_SLACK_S, HERE, REST_WAIT_S, Pace
-from moireid.verifier.live.tile import TileWatch
+from moireid.verifier.live.chance import TileWatch, likeliest_chance
+from moireid.verifier.live.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace, StreamClock
 from moireid.verifier.picture import Frame, Picture, as_picture
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of

@@ -1,4 +1,7 @@
-"""The findings of a report in the order in which people need them: failures, what is inconclusive, warnings, passes."""
+"""The findings of a report in the order in which people need them: failures, what is inconclusive, warnings, passes.
+
+Why a film can be inconclusive, in a few words, and what to do next; by the code of the finding.
+"""
 
 from __future__ import annotations
 
@@ -79,3 +82,143 @@ def sorted_findings(reasons: Sequence[Finding]) -> Findings:
 
 def _rank(code: str, order: Sequence[str]) -> int:
     return order.index(code) if code in order else len(order)
+
+
+NEARER = "Ask for another film: the whole badge from nearer, in even light, moved sideways several times."
+ORIGINAL = "Ask for the file as the camera made it, or for another film with such functions switched off."
+MOVE = "Ask for another film in which badge or camera moves sideways by 20 cm or more, several times."
+SHOW = (
+    "Begin again: hold the badge with its four corner markers, or its frame, in the picture, near the face, in good "
+    "light."
+)
+
+
+@dataclass(frozen=True)
+class Words:
+    """The end of "Cannot tell: …", and a sentence on what to do."""
+
+    because: str
+    advice: str
+
+
+GENERAL = Words("the film shows too little", NEARER)
+#: Rivals of the law that may remain: the end of "fringes that …", and the motion that would exclude them.
+RIVALS = {
+    "still": Words("stay where they are, as in print", MOVE),
+    "drift": Words(
+        "drift at a constant speed",
+        "Ask for another film in which badge or camera moves to and fro, instead of steadily one way.",
+    ),
+    "late": Words(
+        "come late or early",
+        "Ask for another film in which badge or camera changes its speed and direction more often.",
+    ),
+    "place": Words(
+        "go with the badge's place in the picture",
+        "Ask for another film in which the badge is turned as well, or the camera walks around it.",
+    ),
+    "another_gain": Words("move too far or not far enough", "Ask for another film with more motion, or from nearer."),
+    "own_motion": Words("move smoothly by themselves", "Ask for a longer film with more motion."),
+    "spell": Words(
+        "leave the law for a while", "Ask for another film, in even light, that shows the badge throughout."
+    ),
+    "wander": Words("wander on top of the law", "Ask for another film from nearer, with more motion."),
+    "rows": Words("differ from row to row", "Ask for another film from nearer, in even light."),
+    "places": Words("differ from place to place within a row", "Ask for another film from nearer, in even light."),
+}
+OPEN = {
+    "badge_absent": Words("the badge is hardly to be seen", NEARER),
+    "fringes": Words("no fringes could be read", NEARER),
+    "motion": Words("the badge hardly moved", MOVE),
+    "motion_gaps": Words(
+        "the badge moved only where pictures are missing",
+        "Ask for another film in one piece; in a call, for a faster connection.",
+    ),
+    "phase_gaps": Words(
+        "the film shows few views of the badge, as a few photographs would",
+        "Ask for another film with more and slower moves, or with more frames a second.",
+    ),
+    "gain": Words(
+        "how far the fringes move does not decide it",
+        "The issuer of the badge can enroll it with a film of it; then it is known how far its fringes move.",
+    ),
+    "residual": Words("the fringes leave the law, perhaps by errors of the film", NEARER),
+    "agreement": Words("parts of the badge do not quite agree", NEARER),
+    "spacing": Words("the fringes do not follow the distance, as after a zoom", ORIGINAL),
+    "waveform": Words("the fringes look uneven, as from cross-faded pictures", NEARER),
+    "third_harmonic": Words(
+        "the fringes look soft, as in a blurred or mixed picture",
+        "Ask for another film from nearer and in focus. A sheet that does not lie flat makes soft fringes too.",
+    ),
+    "cross_fade": Words(
+        "the fringes change as those of a few photographs do",
+        "Ask for another film in even light, in which the badge keeps moving.",
+    ),
+    "photographs": Words(
+        "a few photographs of the badge could make this film",
+        "Ask for a longer film, moved sideways and also to and from the camera.",
+    ),
+    "focal": Words("the picture looks stretched or cut out", ORIGINAL),
+    "camera": Words("the picture may have been zoomed, reframed or stabilised", ORIGINAL),
+    "mixed_frames": Words("frames are mixed with their neighbours", ORIGINAL),
+    "small": Words("the badge is too small in the picture", NEARER),
+    "covered": Words(
+        "something covers the badge", "Ask for another film in which no hand, caption or glare covers it."
+    ),
+    "pose_outliers": Words("the badge does not look flat in too many frames", NEARER),
+    "flicker": Words(
+        "the badge is missing in too many frames",
+        "Ask for another film, in better light and with slower moves, that shows the badge in every frame.",
+    ),
+    "unsearched": Words(
+        "the badge may have been in view where the film was not searched",
+        "Ask for another film, before a plainer background, that shows the badge throughout.",
+    ),
+    "cover": Words(
+        "the badge is judged in too few of the film's seconds",
+        "Look at the bar of seconds: judge only those, or ask for a film that shows the badge throughout.",
+    ),
+    "corners": Words("the badge's markers are hidden", NEARER),
+    "piece": Words(
+        "the film is in pieces that are too short", "Check the pieces one by one, or ask for a longer film."
+    ),
+    "identity": Words("whose badge it is cannot be read", NEARER),
+    "beats": Words("the badge's code could not be confirmed", NEARER),
+    "cells_move": Words("the badge's code does not quite move with its rows", NEARER),
+    "built": Words(
+        "it may be a copy that was built anew",
+        "Ask for another film, from nearer and with more motion; or do not ask for the figures of enrolment.",
+    ),
+    "others_break": Words(
+        "another badge in the film breaks the law", "Watch the seconds that the finding names, and judge them apart."
+    ),
+    "layout": Words("one kind of badge in the registry cannot be checked", "Tell whoever keeps the registry."),
+    "face": Words("no face was found", "Ask for another film with the face from the front, well lit."),
+    "overlap": Words("the badge is not before the face long enough", "Ask that it be held across the face for 2 s."),
+    "overlap_law": Words("the badge before the face cannot be read", NEARER),
+    "challenge": Words("the challenge was not finished", SHOW),
+    "prompt": Words("a prompt could not be judged", SHOW),
+    "unbroken": Words("the badge, or the picture, was lost during the moves", SHOW),
+    "window_correlation": Words("nothing moved", MOVE),
+}
+
+
+def words_of(finding: Mapping[str, Any]) -> Words:
+    """The words of an undecided finding."""
+    code = finding["code"]
+    if code not in RIVALS:
+        return OPEN.get(code, GENERAL)
+    end = "would explain it better" if finding["unit"] == "log10" else "would look the same"
+    return Words(f"fringes that {RIVALS[code].because} {end}", RIVALS[code].advice)
+
+
+def first_open(findings: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """The undecided finding that is named: the first, and of several rivals the one that is likeliest."""
+    first = next(iter(findings), None)
+    if first is None or first["code"] not in RIVALS:
+        return first
+    remaining = [one for one in findings if one["code"] in RIVALS]
+    better = [one for one in remaining if one["unit"] == "log10"]
+    if better:
+        return min(better, key=lambda one: float(one["measured"]))
+    return max(remaining, key=lambda one: float(one["measured"]))

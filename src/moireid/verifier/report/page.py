@@ -2,6 +2,8 @@
 
 A page is made of a report's JSON, of its pictures, and of the circumstances of the check.  So whoever holds these can
 make it: the studio makes it outside the process that decoded the film.
+
+The pictures of a report, drawn where the film is, as files by their names.
 """
 
 from __future__ import annotations
@@ -10,23 +12,57 @@ import base64
 import csv
 import io
 import json
+import re
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import cv2
+
 from moireid import __version__
 from moireid.files import planned, write_text
-from moireid.verifier.report.circumstances import Circumstances, moment_words
+from moireid.verifier.report.circumstances import Circumstances, claimed_in, moment_words
 from moireid.verifier.report.findings import sorted_findings
 from moireid.verifier.report.headline import headline_of
-from moireid.verifier.report.person import claimed_in
-from moireid.verifier.report.pictures import KINDS, Pictures, pictures_of
-from moireid.verifier.report.plots import parallax_of
-from moireid.verifier.report.rival_table import NO_PROBABILITY, table_of
-from moireid.verifier.report.seconds import seconds_of
+from moireid.verifier.report.plots import NARROW, law_plot, parallax_of, plots_of
+from moireid.verifier.report.rival_table import NO_PROBABILITY, rival_plot, table_of
+from moireid.verifier.report.seconds import frame_picture, seconds_of, telling_moment
 from moireid.verifier.session.result import Report
+
+LAW, LAW_NARROW, BADGE, FRAME = "law.svg", "law-narrow.svg", "badge.png", "frame.jpg"
+RIVAL, RIVAL_NARROW = "rival.svg", "rival-narrow.svg"
+#: The names that pictures can have, and nothing else.
+NAME = re.compile(r"(?:law|rival)(?:-narrow)?\.svg|plot[0-9]{1,2}\.svg|badge\.png|frame\.jpg")
+KINDS = {"svg": "image/svg+xml", "png": "image/png", "jpg": "image/jpeg"}
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Contents by name, titles of the plots for experts in the order of their numbers, and the frame's time, s."""
+
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    plots: tuple[str, ...] = ()
+    frame_s: float | None = None
+
+
+def pictures_of(report: Report) -> Pictures:
+    """Draw the pictures of a report, in about a second."""
+    files: dict[str, bytes] = {}
+    plots = plots_of(report)
+    drawn = {LAW: law_plot(report), LAW_NARROW: law_plot(report, NARROW)}
+    drawn |= {RIVAL: rival_plot(report), RIVAL_NARROW: rival_plot(report, NARROW)}
+    files |= {name: svg.encode() for name, svg in drawn.items() if svg is not None}
+    files |= {f"plot{number}.svg": svg.encode() for number, (_, svg) in enumerate(plots)}
+    if report.track.snapshot is not None:
+        files[BADGE] = cv2.imencode(".png", report.track.snapshot)[1].tobytes()
+    moment = telling_moment(report)
+    if (shown := frame_picture(report, moment)) is not None:
+        files[FRAME] = shown
+    return Pictures(files, tuple(title for title, _ in plots), moment.time_s)
+
 
 #: What was checked, in plain words.
 SAYS = "Checked were the badge's fringes, which must move with the badge as optics demand, and whose badge it is."

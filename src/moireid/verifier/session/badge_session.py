@@ -17,7 +17,7 @@ from moireid.verifier.reasons import Reason, json_number, worst
 from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of, invariant_of, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
-from moireid.verifier.session.malloc_trim import give_back
+from moireid.verifier.session.threads import give_back
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import unreduced_px

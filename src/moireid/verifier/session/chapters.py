@@ -18,8 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from moireid.verifier.decision.judge import Invariant, gain_of, judge_invariant, judge_signals
-from moireid.verifier.decision.segments import Segment, judge_segments
+from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge_invariant, judge_segments, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.fringes.beyond_phase import joined_in_time
 from moireid.verifier.fringes.phase_coverage import SeenWay

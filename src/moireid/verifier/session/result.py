@@ -9,8 +9,7 @@ from typing import Any
 from moireid import __version__
 from moireid.badge import Badge
 from moireid.provenance import Source, Standing
-from moireid.verifier.decision.judge import Invariant
-from moireid.verifier.decision.segments import Segment
+from moireid.verifier.decision.judge import Invariant, Segment
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason, Verdict, json_number

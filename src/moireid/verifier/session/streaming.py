@@ -26,7 +26,7 @@ from moireid.verifier.session.badge_session import Line, breaking_finding, other
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Cover, Span, cover_of
-from moireid.verifier.session.giving_way import GivingWay
+from moireid.verifier.session.threads import GivingWay
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker

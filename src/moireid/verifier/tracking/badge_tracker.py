@@ -17,11 +17,8 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
-from moireid.verifier.tracking.course import Course, Seen
-from moireid.verifier.tracking.even_sample import EvenSample
-from moireid.verifier.tracking.finding.finder import PageFinder
 from moireid.verifier.tracking.finding.markers import faint_turns
-from moireid.verifier.tracking.finding.page_groups import same_page
+from moireid.verifier.tracking.finding.page_groups import PageFinder, same_page
 from moireid.verifier.tracking.frame_skipping import (
     CALM_FRAMES,
     CALM_PX,
@@ -36,10 +33,10 @@ from moireid.verifier.tracking.frame_skipping import (
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
-from moireid.verifier.tracking.sampling import hull_of, part_around
+from moireid.verifier.tracking.sampling import EvenSample, hull_of, part_around
 from moireid.verifier.tracking.search_work import Purses
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
-from moireid.verifier.tracking.track import Track
+from moireid.verifier.tracking.track import Course, Seen, Track
 
 Array = NDArray[np.float64]
 #: Pixels per millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.picture import Picture, as_picture
-from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS
 from moireid.verifier.tracking.registration import (
     FOLLOWED_CORRELATION,
@@ -32,6 +31,7 @@ from moireid.verifier.tracking.registration import (
 from moireid.verifier.tracking.sampling import hull_of, part_around
 from moireid.verifier.tracking.search_work import CORRELATED_NS
 from moireid.verifier.tracking.template import Template, without_gains
+from moireid.verifier.tracking.track import Course, Seen
 
 Array = NDArray[np.float64]
 Grey = NDArray[np.float32]

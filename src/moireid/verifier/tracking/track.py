@@ -1,4 +1,7 @@
-"""What a film shows of one badge, frame by frame."""
+"""What a film shows of one badge, frame by frame.
+
+Where one badge was in the first frame and the last two frames that show it.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.tracking.profiles import Strip
+from moireid.verifier.tracking.sampling import inverse
 
 Array = NDArray[np.float64]
 
@@ -51,3 +55,62 @@ def no_track(badge: Badge, frames_read: int, image_px: tuple[int, int]) -> Track
     """The empty track of a film without a badge."""
     none, flat = np.zeros(0, np.int64), np.zeros(0)
     return Track(badge, frames_read, none, flat, np.zeros((0, 3, 3)), flat, (), none, (), image_px)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A frame that shows the badge: its number, its time, and the page's homography."""
+
+    frame: int
+    time_s: float
+    page: Array
+
+
+@dataclass
+class Course:
+    """The first frame that shows the badge, and the last two; None if there is none yet.
+
+    Convention: homographies page mm -> px, h33 = 1.
+    """
+
+    first: Seen | None = None
+    before: Seen | None = None
+    last: Seen | None = None
+    #: Whether the last frame shows the badge, and whether all frames between the last two did.
+    followed: bool = False
+    unbroken: bool = False
+
+    def follow(self, seen: Seen) -> None:
+        """Record a frame that shows the badge."""
+        self.before, self.last = self.last, seen
+        self.followed, self.unbroken = True, self.followed
+        self.first = self.first or seen
+
+    def lose(self) -> None:
+        """Record that this frame does not show the badge: its place is no longer known."""
+        self.followed = False
+
+    def repeats(self, frame: int) -> bool:
+        """Whether the last motion may be repeated until a frame: it was seen, for half as long at least."""
+        last, before = self.last, self.before
+        if last is None or before is None or not (self.followed and self.unbroken):
+            return False
+        return last.frame < frame <= last.frame + 2 * (last.frame - before.frame)
+
+    def expected(self, frame: int) -> Array | None:
+        """The expected homography in a frame; None if the last frame did not show the badge.
+
+        Source: the last motion, applied once more; over another number of frames, in proportion to first order.  Where
+            it may not be repeated, the last place.
+        """
+        if not self.followed or self.last is None:
+            return None
+        last, before = self.last, self.before
+        back = inverse(before.page) if before is not None and self.repeats(frame) else None
+        if before is None or back is None:
+            return last.page
+        motion, share = back @ last.page, (frame - last.frame) / (last.frame - before.frame)
+        motion *= share / motion[2, 2]
+        motion.flat[::4] += 1 - share
+        moved = last.page @ motion
+        return np.asarray(moved / moved[2, 2])

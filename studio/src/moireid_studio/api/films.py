@@ -22,10 +22,10 @@ from moireid import __version__
 from moireid.verifier.report.page import render_page
 from moireid_studio.api.events import events_of
 from moireid_studio.api.schema import IDENTIFICATION, REPORT, answers, form
-from moireid_studio.auth.roles import Visitor, anyone, require
+from moireid_studio.auth.guard import Visitor, anyone, require
 from moireid_studio.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
-from moireid_studio.jobs.job_runner import STOPPED
-from moireid_studio.jobs.task import SIGNALS
+from moireid_studio.jobs.work import SIGNALS
+from moireid_studio.jobs.workers import STOPPED
 from moireid_studio.problems import Problem, Refusal, problem_responses
 from moireid_studio.reports import circumstances_of, kept_file, pictures_of_job
 from moireid_studio.store.job import Job, State

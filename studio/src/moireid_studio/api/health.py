@@ -6,7 +6,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel
 
-from moireid_studio.auth.roles import anyone, require
+from moireid_studio.auth.guard import anyone, require
 from moireid_studio.studio import studio_of
 
 #: Not part of the API for programs: probes and Prometheus know these addresses by custom.

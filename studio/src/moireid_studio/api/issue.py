@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 from moireid_studio.api.events import events_of
 from moireid_studio.api.films import JobStatus, status_of
 from moireid_studio.api.schema import form, picture_form
-from moireid_studio.auth.roles import Visitor, require
+from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.checks import received
 from moireid_studio.forms import ShortRoute, picture_fields
 from moireid_studio.issue_jobs import keep, package_of, pictures_of, preview_of, start_badge, start_capture

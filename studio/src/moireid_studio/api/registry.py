@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request
 from fastapi import Path as InPath
 from pydantic import BaseModel, Field
 
-from moireid_studio.auth.roles import Visitor, require
+from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import ShortRoute
 from moireid_studio.problems import Refusal, problem_responses
 from moireid_studio.studio import studio_of

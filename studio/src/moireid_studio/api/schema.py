@@ -10,7 +10,7 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 
 from moireid.verifier.session.result import report_schema
-from moireid_studio.auth.roles import rules_of
+from moireid_studio.auth.guard import rules_of
 
 REPORT = {"$ref": "#/components/schemas/Report"}
 IDENTIFICATION = {

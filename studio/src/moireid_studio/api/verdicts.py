@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, Field
 
-from moireid_studio.auth.roles import Visitor, require
+from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.problems import problem_responses
 from moireid_studio.studio import studio_of
 

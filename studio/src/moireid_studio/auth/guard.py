@@ -7,17 +7,36 @@ Source: "Cross-Site Request Forgery Prevention" of the OWASP cheat sheets, on Fe
 
 Without tokens, the Host must also be loopback.  Otherwise another site could let its own name lead to this server
 (DNS rebinding), and its pages would then count as the same origin.
+
+Who may do what.  Every route names its rule; a test walks over all routes and fails where one has none.
+
+    router = APIRouter(dependencies=[require("issuer")])        a whole file of routes
+    @router.get("/x", dependencies=[require("verifier")])       or one
+    def x(visitor: Annotated[Visitor, require("issuer", "verifier")])   where the route asks who it is
+
+`issuer` issues, enrolls, revokes and audits; `verifier` verifies, identifies and checks live; `monitor`
+reads figures of the studio and nothing else; `admin` may do all.
+Pages without personal data are for `anyone`.  WebSocket routes take the same rules.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
 from urllib.parse import SplitResult, urlsplit
 
+from fastapi import Depends, WebSocketException
+from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from moireid.registry.keys import account
+from moireid_studio.auth.tokens import Role
+from moireid_studio.problems import Refusal
 from moireid_studio.settings import is_loopback
+from moireid_studio.studio import studio_of
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; media-src 'self' blob:; "
@@ -85,3 +104,95 @@ class Guard:
         if site is not None and site not in ("same-origin", "none"):
             return "This request was sent by another site; open the studio's own page."
         return None
+
+
+COOKIE = "moireid_session"
+#: Who asks where the studio needs no tokens.
+LOOPBACK = "loopback"
+
+
+@dataclass(frozen=True)
+class Visitor:
+    """The person who asks: the id of their token ("loopback" where the studio needs no tokens), role, and its note."""
+
+    id: str
+    role: Role
+    note: str = ""
+
+    @property
+    def actor(self) -> str:
+        """Who this is, as the registry's log names them: the token by its id and note, which are no secret."""
+        if self.id == LOOPBACK:
+            return f"studio without tokens, {account()}"
+        return f"token {self.id}" + (f" ({self.note})" if self.note else "")
+
+    def may(self, *roles: Role) -> bool:
+        """Whether one of these roles is theirs; an admin has all."""
+        return self.role == "admin" or self.role in roles
+
+
+@dataclass(frozen=True)
+class Rule:
+    """The rule of a route: the roles that may use it; without roles, anyone may."""
+
+    roles: tuple[Role, ...]
+
+    def __call__(self, connection: HTTPConnection) -> Visitor | None:
+        visitor = visitor_of(connection)
+        if not self.roles:
+            return visitor
+        if visitor is not None and visitor.may(*self.roles):
+            return _counted(connection, visitor)
+        if visitor is None:
+            refusal = Refusal(
+                401,
+                "token",
+                "Sign in with a token to use this; whoever runs this studio gives you one.",
+                headers={"WWW-Authenticate": "Bearer"},
+            )
+        else:
+            needed = " or ".join(self.roles)
+            refusal = Refusal(403, "role", f"Your token is of the role {visitor.role}; this asks for {needed}.")
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1008, refusal.text)
+        raise refusal
+
+
+def _counted(connection: HTTPConnection, visitor: Visitor) -> Visitor:
+    """The visitor, whose request is counted.  Raises: Refusal 429 where their token sends too many."""
+    try:
+        studio_of(connection).jobs.rates.request(visitor.id)
+    except Refusal as refusal:
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1013, refusal.text) from refusal
+        raise
+    return visitor
+
+
+def require(*roles: Role) -> Any:
+    """The dependency that lets these roles pass, and admins."""
+    if not roles:
+        raise ValueError("name a role; what is open to all says `anyone`")
+    return Depends(Rule(roles))
+
+
+#: The dependency of routes that need no token; the visitor is None where nobody is signed in.
+anyone: Any = Depends(Rule(()))
+
+
+def rules_of(route: APIRoute | APIWebSocketRoute) -> list[Rule]:
+    """The rules that a route names; a test fails where a route names none."""
+    return [depends.call for depends in route.dependant.dependencies if isinstance(depends.call, Rule)]
+
+
+def visitor_of(connection: HTTPConnection) -> Visitor | None:
+    """Who asks: by the token in the header (programs), or by the session that the cookie names (browsers)."""
+    studio = studio_of(connection)
+    if not studio.settings.auth:
+        return Visitor(LOOPBACK, "admin")
+    kind, _, secret = connection.headers.get("authorization", "").partition(" ")
+    if kind.lower() == "bearer":
+        token = studio.tokens.find(secret.strip())
+    else:
+        token = studio.tokens.of_session(connection.cookies.get(COOKIE, ""))
+    return Visitor(token.id, token.role, token.note) if token else None

@@ -6,6 +6,8 @@ as one share a database of their own.
 
 A token lasts until it expires or is revoked.  A browser that signs in with one gets a session of its own, and keeps no
 token: signing out ends that session, so what was in its cookie opens nothing any more.  A session ends with its token.
+
+The tables of tokens and sessions, and what an older file lacks of them.
 """
 
 from __future__ import annotations
@@ -19,11 +21,50 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from sqlalchemy import Executable, delete, insert, select, update
+from sqlalchemy import (
+    Column,
+    Connection,
+    Executable,
+    MetaData,
+    Table,
+    Text,
+    delete,
+    insert,
+    inspect,
+    select,
+    text,
+    update,
+)
 
 from moireid.errors import SpecError
-from moireid_studio.auth.token_tables import bring_up, metadata, sessions, tokens
 from moireid_studio.store.database import database_of
+
+metadata = MetaData()
+tokens = Table(
+    "tokens",
+    metadata,
+    Column("sha256", Text, primary_key=True),
+    Column("role", Text, nullable=False),
+    Column("note", Text, nullable=False),
+    Column("made_at", Text, nullable=False),
+    Column("revoked_at", Text),
+    Column("expires_at", Text, nullable=False),
+)
+sessions = Table(
+    "sessions",
+    metadata,
+    Column("sha256", Text, primary_key=True),
+    Column("token", Text, nullable=False),
+    Column("expires_at", Text, nullable=False),
+)
+
+
+def bring_up(connection: Connection, expires_at: str) -> None:
+    """Add what an older file lacks: tokens of one in which none expired do so at `expires_at`."""
+    if "expires_at" not in {column["name"] for column in inspect(connection).get_columns(tokens.name)}:
+        connection.execute(text("ALTER TABLE tokens ADD COLUMN expires_at TEXT NOT NULL DEFAULT ''"))
+        connection.execute(tokens.update().values(expires_at=expires_at))
+
 
 Role = Literal["issuer", "verifier", "monitor", "admin"]
 ROLES: tuple[Role, ...] = get_args(Role)

@@ -183,7 +183,7 @@ def _signing() -> Iterator[None]:
 
 def _default_is_there() -> bool:
     """Whether the default registry was made before."""
-    from moireid.registry.url import default_url, read_url, sqlite_file
+    from moireid.registry.engine import default_url, read_url, sqlite_file
 
     path = sqlite_file(read_url(default_url()))
     return path is None or path.exists()

@@ -1,15 +1,27 @@
-"""A process for each film: if it crashes, hangs or grows, only its own job is lost."""
+"""A process for each film: if it crashes, hangs or grows, only its own job is lost.
+
+What a film's process says, checked where it is read: types and ranges, before anything in the server relies on it.
+
+The process may be in a stranger's hands.  What is checked here can still be untrue; it cannot be of another shape.
+"""
 
 from __future__ import annotations
 
+import json
+import math
 import time
 from collections.abc import Callable
-from typing import Any
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
-from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, ForkServer
 from moireid.sandbox.reach import reach
-from moireid_studio.jobs.task import Task
+from moireid.sandbox.seal import ProcessLimits
+from moireid_studio.jobs.work import Task
+
+if TYPE_CHECKING:
+    from jsonschema import Draft202012Validator
+
 
 #: How soon a stop is noticed.
 LOOK_S = 0.25
@@ -18,7 +30,7 @@ ANSWER_S = 10.0
 #: It loads the verifier, some seconds long, for all films; a film's process is sealed.
 films = ForkServer("moireid_studio.jobs.work:judge", sealed=True)
 #: For badges that are made; it begins with the first of them.
-orders = ForkServer("moireid_studio.jobs.making:make")
+orders = ForkServer("moireid_studio.jobs.issue_work:make")
 #: Kinds of tasks without a stranger's film; all others are sealed.
 ORDERS = frozenset({"badge", "event"})
 
@@ -73,3 +85,81 @@ def _listen(
         if (message := child.hear(min(rest, LOOK_S))) is not None and (back := heard(message)) is not None:
             child.send(back, min(rest, ANSWER_S))
     raise Lost("time", f"This film takes longer than the {wall_s:g} s that one may take here.")
+
+
+#: Frames that a film can have: at 60 frames a second, half a year.
+MOST_FRAMES = 1_000_000_000
+#: What identification can find.
+FINDINGS = ("found", "nobody", "inconclusive")
+
+
+class Unusable(Exception):
+    """A process said what no honest one says."""
+
+
+def frames_of(said: object) -> tuple[int, int | None]:
+    """Frames read, and as many as the film says that it has.  Raises: Unusable."""
+    if not isinstance(said, list) or len(said) != 2:
+        raise Unusable("progress is no pair")
+    done, of = said
+    if not _count(done) or (of is not None and not _count(of)):
+        raise Unusable("progress is of no frames")
+    return done, of
+
+
+def result_of(kind: str, said: object) -> dict[str, Any]:
+    """The result of a kind of work: a report for films by the report's own schema.  Raises: Unusable."""
+    if not isinstance(said, dict):
+        raise Unusable("a result is no object")
+    try:
+        # Figures that are not finite have no place in an answer.
+        json.dumps(said, allow_nan=False)
+    except (ValueError, RecursionError) as error:
+        raise Unusable("a result cannot be passed on") from error
+    if kind == "identify":
+        _check_finding(said)
+    if kind == "verify" or (kind == "identify" and "verdict" in said):
+        fault = next(_schema(kind).iter_errors(said), None)
+        if fault is not None:
+            raise Unusable(f"a report has a fault at {'/'.join(map(str, fault.absolute_path))[:200]}")
+    return said
+
+
+def kept_of(said: dict[str, Any]) -> dict[str, Any]:
+    """What a process says of the pictures in its folder: names, titles, and the time of one.  Raises: Unusable."""
+    files, plots, frame_s = said.get("files"), said.get("plots"), said.get("frame_s")
+    if not (_texts(files) and _texts(plots) and (frame_s is None or _number(frame_s))):
+        raise Unusable("pictures without names")
+    return {"files": files, "plots": plots, "frame_s": frame_s}
+
+
+def _check_finding(said: dict[str, Any]) -> None:
+    found, reasons = said.get("found_id"), said.get("reasons")
+    right = said.get("finding") in FINDINGS and (found is None or isinstance(found, str))
+    if not right or not isinstance(reasons, list) or not all(isinstance(reason, dict) for reason in reasons):
+        raise Unusable("an identification without a finding")
+
+
+@cache
+def _schema(kind: str) -> Draft202012Validator:
+    from jsonschema import Draft202012Validator
+
+    from moireid.verifier.session.result import report_schema
+
+    schema = json.loads(report_schema())
+    if kind == "identify":
+        # Its reasons are of the finding, and not of the report's verdict.
+        del schema["if"], schema["then"]
+    return Draft202012Validator(schema)
+
+
+def _count(value: object) -> bool:
+    return type(value) is int and 0 <= value <= MOST_FRAMES
+
+
+def _number(value: object) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
+
+
+def _texts(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(one, str) for one in value)

@@ -17,8 +17,7 @@ from moireid.idcodes import specimen_of
 from moireid.lenticule import view_law
 from moireid.provenance import Seal, Standing
 from moireid.registry import Claimed, People, Registry, claimed, claimed_by_file
-from moireid_studio.jobs.asking import MOST_OF_A_LAYOUT
-from moireid_studio.jobs.task import Law
+from moireid_studio.jobs.work import MOST_OF_A_LAYOUT, Law
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 

@@ -23,8 +23,7 @@ from moireid.registry import open_registry
 from moireid.result_cache import program_digest
 from moireid_studio.jobs.child import films
 from moireid_studio.jobs.claims import prepared
-from moireid_studio.jobs.job_runner import Doer
-from moireid_studio.jobs.workers import BESIDE_S
+from moireid_studio.jobs.workers import BESIDE_S, Doer
 from moireid_studio.settings import Limits
 from moireid_studio.store.database import database_of
 from moireid_studio.store.ledger import BEAT_S, Ledger

@@ -6,6 +6,8 @@ If a child dies after issuing and before its archive is ready, the same order ag
 it gives the identities.
 
 An order is an archive of ours: `ORDER` or `PEOPLE`, and the pictures that the server has had made of the visitor's.
+
+The work of a process that makes badges and issues them.  It reads the registry, and no film.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from __future__ import annotations
 import os
 import shutil
 import zipfile
+from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -22,11 +25,12 @@ from moireid.errors import SpecError
 from moireid.names import line_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
+from moireid.sandbox.child import Talk
 from moireid_studio.jobs.lists import dress_people
 from moireid_studio.jobs.orders import Order, Wish, ready
-from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE, Progress, Tell
+from moireid_studio.jobs.work import ORDER, PACKAGE, PEOPLE, Progress, Task, Tell
 from moireid_studio.problems import plain
-from moireid_studio.store.pictures import unpacked, written
+from moireid_studio.store.storage import unpacked, written
 
 
 def issue_badge(
@@ -142,3 +146,20 @@ def _pack(folder: Path, top: str) -> None:
             packed.write(path, f"{top}/{path.relative_to(folder).as_posix()}")
     shutil.rmtree(folder)
     shutil.rmtree("pictures")
+
+
+#: Kinds of work by name, called as those in `work.py`, with the file of an order in the place of a film.
+WORK: dict[str, Callable[..., None]] = {"badge": issue_badge, "event": issue_event}
+
+
+def make(talk: Talk) -> None:
+    """Do a task in this process, which then ends."""
+    task: Task | None = talk.next()
+    if task is None:
+        return
+
+    def progress(done: int, of: int | None) -> None:
+        talk.tell({"progress": [done, of]})
+
+    os.chdir(task.folder)
+    WORK[task.kind](Path(task.video), progress, talk.tell, **task.arguments)

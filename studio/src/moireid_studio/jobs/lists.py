@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from moireid.artwork.columns import PICTURES, dressed
-from moireid.artwork.placing import Look
-from moireid.artwork.unworn import shown_pieces
+from moireid.artwork.placing import Look, shown_pieces
 from moireid.badge import Badge
 from moireid.designer.drawn import HolderOf
 from moireid.designer.people import Designed, Person, design_people, parse_people

@@ -22,12 +22,10 @@ from moireid.errors import RegistryError
 from moireid.registry import Registry
 from moireid_studio.auth.tokens import Role
 from moireid_studio.http.metrics import Metrics
-from moireid_studio.http.rates import Rates
-from moireid_studio.http.shares import fits
+from moireid_studio.http.server import Rates, fits
 from moireid_studio.jobs.child import films
 from moireid_studio.jobs.claims import Prepared
-from moireid_studio.jobs.job_runner import Doer
-from moireid_studio.jobs.workers import Workers
+from moireid_studio.jobs.workers import Doer, Workers
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
 from moireid_studio.store.job import Job, Lane

@@ -2,15 +2,24 @@
 
 Loading this module loads all packages of the work.  A process that has loaded it is forked for each job, so that the
 job can begin at once (`child.py`).
+
+A piece of work as it is given to its own process.
+
+The server loads this file and not `work.py`, because it does not need the packages of the work itself.
+
+What the process of a film that is to be identified may ask of the registry, and the server's own word in its result.
+
+The process may be in a stranger's hands.  It gets an answer to these two questions, and never the registry.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +28,41 @@ import jsonschema  # noqa: F401 - loaded ahead
 import matplotlib.backends.backend_svg
 import matplotlib.figure  # noqa: F401 - loaded ahead
 
-from moireid.badge import Badge, badge_from_json
-from moireid.lenticule import know_law
+from moireid.badge import Badge, Lens, badge_from_json
+from moireid.lenticule import ViewLaw, know_law
 from moireid.provenance import Claimed
+from moireid.registry import People
 from moireid.sandbox.child import Talk
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.report.page import signals_csv
-from moireid.verifier.report.pictures import pictures_of
+from moireid.verifier.report.page import pictures_of, signals_csv
 from moireid.verifier.session.capture import capture_as_built
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import identify
-from moireid_studio.jobs.task import SIGNALS, Ask, Law, Progress, Task, Tell
+
+#: The signals of a film that was verified, in the folder of its job.
+SIGNALS = "signals.csv"
+#: What was made of an order, there too.
+PACKAGE = "package.zip"
+#: In the archive of an order: one badge as JSON; or a list of people.
+ORDER, PEOPLE = "order.json", "people.csv"
+#: A lens, a pitch (mm) and their law.
+Law = tuple[Lens, float, ViewLaw]
+#: Told how far a job is (done, of how many); what it has found; and asked what the server alone knows.
+Progress = Callable[[int, int | None], None]
+Tell = Callable[[dict[str, Any]], None]
+Ask = Callable[[dict[str, Any]], Any]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to do (a key of `work.WORK`, or of `making.WORK`), with the film of that name in its folder."""
+
+    kind: str
+    folder: Path
+    video: str
+    arguments: dict[str, Any] = field(default_factory=dict)
+
 
 #: Least time between two reports of progress.
 TELL_S = 0.1
@@ -151,3 +183,35 @@ def judge(talk: Talk) -> None:
     os.chdir(task.folder)
     may_ask = {"ask": ask} if task.kind == "identify" else {}
     WORK[task.kind](Path(task.video), progress, talk.tell, **task.arguments, **may_ask)
+
+
+_ID, _PART = re.compile("[0-9a-f]{1,64}"), re.compile("[0-9a-f]{4}")
+PLACES = ("0", "1", "2", "3")
+#: An honest film asks, for each layout: is the id that was read enrolled?  Or: which ids are alike, and is the one that
+#: agrees enrolled (`verifier.session.identify`).  More questions would list the registry's ids.
+MOST_OF_A_LAYOUT = 2
+
+
+def answer_to(question: object, people: People | None) -> object:
+    """The answer to `holds` (an id) or `alike` (parts by their place); an empty one to anything else.
+
+    Raises: RegistryError where the registry fails.
+    """
+    asked = question if isinstance(question, dict) and people is not None else {}
+    badge_id, parts = asked.get("holds"), asked.get("alike")
+    if people is not None and isinstance(badge_id, str) and _ID.fullmatch(badge_id):
+        return people.holds(badge_id)
+    if people is not None and isinstance(parts, dict):
+        right = {
+            int(place): part
+            for place, part in parts.items()
+            if place in PLACES and isinstance(part, str) and _PART.fullmatch(part)
+        }
+        return people.alike(right)
+    return []
+
+
+def with_name(result: dict[str, Any], people: People) -> dict[str, Any]:
+    """A result of identification with the name of the one who was found.  Raises: RegistryError."""
+    found = result.get("found_id")
+    return result | {"found_name": people.name(found) if isinstance(found, str) else None}

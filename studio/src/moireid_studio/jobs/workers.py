@@ -1,21 +1,259 @@
-"""The threads of one process that do jobs, say that it lives, and tidy up after processes that were lost."""
+"""The threads of one process that do jobs, say that it lives, and tidy up after processes that were lost.
+
+One job, from the moment that it was taken to its end, on whatever machine.
+
+1 prepare: what the registry knows of the claim     2 the film's process does its work, sealed
+3 keep its pictures      4 settle: the result counts, if the job is still this worker's
+5 write the verdict down, once      6 remove the film, and close
+A worker that dies after 4 leaves 5 and 6 to whoever finds the job (`finish`); before it, the job is done again.
+"""
 
 from __future__ import annotations
 
 import logging
+import os
 import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
+from typing import Any
 
-from moireid.errors import RegistryError
-from moireid_studio.jobs.job_runner import Doer
+from moireid.errors import MoireIdError, RegistryError
+from moireid.registry import Registry
+from moireid.sandbox.seal import ProcessLimits
+from moireid.verifier.report.page import NAME
+from moireid.verifier.session.claim import with_badge_notes
+from moireid_studio.http.metrics import Metrics
+from moireid_studio.jobs.child import Lost, Unusable, frames_of, kept_of, result_of, run_task
+from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.work import PACKAGE, SIGNALS, Task, answer_to, with_name
+from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
+from moireid_studio.store.database import patiently
 from moireid_studio.store.job import Job, Lane
 from moireid_studio.store.ledger import BEAT_S, Ledger
 from moireid_studio.store.storage import Storage, StorageError
+
+#: Memory that libraries reserve for each processor: stacks of threads, buffers of linear algebra.
+PROCESSOR_BYTES = 64 << 20
+#: Greatest size of a file that a job writes.
+FILE_BYTES = 256 << 20
+#: Least time between two notes of a job's progress in the database, s.
+TELL_S = 0.5
+STOPPED = ("stopped", "The studio was stopped meanwhile.")
+BROKEN = ("system", "Something went wrong inside moireid; the server's log says what.")
+_log = logging.getLogger(__name__)
+
+
+class Gone(Exception):
+    """The job was removed, or another worker has it."""
+
+
+@dataclass
+class Said:
+    """What a job's process has said so far, checked."""
+
+    job: Job
+    ready: Prepared
+    questions: int = 0
+    told_s: float = field(default_factory=time.monotonic)
+
+
+class Doer:
+    """Does jobs that were taken, one at a time in each thread that calls it."""
+
+    def __init__(
+        self,
+        ledger: Ledger,
+        storage: Storage,
+        limits: Limits,
+        prepare: Callable[[Job], Prepared],
+        note: Callable[[Job], None],
+        *,
+        registry: Registry | None = None,
+        metrics: Metrics | None = None,
+    ) -> None:
+        """Parameters: note: writes the verdict of a job down, and nothing where it did so before; registry: says what
+        else is known of a badge that was found.
+        """
+        self.prepare, self._note = prepare, note
+        self._ledger, self._storage, self._limits = ledger, storage, limits
+        self._registry, self._metrics = registry, metrics or Metrics()
+        memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
+        self._of_one = ProcessLimits(memory, cpu_s=int(limits.job_s * 4) + 1, file_bytes=FILE_BYTES)
+
+    def do(self, job: Job, stopping: Callable[[], bool]) -> None:
+        """Do a job; whatever goes wrong ends this job, with a sentence, and nothing else.
+
+        stopping: whether the work is to be given back at once.
+        Raises: RegistryError where the database stays away; then others do the job again.
+        """
+        begun_s = time.monotonic()
+        try:
+            problem = self._work(job, stopping)
+        except Gone:
+            self._clear(job)
+            return
+        # The boundary between a stranger's film and all others: an error that nobody thought of must not end the
+        # thread, which has the next visitor's film to judge.
+        except Exception:
+            logging.getLogger(__name__).exception("a job failed inside moireid")
+            problem = BROKEN
+        again = problem is not None and problem[0] in ("stopped", "storage", "registry")
+        if problem is not None and again and self._given_back(job, problem[0]):
+            return
+        # A finished verdict counts, even if its report could not be drawn.
+        if job.result is None:
+            job.problem = problem or ("crash", "The process that read this film ended without a result.")
+        if not patiently(lambda: self._ledger.settle(job)):
+            _log.warning("a job's result came too late: another worker has the job, or it was removed")
+            self._clear(job)
+            return
+        self.finish(job)
+        self._metrics.working.labels(job.kind).observe(time.monotonic() - begun_s)
+        self._metrics.ended.labels(job.kind, "failed" if job.problem else "done").inc()
+
+    def finish(self, job: Job) -> None:
+        """What remains once a job is settled; whoever does it again changes nothing."""
+        if job.result is not None:
+            patiently(lambda: self._note(job))
+        try:
+            if job.result is None:
+                job.bytes = 0
+                # A process may have put anything into its folder.
+                self._storage.remove(job.id)
+            else:
+                self._storage.drop(job.id, job.video)
+        except StorageError as error:
+            # The sweep finds it, and tries again.
+            _log.error("a film that was judged could not be removed: %s", error)
+            return
+        patiently(lambda: self._ledger.drop_film(job))
+        patiently(lambda: self._ledger.close(job))
+
+    def _clear(self, job: Job) -> None:
+        """Remove what lies there of a job that was removed; not of one that another worker has."""
+        if patiently(lambda: self._ledger.find(job.id)) is None:
+            with suppress(StorageError):
+                self._storage.remove(job.id)
+
+    def _given_back(self, job: Job, why: str) -> bool:
+        """Whether others do the job: after a stop always, after a fault of ours if it may be begun once more."""
+        counts = why != "stopped"
+        if job.tries == 1 or (counts and job.taken >= job.tries):
+            return False
+        return patiently(lambda: self._ledger.give_back(job, counts=counts)) or True
+
+    def _work(self, job: Job, stopping: Callable[[], bool]) -> tuple[str, str] | None:
+        """Let a job's process do its work; returns what was wrong, as code and sentence."""
+        try:
+            ready = patiently(lambda: self.prepare(job), stopping=stopping)
+            _know(job, ready)
+            with self._storage.at_work(job.id, job.video) as folder:
+                said = Said(job, ready, ready.questions)
+                self._run(said, folder, stopping)
+                names = _kept_names(job, folder)
+                self._storage.keep(job.id, folder, names)
+                job.bytes = sum((folder / name).lstat().st_size for name in names)
+        except Lost as lost:
+            return lost.code, lost.text
+        except Unusable as error:
+            _log.warning("a job was ended: its process was not honest (%s)", error)
+            return "crash", "The process that read this film said what cannot be used; the film may be damaged."
+        except Refusal as refusal:
+            return refusal.code, refusal.text
+        except (StorageError, FileNotFoundError):
+            return "storage", "The film could not be fetched; send it again."
+        except RegistryError as error:
+            _log.error("the registry could not be asked: %s", error)
+            return "registry", "The registry cannot be asked just now; try again later."
+        except MoireIdError as error:
+            return type(error).__name__, str(error)
+        except OSError as error:
+            return "system", f"No process could be started ({error.strerror}); try again later."
+        return None
+
+    def _run(self, said: Said, folder: Path, stopping: Callable[[], bool]) -> None:
+        job = said.job
+        task = Task(job.kind, folder, job.video, said.ready.arguments)
+        heard = lambda message: self._heard(said, message)  # noqa: E731
+        run_task(task, self._of_one, heard, wall_s=self._limits.job_s, stopping=stopping)
+
+    def _heard(self, said: Said, message: dict[str, Any]) -> object:
+        """Take a message in; returns the answer to a question.  Raises: Unusable, RegistryError, Gone."""
+        job, people = said.job, said.ready.people
+        if "ask" in message:
+            said.questions -= 1
+            if said.questions < 0:
+                raise Unusable("it asked the registry more than a film needs")
+            return patiently(lambda: answer_to(message["ask"], people))
+        if "progress" in message:
+            job.frames = frames_of(message["progress"])
+            if time.monotonic() - said.told_s > TELL_S:
+                said.told_s = time.monotonic()
+                self._tell(job)
+        elif "result" in message:
+            job.result = self._own_words(said, result_of(job.kind, message["result"]))
+        else:
+            job.kept = kept_of(message)
+        return None
+
+    def _own_words(self, said: Said, result: dict[str, Any]) -> dict[str, Any]:
+        """A result with the server's own word, and not that of the process that reads the film."""
+        job, people = said.job, said.ready.people
+        if job.standing is not None:
+            result["registry"] = job.standing.to_json()
+        if job.film_sha256 is not None and isinstance(result.get("input"), dict):
+            result["input"]["sha256"] = job.film_sha256
+        if people is not None:
+            result = patiently(lambda: with_name(result, people))
+        if job.kind == "identify" and self._registry is not None:
+            result = with_notes(self._registry, result)
+        return result
+
+    def _tell(self, job: Job) -> None:
+        """Note how far a job has come.  Raises: Gone where it is this worker's no more."""
+        try:
+            if not self._ledger.progress(job):
+                raise Gone
+        except RegistryError:
+            # Progress can wait; the result cannot.
+            return
+
+
+def with_notes(registry: Registry, result: dict[str, Any]) -> dict[str, Any]:
+    """An identification with what is to be said of the badge that was found, of which the decoder knows nothing."""
+    found = result.get("found_id")
+    if not isinstance(found, str) or not isinstance(result.get("reasons"), list):
+        return result
+    try:
+        record = registry.by_id(found)
+    except RegistryError as error:
+        _log.error("%s", error)
+        return result
+    if record is None:
+        return result
+    return with_badge_notes(result, record.badge, measured=record.as_built is not None)
+
+
+def _know(job: Job, ready: Prepared) -> None:
+    """Note in a job what was found to be claimed."""
+    job.standing = ready.standing
+    if ready.found is not None:
+        job.claimed_id, job.claim_source = ready.found.badge.id, ready.found.provenance.source
+        job.barred = ready.found.barred
+
+
+def _kept_names(job: Job, folder: Path) -> list[str]:
+    """The files of a job's folder that are kept: those of which a process may say that they are there."""
+    named = [name for name in job.kept.get("files", []) if NAME.fullmatch(name)]
+    there = [name for name in (*named, SIGNALS, PACKAGE) if (folder / name).is_file()]
+    return there if job.result is not None else []
+
 
 #: How often old results, and jobs of lost processes, are looked for.
 SWEEP_S = 10.0
@@ -27,7 +265,6 @@ POLL_S = 1.0
 WAIT_S = 3600.0
 #: What a job may take beside its process's time, for storage and databases that are slow, s.
 BESIDE_S = 900.0
-_log = logging.getLogger(__name__)
 
 
 class Workers:

@@ -15,14 +15,14 @@ from fastapi import APIRouter, Form, Request, Response, WebSocket
 from fastapi.responses import JSONResponse
 
 from moireid.verifier.live.challenge import FACE
-from moireid.verifier.live.pace import MOVES
-from moireid_studio.auth.roles import anyone
+from moireid.verifier.live.clock import MOVES
+from moireid_studio.auth.guard import anyone
 from moireid_studio.forms import ShortRoute
 from moireid_studio.jobs.claims import sealed
 from moireid_studio.links import MOST_PICTURES, Link, Links
 from moireid_studio.live.routes import claimed_now
 from moireid_studio.live.sockets import Asked, serve
-from moireid_studio.pages.render import render
+from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
 

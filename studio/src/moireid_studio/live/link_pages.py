@@ -15,13 +15,13 @@ from moireid import __version__
 from moireid.names import CLAIM_LIMIT
 from moireid.registry import holder_of
 from moireid.verifier.report.circumstances import Circumstances, read_id
-from moireid.verifier.report.live_headline import live_headline_of, shown
-from moireid_studio.auth.roles import Visitor, require
+from moireid.verifier.report.headline import live_headline_of, shown
+from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import ShortRoute
 from moireid_studio.links import KEEP_DAYS, LASTS_MIN, MOST_WAITING, Link
 from moireid_studio.live.link_check import moment, name_of
 from moireid_studio.live.routes import claimed_now
-from moireid_studio.pages.render import render
+from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
 

@@ -15,12 +15,12 @@ from moireid.errors import RegistryError
 from moireid.names import CLAIM_LIMIT
 from moireid.registry import Claimed
 from moireid.verifier.live.challenge import FACE, HOLD_S
-from moireid.verifier.live.pace import CALL, MOVES
-from moireid.verifier.live.tile import LEAST_WIDTH_PX
-from moireid_studio.auth.roles import LOOPBACK, require, visitor_of
+from moireid.verifier.live.chance import LEAST_WIDTH_PX
+from moireid.verifier.live.clock import CALL, MOVES
+from moireid_studio.auth.guard import LOOPBACK, require, visitor_of
 from moireid_studio.jobs.claims import find_claimed, sealed
 from moireid_studio.live.sockets import Asked, serve
-from moireid_studio.pages.render import render
+from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
 

@@ -32,9 +32,9 @@ from moireid.registry import Claimed, holder_of
 from moireid.sandbox.process import Child, Ended, start
 from moireid.sandbox.reach import reach
 from moireid.verifier.live.challenge import Prompt, draw_prompts
-from moireid.verifier.live.pace import CALL, HERE
+from moireid.verifier.live.clock import CALL, HERE
 from moireid.verifier.report.circumstances import Circumstances, read_id
-from moireid.verifier.report.live_headline import live_headline_of, shown
+from moireid.verifier.report.headline import live_headline_of, shown
 from moireid_studio.live.worker import LIMITS, Ask, End, Picture, Start
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from moireid.errors import MoireIdError
 from moireid.registry import Claimed
 from moireid.sandbox.child import Talk
-from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.seal import ProcessLimits
 
 if TYPE_CHECKING:
     from moireid.verifier.live.challenge import Prompt
@@ -73,7 +73,7 @@ def serve(talk: Talk) -> None:
 
 def _session(talk: Talk, start: Start) -> None:
     from moireid.verifier.live.challenge import Prompt
-    from moireid.verifier.live.pace import CALL, HERE
+    from moireid.verifier.live.clock import CALL, HERE
     from moireid.verifier.live.session import LiveCheck
     from moireid.verifier.session.claim import Claim
 

@@ -1,23 +1,137 @@
-"""The Enroll pages: a film of a finished badge, what was measured of it, and keeping that."""
+"""The Enroll pages: a film of a finished badge, what was measured of it, and keeping that.
+
+What a capture measured, in words and as places on small scales.
+
+Convention: as `AsBuilt`; each figure with two standard deviations, and the range in which a badge of this design works.
+Source: a sheet that is d to the right turns the phase by 2 pi d / p_f; the phase is that of the light, and a dark line
+lies in the middle of a grating, which is half a turn.  A sheet that is turned by a, clockwise, makes the phase run by
+-2 pi a / p_f along the lenses.  (Tests hold both against simulated badges.)  The beat's range is what print scale and
+lens pitch may be off by (`designer.design.PITCH_TOLERANCE`), the twist's what a mount keeps to
+(`fabrication.process.TWIST_DEG`), the gain's what the verifier lets pass.
+"""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import RedirectResponse, Response
 
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
+from moireid.designer.reach import PITCH_TOLERANCE
 from moireid.errors import MoireIdError
+from moireid.fabrication.process import TWIST_DEG
 from moireid.registry import Record
-from moireid_studio.auth.roles import Visitor, require
+from moireid.verifier.limits import ENROLLED_GAINS
+from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.checks import received
 from moireid_studio.issue_jobs import as_built_of, keep, start_capture
-from moireid_studio.pages.built_words import measured_words
-from moireid_studio.pages.render import render
+from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 from moireid_studio.studio import studio_of
+
+SD = 2.0
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One figure: value, error (two standard deviations) and range in one unit, and its sentence.
+
+    low, high: ends of the scale that it is drawn on; wanted: as designed.
+    """
+
+    label: str
+    value: float
+    error: float
+    low: float
+    high: float
+    wanted: float
+    unit: str
+    text: str
+
+    @property
+    def within(self) -> bool:
+        """Whether it lies on its scale."""
+        return self.low <= self.value <= self.high
+
+    def end(self, value: float) -> str:
+        """An end of the scale as it is written beside it."""
+        return f"{value:.3g}{' mm' if self.unit == 'mm' else self.unit}".replace("-", "−")
+
+    def place(self, value: float) -> float:
+        """Where a value lies on the scale, 0 to 1; beyond its ends at the end."""
+        return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
+
+
+def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
+    """Beat, gain, twist and offset of one built badge; those that show faults best come first.
+
+    Convention and source: module docstring.
+    """
+    pitch_mm = badge.lens.pitch_mm
+    grating = next(grating for grating in badge.gratings if grating.code)
+    assert grating.code is not None
+    designed = 1 / grating.cells[grating.code.reference_cell].pitch_mm - 1 / pitch_mm
+    slack = PITCH_TOLERANCE / pitch_mm
+    longest, shortest = 1 / max(abs(designed) - slack, 1e-3), 1 / (abs(designed) + slack)
+    beat, beat_error = found.beat_period_mm, SD * found.beat_frequency_sd * found.beat_period_mm**2
+    to_mm, to_deg = pitch_mm / (2 * math.pi), math.degrees(pitch_mm / (2 * math.pi))
+    offset = math.remainder(found.offset_rad + math.pi, 2 * math.pi) * to_mm
+    offset_error = SD * found.offset_sd * to_mm
+    twist, twist_error = -found.twist_rad_per_mm * to_deg, SD * found.twist_sd * to_deg
+    ways = ("right", "left") if grating.axis == "x" else ("lower side", "upper side")
+    side = ways[0] if offset >= 0 else ways[1]
+    gain, gain_error = found.gain_ratio, SD * found.gain_sd
+    return [
+        Measured(
+            "Beat",
+            beat,
+            beat_error,
+            shortest,
+            longest,
+            1 / abs(designed),
+            "mm",
+            f"The fringes of the reference row repeat every {beat:.2f} ± {beat_error:.2f} mm; the design has "
+            f"{1 / abs(designed):.2f} mm. The difference comes from errors of print scale and lens sheet.",
+        ),
+        Measured(
+            "Gain",
+            gain,
+            gain_error,
+            *ENROLLED_GAINS,
+            1.0,
+            "",
+            f"They move {gain:.3f} ± {gain_error:.3f} times as far as the optics say.",
+        ),
+        Measured(
+            "Twist",
+            twist,
+            twist_error,
+            -TWIST_DEG,
+            TWIST_DEG,
+            0.0,
+            "°",
+            f"The lens sheet is turned by {abs(twist):.3f} ± {twist_error:.3f}° against the lines, "
+            f"{'clockwise' if twist >= 0 else 'anticlockwise'}.",
+        ),
+        Measured(
+            "Offset",
+            offset,
+            offset_error,
+            -pitch_mm / 2,
+            pitch_mm / 2,
+            0.0,
+            "mm",
+            f"The lens nearest to the board's middle lies {1000 * abs(offset):.0f} ± {1000 * offset_error:.0f} µm to "
+            f"its {side}. This is chance: any place is right, and in a copy the lens will lie elsewhere.",
+        ),
+    ]
+
 
 router = APIRouter(include_in_schema=False)
 Issuer = Annotated[Visitor, require("issuer")]

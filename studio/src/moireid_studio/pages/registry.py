@@ -8,9 +8,9 @@ from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import RedirectResponse, Response
 
 from moireid.registry import Record, Registry
-from moireid_studio.auth.roles import Visitor, require
+from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import ShortRoute
-from moireid_studio.pages.render import render
+from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import studio_of
 

@@ -8,8 +8,8 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
 from moireid.registry import holder_of
-from moireid_studio.auth.roles import Visitor, require
-from moireid_studio.pages.render import render
+from moireid_studio.auth.guard import Visitor, require
+from moireid_studio.pages.home import render
 from moireid_studio.studio import studio_of
 
 router = APIRouter(prefix="/verdicts", include_in_schema=False)

@@ -1,28 +1,106 @@
 """Verify: a film and a claim in, progress, then the verdict with its reasons, plots and the report to keep.
 
 All of it works without JavaScript: the form is posted, and the page of a job reloads until the job has ended.
+
+The law beneath the film as it plays: what the page's script draws, made of the signals that a job's process left.
+
+The studio keeps no film.  The visitor's own copy is played, on the visitor's machine; it is not sent again.
+
+Errors for people and programs: one sentence, on a page or, under /api, as JSON.
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+import csv
+import io
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Form, Request
+import numpy as np
+from fastapi import APIRouter, FastAPI, Form, Request
 from fastapi import Path as InPath
-from fastapi.responses import RedirectResponse, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse, RedirectResponse, Response
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
+from moireid.errors import MoireIdError
 from moireid.names import CLAIM_LIMIT
-from moireid.verifier.report.page import told
-from moireid.verifier.report.pictures import KINDS as KINDS_OF
-from moireid.verifier.report.pictures import NAME
-from moireid_studio.auth.roles import Visitor, require
+from moireid.verifier.camera.stretches import longest_step_s
+from moireid.verifier.report.page import KINDS as KINDS_OF
+from moireid.verifier.report.page import NAME, told
+from moireid.verifier.report.seconds import Seconds
+from moireid_studio.auth.guard import HEADERS, Visitor, require
 from moireid_studio.checks import KINDS, start_job
-from moireid_studio.pages.player import course_of
-from moireid_studio.pages.render import render
+from moireid_studio.jobs.work import SIGNALS
+from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.reports import circumstances_of, kept_file, pictures_told
 from moireid_studio.samples import Sample, start_sample
+from moireid_studio.store.database import is_away
+from moireid_studio.store.job import Job
 from moireid_studio.studio import studio_of
+
+#: Frames that are drawn at most, and digits of their times and places.
+MOST_FRAMES, DIGITS = 5000, 4
+Row = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Course:
+    """What is drawn; times in s of the film's own clock, which begins at `from_s`.
+
+    sha256: of the film as the server received it; frames: time, and where the law puts the fringes and where they
+    were seen, in fringe widths; None where they were not seen, and in all three where frames are missing.
+    """
+
+    sha256: str
+    from_s: float
+    to_s: float
+    frames: list[list[float | None]]
+
+    def to_json(self) -> dict[str, Any]:
+        return {"from_s": self.from_s, "to_s": self.to_s, "frames": self.frames}
+
+
+def course_of(job: Job, seconds: Seconds | None) -> Course | None:
+    """The course of a job's film; None where there is none, or where its process left what is no course."""
+    result: dict[str, Any] = job.result or {}
+    if seconds is None or not job.kept or job.film_sha256 is None:
+        return None
+    try:
+        rows = list(islice(_rows(kept_file(job, SIGNALS).decode()), MOST_FRAMES))
+        film = result["cover"]["film_s"]
+        first, last = float(film[0]), float(film[1])
+    except (Refusal, ValueError, KeyError, TypeError, csv.Error):
+        return None
+    return Course(job.film_sha256, first, last, _with_gaps(rows)) if len(rows) > 1 else None
+
+
+def _rows(text: str) -> Iterator[Row]:
+    """Time, law and fringes as seen (NaN where nobody saw them) of each line.  Raises: ValueError, KeyError."""
+    for line in csv.DictReader(io.StringIO(text)):
+        row = (float(line["time_s"]), float(line["predicted_rad_0"]), float(line["measured_rad_0"]))
+        if not (math.isfinite(row[0]) and math.isfinite(row[1])):
+            raise ValueError("a frame has no time, or no place")
+        known = math.isfinite(float(line["phase_sd_rad_0"]))
+        yield row if known else (row[0], row[1], math.nan)
+
+
+def _with_gaps(rows: list[Row]) -> list[list[float | None]]:
+    """The rows in fringe widths, with an empty one wherever frames are missing."""
+    longest, found, before = longest_step_s(np.array([row[0] for row in rows])), list[list[float | None]](), rows[0][0]
+    for time_s, law, seen in rows:
+        if time_s - before > longest:
+            found.append([None, None, None])
+        before = time_s
+        widths = [round(value / (2 * math.pi), DIGITS) if math.isfinite(value) else None for value in (law, seen)]
+        found.append([round(time_s, DIGITS), *widths])
+    return found
+
 
 router = APIRouter(prefix="/verify", include_in_schema=False)
 
@@ -77,3 +155,67 @@ def picture(
     if not job.over:
         raise Refusal(404, "no_picture", "There is no such picture yet.")
     return Response(kept_file(job, name), media_type=KINDS_OF[name.rpartition(".")[2]], headers=PICTURE_POLICY)
+
+
+#: Sentences for a status where the framework gives none.
+WORDS = {
+    404: ("not_found", "There is nothing at this address."),
+    405: ("method", "This address does not take such a request."),
+    400: ("bad_request", "This request cannot be read."),
+}
+
+
+def install(app: FastAPI) -> None:
+    """Let the application answer every error in our words."""
+    app.add_exception_handler(Refusal, _refused)
+    app.add_exception_handler(MoireIdError, _ours)
+    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(ClientDisconnect, _gone)
+    app.add_exception_handler(Exception, _broken)
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    assert isinstance(error, Refusal)
+    return answer(request, error)
+
+
+async def _ours(request: Request, error: Exception) -> Response:
+    if is_away(error):
+        text = "The database cannot be reached just now; try again in a moment."
+        return answer(request, Refusal(503, "database", text, headers={"Retry-After": "10"}))
+    return answer(request, Refusal(422, type(error).__name__, studio_of(request).sentence(error)))
+
+
+async def _invalid(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    told = [f"{'.'.join(map(str, one['loc'][1:])) or one['loc'][0]}: {one['msg']}" for one in error.errors()[:5]]
+    return answer(request, Refusal(422, "fields", "The request cannot be used: " + "; ".join(told) + "."))
+
+
+async def _http(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    code, text = WORDS.get(error.status_code, ("refused", str(error.detail)))
+    headers = dict(error.headers) if error.headers else None
+    return answer(request, Refusal(error.status_code, code, text, headers=headers))
+
+
+async def _broken(request: Request, _: Exception) -> Response:
+    # The server raises the error again after this answer, so its log has the whole story.  The answer passes no guard.
+    text = "Something went wrong inside moireid; the server's log says what."
+    return answer(request, Refusal(500, "system", text, headers=HEADERS))
+
+
+async def _gone(request: Request, _: Exception) -> Response:
+    # Nobody reads this answer, but without one the server would log an error.
+    return answer(request, Refusal(400, "broken_off", "The request was broken off; send it again."))
+
+
+def answer(request: Request, error: Refusal) -> Response:
+    """The answer to a request that was refused."""
+    if request.url.path.startswith("/api/") or request.url.path == "/openapi.json":
+        return JSONResponse({"code": error.code, "text": error.text}, error.status, headers=error.headers)
+    template = "login.html.j2" if error.status == 401 else "problem.html.j2"
+    response = render(request, template, status=error.status, problem=error)
+    response.headers.update(error.headers or {})
+    return response

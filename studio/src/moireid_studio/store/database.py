@@ -2,6 +2,8 @@
 
 Times come from the database's clock alone, so machines whose clocks differ agree on what is late.  A database that is
 away is no verdict on a film: whoever works waits for it, and whoever asks is told to come again.
+
+The table of jobs.
 """
 
 from __future__ import annotations
@@ -14,14 +16,31 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from sqlalchemy import ColumnElement, Connection, Engine, Float, MetaData, cast, create_engine, event, func, select
+from sqlalchemy import (
+    BigInteger,
+    Column,
+    ColumnElement,
+    Connection,
+    Engine,
+    Float,
+    Index,
+    Integer,
+    MetaData,
+    Table,
+    Text,
+    cast,
+    create_engine,
+    event,
+    func,
+    select,
+)
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import ArgumentError, DBAPIError, InterfaceError, OperationalError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 
 from moireid.errors import RegistryError, SpecError
 from moireid.extras import missing_extra
-from moireid.registry.url import read_url, show_url
+from moireid.registry.engine import read_url, show_url
 
 Got = TypeVar("Got")
 #: How long those who work wait for a database that is away, and between two tries, s.
@@ -192,3 +211,39 @@ def _begin_in_sqlite(connection: Connection) -> None:
     """Writers take the lock at once: two that read first and ask for it later would be refused without waiting."""
     writes = connection.get_execution_options().get(WRITES, False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+metadata = MetaData()
+#: `lane`: "issue" or "judge"; `turn`: how many jobs of the owner were there before it; `wish`, `about`, `result`,
+#: `kept`, `problem`: JSON; `holder`: the process that receives or works; `taken`: how often it was begun, which with
+#: the holder tells who may end it; `lease`: until when the holder has it, of one that waits from when on it may be
+#: taken; `settled`: how it has ended, before what is left of it was tidied up.  Times: s, of the database's clock.
+jobs = Table(
+    "jobs",
+    metadata,
+    Column("id", Text, primary_key=True),
+    Column("kind", Text, nullable=False),
+    Column("lane", Text, nullable=False),
+    Column("owner", Text, nullable=False),
+    Column("role", Text, nullable=False),
+    Column("state", Text, nullable=False),
+    Column("turn", Integer, nullable=False),
+    Column("made", Float(53), nullable=False),
+    Column("tries", Integer, nullable=False),
+    Column("taken", Integer, nullable=False),
+    Column("taken_at", Float(53)),
+    Column("holder", Text),
+    Column("lease", Float(53), nullable=False),
+    Column("settled", Text),
+    Column("ended", Float(53)),
+    Column("video", Text),
+    Column("bytes", BigInteger, nullable=False),
+    Column("read", Integer, nullable=False),
+    Column("expected", Integer),
+    Column("wish", Text, nullable=False),
+    Column("about", Text, nullable=False),
+    Column("result", Text),
+    Column("kept", Text),
+    Column("problem", Text),
+)
+Index("jobs_by_state", jobs.c.state, jobs.c.lease)

@@ -15,9 +15,8 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, and_, case, delete, func, insert, or_, select, update
 
-from moireid_studio.store.database import PLACES_LOCK, Database
+from moireid_studio.store.database import PLACES_LOCK, Database, jobs, metadata
 from moireid_studio.store.job import STATES, Held, Job, Lane, State, job_of
-from moireid_studio.store.tables import jobs, metadata
 
 #: A holder that was not heard of for so long has lost its jobs; it says that it lives each `BEAT_S`.
 LEASE_S, BEAT_S = 30.0, 5.0

@@ -1,11 +1,15 @@
 """Any stream judged as it comes: a camera, the screen, a file that grows, a pipe, an address, a WebRTC sender.
 
-source.py     what a source is, from what was typed       order.py     what is said between the two processes
-watching.py   our side: start the judge, feed it, hear it  feeding.py   bytes for the judge: of a pipe, of addresses
-fetching.py   HTTP, and which addresses a playlist may name
-devices.py    cameras of this machine, and its screen
-whip.py       a server that takes one WebRTC sender (WHIP)  whep.py     a WebRTC stream, asked for (WHEP)
-judge.py      the judge's process: pictures in, events out  inbox.py    what waits to be judged
-readers.py    a file that grows, and bytes that are asked for
-decoding.py   pictures of a container                       peer.py      pictures of a WebRTC sender
+source.py    what a source is, from what was typed
+order.py     what is said between the two processes
+watching.py  our side: start the judge, feed it, hear it
+feeding.py   bytes for the judge: of a pipe, of addresses
+fetching.py  HTTP, and which addresses a playlist may name
+devices.py   cameras of this machine, and its screen
+whip.py      a server that takes one WebRTC sender (WHIP)
+whep.py      a WebRTC stream, asked for (WHEP)
+judge.py     the judge's process: pictures in, events out
+inbox.py     what waits to be judged
+readers.py   a file that grows, and bytes that are asked for
+peer.py      pictures of a WebRTC sender
 """

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import cv2
 
 from moireid.errors import MediaError, SpecError
-from moireid_studio.watch.decoding import small_enough
 from moireid_studio.watch.order import Shot
+from moireid_studio.watch.readers import small_enough
 from moireid_studio.watch.source import SCREEN, Source
 
 #: What a camera is asked for: 720p, at its own rate.

@@ -21,10 +21,9 @@ from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.live.stream import StreamCheck
 from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason
-from moireid_studio.watch.decoding import pictures
 from moireid_studio.watch.inbox import Inbox, Taken
 from moireid_studio.watch.order import Data, End, Event, Order, Shot, Signal
-from moireid_studio.watch.readers import Asked
+from moireid_studio.watch.readers import Asked, pictures
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

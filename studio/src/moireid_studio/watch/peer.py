@@ -13,9 +13,9 @@ from typing import Any
 
 from moireid.errors import MediaError
 from moireid.extras import missing_extra
-from moireid_studio.watch.decoding import small_enough
 from moireid_studio.watch.inbox import Inbox, Taken
 from moireid_studio.watch.order import End, Signal
+from moireid_studio.watch.readers import small_enough
 
 #: Media of a description: sound and picture of a sender, and some more that are not received.
 MOST_MEDIA = 8

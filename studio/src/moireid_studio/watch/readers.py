@@ -1,15 +1,34 @@
-"""Where the decoder's bytes come from: a file that may still grow, or the process that reads a pipe or an address."""
+"""Where the decoder's bytes come from: a file that may still grow, or the process that reads a pipe or an address.
+
+Pictures of a container: a file, a pipe, an address.
+
+Formats are those of films, and HLS where an address was given: a playlist in a file names nothing that is opened.
+Addresses within a playlist are opened by the process that started us, which decides on each (`fetching`).
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import queue
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from moireid_studio.watch.order import PIECE, Data
+import cv2
+import numpy as np
+
+from moireid.errors import MediaError
+from moireid.verifier.picture import Picture
+from moireid.verifier.video import FORMATS, OpenedFile, picture_of, squared
+from moireid_studio.watch.inbox import Inbox, Taken
+from moireid_studio.watch.order import LEAST_SIDE, MOST_PIXELS, PIECE, Data, Patience
+from moireid_studio.watch.source import Source
+
+if TYPE_CHECKING:
+    import av
+
 
 #: Time between two looks at a file that has come to its end, s.
 LOOK_S = 0.1
@@ -118,3 +137,106 @@ class AskedStream:
     def close(self) -> None:
         """Nothing more is read."""
         self._asked.close(self._number)
+
+
+LIMITS = {"max_pixels": str(MOST_PIXELS)}
+#: Nothing is opened by the decoder's library itself.
+CLOSED = {"protocol_whitelist": "none", **LIMITS}
+#: Each address is opened anew, by us; the library's own way to keep a connection needs its own connection.
+BY_US = {"protocol_whitelist": "http,https", "http_persistent": "0", "http_multiple": "0", "max_reload": "10", **LIMITS}
+#: Over one connection, so that no further port is opened.
+CAMERA = {"protocol_whitelist": "rtsp,rtp,tcp", "rtsp_transport": "tcp", **LIMITS}
+HLS = "hls"
+
+
+def pictures(source: Source, asked: Asked, inbox: Inbox, patience: Patience) -> None:
+    """Decode a source into the inbox, until it ends.
+
+    Raises: MediaError in a sentence where it cannot be opened, or breaks off.
+    """
+    import av
+
+    try:
+        with _opened(source, asked, patience) as container:
+            _check(source, container)
+            _decode(container, inbox, _clock(source, asked))
+    except av.error.ExitError as error:
+        raise MediaError(f"{source.shown} gave nothing for {patience.stall_s:.0f} s") from error
+    except Refused as error:
+        raise MediaError(f"{error.strerror}; {_advice(source)}") from error
+    except (av.error.FFmpegError, OSError, ValueError) as error:
+        if source.kind == "pipe" and not asked.count:
+            raise MediaError(f"{source.shown} ended before anything came; {_advice(source)}") from error
+        raise MediaError(f"{source.shown} cannot be read ({_reason(error)}); {_advice(source)}") from error
+
+
+def _opened(source: Source, asked: Asked, patience: Patience) -> av.container.InputContainer:
+    import av
+
+    if source.kind == "rtsp":
+        return av.open(source.text, options=CAMERA, timeout=(patience.open_s, patience.stall_s))
+    if source.kind == "http":
+        return av.open(source.text, options=BY_US, io_open=lambda url, flags, options: asked.open(url))
+    if source.kind == "pipe":
+        return av.open(asked.open(None), options=CLOSED)
+    path = Path(source.text)
+    if is_closed(path):
+        return av.open(OpenedFile(path).reading(), options=CLOSED)
+    return av.open(GrowingFile(path, patience.grown_s), options=CLOSED)
+
+
+def _check(source: Source, container: av.container.InputContainer) -> None:
+    kinds = set(container.format.name.split(","))
+    allowed = FORMATS | ({HLS} if source.kind == "http" else {"rtsp"} if source.kind == "rtsp" else set())
+    if not kinds & allowed:
+        raise MediaError(f"{source.shown} is read as {container.format.name}, which is no film; {_advice(source)}")
+    if not container.streams.video:
+        raise MediaError(f"{source.shown} holds no video stream; {_advice(source)}")
+
+
+def _decode(container: av.container.InputContainer, inbox: Inbox, arrival: Callable[[], float]) -> None:
+    stream = container.streams.video[0]
+    if stream.codec_context is None:
+        raise MediaError("it is coded in a way that no decoder here knows")
+    stream.codec_context.thread_count = 1
+    stream.codec_context.options = LIMITS
+    fps, timed = float(stream.average_rate or stream.guessed_rate or 30), False
+    for count, decoded in enumerate(container.decode(stream)):
+        # Where none has a time, as in a bare stream of H.264, they are counted; a single one without is left out.
+        timed = timed or decoded.time is not None
+        claimed_s = float(decoded.time) if decoded.time is not None else math.nan if timed else count / fps
+        inbox.put_picture(Taken(small_enough(decoded, stream.sample_aspect_ratio), claimed_s, arrival()))
+
+
+def small_enough(decoded: Any, aspect: Any = None) -> Picture:
+    """A decoded picture with square pixels.  Raises: MediaError where it is too large or too small."""
+    if decoded.width * decoded.height > MOST_PIXELS:
+        raise MediaError(f"pictures of {decoded.width} x {decoded.height} are larger than 4K; send smaller ones")
+    if min(decoded.width, decoded.height) < LEAST_SIDE:
+        raise MediaError(
+            f"pictures of {decoded.width} x {decoded.height} are too small; {LEAST_SIDE} px a side are needed"
+        )
+    picture, coded = picture_of(decoded), (decoded.width, decoded.height)
+    whole = squared(coded, aspect)
+    if whole == coded:
+        return picture
+    if whole[0] * whole[1] > MOST_PIXELS:
+        raise MediaError(f"pictures of {whole[0]} x {whole[1]} are larger than 4K; send smaller ones")
+    return Picture(np.asarray(cv2.resize(picture.whole, whole), np.uint8))
+
+
+def _clock(source: Source, asked: Asked) -> Callable[[], float]:
+    """When the picture that was just decoded came: with the last bytes that were read for it."""
+    return (lambda: asked.arrival_s) if source.kind in ("pipe", "http") else time.monotonic
+
+
+def _reason(error: Exception) -> str:
+    return str(getattr(error, "strerror", None) or error).split("\n")[0][:160]
+
+
+def _advice(source: Source) -> str:
+    if source.kind == "file":
+        return "give a film of at most 4K that plays; one that is still recorded must be .mkv, .ts or fragmented .mp4"
+    if source.kind == "pipe":
+        return "send MPEG-TS, Matroska or another format that needs no turning back, with pictures of at most 4K"
+    return "check that a player plays this address, with pictures of at most 4K"

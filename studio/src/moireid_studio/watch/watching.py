@@ -15,9 +15,9 @@ from typing import Any
 from urllib.parse import urlsplit, urlunsplit
 
 from moireid.errors import MediaError, MoireIdError, SpecError
-from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, start
 from moireid.sandbox.reach import reach
+from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.watch.feeding import Feeder
 from moireid_studio.watch.order import HARMLESS, End, Event, Order, Signal
 from moireid_studio.watch.source import Source

@@ -19,7 +19,7 @@ from kit.photographed import (
     signal,
 )
 from moireid.verifier.camera.stretches import within_stretches
-from moireid.verifier.decision import photographs
+from moireid.verifier.decision import judge
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.explanations.photographs import waveform
 from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS, waveform_of
@@ -65,7 +65,7 @@ def test_a_tested_spacing_asks_for_another_distance_and_adds_nothing():
 
 def test_a_trajectory_that_asks_for_too_many_to_count_reports_more_than(monkeypatch):
     """Catches: a count of the last number tried, given as exact."""
-    for module in (waveform, photographs):
+    for module in (waveform, judge):
         monkeypatch.setattr(module, "MOST_PHOTOGRAPHS", 12)
     found = found_in(signal(law=2 * LAW))["photographs"]
     assert found.measured == 12

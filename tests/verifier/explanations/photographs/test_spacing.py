@@ -18,7 +18,7 @@ from kit.photographed import (
     signal,
 )
 from moireid.verifier.explanations.photographs.spacing import Spacing, spacing_of
-from moireid.verifier.fringes.depth_law import DepthLaw
+from moireid.verifier.fringes.beyond_phase import DepthLaw
 from moireid.verifier.limits import SPACING_FLOOR_RAD
 
 

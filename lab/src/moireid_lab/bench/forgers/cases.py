@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
 from moireid.simulate.filming import Show
-from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.forgeries.rear_layer import Shown
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Scene
 from moireid.simulate.shots import Edit

@@ -26,8 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
-from moireid.simulate.forgeries.flat import SquaredUp
-from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.forgeries.rear_layer import Shown, SquaredUp
 from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Scene
 

@@ -1,6 +1,8 @@
 """Error against run time of the renderers.
 
-suite.py      the sweep                                   left_out.py      what a scene does not need
-reference.py  an independent tracer                       scenes.py        eleven scenes
-output.py     tables and plots                            stiff_scenes.py  scenes that renderers find hard
+left_out.py        what a scene does not need
+reference.py       an independent tracer
+scenes.py          eleven scenes
+stiff_scenes.py    scenes that renderers find hard
+simulate_suite.py  table and plot of the simulate suite
 """

@@ -17,14 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from moireid.simulate.analytic.accuracy import brightness, difference, strips_of
-from moireid.simulate.analytic.estimate import estimate_error
+from moireid.simulate.analytic.accuracy import brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, Rendered
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import Poses, motion_named
-from moireid.simulate.recording.sensor import Sensor
-from moireid.simulate.recording.shutter import averaged, opened
+from moireid.simulate.recording.sensor import Sensor, averaged, opened
 from moireid.simulate.scene import Instant, Need, Scene
 from moireid_lab.bench.simulate.scenes import eleven
 
@@ -141,8 +139,7 @@ def mitsuba_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, An
         import mitsuba  # noqa: F401
     except ImportError:
         return []
-    from moireid.simulate.mitsuba.estimate import USUAL, estimate_mitsuba
-    from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+    from moireid.simulate.mitsuba.renderer import USUAL, MitsubaRenderer, estimate_mitsuba
     from moireid.simulate.mitsuba.variant import choose_variant
 
     (samples, segments), camera = USUAL, scene.camera

@@ -16,11 +16,11 @@ import numpy as np
 
 from moireid.badge import Lens
 from moireid.errors import MoireIdError
-from moireid.simulate.analytic.estimate import estimate_error
+from moireid.simulate.analytic.accuracy import estimate_error
 from moireid.simulate.analytic.renderer import AnalyticRenderer
 from moireid.simulate.scene import Build, Camera
 from moireid_lab.bench.simulate.scenes import Setting, board
-from moireid_lab.bench.simulate.suite import error_of, truth_of
+from moireid_lab.bench.simulate.simulate_suite import error_of, truth_of
 
 RAYS = (32, 2)
 SHEET = Lens("lenticular", 0.508, 1.0, 1.56)

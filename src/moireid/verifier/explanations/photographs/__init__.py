@@ -8,6 +8,4 @@ cross_fade.py      two to four photographs, shown in turn or cross-faded, bend t
 waveform.py        many cross-faded photographs let the waveform ripple, and how many would not
 ripple.py          how much the waveform changes from place to place
 third_harmonic.py  of photographs laid over each other the third harmonic does not turn with the fringes
-photo_sampling.py  where photographs would be taken, and what they show between
-exposure_blur.py   what a long exposure does to a waveform
 """

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import CodedFrame
 from moireid.verifier.picture import Box, Picture, as_picture
-from moireid.verifier.tracking.finding.finder import EitherWay
-from moireid.verifier.tracking.finding.page_groups import MOST_PAGES
+from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, EitherWay
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.search_work import outline_work_ns
 

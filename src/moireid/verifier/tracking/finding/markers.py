@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Markers
 from moireid.verifier.picture import Box, Picture, as_picture
-from moireid.verifier.tracking.finding.finder import EitherWay
-from moireid.verifier.tracking.finding.page_groups import moved_page, pages_of
+from moireid.verifier.tracking.finding.page_groups import EitherWay, moved_page, pages_of
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.search_work import search_work_ns
 

@@ -1,0 +1,294 @@
+"""Table and plots of the fabricate suite.
+
+Error against run time of what is printed: pages by form and resolution, mounts by the tolerance of their facets.
+
+Pages are painted by Poppler and Ghostscript where they are installed (`raster`); each painted edge is compared with its
+place, and the identity is read from the raster alone.  A mount's facets are compared with its exact solid.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from moireid.designer import Request, design_badge
+from moireid.fabrication.page.pdf import write_badge_pdf
+from moireid.profiles import FORMS
+from moireid_lab.bench.fabricate.calibration import calibration_figures
+from moireid_lab.bench.fabricate.mount_extremes import BUILT, extremes, extremes_table
+from moireid_lab.bench.fabricate.page_extremes import extreme_rows
+from moireid_lab.bench.fabricate.painted import painted_figures
+from moireid_lab.bench.fabricate.raster import RASTERS, paint
+
+DPI, QUICK_DPI = (600, 1200, 2400), (600,)
+BADGES, QUICK_BADGES = 20, 2
+#: Greying takes ten times as long as one bit a dot, so it is done for few badges and not at the highest resolution.
+GREY_BADGES, GREY_DPI = 4, 1200
+RUNS = 3
+#: Photographs of pitch test sheets that are read back.
+PHOTOGRAPHS = 40
+#: Angles between neighbouring facets of a mount, rad.  They decide how fine a mount's mesh is, not the tolerance in mm,
+#: because a mount's bends are so small that OpenCASCADE reaches the angle's limit long before the distance's.
+ANGLES_RAD = (0.5, 0.2, 0.1, 0.05, 0.02)
+#: Number of facets whose middles are compared with the solid.
+MOST_POINTS = 150
+
+
+def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
+    """All figures as one JSON object."""
+    cases = [(form, dpi) for form in FORMS for dpi in (QUICK_DPI if quick else DPI)]
+    total = len(cases) + 3
+    pages = []
+    for done, (form, dpi) in enumerate(cases, start=1):
+        pages.append(page_figures(form, dpi, seed, QUICK_BADGES if quick else BADGES))
+        progress(done, total)
+    page_rows = extreme_rows(quick=quick)
+    progress(total - 2, total)
+    alone = command_seconds(1 if quick else RUNS)
+    progress(total - 1, total)
+    mounts = mount_figures(ANGLES_RAD[:3:2], 1) if quick else mount_figures(ANGLES_RAD, RUNS)
+    progress(total, total)
+    mount_rows = extremes(BUILT[:1] if quick else BUILT)
+    photographs = calibration_figures(count=2 if quick else PHOTOGRAPHS, seed=seed, progress=lambda: None)
+    return {
+        "suite": "fabricate",
+        "seed": seed,
+        "pages": pages,
+        "page_extremes": page_rows,
+        "pdf_alone": alone,
+        "mounts": mounts,
+        "mount_extremes": mount_rows,
+        "calibration": photographs,
+    }
+
+
+def page_figures(form: str, dpi: int, seed: int, count: int) -> dict[str, Any]:
+    """Seconds and size of one form of the page, and what rasters of its own resolution make of `count` badges.
+
+    Badges have random payloads, of 64 and 128 bits in turn.
+    """
+    rng = np.random.default_rng(seed)
+    seconds, kilobytes = [], 0.0
+    seen: dict[str, list[dict[str, Any]]] = {raster: [] for raster in RASTERS}
+    with tempfile.TemporaryDirectory() as folder:
+        pdf = Path(folder) / "badge.pdf"
+        for number in range(count):
+            # 128 bits are smaller cells, which are read to 2.2 m.
+            request = Request("Bench", printer_dpi=dpi, form=form, range_m=(0.8, 2.0))
+            badge = design_badge(request, rng.bytes(8 * (1 + number % 2)))
+            for _ in range(RUNS if number == 0 else 1):
+                clock = time.perf_counter()
+                write_badge_pdf(badge, pdf)
+                seconds.append(time.perf_counter() - clock)
+            kilobytes = max(kilobytes, pdf.stat().st_size / 1e3)
+            for raster in RASTERS:
+                if raster == "poppler-grey" and (number >= GREY_BADGES or dpi > GREY_DPI):
+                    continue
+                page = paint(pdf, raster, dpi)
+                if page is not None:
+                    seen[raster].append(painted_figures(page, badge))
+    found: dict[str, Any] = {
+        "form": form,
+        "dpi": dpi,
+        "seconds": float(np.median(seconds)),
+        "seconds_spread": float(np.ptp(seconds)),
+        "kilobytes": kilobytes,
+    }
+    return found | {raster: _together(rows, dpi) for raster, rows in seen.items() if rows}
+
+
+def _together(rows: list[dict[str, Any]], dpi: int) -> dict[str, Any]:
+    """The figures of several badges under one raster as one."""
+    errors = np.concatenate([row["errors"] for row in rows])
+    pitches = [abs(pitch) for row in rows for pitch in row["pitches"]]
+    worst = float(np.abs(errors).max())
+    return {
+        "badges": len(rows),
+        "rms_dots": float(np.sqrt(np.mean(errors**2))),
+        "worst_dots": worst,
+        "worst_um": 25400.0 / dpi * worst,
+        "pitch_ppm": 1e6 * max(pitches),
+        "read": sum(row["read"] for row in rows),
+        "wrong_payloads": sum(row["wrong"] for row in rows),
+        "all_markers": sum(row["markers"] == 4 for row in rows),
+        "cell_phase_rad": max(row["phase_rad"] for row in rows),
+    }
+
+
+def command_seconds(runs: int) -> dict[str, float]:
+    """Seconds of `print NAME --mount none` as a command of its own, interpreter and imports included.
+
+    cpu_seconds: of processor time, which other work on the machine does not lengthen; bare_seconds: of an interpreter
+    that imports numpy and reportlab alone, to compare with.
+    """
+    wall: dict[str, list[float]] = {"command": [], "bare": []}
+    cpu = []
+    for _ in range(runs):
+        with tempfile.TemporaryDirectory() as folder:
+            print_it = f"['moireid', 'print', 'Bench', '--mount', 'none', '--out', {str(Path(folder) / 'b')!r}]"
+            for name, code in (
+                ("bare", "import numpy, reportlab.pdfgen.canvas"),
+                ("command", f"import sys; sys.argv = {print_it}; from moireid.cli.main import main; main()"),
+            ):
+                clock, before = time.perf_counter(), os.times()
+                subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+                wall[name].append(time.perf_counter() - clock)
+                after = os.times()
+            spent = after.children_user + after.children_system - before.children_user - before.children_system
+            cpu.append(spent)
+    command, bare = (float(np.median(wall[name])) for name in ("command", "bare"))
+    return {"seconds": command, "bare_seconds": bare, "ratio": command / bare, "cpu_seconds": float(np.median(cpu))}
+
+
+def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, Any]]:
+    """Seconds of meshing and writing, size and chord error of the lanyard mount's mesh at each angle of its facets."""
+    import trimesh
+
+    from moireid.fabrication.printed.mount import lanyard_mount
+    from moireid.fabrication.solids import FACET_ANGLE_RAD, cad_package, export_stl
+
+    b3d = cad_package("build123d")
+    badge = design_badge(Request("Bench"), bytes(8))
+    skin = lanyard_mount(badge).shells()[0]
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for angle in angles_rad:
+            file = Path(folder) / "mount.stl"
+            seconds = []
+            for _ in range(runs):
+                # The kernel keeps the finest mesh that a shape ever had, so each run meshes a fresh one.
+                part = lanyard_mount(badge)
+                clock = time.perf_counter()
+                export_stl(part, file, tolerance_mm=0.05, angle_rad=angle)
+                seconds.append(time.perf_counter() - clock)
+            mesh = trimesh.load_mesh(file)
+            # Facets that look along an axis are flat ones of the design; only bent surfaces have a chord.
+            bent = np.sort(np.abs(mesh.face_normals), axis=1)[:, 1] > 0.01
+            middles = mesh.triangles_center[bent]
+            middles = middles[:: max(1, len(middles) // MOST_POINTS)]
+            error = max(float(skin.distance_to(b3d.Vertex(*point))) for point in middles)
+            found.append(
+                {
+                    "angle_rad": angle,
+                    "seconds": float(np.median(seconds)),
+                    "kilobytes": file.stat().st_size / 1e3,
+                    "triangles": len(mesh.faces),
+                    "chord_error_mm": error,
+                    "default": angle == FACET_ANGLE_RAD,
+                }
+            )
+    return found
+
+
+def fabricate_table(result: dict[str, Any]) -> str:
+    """The fabricate suite as text."""
+    lines = [
+        f"{'page':<8}{'dpi':>5} {'raster':<13}{'edges off, dots RMS / worst':>28}{'um':>6}{'pitch, ppm':>12}"
+        f"{'markers':>10}{'read':>8}{'wrong':>7}{'ms':>7}{'kB':>6}"
+    ]
+    for row in result["pages"]:
+        for raster in ("poppler", "poppler-grey", "ghostscript"):
+            if (seen := row.get(raster)) is None:
+                continue
+            lines.append(
+                f"{row['form']:<8}{row['dpi']:>5} {raster:<13}{seen['rms_dots']:>21.2f} / {seen['worst_dots']:.2f}"
+                f"{seen['worst_um']:>7.1f}{seen['pitch_ppm']:>12.1f}{seen['all_markers']:>7}/{seen['badges']:<2}"
+                f"{seen['read']:>5}/{seen['badges']:<2}{seen['wrong_payloads']:>7}{1e3 * row['seconds']:>7.0f}"
+                f"{row['kilobytes']:>6.0f}"
+            )
+    alone = result["pdf_alone"]
+    lines += [
+        "",
+        "PDF, preview and assembly sheet alone (print NAME --mount none, interpreter and all): "
+        f"{alone['seconds']:.2f} s, of which {alone['cpu_seconds']:.2f} s of processor time; "
+        f"{alone['ratio']:.1f} times an interpreter that imports numpy and reportlab",
+        "",
+        f"{'page at the edge':<40}{'outcome':<9}{'edge, dots':>11}{'cell, rad':>11}  granted",
+    ]
+    for row in result["page_extremes"]:
+        seen = [row[raster] for raster in ("poppler", "ghostscript") if raster in row]
+        worst, phase = (max((one[name] for one in seen), default=0.0) for name in ("worst_dots", "cell_phase_rad"))
+        lines.append(f"{row['case']:<40}{row['outcome']:<9}{worst:>11.2f}{phase:>11.3f}  {row['asked']}")
+        lines += [f"{'':<4}{said}" for said in row["said"]]
+    lines += ["", f"{'mount, facets rad':<22}{'seconds':>9}{'kB':>8}{'triangles':>11}{'chord error, mm':>17}"]
+    lines += [
+        f"{row['angle_rad']:<22g}{row['seconds']:>9.2f}{row['kilobytes']:>8.0f}{row['triangles']:>11}"
+        f"{row['chord_error_mm']:>17.4f}{'  default' if row['default'] else ''}"
+        for row in result["mounts"]
+    ]
+    return "\n".join([*lines, "", extremes_table(result["mount_extremes"]), "", _calibration(result["calibration"])])
+
+
+def _calibration(found: dict[str, Any]) -> str:
+    """The result of the photographs of the pitch test sheet, in a sentence."""
+    if not found["read"]:
+        return f"pitch test sheet: none of {found['photographs']} photographs could be read"
+    return (
+        f"pitch test sheet: {found['read']} of {found['photographs']} photographs read, lens pitch off by "
+        f"{found['median_error_percent']:.4f} % (median) and {found['worst_error_percent']:.4f} % (worst), "
+        f"{found['rms_in_sd']:.2f} of the stated standard deviations (RMS)"
+    )
+
+
+def fabricate_plot(result: dict[str, Any]) -> Any:
+    """Edge error against resolution for each form of the page; chord error against seconds and size of the mesh."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 3.6), layout="constrained")
+    FigureCanvasSVG(figure)
+    pages, *meshes = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
+    _plot_edges(pages, result["pages"])
+    for axes, key, label in zip(
+        meshes, ("seconds", "kilobytes"), ("meshing and writing, s", "mount.stl, kB"), strict=True
+    ):
+        rows = result["mounts"]
+        errors = [1e3 * row["chord_error_mm"] for row in rows]
+        axes.loglog([row[key] for row in rows], errors, "o-", color="#1f6fb2")
+        for row, error in zip(rows, errors, strict=True):
+            words = f"{row['angle_rad']:g} rad" + (" (default)" if row["default"] else "")
+            axes.annotate(words, (row[key], error), (6, 5), textcoords="offset points", fontsize=8)
+            if row["default"]:
+                axes.plot(row[key], error, "o", ms=12, mfc="none", color="#c2571a")
+        axes.set_xlabel(label)
+        axes.set_ylabel("worst chord error of the mount, um")
+        axes.margins(x=0.3, y=0.15)
+    for axes in (pages, *meshes):
+        axes.grid(color="#e4e8ed", which="major")
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _plot_edges(axes: Any, pages: list[dict[str, Any]]) -> None:
+    """Worst edge of each form at each resolution, worse of the rasters of one bit, and greyed for the plain vector."""
+    styles = {
+        ("dots", False): ("o-", "#1f6fb2", "dots (default)"),
+        ("vector", False): ("^-", "#c2571a", "vector, one bit a dot"),
+        ("vector", True): ("v:", "#c2571a", "vector, greyed"),
+    }
+    for (form, grey), (line, colour, label) in styles.items():
+        places, worst = [], []
+        for row in pages:
+            rasters = ("poppler-grey",) if grey else ("poppler", "ghostscript")
+            seen = [row[raster]["worst_um"] for raster in rasters if raster in row]
+            if row["form"] == form and seen:
+                places.append(row["dpi"])
+                worst.append(max(seen))
+        # Forms lie on one another where all keep to half a dot, so the later ones are drawn open.
+        axes.loglog(places, worst, line, color=colour, label=label, mfc="none" if line != "o-" else colour, ms=8)
+    places = sorted({row["dpi"] for row in pages})
+    axes.loglog(places, [25400 / dpi / 2 for dpi in places], color="#8a97a6", lw=6, alpha=0.35, label="half a dot")
+    axes.set_xticks(places, [str(dpi) for dpi in places])
+    axes.set_yticks([5, 10, 20, 40], ["5", "10", "20", "40"])
+    axes.minorticks_off()
+    axes.set_xlabel("dots per inch")
+    axes.set_ylabel("worst edge off its place, um")
+    axes.legend(frameon=False, fontsize=8)

@@ -1,0 +1,258 @@
+"""The paper's tables beside ours, as text and as a plot.
+
+What each row of the paper's tables films, and which of the paper's own figures this project has on record.
+
+The published renderings (Qing et al. 2026) move a camera half a metre along a straight line in two seconds, before two
+line layers 1 mm apart in air, at seven distances, on ten courses that differ in small random turns: each is a single
+sweep, one way, at constant speed, without noise.  A drift of the fringes, or a delay, is a mere constant on such a
+course, so these films tell correlation and little more.
+
+What is not on record here, and our reading: rendering 2 films the lens sheet of the prototype where rendering 1 films
+the two layers; A to D film the prototype on a measured hand-held run, turned in the picture, from 45 degrees aside and
+turning about all axes at once, each for 6 s from 1.2 m.
+
+The films of the tables made and scored by both pipelines, and the figures of each row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from moireid.badge import Badge, Cell, Grating, Lens, Markers
+from moireid.simulate.filming import Wish
+from moireid_lab.bench.film_set import Planned, make_film_set
+from moireid_lab.bench.rows import Where
+from moireid_lab.evaluation.collect import Scored, collect
+from moireid_lab.evaluation.manifest import read_manifest
+from moireid_lab.evaluation.plots import GENUINE, INK, PALE, figure_of, plain
+from moireid_lab.evaluation.rows import PIPELINES
+from moireid_lab.evaluation.summary import PAPER
+
+DISTANCES_M = (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7)
+COURSES = 10
+#: One way along the path; `motion.linear` turns back then.
+SWEEP = Wish(motion="linear", frames=120, fps=60.0, camera="ideal")
+#: The prototype: sheet of 50 lines an inch over lines 0.52 mm apart, and a field of 80 mm.
+LENS_PITCH_MM, LINE_PITCH_MM, GAP_MM, FIELD_MM = 0.508, 0.52, 1.0, 80.0
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A row of a table: courses before one board from one distance; paper: |rho| as published
+    of a condition of that description, where it is on record.
+
+    The film of a course is `wish` with the course's number as seed.
+    """
+
+    table: str
+    what: str
+    badge: Badge
+    wish: Wish
+    paper: str = ""
+
+    @property
+    def group(self) -> str:
+        """Names the row in the list of films."""
+        return f"{self.table}, {self.wish.distance_m:g} m"
+
+
+def conditions(*, quick: bool) -> Iterator[Condition]:
+    """All rows; quick: two distances of each rendering."""
+    mask = board(Lens("mask", LENS_PITCH_MM, GAP_MM, 1.0), page_mm=140.0, marker_mm=24.0, corner_mm=14.0)
+    prototype = board(Lens("lenticular", LENS_PITCH_MM, GAP_MM, 1.56), page_mm=146.0, marker_mm=26.0, corner_mm=18.0)
+    for table, what, badge in (("rendering 1", "two layers", mask), ("rendering 2", "lens sheet", prototype)):
+        for distance in DISTANCES_M[::6] if quick else DISTANCES_M:
+            wish = replace(SWEEP, distance_m=distance)
+            yield Condition(table, f"{what}, one sweep", badge, wish)
+    for table, what, motion, paper in (
+        ("A", "hand-held", "handheld", ""),
+        ("B", "turned in the picture", "roll", "0.76 to 0.81"),
+        ("C", "from 45 degrees", "oblique", "0.72"),
+        ("D", "all turns at once", "tumble", "0.57 to 0.67"),
+    ):
+        yield Condition(table, what, prototype, Wish(motion, 1.2, 180, 30.0), paper)
+
+
+def board(lens: Lens, *, page_mm: float, marker_mm: float, corner_mm: float) -> Badge:
+    """A square board of one uniform field as the published ones are; corner_mm: from an edge to a marker's centre."""
+    low = (page_mm - FIELD_MM) / 2
+    rect = (low, low, low + FIELD_MM, low + FIELD_MM)
+    field = Grating(rect, "x", LINE_PITCH_MM, "uniform", (Cell(rect, LINE_PITCH_MM, low, 0.5),))
+    a, b = corner_mm, page_mm - corner_mm
+    markers = Markers("DICT_4X4_50", marker_mm, (0, 1, 2, 3), ((a, a), (b, a), (b, b), (a, b)))
+    return Badge(None, "Published board", (page_mm, page_mm), lens, (field,), markers)
+
+
+#: Figures of a film whose mean and deviation over courses a row tells; null ones are passed over.
+FIGURES = (
+    "score",
+    "correlation",
+    "window_correlation_mean",
+    "window_correlation_max",
+    "window_correlation_min",
+    "window_correlation_sd",
+)
+
+
+def run(
+    *,
+    quick: bool,
+    seed: int,
+    folder: Path,
+    overwrite: bool,
+    where: Where,
+    clips: int | None,
+    progress: Callable[[int, int | None], None],
+) -> dict[str, Any]:
+    """Film, score and sum up; clips: courses of each condition.
+
+    Films and scores of an earlier run in the folder are kept.  Raises: as `make_film_set` and `collect`.
+    """
+    courses = clips or (2 if quick else COURSES)
+    rows = list(conditions(quick=quick))
+    films = [one for row in rows for one in _planned(row, courses, seed)]
+    manifest = make_film_set(
+        films,
+        folder / "films",
+        where=where,
+        overwrite=overwrite,
+        progress=lambda done, of, *_: progress(done, 2 * of),
+    )
+    scored = collect(
+        read_manifest(manifest).entries,
+        PIPELINES,
+        kept=folder / "results",
+        scheduler=where.scheduler,
+        workers=where.workers,
+        progress=lambda done, of, *_: progress(of + done, 2 * of),
+    )
+    return {
+        "suite": "published",
+        "quick": quick,
+        "seed": seed,
+        "courses": courses,
+        "paper": PAPER,
+        "rows": [_row(row, [one for one in scored if one.entry.group == row.group]) for row in rows],
+    }
+
+
+def _planned(row: Condition, courses: int, seed: int) -> list[Planned]:
+    """The films of a row, one a course."""
+    name = row.group.replace(", ", "-").replace(" ", "")
+    return [
+        Planned(f"{name}-{course}", row.badge, replace(row.wish, seed=seed + course), row.group)
+        for course in range(1, courses + 1)
+    ]
+
+
+def _row(row: Condition, scored: Sequence[Scored]) -> dict[str, Any]:
+    """The figures of a row, of each pipeline."""
+    told = {"table": row.table, "what": row.what, "distance_m": row.wish.distance_m, "paper": row.paper}
+    return told | {name: _figures([one for one in scored if one.pipeline == name]) for name in PIPELINES}
+
+
+def _figures(scored: Sequence[Scored]) -> dict[str, Any]:
+    """Verdicts, and of each figure the values of all films with their mean and deviation."""
+    verdicts = [one.row["verdict"] for one in scored]
+    found: dict[str, Any] = {"films": len(scored), "verdicts": {name: verdicts.count(name) for name in set(verdicts)}}
+    found["without_score"] = sum(one.row["score"] is None for one in scored)
+    for name in FIGURES:
+        values = np.array([one.row[name] for one in scored if one.row[name] is not None], float)
+        found[name] = {
+            "values": values.tolist(),
+            "mean": float(values.mean()) if len(values) else None,
+            "sd": float(values.std(ddof=1)) if len(values) > 1 else None,
+        }
+    return found
+
+
+Document = dict[str, Any]
+
+
+def published_table(result: Document) -> str:
+    """A line for each condition and distance, both pipelines side by side."""
+    paper = result["paper"]
+    lines = [
+        f"{'|rho|, windows of 30 frames':<28}{'published pipeline':<55}ours",
+        f"{'mean ± deviation of films':<26}{'greatest':>15}{'mean':>15}{'sd':>7}{'range':>14}{'acc.':>6}{'mean':>15}"
+        f"{'acc./open/rej.':>16}   paper",
+    ]
+    for row in result["rows"]:
+        theirs, ours = row["published"], row["moireid"]
+        least, most = theirs["window_correlation_min"]["values"], theirs["window_correlation_max"]["values"]
+        span = f"{min(least):.2f} to {max(most):.2f}" if least else "-"
+        verdicts = "/".join(str(_count(ours, verdict)) for verdict in ("accept", "inconclusive", "reject"))
+        lines.append(
+            f"{row['table'] + ', ' + format(row['distance_m'], 'g') + ' m':<26}{_spread(theirs['score']):>15}"
+            f"{_spread(theirs['window_correlation_mean']):>15}{_mean(theirs['window_correlation_sd']):>7}{span:>14}"
+            f"{_count(theirs, 'accept'):>6}{_spread(ours['window_correlation_mean']):>15}{verdicts:>16}"
+            f"   {row['paper']}"
+        )
+    told = dict.fromkeys(f"{row['table']}: {row['what']}" for row in result["rows"])
+    left_out = sum(row["published"]["without_score"] for row in result["rows"])
+    return "\n".join(
+        [
+            *lines,
+            "",
+            f"{result['courses']} films a line.  " + "; ".join(list(told)[:2]) + ";",
+            "; ".join(list(told)[2:]) + ".",
+            "Renderings 1 and 2 are single sweeps, one way, at constant speed: a drift or a delay of the fringes is a",
+            "mere constant on them.  These films are our simulator's, the paper's its own; the letters are ours.",
+            f"Films without a published score (0 in the paper): {left_out}; they are in no mean.",
+            "Paper: its figure for a condition of that description, where it is on record.  Its renderings: "
+            f"{paper['renderings']['mean']:.2f}, not known by distance.",
+            f"The paper's real recordings: {paper['genuine']['mean']:.2f} ± {paper['genuine']['sd']:.2f}; generated "
+            f"films: {paper['forged']['mean']:.2f} ± {paper['forged']['sd']:.2f}; AUC {paper['auc']}; accepted from "
+            f"{paper['threshold']}.",
+        ]
+    )
+
+
+def published_plot(result: Document) -> Any:
+    """|rho| of every film against its distance, or by condition; a panel for each table."""
+    figure = figure_of(10.5, 3.6)
+    panels = figure.subplots(1, 3, sharey=True)
+    names = ("rendering 1", "rendering 2", "A to D")
+    for axes, name in zip(panels, names, strict=True):
+        rows = [row for row in result["rows"] if (row["table"] if len(row["table"]) > 1 else "A to D") == name]
+        for place, row in enumerate(rows):
+            for pipeline, key, colour, aside in (
+                ("published", "score", PALE, -0.22),
+                ("published", "window_correlation_mean", INK, 0.0),
+                ("moireid", "window_correlation_mean", GENUINE, 0.22),
+            ):
+                values = row[pipeline][key]["values"]
+                axes.plot([place + aside] * len(values), values, "o", color=colour, markersize=4, alpha=0.7)
+        axes.axhline(result["paper"]["threshold"], color=INK, linewidth=1, linestyle=":")
+        ticks = [row["table"] if name == "A to D" else f"{row['distance_m']:g}" for row in rows]
+        axes.set_xticks(range(len(rows)), ticks)
+        axes.set_xlabel(f"{name}" if name == "A to D" else f"{name}: distance, m", color=INK)
+        axes.set_ylim(-0.02, 1.03)
+        plain(axes)
+    panels[0].set_ylabel("|rho|", color=INK)
+    figure.suptitle(
+        "A dot a film.  Grey: published score, its greatest window; black: its mean window; blue: our mean window; "
+        "dotted: published threshold",
+        fontsize=8.5,
+        color=INK,
+        x=0.01,
+        ha="left",
+    )
+    return figure
+
+
+def _spread(cell: Document) -> str:
+    return _mean(cell) if cell["sd"] is None else f"{cell['mean']:.3f} ± {cell['sd']:.3f}"
+
+
+def _mean(cell: Document) -> str:
+    return "-" if cell["mean"] is None else f"{cell['mean']:.3f}"
+
+
+def _count(figures: Document, verdict: str) -> int:
+    return int(figures["verdicts"].get(verdict, 0))

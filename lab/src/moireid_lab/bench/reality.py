@@ -1,0 +1,245 @@
+"""Table and plot of the reality suite.
+
+The films: each effect at each strength, at 1 m and 2 m, of a true badge and of forged ones.
+
+Films of the world: accepted, open or rejected, with gain, residual and run time.
+
+Convention: a film is judged by `verify` with the badge as claim and its identity, not known as built.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from moireid.designer import Request, design_badge
+from moireid.simulate.effects.table import KINDS, STRENGTHS, effect_named
+from moireid.simulate.filming import film
+from moireid.simulate.motion import Motion, motion_named
+from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier import Claim, verify
+from moireid_lab.bench.rows import Where, chosen_names, rows_of_cases
+from moireid_lab.bench.verdicts import COLOURS, VERDICTS, told
+
+#: The first row: a film to which nothing was done.
+NOTHING = "none"
+DISTANCES_M = (1.0, 2.0)
+FORGERIES = ("gain_low", "wobble", "drift", "reversed")
+#: Of a true badge.
+TRUE = "true"
+
+
+@dataclass(frozen=True)
+class Case:
+    """effect: of `simulate.effects`, or none; badge: "true", or the kind of the forgery."""
+
+    effect: str
+    strength: str
+    distance_m: float
+    badge: str
+
+    @property
+    def name(self) -> str:
+        """As `--only` matches it and rows are kept by it."""
+        return f"{self.effect}:{self.strength} {self.distance_m:g} m {self.badge}"
+
+
+def cases() -> list[Case]:
+    """All of them, true ones first, the ordinary strength before the others."""
+    order = sorted(STRENGTHS, key=lambda strength: strength != "ordinary")
+    some = [(NOTHING, "ordinary")] + [(effect, strength) for strength in order for effect in KINDS]
+    return [
+        Case(effect, strength, distance, badge)
+        for badge in (TRUE, *FORGERIES)
+        for effect, strength in some
+        for distance in DISTANCES_M
+    ]
+
+
+def usual(case: Case, *, quick: bool) -> bool:
+    """Whether a case is filmed unless asked for by name: forged ones at the ordinary strength alone; quick: the true
+    badge at the ordinary strength, at 1 m.
+    """
+    if quick:
+        return case.badge == TRUE and case.strength == "ordinary" and case.distance_m == DISTANCES_M[0]
+    return case.badge == TRUE or case.strength == "ordinary"
+
+
+PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
+FRAMES, FPS = 240, 30.0
+MOTIONS = ("sway", "handheld", "linear")
+CAMERA = Camera(1280, 720, 966.7)
+HERE = Where()
+
+
+def motion_of(case: Case, seed: int) -> Motion:
+    """By the seed: a body that sways before a camera on a stand, a hand-held camera, or one moved to and fro."""
+    return motion_named(MOTIONS[seed % len(MOTIONS)], distance_mm=1000 * case.distance_m, seed=seed)
+
+
+def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
+    """One film of one case, judged."""
+    name, seed, frames = job
+    case = next(case for case in cases() if case.name == name)
+    badge = design_badge(Request("Bench"), PAYLOAD)
+    with tempfile.TemporaryDirectory() as folder:
+        video = Path(folder) / "film.mp4"
+        film(
+            Scene(badge, Build.typical(seed), CAMERA),
+            motion_of(case, seed),
+            video,
+            frames=frames,
+            fps=FPS,
+            forge=None if case.badge == TRUE else case.badge,
+            effects=[] if case.effect == NOTHING else [effect_named(f"{case.effect}:{case.strength}")],
+            seed=seed,
+        )
+        clock = time.perf_counter()
+        report = verify(video, Claim(badge, badge.id))
+        seconds = time.perf_counter() - clock
+    row = {"effect": case.effect, "strength": case.strength, "distance_m": case.distance_m, "badge": case.badge}
+    motion = report.invariant
+    lens = report.measurement.camera if report.measurement else None
+    row |= {"focal_px": lens.focal_px, "axis_px": lens.axis_px, "aspect": lens.aspect} if lens else {}
+    more = {"gain_sd": motion.gain_sd, "residual_rad": motion.phase_residual_rad, "tracked": report.frames["tracked"]}
+    return row | {"seed": seed, "frames": frames, "seconds": seconds} | told(report) | more
+
+
+def run(
+    *,
+    quick: bool,
+    seed: int,
+    clips: int | None,
+    only: str | None = None,
+    kept: Path | None,
+    where: Where = HERE,
+    progress: Callable[[int, int | None], None],
+) -> dict[str, Any]:
+    """The usual cases as one JSON object, or of all cases those whose name holds the regular expression `only`.
+
+    Raises: SpecError where no case is left.
+    """
+    chosen = chosen_names([case.name for case in cases() if only is not None or usual(case, quick=quick)], only)
+    count = clips or (1 if quick else 10)
+    numbers = range(seed, seed + count)
+    rows = rows_of_cases(run_case, chosen, numbers, FRAMES, kept=kept, where=where, progress=progress)
+    return {"suite": "reality", "seed": seed, "rows": rows}
+
+
+Row = dict[str, Any]
+#: Shades of the strengths, from light to strong.
+SHADES = {"light": "#9fb4c7", "ordinary": "#22577a", "strong": "#0b2239"}
+WIDTH = 34
+
+
+def reality_table(result: dict[str, Any]) -> str:
+    """Verdicts, gain error, residual and time of every effect, strength and distance; then the forged films."""
+    head = f"{'accept':>8}{'open':>6}{'reject':>8}{'gain error':>12}{'residual':>10}{'s a film':>10}  reasons"
+    lines = [f"{'true badge':<{WIDTH}}{head}"]
+    lines += [_line(key, rows) for key, rows in groups(result, true=True).items()]
+    if forged := groups(result, true=False):
+        lines += ["", f"{'forged badge':<{WIDTH}}{head}"]
+        lines += [_line(key, rows) for key, rows in forged.items()]
+    return "\n".join([*lines, "", *summary(result)])
+
+
+def groups(result: dict[str, Any], *, true: bool) -> dict[tuple[str, str, float], list[Row]]:
+    """Rows by effect, strength and distance, in the order of the effects; forged ones of all kinds together."""
+    found: dict[tuple[str, str, float], list[Row]] = {}
+    for row in result["rows"]:
+        if (row["badge"] == TRUE) == true:
+            found.setdefault((row["effect"], row["strength"], row["distance_m"]), []).append(row)
+    effects = [NOTHING, *KINDS]
+    return dict(
+        sorted(found.items(), key=lambda one: (effects.index(one[0][0]), STRENGTHS.index(one[0][1]), one[0][2]))
+    )
+
+
+def summary(result: dict[str, Any]) -> list[str]:
+    """Shares at the ordinary strength: of the true films accepted and rejected, of the forged ones accepted."""
+    rows = [row for row in result["rows"] if row["strength"] == "ordinary" and row["effect"] != NOTHING]
+    lines = []
+    for true in (True, False):
+        verdicts = Counter(row["verdict"] for row in rows if (row["badge"] == TRUE) == true)
+        if count := sum(verdicts.values()):
+            told = ", ".join(f"{label} {verdicts[key]}" for key, label in VERDICTS.items())
+            lines.append(f"{'true' if true else 'forged'} films at ordinary strength: {count} ({told})")
+    return lines
+
+
+def gain_error(rows: list[Row]) -> float:
+    """Root mean square distance of the gain from 1, over the films that have one; nan without any."""
+    gains = [row["gain"] for row in rows if row["gain"] is not None]
+    return float(np.sqrt(np.mean(np.square(np.array(gains) - 1)))) if gains else float("nan")
+
+
+def residual(rows: list[Row]) -> float:
+    """Median residual of the phase, rad, over the films that have one; nan without any."""
+    found = [row["residual_rad"] for row in rows if row["residual_rad"] is not None]
+    return float(np.median(found)) if found else float("nan")
+
+
+def _line(key: tuple[str, str, float], rows: list[Row]) -> str:
+    effect, strength, distance = key
+    counts = Counter(row["verdict"] for row in rows)
+    why = Counter(code for row in rows for code in row["why"]).most_common(3)
+    seconds = sum(row["seconds"] for row in rows) / len(rows)
+    name = f"{effect} {strength if effect != NOTHING else ''}".strip()
+    return (
+        f"{name:<{WIDTH - 5}}{distance:>3g} m{counts['accept']:>8}{counts['inconclusive']:>6}{counts['reject']:>8}"
+        f"{gain_error(rows):>12.3f}{residual(rows):>10.3f}{seconds:>10.1f}  {', '.join(code for code, _ in why)}"
+    ).rstrip()
+
+
+def reality_plot(result: dict[str, Any]) -> Any:
+    """For each effect: the verdicts on true films by strength, and gain error, residual and run time."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    found = groups(result, true=True)
+    effects = list(dict.fromkeys(effect for effect, _, _ in found))
+    figure = Figure(figsize=(11, 0.36 * max(len(effects), 1) + 1.4), layout="constrained")
+    FigureCanvasSVG(figure)
+    shares, *others = figure.subplots(1, 4, sharey=True, width_ratios=(2, 1, 1, 1))
+    for place, strength in enumerate(STRENGTHS):
+        rows = {effect: _both(found, effect, strength) for effect in effects}
+        _bars(shares, [rows[effect] for effect in effects], 0.27 * (place - 1), label=place == 0)
+        for axes, measure in zip(others, (gain_error, residual, _seconds), strict=True):
+            values = [measure(rows[effect]) if rows[effect] else float("nan") for effect in effects]
+            axes.plot(values, range(len(effects)), "o", ms=4, color=SHADES[strength], label=strength)
+    shares.set_yticks(range(len(effects)), effects, fontsize=8)
+    shares.set(xlabel="share of true films", xlim=(0, 1), ylim=(len(effects) - 0.5, -0.5))
+    shares.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), fontsize=8)
+    for axes, label in zip(others, ("gain error", "residual, rad", "verify, s a film"), strict=True):
+        axes.set(xlabel=label)
+        axes.grid(axis="y", alpha=0.2)
+    figure.legend(
+        handles=others[0].lines[: len(STRENGTHS)], frameon=False, ncols=3, loc="outside upper right", fontsize=8
+    )
+    return figure
+
+
+def _both(found: dict[tuple[str, str, float], list[Row]], effect: str, strength: str) -> list[Row]:
+    """Rows of all distances."""
+    return [row for (one, how, _), rows in found.items() if (one, how) == (effect, strength) for row in rows]
+
+
+def _bars(axes: Any, films: list[list[Row]], offset: float, *, label: bool) -> None:
+    """One thin bar an effect: share of its films by verdict."""
+    begins = np.zeros(len(films))
+    for verdict, name in VERDICTS.items():
+        shares = [sum(row["verdict"] == verdict for row in rows) / max(len(rows), 1) for rows in films]
+        places = np.arange(len(films)) + offset
+        axes.barh(places, shares, 0.24, left=begins, color=COLOURS[verdict], label=name if label else None)
+        begins += shares
+
+
+def _seconds(rows: list[Row]) -> float:
+    return float(np.mean([row["seconds"] for row in rows]))

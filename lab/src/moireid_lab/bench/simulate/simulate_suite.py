@@ -1,0 +1,361 @@
+"""Table and plot of the simulate suite.
+
+Error against run time of the renderers, and both compared with an independent tracer (`reference`).
+
+against: on the eleven scenes, the analytic renderer's fringe phase and brightness at a fine setting, over view tangents
+    up to 0.4 and at 60 degrees; and its own estimate of the error, compared with the true error at the usual setting.
+work: seconds a frame of the badge's region against RMS phase error, for each renderer, setting and resolution; medians
+    and spreads of repeated runs, compile time and scene set-up apart.
+left out: the time saved in a frame by each thing left out; see `left_out`.
+
+Phase is measured as in `simulate.analytic.accuracy`; the truth is the independent tracer's at the same pixels.
+"""
+
+from __future__ import annotations
+
+import textwrap
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.simulate.analytic.accuracy import Difference, Strip, brightness, difference, estimate_error, strips_of
+from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, Rendered
+from moireid.simulate.scene import Camera, Instant, Scene
+from moireid_lab.bench.simulate import left_out
+from moireid_lab.bench.simulate.left_out import left_out_table, rms
+from moireid_lab.bench.simulate.reference import Setup, trace_pixels
+from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, TANGENTS, Setting, eleven
+
+Array = NDArray[np.float64]
+FINE = (64, 4)
+#: Rays of the independent tracer for one view of one scene; near views have many pixels, so each needs fewer rays.
+BUDGET, LEAST_SAMPLES, MOST_SAMPLES = 600_000, 89, 610
+SETTINGS = ((2, 1), (4, 1), (8, 1), (16, 1), (32, 1), (32, 2), (64, 4))
+MITSUBA_SETTINGS = ((16, 4), (16, 16), (64, 16), (256, 16), (64, 4), (64, 32))
+CAMERAS = {"1080p": Camera(), "720p": Camera(1280, 720, 966.7), "2160p": Camera(3840, 2160, 2900.0)}
+RUNS, QUICK_RUNS = 15, 5
+WORK_TANGENTS = (-0.3, 0.05, 0.35)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """One view of one scene: the frame, some strips, and their brightness by the outside tracer."""
+
+    instant: Instant
+    strips: list[Strip]
+    radiance: list[Array]
+    escaped: float
+
+
+def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
+    """All figures as one JSON object."""
+    settings = eleven()
+    cameras = {"1080p": CAMERAS["1080p"]} if quick else CAMERAS
+    total = len(settings) + len(cameras) + 1
+    against = []
+    for done, setting in enumerate(settings, start=1):
+        against.append(against_reference(setting, quick=quick))
+        progress(done, total)
+    work: list[dict[str, Any]] = []
+    for done, (name, camera) in enumerate(cameras.items(), start=len(settings) + 1):
+        work += work_precision(replace(settings[0], camera=camera), name, quick=quick, seed=seed)
+        progress(done, total)
+    unseen = left_out.run(seed)
+    progress(total, total)
+    return {
+        "suite": "simulate",
+        "seed": seed,
+        "versions": _versions(),
+        "against": against,
+        "work": work,
+        "speed": speed_at_equal_error(work),
+        "left_out": unseen,
+    }
+
+
+def truth_of(setting: Setting, tangent: float, *, per_grating: int = 1, budget: int = BUDGET) -> Truth | None:
+    """The outside tracer's picture of strips from the middle of each grating; None where no strip is seen."""
+    scene, instant = setting.scene, setting.seen_at(tangent)
+    shape = AnalyticRenderer(scene, rays=(1, 1)).render(instant)
+    if shape is None:
+        return None
+    height, width = shape.radiance.shape
+    strips = strips_of(scene, instant, (shape.left, shape.top, shape.left + width, shape.top + height))
+    some: list[Strip] = []
+    for grating in range(len(scene.badge.gratings)):
+        own = [strip for strip in strips if strip.grating == grating]
+        first = max(0, (len(own) - per_grating) // 2)
+        some += own[first : first + per_grating]
+    if not some:
+        return None
+    samples = int(np.clip(budget // sum(len(strip.rows) for strip in some), LEAST_SAMPLES, MOST_SAMPLES))
+    build, pose = scene.build, instant.first
+    setup = Setup(
+        scene.badge, build.lens_offset_mm, build.twist_rad, build.print_scales, build.lens_scale, scene.ink, scene.paper
+    )
+    traced = [
+        trace_pixels(
+            setup, scene.camera.matrix, pose.camera_mm[0], pose.rotation[0], strip.columns, strip.rows, samples=samples
+        )
+        for strip in some
+    ]
+    return Truth(instant, some, [one.radiance for one in traced], max(one.escaped for one in traced))
+
+
+def error_of(picture: Rendered, truth: Truth, contrast: float) -> Difference:
+    """How far a rendered frame is from the truth, at the truth's strips."""
+    pairs = [
+        (strip, brightness(picture, strip), true) for strip, true in zip(truth.strips, truth.radiance, strict=True)
+    ]
+    return difference(pairs, contrast)
+
+
+def against_reference(setting: Setting, *, quick: bool) -> dict[str, Any]:
+    """One scene's row: errors at the fine setting, and at the usual one the estimated and the true error."""
+    scene = setting.scene
+    tangents = [*(TANGENTS[::2] if quick else TANGENTS), STEEP_TANGENT]
+    truths = [truth_of(setting, tangent, budget=BUDGET // 3 if quick else BUDGET) for tangent in tangents]
+    contrast = scene.paper - scene.ink
+    found: dict[str, Any] = {"name": setting.name}
+    for label, rays in (("fine", FINE), ("usual", RAYS)):
+        renderer = AnalyticRenderer(scene, rays=rays)
+        errors = []
+        for truth in truths:
+            picture = renderer.render(truth.instant) if truth else None
+            errors.append(error_of(picture, truth, contrast) if picture and truth else None)
+        found[label] = {
+            "phase_rad": rms([error.phase_rad for error in errors[:-1] if error]),
+            "steep_phase_rad": errors[-1].phase_rad if errors[-1] else None,
+            "image": max((error.image for error in errors[:-1] if error), default=None),
+            "steep_image": errors[-1].image if errors[-1] else None,
+        }
+    estimate = estimate_error(scene, [truth.instant for truth in truths[:-1] if truth])
+    found["estimate_rad"], found["estimate_image"] = estimate.phase_rad, estimate.image
+    return found
+
+
+def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int) -> list[dict[str, Any]]:
+    """Seconds and errors of every renderer's settings at one resolution."""
+    scene = setting.scene
+    truths = [
+        truth for tangent in WORK_TANGENTS if (truth := truth_of(setting, tangent, per_grating=3, budget=2 * BUDGET))
+    ]
+    runs = QUICK_RUNS if quick else RUNS
+    rows = []
+    kinds: list[tuple[str, tuple[int, int], Callable[[], Callable[[Instant], Rendered | None]]]] = []
+    for rays in SETTINGS:
+        kinds.append(("analytic", rays, partial(_analytic, scene, rays)))
+    kinds.append(("analytic float64", RAYS, lambda: AnalyticRenderer(scene, rays=RAYS, precision="float64").render))
+    for variant, some in mitsuba_sweep(camera_name, quick=quick):
+        for samples, segments in some:
+            kinds.append(
+                (
+                    f"mitsuba {variant}",
+                    (samples, segments),
+                    partial(_mitsuba, scene, variant, samples, segments, seed),
+                )
+            )
+    for name, figures, make in kinds:
+        row = _timed(make, truths, 3 if name.startswith("mitsuba") else runs, scene.paper - scene.ink)
+        rows.append({"renderer": name, "camera": camera_name, "setting": list(figures), **row})
+    return rows
+
+
+def _timed(
+    make: Callable[[], Callable[[Instant], Rendered | None]], truths: list[Truth], runs: int, contrast: float
+) -> dict[str, Any]:
+    """Set-up apart: median and spread of the seconds of a frame, and its errors over all views."""
+    clock = time.perf_counter()
+    render = make()
+    pictures = [render(truth.instant) for truth in truths]
+    first = time.perf_counter() - clock
+    seconds = []
+    for _ in range(runs):
+        for truth in truths:
+            clock = time.perf_counter()
+            render(truth.instant)
+            seconds.append(time.perf_counter() - clock)
+    errors = [error_of(picture, truth, contrast) for picture, truth in zip(pictures, truths, strict=True) if picture]
+    low, middle, high = np.percentile(seconds, [25, 50, 75])
+    return {
+        "seconds": float(middle),
+        "seconds_least": float(min(seconds)),
+        "seconds_spread": float(high - low),
+        "first_s": first,
+        "runs": len(seconds),
+        "phase_rad": rms([error.phase_rad for error in errors]),
+        "image": rms([error.image for error in errors]),
+    }
+
+
+def mitsuba_variants() -> list[str]:
+    """Mitsuba's variants that this machine runs, the best first, none where it is not installed."""
+    try:
+        import mitsuba  # noqa: F401
+    except ImportError:
+        return []
+    from moireid.simulate.mitsuba.variant import PLAIN_VARIANT, choose_variant
+
+    return list(dict.fromkeys((choose_variant(), PLAIN_VARIANT)))
+
+
+def mitsuba_sweep(camera_name: str, *, quick: bool) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
+    """Variants and their settings at one resolution: all settings of the best variant at 1080p, three elsewhere.
+
+    A plain variant takes minutes for what the fast one does in seconds, and other resolutions change no phase error.
+    """
+    variants, few = mitsuba_variants(), MITSUBA_SETTINGS[:3]
+    if quick or not variants:
+        return [(variant, few) for variant in variants]
+    best = variants[0]
+    if camera_name != "1080p":
+        return [(best, few)]
+    return [(variant, MITSUBA_SETTINGS if variant == best else few) for variant in variants]
+
+
+def _analytic(scene: Scene, rays: tuple[int, int]) -> Callable[[Instant], Rendered | None]:
+    return AnalyticRenderer(scene, rays=rays).render
+
+
+def _mitsuba(scene: Any, variant: str, samples: int, segments: int, seed: int) -> Callable[[Instant], Rendered | None]:
+    from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+
+    return MitsubaRenderer(scene, samples=samples, segments=segments, variant=variant, seed=seed).render
+
+
+def speed_at_equal_error(work: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """How many times faster the analytic renderer is than the best Mitsuba set-up, at that set-up's phase error.
+
+    Convention: of all set-ups of Mitsuba at a resolution, the one against which the analytic renderer wins by least;
+    its seconds over those of the cheapest analytic setting that errs no more.
+    Returns: None without Mitsuba, or where no analytic setting errs as little.
+    """
+    found: list[dict[str, Any]] = []
+    for row in work:
+        if not row["renderer"].startswith("mitsuba") or row["phase_rad"] is None:
+            continue
+        equal = [
+            one["seconds"]
+            for one in work
+            if one["renderer"] == "analytic"
+            and one["camera"] == row["camera"]
+            and one["phase_rad"] is not None
+            and one["phase_rad"] <= row["phase_rad"]
+        ]
+        if equal:
+            found.append(
+                {
+                    "times": row["seconds"] / min(equal),
+                    "phase_rad": row["phase_rad"],
+                    "mitsuba": row["renderer"],
+                    "setting": row["setting"],
+                    "camera": row["camera"],
+                }
+            )
+    return min(found, key=lambda one: one["times"]) if found else None
+
+
+def _versions() -> dict[str, str]:
+    """Versions of the packages that do the work."""
+    found = {}
+    for package in ("numpy", "numba", "mitsuba", "drjit"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+#: Colours of the renderers in plots.
+_COLOURS = ("#1f6fb2", "#7fb3d9", "#c2571a", "#e0a070")
+
+
+def simulate_table(result: dict[str, Any]) -> str:
+    """The simulate suite as text."""
+    lines = [
+        f"{'against the outside tracer':<37}{'phase':>8}{'at 60':>8}{'image':>8}{'at 60':>8}"
+        f"{'usual':>9}{'estimate':>10}{'image':>8}"
+    ]
+    for row in result["against"]:
+        fine, usual = row["fine"], row["usual"]
+        lines.append(
+            f"{row['name']:<37}{_rad(fine['phase_rad']):>8}{_rad(fine['steep_phase_rad']):>8}"
+            f"{_percent(fine['image']):>8}{_percent(fine['steep_image']):>8}{_rad(usual['phase_rad']):>9}"
+            f"{_rad(row['estimate_rad']):>10}{_percent(usual['image']):>8}"
+        )
+    lines += [
+        "",
+        f"{'renderer':<24}{'camera':>8}{'setting':>12}{'ms':>10}{'least':>9}{'spread':>9}{'phase':>9}{'image':>8}",
+    ]
+    for row in result["work"]:
+        setting = " x ".join(map(str, row["setting"]))
+        lines.append(
+            f"{row['renderer']:<24}{row['camera']:>8}{setting:>12}{1e3 * row['seconds']:>10.2f}"
+            f"{1e3 * row['seconds_least']:>9.2f}{1e3 * row['seconds_spread']:>9.2f}{_rad(row['phase_rad']):>9}"
+            f"{_percent(row['image']):>8}"
+        )
+    lines += ["", speed_sentence(result), "", *left_out_table(result["left_out"])]
+    return "\n".join(lines)
+
+
+def speed_sentence(result: dict[str, Any]) -> str:
+    """How the two renderers compare, in a sentence."""
+    speed = result["speed"]
+    if speed is None:
+        return "no set-up of Mitsuba was measured that errs as much as an analytic setting"
+    return (
+        f"at equal phase error ({speed['phase_rad']:.4f} rad, {speed['camera']}) the analytic renderer is "
+        f"{speed['times']:.0f} times faster than the best set-up of {speed['mitsuba']} "
+        f"({speed['setting'][0]} rays, {speed['setting'][1]} segments)"
+    )
+
+
+def simulate_plot(result: dict[str, Any]) -> Any:
+    """Seconds a frame against phase error, and against image error, both log."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter
+
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    FigureCanvasSVG(figure)
+    plots = figure.subplots(1, 2, sharey=True)
+    rows = [row for row in result["work"] if row["phase_rad"]]
+    renderers = list(dict.fromkeys(row["renderer"] for row in rows))
+    marks = dict(zip(dict.fromkeys(row["camera"] for row in rows), "os^", strict=False))
+    for axes, error in zip(plots, ("phase_rad", "image"), strict=True):
+        for renderer, colour in zip(renderers, _COLOURS, strict=False):
+            for camera, mark in marks.items():
+                some = [row for row in rows if row["renderer"] == renderer and row["camera"] == camera]
+                some.sort(key=lambda row: row["setting"][0] * row["setting"][1])
+                line = "-" if renderer == "analytic" else ""
+                axes.loglog(
+                    [row[error] for row in some],
+                    [row["seconds"] for row in some],
+                    mark + line,
+                    color=colour,
+                    label=f"{renderer}, {camera}" if some else None,
+                    alpha=0.85,
+                )
+        axes.grid(color="#e4e8ed", which="both")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.spines[["top", "right"]].set_visible(False)
+    plots[0].set_xlabel("phase error, rad (RMS)")
+    plots[1].set_xlabel("brightness error, share of the contrast (RMS)")
+    plots[0].set_ylabel("seconds a frame")
+    figure.legend(*plots[0].get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8)
+    figure.suptitle(textwrap.fill(speed_sentence(result), 100), fontsize=9)
+    return figure
+
+
+def _rad(figure: float | None) -> str:
+    return "-" if figure is None else f"{figure:.4f}"
+
+
+def _percent(figure: float | None) -> str:
+    return "-" if figure is None else f"{100 * figure:.2f}%"

@@ -1,0 +1,183 @@
+"""Table and plot of the stability suite.
+
+Stiff and extreme cases: each must be read right, or be called unreadable with the reason; never wrong.
+
+One clip a case, made to be at the edge of what a badge, its building or its picture can be, and beyond it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from moireid.badge import Badge, Rect
+from moireid.designer import Request, design_badge
+from moireid.simulate.filming import film
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.film import verify
+from moireid.verifier.session.result import Report
+from moireid_lab.bench.identity.clips import CRF, FOCAL_PX, FPS
+from moireid_lab.bench.rows import Where, made_rows
+from moireid_lab.bench.simulate.stiff_scenes import run_scenes
+
+Outcome = Literal["right", "unreadable", "refused", "wrong"]
+PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
+FRAMES, QUICK_FRAMES = 150, 90
+HERE = Where()
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case: how the badge is made, built and filmed.
+
+    beat: share of the reference row's designed beat that is left, made by a sheet of another pitch; hidden: part of
+    the board that is covered, as shares of its width and height; contrast: of the print, (paper - ink)/(paper + ink).
+    """
+
+    name: str
+    request: Request = field(default_factory=lambda: Request("Bench"))
+    payload: bytes = PAYLOAD
+    twist_deg: float = 0.1
+    beat: float = 1.0
+    hidden: tuple[float, float, float, float] | None = None
+    contrast: float | None = None
+    distance_m: float = 1.4
+    motion: str = "sway"
+
+
+def cases() -> list[Case]:
+    """All cases; each group begins with one that must be read."""
+    small, large = Request("Bench", size_mm=(96.0, 110.0), range_m=(0.5, 0.9)), Request("Bench", size_mm=(186.0, 273.0))
+    return [
+        *(Case(f"beat at {100 * share:g} % of the design", beat=share) for share in (0.9, 0.5, 0.2, 0.0, -0.5, -1.0)),
+        *(Case(f"twist {degrees:g} degrees", twist_deg=degrees) for degrees in (0.3, 0.45, 0.7, 1.5, 5.0)),
+        Case("smallest board, 0.7 m", small, distance_m=0.7),
+        Case("largest board", Request("Bench", size_mm=large.size_mm, range_m=(1.2, 2.5))),
+        Case("quarter hidden, a corner", hidden=(0.0, 0.0, 0.5, 0.5)),
+        Case("quarter hidden, the right edge", hidden=(0.75, 0.0, 1.0, 1.0)),
+        Case("quarter hidden, the middle", hidden=(0.25, 0.25, 0.75, 0.75)),
+        Case("quarter hidden, the top", hidden=(0.0, 0.0, 1.0, 0.25)),
+        *(Case(f"print contrast {100 * c:g} %", contrast=c) for c in (0.2, 0.1, 0.05, 0.02)),
+        *(Case(f"distance {metres:g} m", distance_m=metres) for metres in (0.6, 3.0, 4.0, 6.0)),
+        Case("no motion", motion="static"),
+        Case("payload of zeros", payload=bytes(8)),
+        Case("payload of ones", payload=b"\xff" * 8),
+    ]
+
+
+def run(*, quick: bool, seed: int, where: Where = HERE, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
+    """All cases as one JSON object."""
+    jobs = [(case.name, (case, seed, QUICK_FRAMES if quick else FRAMES)) for case in cases()]
+    done = itertools.count(1)
+    rows = made_rows(_read, jobs, kept=None, where=where, step=lambda: progress(next(done), len(jobs)))
+    return {"suite": "stability", "seed": seed, "rows": rows, "scenes": run_scenes()}
+
+
+def _read(job: tuple[Case, int, int]) -> dict[str, Any]:
+    return read_case(*job)
+
+
+def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:
+    """Film one case and read it."""
+    badge = design_badge(case.request, case.payload)
+    grating = badge.gratings[0]
+    designed = 1 / grating.pitch_mm - 1 / badge.lens.pitch_mm
+    lens_scale = 1 / (badge.lens.pitch_mm * (1 / grating.pitch_mm - case.beat * designed))
+    build = Build(0.17, math.radians(case.twist_deg), 1.001, 1.001 * lens_scale)
+    camera = Camera(1280, 720, FOCAL_PX)
+    scene = Scene(badge, build, camera, hidden_mm=_part_of(badge, case.hidden))
+    if case.contrast is not None:
+        scene = replace(scene, paper=0.5, ink=0.5 * (1 - case.contrast) / (1 + case.contrast))
+    motion = motion_named(case.motion, distance_mm=1000 * case.distance_m, seed=seed)
+    with tempfile.TemporaryDirectory() as folder:
+        video = Path(folder) / "case.mp4"
+        film(scene, motion, video, frames=frames, fps=FPS, seed=seed, crf=CRF)
+        report = verify(video, Claim(badge, badge.id, focal_px=FOCAL_PX))
+    return {
+        "name": case.name,
+        "outcome": outcome_of(report, badge, case.beat),
+        "verdict": report.verdict,
+        "why": _why(report),
+        "symbols_corrected": report.identity.symbol_errors_corrected,
+        "tracked": report.track.tracked,
+        "frames": frames,
+        "seconds": report.timing["total_s"],
+    }
+
+
+def outcome_of(report: Report, badge: Badge, beat: float) -> Outcome:
+    """Right: the identity was read, and a true film not rejected; unreadable: left open; wrong: anything else.
+
+    Refused: if a badge's beat is zero or has the wrong sign, its fringes move against the law, just like those of a
+    reversed forgery.  The film shows no difference between the two, so it is rightly rejected.
+    """
+    if report.identity.decoded_id not in (None, badge.id):
+        return "wrong"
+    if report.verdict == "reject":
+        return "refused" if beat <= 0 else "wrong"
+    return "right" if report.identity.decoded_id == badge.id else "unreadable"
+
+
+def _why(report: Report) -> str:
+    """The reason for which the film was left open or rejected, if it was."""
+    open_ = [reason.text for reason in report.reasons if reason.level in ("fail", "undecided")]
+    return open_[0] if open_ else ""
+
+
+def _part_of(badge: Badge, shares: tuple[float, float, float, float] | None) -> Rect | None:
+    """A part of the board, page mm."""
+    if shares is None:
+        return None
+    x0, y0, x1, y1 = badge.outline_mm
+    left, top, right, bottom = shares
+    return (x0 + left * (x1 - x0), y0 + top * (y1 - y0), x0 + right * (x1 - x0), y0 + bottom * (y1 - y0))
+
+
+def stability_table(result: dict[str, Any]) -> str:
+    """The stability suite as text."""
+    lines = [f"{'case':<36}{'outcome':<12}{'verdict':<14}{'mended':>7}{'tracked':>9}  why"]
+    lines += [
+        f"{row['name']:<36}{row['outcome']:<12}{row['verdict']:<14}{row['symbols_corrected']:>7}"
+        f"{row['tracked']:>5}/{row['frames']:<3}  {row['why']}"
+        for row in result["rows"]
+    ]
+    if result.get("scenes"):
+        lines += ["", f"{'renderer on':<38}{'outcome':<10}{'phase, rad (bar)':>19}{'image (bar)':>18}  why"]
+        lines += [
+            f"{row['name']:<38}{row['outcome']:<10}{_with_bar(row, 'phase_rad', 'bar_rad'):>19}"
+            f"{_with_bar(row, 'image', 'bar_image'):>18}  {row['why']}"
+            for row in result["scenes"]
+        ]
+    return "\n".join(lines)
+
+
+def _with_bar(row: dict[str, Any], figure: str, bar: str) -> str:
+    """A figure and its error bar, or a dash."""
+    return "-" if row.get(figure) is None else f"{row[figure]:.4f} ({row[bar]:.4f})"
+
+
+def stability_plot(result: dict[str, Any]) -> Any:
+    """One bar a case: frames in which the badge was followed, coloured by outcome."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    rows = result["rows"][::-1]
+    colours = {"right": "#2e7d4f", "unreadable": "#8a97a6", "refused": "#c9a227", "wrong": "#c0392b"}
+    figure = Figure(figsize=(7, 0.24 * len(rows) + 1), layout="constrained")
+    FigureCanvasSVG(figure)
+    axes = figure.add_subplot()
+    for outcome, colour in colours.items():
+        some = [(k, row["tracked"] / row["frames"]) for k, row in enumerate(rows) if row["outcome"] == outcome]
+        axes.barh([k for k, _ in some], [share for _, share in some], color=colour, label=f"{outcome}: {len(some)}")
+    axes.set_yticks(range(len(rows)), [row["name"] for row in rows], fontsize=8)
+    axes.set_xlabel("share of frames in which the badge was followed")
+    axes.legend(frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0, 1))
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure

@@ -1,4 +1,0 @@
-"""Films at the edge and beyond.
-
-suite.py  the cases       output.py  tables and plots
-"""

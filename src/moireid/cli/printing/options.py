@@ -1,0 +1,178 @@
+"""The options of `print-your-badge` about the mount, gathered into one `MountWish`.
+
+The options of `print-your-badge` about what is read, and of what it is made, gathered into one `Design`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import click
+
+from moireid.cli.common import FiniteRange, form_option, paper_option, printer_dpi_option
+from moireid.cli.printing.one_badge import gathered
+from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.designer import Request
+    from moireid.fabrication.process import MountFigures
+
+
+@dataclass(frozen=True)
+class Design:
+    """What was asked for; None where nothing was."""
+
+    code: str
+    lens_thickness_mm: float | None
+    front: str
+    gap_mm: float | None
+    printer_dpi: int
+    paper: str
+    axes: str
+    markers: str
+    form: str
+
+    def request(self, name: str) -> Request:
+        """The request for a person of that name.  Raises: SpecError for a name, or for options that contradict."""
+        from moireid.designer import Request
+        from moireid.designer.request import clean_name
+
+        if self.lens_thickness_mm is not None and self.front == "mask":
+            raise SpecError("--lens-thickness is of a lens sheet; a mask has a spacer, whose thickness is --gap")
+        if self.gap_mm is not None and self.front != "mask":
+            raise SpecError("--gap is the spacer of a mask; give --front mask with it, or leave it out")
+        return Request(
+            clean_name(name),
+            printer_dpi=self.printer_dpi,
+            paper=self.paper,
+            family=self.code,
+            axes=self.axes,
+            markers=self.markers,
+            form=self.form,
+            front=self.front,
+            gap_mm=Request.gap_mm if self.gap_mm is None else self.gap_mm,
+            lens_thickness_mm=self.lens_thickness_mm,
+        )
+
+
+design_options = gathered(
+    "design",
+    Design,
+    [
+        click.option(
+            "--code",
+            type=click.Choice(["spacing", "pitch"]),
+            default="spacing",
+            show_default=True,
+            help="How lines carry the identity: by their places, or by their pitch.",
+        ),
+        click.option(
+            "--lens-thickness",
+            "lens_thickness_mm",
+            type=FiniteRange(0.05, 20),
+            metavar="MM",
+            help="How thick the sheet is by a calliper; default: as its label says.",
+        ),
+        click.option(
+            "--front",
+            type=click.Choice(["lens", "array", "mask"]),
+            default="lens",
+            show_default=True,
+            help="What lies on top: a lenticular sheet; an array of round lenses (fly's-eye sheet), which senses both "
+            "directions at every point; or a line mask printed on clear film with an acrylic spacer.",
+        ),
+        click.option(
+            "--gap",
+            "gap_mm",
+            type=FiniteRange(0, 100),
+            show_default="1.5",
+            metavar="MM",
+            help="Thickness of a mask's spacer.",
+        ),
+        printer_dpi_option,
+        paper_option,
+        click.option(
+            "--axes",
+            type=click.Choice(["x", "xy", "hex"]),
+            default="x",
+            show_default=True,
+            help="Motion that the fringes show: sideways, also up and down, or by three fields at 0, 60 and 120 "
+            "degrees.",
+        ),
+        click.option(
+            "--markers",
+            type=click.Choice(["squares", "frame"]),
+            default="squares",
+            show_default=True,
+            help="What a film finds the badge by: squares in its corners, or a thin frame around the fringes.",
+        ),
+        form_option,
+    ],
+)
+
+
+@dataclass(frozen=True)
+class MountWish:
+    """What was asked for; None where nothing was."""
+
+    mount: str | None
+    kerf_mm: float | None
+    base_mm: float | None
+    mount_pairs: tuple[str, ...]
+
+    def figures(self, *, for_many: bool) -> MountFigures:
+        """The figures of printer and laser; for_many: whether there is no mount where none was asked for.
+
+        Raises: SpecError for figures of no mount, or of none that is known.
+        """
+        from moireid.fabrication.process import mount_figures
+
+        given = {"kerf_mm": self.kerf_mm, "base_mm": self.base_mm}
+        pairs = [*self.mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)]
+        without = self.mount == "none" or (self.mount is None and for_many)
+        # An adhesive holds page and sheet together where no mount does.
+        if without and any(not pair.strip().startswith("adhesive_mm") for pair in pairs):
+            raise SpecError(
+                "--kerf, --acrylic and --mount-figure are figures of a mount; give --mount lanyard, clip, stand or "
+                "holder with them, or leave them out (adhesive_mm alone goes without a mount)"
+            )
+        return mount_figures(pairs)
+
+
+mount_options = gathered(
+    "wish",
+    MountWish,
+    [
+        click.option(
+            "--mount",
+            type=click.Choice(["lanyard", "clip", "stand", "holder", "none"]),
+            show_default="lanyard; with --people none",
+            help="What holds the badge; it comes as parts to 3D-print and as an acrylic stack to laser-cut. Into a "
+            "holder a finished badge is pressed.",
+        ),
+        click.option(
+            "--kerf",
+            "kerf_mm",
+            type=FiniteRange(0, 1),
+            show_default="0.15",
+            metavar="MM",
+            help="Width of the laser's cut; 0 if the shop corrects for it.",
+        ),
+        click.option(
+            "--acrylic",
+            "base_mm",
+            type=FiniteRange(2, 10),
+            show_default="3",
+            metavar="MM",
+            help="Thickness of the acrylic base plate.",
+        ),
+        click.option(
+            "--mount-figure",
+            "mount_pairs",
+            multiple=True,
+            metavar="NAME=MM",
+            help="Another dimension of the mount, such as card_mm=0.5; may be given several times.",
+        ),
+    ],
+)

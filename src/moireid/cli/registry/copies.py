@@ -1,0 +1,140 @@
+"""registry export, import: a registry to a JSON file, and back.
+
+registry rotate-key, signer: a new key, and the key in a process of its own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from moireid.cli.common import (
+    actor_option,
+    friendly,
+    json_option,
+    overwrite_option,
+    progress_bar,
+    registry_option,
+    say,
+    show_json,
+)
+from moireid.cli.registry.records import registry_group
+from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.registry import Import
+
+
+@registry_group.command("rotate-key")
+@registry_option
+@json_option
+@friendly
+def registry_rotate_key(registry_url: str | None, as_json: bool) -> None:
+    """Give the registry a new signing key.
+
+    The old key signs one last log entry, and the new one signs it too. Whoever has trusted the old fingerprint, or has
+    seen it here, follows to the new one by that. All records are signed anew.
+
+    Do it when those who could reach the key leave, or by a calendar. If the old key was stolen, its thief could do the
+    same: then tell everybody the new fingerprint yourself, and the checkpoint of the change.
+    """
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry:
+        registry.check_head()
+        with progress_bar("signing all records anew") as progress:
+            done = registry.rotate_key(progress)
+        key, shown = registry.key_path, registry.shown_url
+    if as_json:
+        document = {"registry": shown, "old_fingerprint": done.old, "fingerprint": done.new}
+        show_json(document | {"records": done.records, "head": done.head, "key": str(key) if key.exists() else None})
+        return
+    click.echo(f"{shown} is signed by {done.new} from now on, and no longer by {done.old}")
+    click.echo(f"{done.records} records are signed anew; the change is log entry {done.head.split(':')[0]}")
+    click.echo("make a checkpoint and give it to others: it shows that the change was yours")
+    if key.exists():
+        click.echo(f"the new private key is {key}: keep a copy; that of {done.old} signs nothing here any more")
+
+
+@registry_group.command("signer")
+@click.option(
+    "--socket",
+    "path",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="Listen here; other programs find it by MOIREID_SIGNER.",
+)
+@click.option("--group", metavar="NAME", help="Members of this group of the system may ask, too; default: you alone.")
+@friendly
+def registry_signer(path: Path, group: str | None) -> None:
+    """Sign for others, who never see the private key.
+
+    Run it as a user of its own who alone can read the keys folder (MOIREID_KEYS). Give the others, such as the studio,
+    MOIREID_SIGNER=SOCKET: they ask for each signature, and never see the key. It signs records, log entries,
+    checkpoints and bundles, and nothing else.
+
+    Stop it with Ctrl-C.
+    """
+    if os.name == "nt":
+        raise SpecError("no signer runs on Windows, which lacks its kind of sockets; run it on Linux or macOS")
+    from moireid.registry.signing.process import serve
+
+    with contextlib.suppress(KeyboardInterrupt):
+        serve(path.absolute(), group, ready=lambda: say(f"signing for those who ask at {path}  (stop it with Ctrl-C)"))
+
+
+@registry_group.command("export")
+@click.argument("path", type=click.Path(path_type=Path, dir_okay=False))
+@registry_option
+@overwrite_option
+@json_option
+@friendly
+def registry_export(path: Path, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
+    """Write the records, the log and the public key to a JSON file."""
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry, progress_bar("exporting") as progress:
+        count = registry.export_json(path, overwrite=overwrite, progress=progress)
+        if as_json:
+            show_json({"registry": registry.shown_url, "badges": count, "file": str(path)})
+        else:
+            click.echo(f"{count} badges of {registry.shown_url} are in {path}")
+
+
+@registry_group.command("import")
+@click.argument("path", type=click.Path(path_type=Path, dir_okay=False))
+@actor_option
+@registry_option
+@json_option
+@friendly
+def registry_import(path: Path, actor: str | None, registry_url: str | None, as_json: bool) -> None:
+    """Read in a file that `registry export` wrote.
+
+    Either everything is imported or nothing. The registry is made if there is none.
+    """
+    from moireid.registry import import_registry, open_registry
+
+    done = import_registry(path, registry_url, actor=actor)
+    for note in done.notes:
+        say(f"note: {note}")
+    with open_registry(registry_url, create=False) as registry:
+        if as_json:
+            show_json(_import_json(done) | {"registry": registry.shown_url, "fingerprint": registry.fingerprint})
+            return
+        click.echo(
+            f"{registry.shown_url}: {done.added} badges are new, {done.changed} changed, {done.unchanged} as before"
+            + (f", {done.erased} erased" if done.erased else "")
+        )
+        if not registry.key_path.exists():
+            click.echo(f"it can only be read here: the authority's private key is not at {registry.key_path}")
+
+
+def _import_json(done: Import) -> dict[str, Any]:
+    return {"added": done.added, "changed": done.changed, "unchanged": done.unchanged} | {
+        "erased": done.erased,
+        "notes": list(done.notes),
+    }
