@@ -31,7 +31,7 @@ import cv2
 import psutil
 
 from moireid.sandbox.process import ONE_THREAD
-from moireid_lab.evaluation.collect import Scored, collect
+from moireid_lab.evaluation.collect import ScoredFilm, collect
 from moireid_lab.evaluation.manifest import read_manifest
 from moireid_lab.evaluation.rows import Job, Row, score_film
 
@@ -177,7 +177,7 @@ def killing(log: Path, kills: list[str], stop: threading.Event, most: int) -> No
                 kills.append(lines[-3])
 
 
-def same(one: list[Scored], other: list[Scored]) -> bool:
+def same(one: list[ScoredFilm], other: list[ScoredFilm]) -> bool:
     """Whether two runs give the same figures of every film."""
     left = ("seconds", "worker")
     return all(

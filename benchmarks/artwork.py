@@ -30,9 +30,9 @@ from moireid.artwork.template import TEMPLATES, template_named
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format, turned
-from moireid.designer.request import Frame
+from moireid.designer.request import FringeBorder
 from moireid.fabrication.page.dress import writer_of
-from moireid.fabrication.page.pdf import Sheet, write_badge_pdf
+from moireid.fabrication.page.pdf import PdfPage, write_badge_pdf
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.simulate.analytic import renderer
 from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM
@@ -43,7 +43,7 @@ from moireid.verifier.tracking.track import Track
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
 DPI, FRAMES, FPS, CRF = 600, 60, 30, 0
-Plain = Callable[[Sheet, Badge], None]
+Plain = Callable[[PdfPage, Badge], None]
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def dressed(template: str, name: str, orientation: str, folder: Path) -> tuple[B
     form, pictures = FORMATS[name], _pictures(folder)
     look = Look(template_named(template), content_of(*pictures, "#134e8c"), form.corner_mm)
     side = look.template.side(*turned(form.size_mm, orientation))
-    wish = replace(Request("Ada Lovelace"), frame=Frame(head=side.head, foot=side.foot))
+    wish = replace(Request("Ada Lovelace"), frame=FringeBorder(head=side.head, foot=side.foot))
     return with_lines(design_badge(in_format(wish, name, orientation=orientation), PAYLOAD), LINES), look
 
 

@@ -32,8 +32,8 @@ from moireid.verifier.live.clock import CALL
 from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import Lost
-from moireid_lab.bench.live import Caller, Paused, coded, frames
+from moireid_lab.archive.isolated import LostJob
+from moireid_lab.bench.live import Caller, PausingPlayer, coded, frames
 
 FPS, LOSS, WIDTH, LONGEST_S = 24.0, 0.02, 960, 150.0
 NAMES = ("Ada Lovelace", "Emmy Noether", "Grace Hopper", "Lise Meitner", "Mary Somerville")
@@ -58,7 +58,7 @@ def held(call: Call) -> dict[str, Any]:
     badge = design_badge(Request(name), hashlib.sha256(f"moireid/spacing/0/{name}".encode()).digest()[:8])
     who: Any = Caller(FACE_MM, call.delay_s, chance)
     if call.kind == "replay":
-        who = Paused(draw_prompts(3.0, chance, pace=CALL), FACE_MM, call.delay_s)
+        who = PausingPlayer(draw_prompts(3.0, chance, pace=CALL), FACE_MM, call.delay_s)
     now_s, judged, verdict = 0.0, 0, None
     check = LiveCheck(
         Claim(badge, badge.id), draw=lambda at_s: draw_prompts(at_s, chance, pace=CALL), pace=CALL, now=lambda: now_s
@@ -108,7 +108,7 @@ def main() -> None:
     verdicts: dict[str, Counter[str]] = {}
     for done, (place, told) in enumerate(run_tasks(held, [Task((one,)) for one in calls], workers=given.workers), 1):
         call, found = calls[place], told.outcomes[0]
-        if isinstance(found, Lost):
+        if isinstance(found, LostJob):
             print(f"{call} was lost: {found.why}")
             continue
         verdicts.setdefault(call.kind, Counter())[found["verdict"]] += 1

@@ -21,7 +21,7 @@ from moireid.simulate.recording.encode import CODECS, RECIPES
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
 from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import Limits, Lost
+from moireid_lab.archive.isolated import Limits, LostJob
 
 FRAMES, FPS, SEED, DISTANCE_MM = 210, 30.0, 5, 1000.0
 LIMITS = Limits(memory_mb=8192)
@@ -79,7 +79,7 @@ def main() -> None:
     names = [name for name in rows() if len(sys.argv) == 1 or name.startswith(tuple(sys.argv[1:]))]
     for place, done in run_tasks(line_of, [Task((name,)) for name in names], limits=LIMITS):
         (line,) = done.outcomes
-        print(f"{names[place]:<20}{line.why}" if isinstance(line, Lost) else line, flush=True)
+        print(f"{names[place]:<20}{line.why}" if isinstance(line, LostJob) else line, flush=True)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.lenticule import view_law
 from moireid.simulate.filming import Show, film
-from moireid.simulate.forgeries.rear_layer import Shown, SquaredUp
+from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
@@ -117,7 +117,7 @@ def photographs(scene: Scene, laid: Laid) -> tuple[Array, list[Array]]:
 def laid_over(laid: Laid) -> Show:
     """What shows them in a film, as `simulate.filming.film` takes it."""
 
-    def show(scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
+    def show(scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
         taken, pictures = photographs(scene, laid)
         place = np.interp(camera_mm[:, 0] / np.abs(camera_mm[:, 2]), TANGENTS, phases_of(scene.badge))
         away = place[:, None] - taken
@@ -128,7 +128,7 @@ def laid_over(laid: Laid) -> Show:
             mixed = sum(share * one for share, one in zip(shares[frame], pictures, strict=True))
             return np.asarray(np.square(mixed), np.float32)
 
-        return Shown(straight, camera_mm, picture=picture)
+        return ShownViews(straight, camera_mm, picture=picture)
 
     return show
 

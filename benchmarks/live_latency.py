@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, load_badge
-from moireid.verifier import Claim, Film, Frame, Verifier
+from moireid.verifier import CameraFilm, Claim, Frame, Verifier
 from moireid.verifier.session.chapters import CHAPTER_FRAMES
 
 HEIGHTS = (720, 1080)
@@ -50,7 +50,7 @@ def simulated(folder: Path) -> tuple[Path, Path]:
 def pictures(film: Path, height: int) -> list[Frame]:
     """Grey frames of a film, reduced to a height."""
     made = []
-    for frame in Film(film).frames():
+    for frame in CameraFilm(film).frames():
         luma = frame.luma
         if luma.shape[0] > height:
             size = (round(luma.shape[1] * height / luma.shape[0]), height)

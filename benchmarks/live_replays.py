@@ -33,7 +33,7 @@ from moireid.verifier.live.challenge import Prompt, draw_prompts
 from moireid.verifier.live.session import READY_S, LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import Lost
+from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench.live import answer, course_of, frames, passes_in_order
 
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
@@ -145,7 +145,7 @@ def main() -> None:
         start=1,
     ):
         found = told.outcomes[0]
-        if isinstance(found, Lost):
+        if isinstance(found, LostJob):
             print(f"film {place} was lost: {found.why}")
             continue
         followed[found["replay"][2]] += 1

@@ -21,7 +21,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Camera, Scene, film, motion_named
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.forgers.reposed import Reposed
+from moireid_lab.bench.forgers.reposed import Reposer
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 CAMERA = Camera(1280, 720, 1150.0)
@@ -60,7 +60,7 @@ def accepted(case: Case, count: int, films: int) -> bool:
                 video,
                 frames=FRAMES,
                 fps=FPS,
-                show=None if count == 0 else Reposed(count, case.blend, case.by_field).shown,
+                show=None if count == 0 else Reposer(count, case.blend, case.by_field).shown,
                 seed=seed,
                 crf=CRF,
             )

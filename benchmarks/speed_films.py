@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, payload_from_hex
-from moireid.simulate.cameras import Camera, Format, camera_named
+from moireid.simulate.cameras import Camera, PictureFormat, camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Build, Scene
@@ -58,7 +58,7 @@ def speed_films() -> Iterator[SpeedFilm]:
     yield SpeedFilm("foreign identity", OTHER, partial(_filmed, phone))
     yield SpeedFilm("foreign squares", BADGE, partial(_filmed, phone, edit=room.with_squares))
     yield SpeedFilm("240 fps", BADGE, partial(_filmed, phone, fps=240.0))
-    yield SpeedFilm("4K at 60", BADGE, partial(_filmed, Format(3840, 2160, FPS).of(phone), frames=90))
+    yield SpeedFilm("4K at 60", BADGE, partial(_filmed, PictureFormat(3840, 2160, FPS).of(phone), frames=90))
 
 
 def _filmed(

@@ -30,11 +30,11 @@ import numpy as np
 from verify_speed import looped
 
 from moireid.designer import Request, design_badge, payload_from_hex
-from moireid.simulate.cameras import Format, camera_named
+from moireid.simulate.cameras import PictureFormat, camera_named
 from moireid.simulate.filming import film as film_it
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
-from moireid_lab.bench.verify.films import Array, Truth, phase_error_rad, truth_of
+from moireid_lab.bench.verify.films import Array, FilmTruth, phase_error_rad, truth_of
 
 BADGE = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
 SEED, RUNS = 3, 2
@@ -66,7 +66,7 @@ class Kind:
 
     def camera(self) -> Any:
         """A phone's, with pictures of this size."""
-        return Format(self.width, self.width * 9 // 16, float(self.fps)).of(camera_named("phone"))
+        return PictureFormat(self.width, self.width * 9 // 16, float(self.fps)).of(camera_named("phone"))
 
 
 #: Each sweep: its name, unit, and its films with their place on the axis.
@@ -108,7 +108,7 @@ def measured(path: Path, once: Path, badge_path: Path, setting: Setting) -> dict
     return {**found, "error_rad": error, "gain_error": None if gain is None else gain - truth.gain}
 
 
-def error_rad(times_s: Array, measured_rad: Array, predicted_rad: Array, truth: Truth) -> float | None:
+def error_rad(times_s: Array, measured_rad: Array, predicted_rad: Array, truth: FilmTruth) -> float | None:
     """Error of measured and predicted phase together; None where it is not known."""
     errors = [
         phase_error_rad(times_s, own, truth.times_s, true)

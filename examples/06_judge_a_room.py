@@ -16,7 +16,7 @@ from typing import Any
 from moireid.errors import MoireIdError
 from moireid.registry import claimed, open_registry
 from moireid.verifier import Claim
-from moireid_studio.watch.order import Order
+from moireid_studio.watch.order import WatchOrder
 from moireid_studio.watch.source import participant
 from moireid_studio.watch.watching import Terms, watch
 
@@ -88,7 +88,7 @@ class Agent:
             # In a call the badge is shown for a while, and not all the time.
             known = {"as_built": found.as_built, "provenance": found.provenance, "cover_share": 0.25}
             claim = Claim(found.badge, found.badge.id, **known)
-            order = Order(participant(name), claim, found.barred)
+            order = WatchOrder(participant(name), claim, found.barred)
             start = lambda sdp: self.room.send(handle, {"request": "start"}, sdp)  # noqa: E731
             terms = Terms(self.seconds, offer=offer, answered=start)
             verdict = watch(order, terms, threading.Event(), lambda event: self.post(name, event))

@@ -26,7 +26,7 @@ COLUMNS = ("grating", "cell", "pitch_error_ppm", "edge_error_um", "phase_error_r
 
 
 @dataclass(frozen=True)
-class Realised:
+class RealisedCell:
     """One cell on dots, against its design.
 
     pitch_error: share of the pitch; edge_error_mm: the largest of all edges; phase_error_rad: shift of the middle of
@@ -53,7 +53,7 @@ def line_edges_mm(grating: Grating, cell: Cell) -> Array:
     return np.asarray(edges[edges[:, 1] <= high + 1e-9])
 
 
-def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) -> Realised:
+def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) -> RealisedCell:
     """Errors of a cell by rounding to dots.
 
     Convention: phase positive where the fringe is ahead, which means that lines are shifted back (`idcodes.spacing`).
@@ -61,14 +61,14 @@ def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) 
     """
     edges = line_edges_mm(grating, cell)
     if len(edges) < 2:
-        return Realised(0.0, 0.0, 0.0, 0.0)
+        return RealisedCell(0.0, 0.0, 0.0, 0.0)
     drawn = nearest_dot(edges, dot_mm) * dot_mm
     off = (drawn - edges).mean(axis=1)
     places = np.arange(len(edges)) - (len(edges) - 1) / 2
     slope = float(places @ off / (places @ places))
     pitch = cell.pitch_mm + slope
     beat = 1 / cell.pitch_mm - 1 / lens_pitch_mm
-    return Realised(
+    return RealisedCell(
         pitch_error=slope / cell.pitch_mm,
         edge_error_mm=float(np.abs(drawn - edges).max()),
         phase_error_rad=float(-2 * math.pi * off.mean() / cell.pitch_mm),

@@ -79,7 +79,7 @@ FROM_FILE = Provenance("file")
 
 
 @dataclass(frozen=True)
-class Barred:
+class Exclusion:
     """Why a badge does not count at present.
 
     code: revoked for good, suspended until it is reinstated, or expired; at: since when, UTC, ISO 8601, of an expired
@@ -102,15 +102,15 @@ class Barred:
 
 
 @dataclass(frozen=True)
-class Holder:
+class BadgeHolder:
     """Who holds a badge, as a registry says: the name; barred: why it does not count, None where it does."""
 
     name: str
-    barred: Barred | None = None
+    barred: Exclusion | None = None
 
 
 @dataclass(frozen=True)
-class Claimed:
+class ClaimedBadge:
     """A claimed badge, with what a check needs of it.
 
     Attributes
@@ -129,6 +129,6 @@ class Claimed:
 
     badge: Badge
     as_built: AsBuilt | None = None
-    barred: Barred | None = None
+    barred: Exclusion | None = None
     provenance: Provenance = FROM_FILE
     seal: Seal | None = None

@@ -22,7 +22,7 @@ from moireid_studio.http.server import Rates, fits
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
 from moireid_studio.store.database import jobs as table
-from moireid_studio.store.job import Held
+from moireid_studio.store.job import JobCounts
 
 
 @pytest.fixture(scope="module")
@@ -114,11 +114,11 @@ def test_one_owner_leaves_places_to_others(tmp_path: Path) -> None:
 def test_verifiers_leave_places_to_issuers(tmp_path: Path) -> None:
     """Catches: verifiers who together keep an issuer from issuing; slow uploads that take the queue's places."""
     limits = Limits(workers=2, waiting=10, uploads=100)
-    coming = [Held(f"crawler {k}", "verifier", True, 20) for k in range(3)]
+    coming = [JobCounts(f"crawler {k}", "verifier", True, 20) for k in range(3)]
     assert fits(coming, "true", "verifier", limits) and not fits(coming, "crawler 0", "verifier", Limits(uploads=80))
-    queued = [Held("one", "verifier", False, 5), Held("two", "verifier", False, 4)]
+    queued = [JobCounts("one", "verifier", False, 5), JobCounts("two", "verifier", False, 4)]
     assert not fits(queued, "three", "verifier", limits) and fits(queued, "three", "issuer", limits)
-    assert not fits([Held("one", "issuer", False, 6)], "one", "issuer", limits)
+    assert not fits([JobCounts("one", "issuer", False, 6)], "one", "issuer", limits)
 
 
 def test_a_token_that_sends_too_many_is_told_when_to_go_on(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from moireid_studio.auth.guard import Visitor
 from moireid_studio.picture_work import MOST_BYTES, MOST_SIDE_PX, encoded
 from moireid_studio.pictures import Reader, read_picture, read_pictures
 from moireid_studio.settings import Limits
-from moireid_studio.store.storage import Picture
+from moireid_studio.store.storage import StoredPicture
 
 LIMITS = Limits()
 NS = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
@@ -68,7 +68,7 @@ def test_a_picture_is_read_as_by_the_command_and_nothing_of_its_file_is_handed_o
     files = {"a.svg": LOGO, "b.png": picture("PNG", pnginfo=told), "c.jpg": picture("JPEG", exif=b"Exif\0\0secret")}
     for name, data in files.items():
         (tmp_path / name).write_bytes(data)
-        made = read_picture("logo", Picture(name, data), LIMITS)
+        made = read_picture("logo", StoredPicture(name, data), LIMITS)
         assert made.suffix in (".png", ".jpg") and b"secret" not in made.data and made.name == name
         ours, theirs = Image.open(io.BytesIO(made.data)).convert("RGB"), load_picture(tmp_path / name, "logo")
         assert abs(ours.width / ours.height - theirs.width / theirs.height) < 0.01
@@ -89,9 +89,11 @@ def test_what_is_no_picture_is_refused_in_the_command_s_sentence(tmp_path: Path)
         "list.csv": b"name\nAda\n",
         "cut.png": picture("PNG")[:60],
     }
-    sent = [("logo", Picture(name, data)) for name, data in bad.items()] + [("logo", Picture("a.svg", LOGO))]
+    sent = [("logo", StoredPicture(name, data)) for name, data in bad.items()] + [
+        ("logo", StoredPicture("a.svg", LOGO))
+    ]
     *faults, last = read_pictures(sent, LIMITS)
-    assert isinstance(last, Picture)
+    assert isinstance(last, StoredPicture)
     for (name, data), fault in zip(bad.items(), faults, strict=True):
         (tmp_path / name).write_bytes(data)
         with pytest.raises(SpecError) as told:
@@ -105,19 +107,19 @@ def test_an_svg_that_takes_memory_or_time_ends_its_own_process_alone(monkeypatch
     slow = svg('<g opacity=".5"><rect width="9" height="9"/></g>' * 4000, "0 0 9 9")
     monkeypatch.setattr(pictures, "MOST_SECONDS", 2.0)
     begun = time.monotonic()
-    sent = [("logo", Picture(name, data)) for name, data in (("deep", deep), ("slow", slow), ("a.svg", LOGO))]
+    sent = [("logo", StoredPicture(name, data)) for name, data in (("deep", deep), ("slow", slow), ("a.svg", LOGO))]
     memory, late, good = read_pictures(sent, LIMITS)
     assert time.monotonic() - begun < 20
     assert isinstance(memory, SpecError) and "memory" in str(memory)
     assert isinstance(late, SpecError) and "to draw; simplify it" in str(late)
-    assert isinstance(good, Picture)
+    assert isinstance(good, StoredPicture)
 
 
 def test_who_reads_pictures_is_sealed() -> None:
     """Catches: a reader that could open the server's files, or reach the network, once a picture has it in hand."""
     reader = Reader(LIMITS)
     try:
-        assert isinstance(reader.read("logo", Picture("a.svg", LOGO)), Picture)
+        assert isinstance(reader.read("logo", StoredPicture("a.svg", LOGO)), StoredPicture)
         assert reader._child is not None and reader._child.sealed == sealed_here()
     finally:
         reader.end()
@@ -190,9 +192,9 @@ def test_what_all_pictures_of_a_form_take_is_limited(visit: Visit, monkeypatch: 
     data = np.random.default_rng(0).integers(0, 255, (900, 900, 3), dtype=np.uint8)
     made = io.BytesIO()
     Image.fromarray(data).save(made, "JPEG", quality=30)
-    sent = [("picture", Picture(f"{k}.jpg", made.getvalue())) for k in range(4)]
+    sent = [("picture", StoredPicture(f"{k}.jpg", made.getvalue())) for k in range(4)]
     first, *_, last = read_pictures(sent, Limits(pictures_bytes=2_500_000))
-    assert isinstance(first, Picture) and isinstance(last, SpecError) and "too large together" in str(last)
+    assert isinstance(first, StoredPicture) and isinstance(last, SpecError) and "too large together" in str(last)
     monkeypatch.setattr(pictures, "FORM_SECONDS", -1.0)
     assert "send fewer at a time" in str(read_pictures(sent, LIMITS)[0])
     monkeypatch.setattr(forms, "_large", threading.BoundedSemaphore(1))

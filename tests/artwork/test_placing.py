@@ -10,14 +10,14 @@ import pytest
 
 from moireid.artwork.clear import GRATING_MM, MARKER_MODULES, areas_of, clear_zones
 from moireid.artwork.columns import dressed, kept_pictures, lines_in
-from moireid.artwork.content import Content, clean_lines, lines_of, with_lines
+from moireid.artwork.content import Artwork, clean_lines, lines_of, with_lines
 from moireid.artwork.pictures import modules_of
-from moireid.artwork.placing import Look, Piece, pieces_of
-from moireid.artwork.template import TEMPLATES, Template, template_named, template_of
+from moireid.artwork.placing import ArtPiece, Look, pieces_of
+from moireid.artwork.template import TEMPLATES, BadgeTemplate, template_named, template_of
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
-from moireid.designer.request import Frame
+from moireid.designer.request import FringeBorder
 from moireid.errors import SpecError
 from moireid.fabrication.page.dress import check_look
 from moireid.fabrication.page.words import set_words, width_mm
@@ -28,9 +28,9 @@ PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
 
 
-def badge_for(template: Template, name: str, orientation: str, payload: bytes = PAYLOAD) -> Badge:
+def badge_for(template: BadgeTemplate, name: str, orientation: str, payload: bytes = PAYLOAD) -> Badge:
     side = template.side(*turned(FORMATS[name].size_mm, orientation))
-    wish = replace(Request("Ada Lovelace"), frame=Frame(head=side.head, foot=side.foot))
+    wish = replace(Request("Ada Lovelace"), frame=FringeBorder(head=side.head, foot=side.foot))
     return design_badge(in_format(wish, name, orientation=orientation), payload)
 
 
@@ -40,13 +40,13 @@ def overlap(one: Rect, other: Rect) -> bool:
 
 @pytest.mark.parametrize("name", FORMATS)
 @pytest.mark.parametrize("template", TEMPLATES)
-def test_every_template_leaves_clear_what_is_read_on_every_format(template: str, name: str, content: Content) -> None:
+def test_every_template_leaves_clear_what_is_read_on_every_format(template: str, name: str, content: Artwork) -> None:
     """Catches: artwork over a marker's white, the fringes or the sheet; pieces over each other; words without room."""
     known = template_named(template)
     for orientation, lines in itertools.product(ORIENTATIONS, ((), LINES[:1], LINES)):
         badge = with_lines(badge_for(known, name, orientation), lines)
         zones = [zone for _, zone in clear_zones(badge)]
-        for worn in (Content(), content, replace(content, portrait=None), replace(content, logo=None)):
+        for worn in (Artwork(), content, replace(content, portrait=None), replace(content, logo=None)):
             pieces = pieces_of(badge, Look(known, worn))
             for piece in pieces:
                 assert not any(overlap(piece.rect_mm, zone) for zone in zones), (orientation, piece)
@@ -57,7 +57,7 @@ def test_every_template_leaves_clear_what_is_read_on_every_format(template: str,
             assert any(piece.name for piece in pieces)
 
 
-def assert_within(piece: Piece, badge: Badge) -> None:
+def assert_within(piece: ArtPiece, badge: Badge) -> None:
     """All rows lie in the piece's room, in letters that can be read."""
     x0, y0, x1, y1 = piece.rect_mm
     for row in set_words(piece, badge.id):
@@ -73,7 +73,7 @@ def test_what_must_stay_clear_is_what_the_verifier_reads() -> None:
     assert (MARKER_MODULES, GRATING_MM) == (FREE_MODULES, REACH_MM)
 
 
-def test_a_long_identity_and_a_long_name_have_room(content: Content) -> None:
+def test_a_long_identity_and_a_long_name_have_room(content: Artwork) -> None:
     """Catches: 128 bits that run into the marker, a name of many words that is cut off."""
     for name in ("cr80", "a6"):
         known = template_named("newsroom")
@@ -96,20 +96,20 @@ def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: 
     place = {"what": "name", "at": rect}
     own = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
     with pytest.raises(SpecError, match=told):
-        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Content()))
+        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Artwork()))
     free = areas_of(badge_for(own, "a6", "landscape"))["upper"]
     board = badge_for(own, "a6", "landscape").outline_mm
     place |= {"at": [free[0] - board[0], free[1] - board[1], free[2] - board[0], free[3] - board[1]], "unit": "mm"}
     # What the message offers works.
     allowed = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
-    assert pieces_of(badge_for(allowed, "a6", "landscape"), Look(allowed, Content()))
+    assert pieces_of(badge_for(allowed, "a6", "landscape"), Look(allowed, Artwork()))
 
 
 def test_a_board_without_room_for_a_template_says_what_works() -> None:
     """Catches: advice that ends in nothing, or names areas that this board lacks."""
     known = template_named("plain")
     side = known.side(*turned(FORMATS["cr80"].size_mm, "landscape"))
-    wish = replace(Request("Ada Lovelace", markers="frame"), frame=Frame(head=side.head, foot=side.foot))
+    wish = replace(Request("Ada Lovelace", markers="frame"), frame=FringeBorder(head=side.head, foot=side.foot))
     badge = design_badge(in_format(wish, "cr80", orientation="landscape"), PAYLOAD)
     assert isinstance(badge.markers, CodedFrame)
     x0, _, x1, y1 = badge.markers.rect_mm
@@ -117,8 +117,8 @@ def test_a_board_without_room_for_a_template_says_what_works() -> None:
     high = replace(badge.markers, rect_mm=(x0, badge.outline_mm[1] + 4, x1, y1))
     words = r"no area head; .*, or take --markers squares, beside which there is room, or name another area .foot, .*$"
     with pytest.raises(SpecError, match=words):
-        pieces_of(replace(badge, markers=high), Look(known, Content()))
-    assert pieces_of(badge_for(known, "cr80", "landscape"), Look(known, Content()))
+        pieces_of(replace(badge, markers=high), Look(known, Artwork()))
+    assert pieces_of(badge_for(known, "cr80", "landscape"), Look(known, Artwork()))
 
 
 @pytest.mark.parametrize("what", [["qr"] * 60, ["name", *["qr"] * 9], ["name"] * 40])
@@ -126,7 +126,7 @@ def test_more_pieces_than_a_place_has_room_for_are_refused(what: list[str]) -> N
     """Catches: pieces of less than no width, which are drawn mirrored over the markers."""
     own = template_of({"landscape": {"head": 0.3, "foot": 0.3, "place": [{"what": what, "area": "head"}]}}, "own")
     with pytest.raises(SpecError, match=f"has no room for {len(what)} pieces side by side"):
-        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Content()))
+        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Artwork()))
 
 
 @pytest.mark.parametrize("apart", [False, True])
@@ -136,7 +136,7 @@ def test_a_qr_code_on_a_colour_has_white_around_it(apart: bool) -> None:
     places = [band, code] if apart else [band | code]
     own = template_of({"landscape": {"head": 0.3, "foot": 0.3, "place": places}}, "own")
     badge = badge_for(own, "a6", "landscape")
-    *_, white, drawn = pieces_of(badge, Look(own, Content()))
+    *_, white, drawn = pieces_of(badge, Look(own, Artwork()))
     assert (white.kind, white.colour, drawn.kind) == ("ground", (1.0, 1.0, 1.0), "qr")
     module = (drawn.rect_mm[2] - drawn.rect_mm[0]) / len(modules_of(badge.id or ""))
     signs = (-1, -1, 1, 1)
@@ -150,7 +150,7 @@ def test_words_that_would_be_too_small_are_refused() -> None:
     known = template_named("plain")
     badge = with_lines(badge_for(known, "cr80", "landscape"), ["Senior " * 11] * 4)
     with pytest.raises(SpecError, match=r"has no room on this badge.*shorten it"):
-        check_look(badge, Look(known, Content()))
+        check_look(badge, Look(known, Artwork()))
 
 
 def test_lines_are_checked_and_kept_in_the_badge() -> None:
@@ -168,15 +168,15 @@ def test_lines_are_checked_and_kept_in_the_badge() -> None:
         clean_lines(["a" * 81])
 
 
-def test_a_row_of_a_list_overrules_what_holds_for_all(content: Content) -> None:
+def test_a_row_of_a_list_overrules_what_holds_for_all(content: Artwork) -> None:
     """Catches: columns that are not read, paths relative to somewhere else, pictures on boards without room."""
     assert content.logo is not None and content.portrait is not None
     folder, badge = content.logo.parent, badge_for(template_named("plain"), "a7", "landscape")
-    look = Look(template_named("plain"), Content(logo=content.logo))
+    look = Look(template_named("plain"), Artwork(logo=content.logo))
     cells = {"name": "Ada", "line1": "Editor", "line2": "Example News", "portrait": "face.png", "colour": "#000080"}
     worn, own = dressed(badge, cells, look, ["Guest"], folder)
     assert lines_of(worn) == ("Editor", "Example News")
-    assert own is not None and own.content == Content(content.logo, content.portrait, (0, 0, 128 / 255))
+    assert own is not None and own.content == Artwork(content.logo, content.portrait, (0, 0, 128 / 255))
     assert set(kept_pictures([own, None])) == {content.logo, content.portrait}
     assert lines_of(dressed(badge, {"name": "Bob"}, look, ["Guest"], folder)[0]) == ("Guest",)
     assert lines_in({"role": "Judge"}) == ["Judge"]
@@ -186,10 +186,10 @@ def test_a_row_of_a_list_overrules_what_holds_for_all(content: Content) -> None:
         dressed(badge, {"portrait": "none.png"}, look, [], folder)
 
 
-def test_a_list_names_no_file_outside_of_its_folder(content: Content, tmp_path: Path) -> None:
+def test_a_list_names_no_file_outside_of_its_folder(content: Artwork, tmp_path: Path) -> None:
     """Catches: somebody else's list that prints a private file of this machine on a badge."""
     assert content.logo is not None
-    look = Look(template_named("plain"), Content())
+    look = Look(template_named("plain"), Artwork())
     badge = badge_for(look.template, "a7", "landscape")
     (tmp_path / "link.png").symlink_to(content.logo)
     (tmp_path / "round.png").symlink_to(tmp_path / "round.png")
@@ -203,12 +203,12 @@ def test_a_list_names_no_file_outside_of_its_folder(content: Content, tmp_path: 
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
-def test_a_board_with_a_coded_frame_has_room_for_logo_and_words(template: str, content: Content) -> None:
+def test_a_board_with_a_coded_frame_has_room_for_logo_and_words(template: str, content: Artwork) -> None:
     """Catches: a band over the logo, where no squares part head and upper."""
     known = template_named(template)
     for orientation in ORIENTATIONS:
         side = known.side(*turned(FORMATS["a6"].size_mm, orientation))
-        wish = replace(Request("Ada Lovelace", markers="frame"), frame=Frame(head=side.head, foot=side.foot))
+        wish = replace(Request("Ada Lovelace", markers="frame"), frame=FringeBorder(head=side.head, foot=side.foot))
         badge = with_lines(design_badge(in_format(wish, "a6", orientation=orientation), PAYLOAD), LINES)
         pieces = pieces_of(badge, Look(known, content))
         words = [piece for piece in pieces if piece.kind != "ground"]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from moireid.artwork.template import TEMPLATES, Template, template_named, template_of
+from moireid.artwork.template import TEMPLATES, BadgeTemplate, template_named, template_of
 from moireid.cli.printing import wear_options
 from moireid.errors import SpecError
 
@@ -55,7 +55,7 @@ def test_toml_and_json_say_the_same(tmp_path: Path) -> None:
     assert one.side(85.6, 54.0) is one.sides["landscape"]
 
 
-def place(**keys: object) -> Template:
+def place(**keys: object) -> BadgeTemplate:
     return template_of({"portrait": {"place": [{"what": "name", "area": "head"} | keys]}}, "own")
 
 
@@ -82,7 +82,7 @@ def test_a_fault_is_named_with_its_place_and_what_is_allowed(keys: dict[str, obj
 def test_rectangles_run_from_left_to_right_and_lie_in_their_unit() -> None:
     """Catches: exchanged corners, and millimetres taken for shares."""
 
-    def at(*numbers: float, unit: str = "share") -> Template:
+    def at(*numbers: float, unit: str = "share") -> BadgeTemplate:
         entry = {"what": "name", "at": list(numbers), "unit": unit}
         return template_of({"portrait": {"place": [entry]}}, "own")
 

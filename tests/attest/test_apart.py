@@ -15,25 +15,25 @@ import pytest
 from kit.places import FILMS
 from moireid import errors
 from moireid.attest import credentials
-from moireid.attest.credentials import Order, judged_apart, talk_with
+from moireid.attest.credentials import JudgingOrder, judged_apart, talk_with
 from moireid.badge import load_badge
 from moireid.errors import CodeError, MediaError, MoireIdError
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Claim
 
 WORK = "kit.sandbox_work:act"
 
 
-def order_of(film: Path, **more: Any) -> Order:
-    return Order(film, Claim(load_badge(FILMS / "badge.json")), **more)
+def order_of(film: Path, **more: Any) -> JudgingOrder:
+    return JudgingOrder(film, Claim(load_badge(FILMS / "badge.json")), **more)
 
 
 def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str, Any]) -> None:
     """Catches: another verdict by another way; a report's page that is forgotten; progress that nobody sees."""
     seen: list[tuple[int, int | None]] = []
     order = order_of(
-        film, detectors=(("lips", 0.5),), pictures=True, barred=Barred("revoked", "2026-05-03T08:00:00Z", "lost")
+        film, detectors=(("lips", 0.5),), pictures=True, barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost")
     )
     judged_there = judged_apart(order, lambda done, of: seen.append((done, of)))
     found = judged_there.report

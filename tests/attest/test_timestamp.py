@@ -21,7 +21,7 @@ from moireid.attest.timestamp import ask_for_stamp, read_stamp
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.registry import open_registry
 
 Sign = Callable[..., str]
@@ -142,7 +142,7 @@ def test_a_verdict_from_before_a_theft_keeps_its_worth(
     with open_registry(store, create=False) as registry:
         registry.revoke(ada.id, "lost on the train")
     since = (datetime.now(UTC) + timedelta(days=days)).date().isoformat()
-    barred = Barred("revoked", datetime.now(UTC).isoformat(), "lost on the train", since)
+    barred = Exclusion("revoked", datetime.now(UTC).isoformat(), "lost on the train", since)
     read = check(verdict.read_bytes(), authorities=load_certificates(root))
     assert held_against(read, barred).holds == holds
     unstamped = check(sign(key).encode())

@@ -7,7 +7,7 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.calibration.bands import BandFit, read_bands
-from moireid.calibration.chart import View
+from moireid.calibration.chart import ChartView
 from moireid.designer.chart import ChartRequest, design_chart
 
 PHASE, CAMERAS = 0.3, ((90.0, 60.0, -600.0), (120.0, 80.0, -640.0))
@@ -18,18 +18,18 @@ def chart() -> Badge:
     return design_chart(ChartRequest())
 
 
-def views_of(chart: Badge, lens_per_mm: float, noise: float, rng: np.random.Generator) -> list[View]:
+def views_of(chart: Badge, lens_per_mm: float, noise: float, rng: np.random.Generator) -> list[ChartView]:
     """Pictures of a sheet that has this line frequency: fringes with a second harmonic, on light that falls off."""
     views = []
     for camera in CAMERAS:
-        fit = BandFit([View(np.array(camera), np.zeros((1, 1)))], chart)
+        fit = BandFit([ChartView(np.array(camera), np.zeros((1, 1)))], chart)
         parts = len(fit.across_mm) // len(fit.printed)
         argument = np.concatenate(
             [fit.phase_rad(0, slice(k, k + parts), lens_per_mm) for k in range(0, len(fit.across_mm), parts)]
         )
         side = np.linspace(-1, 1, argument.shape[1])
         light = 120 + 8 * side - 5 * side**2 + 25 * np.cos(argument + PHASE) + 6 * np.cos(2 * argument + 1)
-        views.append(View(np.array(camera), light + noise * rng.standard_normal(light.shape)))
+        views.append(ChartView(np.array(camera), light + noise * rng.standard_normal(light.shape)))
     return views
 
 

@@ -15,9 +15,9 @@ from moireid.designer.chart import ChartRequest, design_chart
 from moireid.fabrication.page.chart import JSON, print_chart
 from moireid.profiles import lens_named
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS, counts_of
-from moireid_lab.bench.fabricate.calibration import STILL, Case, calibration_figures, photograph
+from moireid_lab.bench.fabricate.calibration import STILL, PhotoCase, calibration_figures, photograph
 
-CASE = Case("50lpi", lens_scale=1.0023, twist_deg=0.7, distance_m=0.9, aside_deg=9.0)
+CASE = PhotoCase("50lpi", lens_scale=1.0023, twist_deg=0.7, distance_m=0.9, aside_deg=9.0)
 
 
 @pytest.fixture(scope="module")

@@ -29,7 +29,7 @@ from moireid.designer import (
     random_payload,
 )
 from moireid.designer.drawn import drawn_badge
-from moireid.designer.people import Person, design_people, without_held
+from moireid.designer.people import PersonRow, design_people, without_held
 from moireid.designer.request import clean_name, parse_range_m, parse_size_mm
 from moireid.errors import CodeError, DesignError, RegistryError, SpecError
 from moireid.idcodes import is_name_derived
@@ -454,7 +454,7 @@ def test_what_somebody_holds_is_drawn_anew() -> None:
 
 def test_a_list_draws_once_for_each_person() -> None:
     """Catches: two people of one name with one badge, a payload of the list that is drawn over, twins left standing."""
-    people = [Person(2, "Ada", ""), Person(3, "Ada", ""), Person(4, "Bob", PAYLOAD.hex())]
+    people = [PersonRow(2, "Ada", ""), PersonRow(3, "Ada", ""), PersonRow(4, "Bob", PAYLOAD.hex())]
     designed = list(design_people(people, Request("Everybody"), holder_of=lambda _: None))
     ids = [one.badge.id for one in designed if one.badge]
     assert len(set(ids)) == 3 and ids[2] == PAYLOAD.hex()

@@ -18,7 +18,7 @@ from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned, within_reach
 from moireid.designer.link import CALL, PHONE
 from moireid.designer.reach import read_of, verdict_reach_m
-from moireid.designer.request import Frame
+from moireid.designer.request import FringeBorder
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.event import places_mm
 from moireid.profiles import PAPERS_MM
@@ -76,7 +76,7 @@ def test_markers_of_a_format_keep_their_white_and_their_distance(case: tuple[str
 
 def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() -> None:
     """Catches: a promise beyond the far end, and a user's own wish that is bent in silence."""
-    tall = replace(Request("A"), frame=Frame(head=0.6))
+    tall = replace(Request("A"), frame=FringeBorder(head=0.6))
     cut = in_format(tall, "board", orientation="landscape")
     assert cut.range_m[0] == 0.8 and 2.0 < cut.range_m[1] < 2.5
     with pytest.raises(DesignError, match="too small"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from moireid.designer.people import Person, design_people, parse_people, read_list
+from moireid.designer.people import PersonRow, design_people, parse_people, read_list
 from moireid.designer.request import Request
 from moireid.errors import SpecError
 from moireid.names import line_of
@@ -89,7 +89,7 @@ def test_a_note_or_fault_of_a_name_stands_at_its_row() -> None:
             raise SpecError("no font")
         return "a letter is left out" if name == "Bo" else None
 
-    people = [Person(row, name, "") for row, name in enumerate(("Ada", "Bo", "Eve"), start=2)]
+    people = [PersonRow(row, name, "") for row, name in enumerate(("Ada", "Bo", "Eve"), start=2)]
     told = list(design_people(people, Request("Everybody"), name_note=said))
     assert [one.name_note for one in told] == [None, "a letter is left out", None]
     assert str(told[2].fault) == "row 4 of the list ('Eve'): no font"

@@ -20,7 +20,7 @@ import pytest
 from kit.guiding import Block, Session, blocks_of, unseen
 from kit.places import ROOT
 from moireid.cli.main import moireid
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.verifier.decision.findings import WORDS
 
 DOCS = ROOT / "docs"
@@ -132,7 +132,7 @@ def test_every_reason_code_is_told_and_no_other() -> None:
     rows = "\n".join(line.split("|")[1] for line in told.splitlines() if line.startswith("| `"))
     levels = {"pass", "fail", "undecided", "note"}
     # Why a badge does not count is a code of its own.
-    barred = get_args(get_type_hints(Barred)["code"])
+    barred = get_args(get_type_hints(Exclusion)["code"])
     assert set(re.findall(r"`(\w+)`", rows)) - levels == {*_codes(), *barred, *WORDS}
 
 

@@ -14,7 +14,7 @@ from scipy.stats import binom
 from moireid.badge import Badge, Cell, Code, Grating
 from moireid.designer import Request, design_badge
 from moireid.errors import CodeError
-from moireid.idcodes import CellReading, Decoded, PitchFamily, SpacingFamily, family_named
+from moireid.idcodes import CellReading, DecodeResult, PitchFamily, SpacingFamily, family_named
 from moireid.idcodes.pitch import UNCLEAR_BEYOND_STEPS
 from moireid.idcodes.words import CHECK_BYTES, WORD_SYMBOLS, WordCode, decode_word, encode_word
 
@@ -182,7 +182,7 @@ def ideal(badge_grating: Grating, *, front: float = FRONT) -> list[CellReading]:
     return [CellReading(1 / cell.pitch_mm - 1 / front, SURE, math.nan, math.inf) for cell in badge_grating.cells]
 
 
-def read(readings: list[CellReading], bands: Grating) -> Decoded:
+def read(readings: list[CellReading], bands: Grating) -> DecodeResult:
     return FAMILY.read([readings], (bands,))
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from moireid_lab.archive.isolated import Lost
+from moireid_lab.archive.isolated import LostJob
 
 if TYPE_CHECKING:
     from moireid_lab.evaluation.rows import Job, Row
@@ -58,8 +58,8 @@ def score(job: Job, film: str) -> Row:
     note(Path(words[0]), f"begun {job.entry.name} {job.pipeline}")
     time.sleep(float(words[1]))
     if "unreadable" in words:
-        return failed_row(Lost("no film", 0.0, "film"))
-    return failed_row(Lost("", 0.1, "film")) | {
+        return failed_row(LostJob("no film", 0.0, "film"))
+    return failed_row(LostJob("", 0.1, "film")) | {
         "verdict": "accept",
         "score": float(len(words)),
         "error": None,

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Cell
 from moireid.lenticule import view_law
-from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
@@ -41,19 +41,19 @@ def pixels_of(scene: Scene, instant: Instant, rect_mm: tuple[float, float, float
     return int(left), int(top), int(right) + 1, int(bottom) + 1
 
 
-def cut(picture: Rendered, crop: Crop) -> Array:
+def cut(picture: BoardRadiance, crop: Crop) -> Array:
     """The radiance of those pixels of a whole board's picture."""
     rows = slice(crop[1] - picture.top, crop[3] - picture.top)
     return picture.radiance[rows, crop[0] - picture.left : crop[2] - picture.left].astype(float)
 
 
-def analytic_frame(scene: Scene, instant: Instant, rays: tuple[int, int] = REFERENCE_RAYS) -> Rendered:
+def analytic_frame(scene: Scene, instant: Instant, rays: tuple[int, int] = REFERENCE_RAYS) -> BoardRadiance:
     frame = AnalyticRenderer(scene, rays=rays).render(instant)
     assert frame is not None
     return frame
 
 
-def beyond_law_rad(picture: Rendered, scene: Scene, instant: Instant, cell: Cell) -> float:
+def beyond_law_rad(picture: BoardRadiance, scene: Scene, instant: Instant, cell: Cell) -> float:
     """Phase of a band's fringes less the phase that `ViewLaw` says, up to the badge's own constant.
 
     Cosines and sines of the law's phase and of its harmonics are fitted to the pixels well inside the band.

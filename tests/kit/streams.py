@@ -16,7 +16,7 @@ import av
 from kit.places import FILMS
 from moireid.badge import Badge, load_badge
 from moireid.verifier import Claim
-from moireid_studio.watch.order import Order, Patience
+from moireid_studio.watch.order import Patience, WatchOrder
 from moireid_studio.watch.source import source_of
 from moireid_studio.watch.watching import Terms, watch
 
@@ -59,7 +59,7 @@ def watched(
     **more: Any,
 ) -> dict[str, Any]:
     """The verdict's event on a source, held against the board of the films."""
-    order = Order(source_of(source), Claim(prototype()), patience=patience, **more)
+    order = WatchOrder(source_of(source), Claim(prototype()), patience=patience, **more)
     return watch(order, Terms(seconds), stop or threading.Event(), tell)
 
 

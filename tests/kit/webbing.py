@@ -22,7 +22,7 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Camera, Scene
 from moireid_studio.app import create_app
-from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Jobs
 from moireid_studio.settings import Limits, Settings
 from moireid_studio.store.database import database_of, jobs
@@ -117,7 +117,7 @@ def studio(
         visit.studio.close()
 
 
-def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], Prepared] = lambda job: Prepared()) -> Jobs:
+def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], PreparedJob] = lambda job: PreparedJob()) -> Jobs:
     """Jobs without a studio, in a folder of their own."""
     folder.mkdir(parents=True, exist_ok=True)
     ledger = Ledger(database_of(folder.parent, f"{folder.name}.sqlite3", None, log=True), folder)

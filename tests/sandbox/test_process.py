@@ -16,7 +16,7 @@ import pytest
 
 import moireid
 from kit.places import TESTS
-from moireid.sandbox.process import Child, Ended, ForkServer, start
+from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
 
 WORK = "kit.sandbox_work:act"
@@ -59,7 +59,7 @@ def told(child: Child, *asked: Any) -> dict[str, Any]:
 
 
 def end_of(child: Child, *asked: Any) -> tuple[str, str, bool]:
-    with pytest.raises(Ended) as ended:
+    with pytest.raises(ProcessEnd) as ended:
         told(child, *asked)
     return ended.value.kind, ended.value.words, ended.value.ours
 
@@ -123,7 +123,7 @@ def test_one_that_hangs_is_ended_from_another_thread(begin: Begin) -> None:
     child.send(("hang",))
     assert child.hear(0.1) is None
     threading.Timer(0.2, child.kill).start()
-    with pytest.raises(Ended):
+    with pytest.raises(ProcessEnd):
         child.hear(60)
     child.kill()
     assert not psutil.pid_exists(pid)
@@ -140,7 +140,7 @@ def test_one_that_promises_a_message_or_reads_none_holds_nobody_up(begin: Begin)
         def waited(child: Child = child, wait: Callable[[Child], object] = wait, found: list[object] = found) -> None:
             try:
                 found.append(wait(child))
-            except Ended as ended:
+            except ProcessEnd as ended:
                 found.append(ended.kind)
 
         thread = threading.Thread(target=waited, daemon=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from moireid.errors import SpecError
-from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.cameras import CAMERAS, Camera, camera_named, undistorted
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.recording.sensor import SHARPEN_PX, Sensor, averaged, opened
@@ -22,8 +22,8 @@ PLACE = np.array([60.0, -45.0, -330.0])
 TURN = cv2.Rodrigues(np.array([0.1, -0.15, 0.3]))[0]
 
 
-def grey(value: float, size: tuple[int, int], left: int = 0, top: int = 0) -> Rendered:
-    return Rendered(np.full(size, value, np.float32), np.ones(size, np.float32), left, top)
+def grey(value: float, size: tuple[int, int], left: int = 0, top: int = 0) -> BoardRadiance:
+    return BoardRadiance(np.full(size, value, np.float32), np.ones(size, np.float32), left, top)
 
 
 # The lens.
@@ -170,15 +170,17 @@ def _at(poses: Poses, k: int) -> Poses:
 # Light and software.
 
 
-def edge() -> Rendered:
+def edge() -> BoardRadiance:
     """A board that fills the picture: coded 0.4 on the left, 0.8 on the right."""
-    return Rendered(np.tile(np.repeat(np.float32([0.16, 0.64]), 64), (96, 1)), np.ones((96, 128), np.float32), 0, 0)
+    return BoardRadiance(
+        np.tile(np.repeat(np.float32([0.16, 0.64]), 64), (96, 1)), np.ones((96, 128), np.float32), 0, 0
+    )
 
 
 CALM = Camera(width=128, height=96, focal_px=100.0, noise_counts=0.0, exposure_drift=0.0)
 
 
-def exposed(camera: Camera, board: Rendered | None, time_s: float = 0.0) -> np.ndarray:
+def exposed(camera: Camera, board: BoardRadiance | None, time_s: float = 0.0) -> np.ndarray:
     return Sensor(camera, 5).expose(board, np.eye(3), time_s).astype(int)
 
 

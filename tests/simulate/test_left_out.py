@@ -16,7 +16,7 @@ from moireid.cli.main import moireid
 from moireid.cli.simulate_cmd import PARTS
 from moireid.errors import SpecError
 from moireid.simulate.analytic.accuracy import Difference, brightness, difference, estimate_error, strips_of
-from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.filming import FilmReport, film
 from moireid.simulate.forgeries.rear_layer import SquaredUp
 from moireid.simulate.light import light_named
@@ -26,7 +26,7 @@ from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Instant, Need, Scene
 from moireid_lab.bench.simulate.left_out import left_out_table, mitsuba_rows
-from moireid_lab.bench.simulate.scenes import Setting, eleven
+from moireid_lab.bench.simulate.scenes import SceneSetting, eleven
 from moireid_lab.bench.simulate.simulate_suite import mitsuba_sweep
 
 SETTINGS = {setting.name: setting for setting in eleven()}
@@ -34,7 +34,7 @@ SMALL = Camera(width=480, height=272, focal_px=363.0, shutter_s=0.012, noise_cou
 NEAR = replace(SETTINGS["prototype, 1 m"], camera=replace(SMALL, shutter_s=0.0), distance_mm=400.0)
 
 
-def apart(scene: Scene, instant: Instant, one: Rendered | None, other: Rendered | None) -> Difference:
+def apart(scene: Scene, instant: Instant, one: BoardRadiance | None, other: BoardRadiance | None) -> Difference:
     """How far two pictures are apart on the strips of the second one's box."""
     assert one is not None and other is not None
     rows, columns = other.radiance.shape
@@ -48,7 +48,7 @@ def test_badge_alone_has_the_same_phase_within_the_stated_error(name: str) -> No
     """Catches: a box cut within the gratings, or at the page's depth; markers that are still drawn; a box of the whole
     board; pixels off the badge that change what is on it.
     """
-    setting: Setting = SETTINGS[name]
+    setting: SceneSetting = SETTINGS[name]
     scene, instant = setting.scene, setting.seen_at(0.3)
     alone = replace(scene, need=Need(page=False))
     usual = AnalyticRenderer(scene)

@@ -13,13 +13,13 @@ from moireid.cli.simulate_cmd import LIGHT_NAMES
 from moireid.errors import SpecError
 from moireid.simulate.analytic.light_kernels import lamp_figures, light_at
 from moireid.simulate.analytic.renderer import AnalyticRenderer
-from moireid.simulate.light import BINS, LIGHTS, Light, light_named, light_table, passed_share, straight_share
+from moireid.simulate.light import BINS, LIGHTS, DiscLight, light_named, light_table, passed_share, straight_share
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
 SHEET = Lens("lenticular", 0.508, 1.0, 1.56)
 #: A round box of eight degrees, 40 degrees to the right and a little up; all the light there is.
-BOX = Light((964.0, -300.0, -1149.0), 211.5, 1.0)
+BOX = DiscLight((964.0, -300.0, -1149.0), 211.5, 1.0)
 
 
 def straight_at(distance_mm: float = 1000.0) -> Instant:
@@ -27,7 +27,7 @@ def straight_at(distance_mm: float = 1000.0) -> Instant:
     return Instant(pose, pose, pose.camera_mm[0])
 
 
-def traced_back(lens: Lens, light: Light, bins: int, rays: int, seed: int) -> np.ndarray:
+def traced_back(lens: Lens, light: DiscLight, bins: int, rays: int, seed: int) -> np.ndarray:
     """The same light on the page by rays that start there and look for the disc: nothing of `lenticule` in it."""
     rng = np.random.default_rng(seed)
     pitch, g, n, radius = lens.pitch_mm, lens.thickness_mm, lens.refractive_index, float(lens.radius_mm or 0)
@@ -112,7 +112,7 @@ def test_the_look_up_knows_place_period_and_fall():
 def test_glare_is_a_streak_across_the_lenses_where_a_mirror_would_show_the_light(prototype: Badge):
     """Catches: glare that is spread along the lenses, at the light's own height, or brighter than the light."""
     # A lamp 1 m away and 60 mm up, seen from 1 m: mirrored half way, 30 mm above the middle.
-    lamp = Light((500.0, -60.0, -1000.0), 12.0, 0.5)
+    lamp = DiscLight((500.0, -60.0, -1000.0), 12.0, 0.5)
     plain, shining = (
         AnalyticRenderer(Scene(prototype, light=light), rays=(16, 4)).render(straight_at())
         for light in (replace(lamp, share=0.0), lamp)
@@ -129,7 +129,9 @@ def test_glare_is_a_streak_across_the_lenses_where_a_mirror_would_show_the_light
 
 def test_without_a_light_nothing_is_added(prototype: Badge):
     """An even sky is a little off a page that shines, by what is mirrored; none at all is the old picture."""
-    none, even = (AnalyticRenderer(Scene(prototype, light=light)).render(straight_at()) for light in (None, Light()))
+    none, even = (
+        AnalyticRenderer(Scene(prototype, light=light)).render(straight_at()) for light in (None, DiscLight())
+    )
     assert none is not None and even is not None
     assert none.radiance.max() == pytest.approx(0.85)
     assert 0.01 < np.abs(none.radiance - even.radiance).max() < 0.2
@@ -148,7 +150,7 @@ def test_without_a_light_nothing_is_added(prototype: Badge):
 def test_what_is_no_light_is_refused(figures):
     """Catches: a light behind the badge, one without size, NaN."""
     with pytest.raises(SpecError, match="no light"):
-        Light(*figures)
+        DiscLight(*figures)
 
 
 def test_the_command_line_offers_the_same_lights():

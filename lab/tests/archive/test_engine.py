@@ -32,7 +32,7 @@ from moireid.errors import MediaError, MissingExtraError, MoireIdError, SpecErro
 from moireid_lab.archive import addresses, engine
 from moireid_lab.archive.addresses import fetched, joined, read_text, stamp
 from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import START_S, Limits, Lost
+from moireid_lab.archive.isolated import START_S, Limits, LostJob
 from moireid_lab.archive.worker import Done
 
 QUICK = Limits(seconds=20.0, memory_mb=1000)
@@ -61,7 +61,7 @@ def test_a_job_that_crashes_hangs_or_eats_memory_loses_itself_alone(tmp_path: Pa
     tasks = [Task(tuple(Stub(f"{fault}{k}", log, fault=fault) for k, fault in enumerate(faults)))]
     ((_, done),) = run_tasks(act, tasks, workers=1, limits=Limits(seconds=2.0, memory_mb=1000))
     assert (done.outcomes[0], done.outcomes[-1], done.worker) == ("0", "6", "here")
-    lost = [one for one in done.outcomes if isinstance(one, Lost)]
+    lost = [one for one in done.outcomes if isinstance(one, LostJob)]
     assert [one.fault for one in lost] == ["crash", "crash", "memory", "program", "time"]
     words = " / ".join(one.why for one in lost)
     for told in ("SIGSEGV", "exit code 7", "than the 1000 MB", "LookupError: nothing there", "than the 2 s"):
@@ -220,7 +220,7 @@ def test_a_scheduler_started_apart_gives_the_same_and_its_end_is_told(tmp_path: 
     tasks = [Task((Stub(f"f{k}", log), Stub(f"g{k}", log, fault="leave" if k == 1 else "")), str(film)) for k in (0, 1)]
 
     def plain(done: Done) -> list[str]:
-        return [one.fault if isinstance(one, Lost) else one for one in done.outcomes]
+        return [one.fault if isinstance(one, LostJob) else one for one in done.outcomes]
 
     here = {place: plain(done) for place, done in run_tasks(act, tasks, workers=1, limits=QUICK)}
     with deployment(tmp_path) as (address, scheduler), monkeypatch.context() as patch, ExitStack() as stack:

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from moireid.cli.main import moireid
 from moireid.errors import MoireIdError
 from moireid.result_cache import kept_rows
-from moireid_lab.archive.isolated import Lost
+from moireid_lab.archive.isolated import LostJob
 from moireid_lab.archive.worker import Done
 from moireid_lab.bench import rows
 from moireid_lab.bench import stability as stability
@@ -69,7 +69,7 @@ def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
     def backwards(work, tasks, **_):
         for place, task in reversed(list(enumerate(tasks))):
             (job,) = task.jobs
-            yield place, Done((Lost("gone", 1.0, "crash") if job in lost else work(job),), "here")
+            yield place, Done((LostJob("gone", 1.0, "crash") if job in lost else work(job),), "here")
 
     monkeypatch.setattr(rows, "run_tasks", backwards)
     steps: list[int] = []

@@ -14,7 +14,7 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.cli.simulate_cmd import simulate_command
 from moireid.errors import SpecError
-from moireid.simulate.filming import Wish
+from moireid.simulate.filming import FilmOptions
 from moireid_lab.bench import film_set
 from moireid_lab.commands.film_set_cmd import read_plan
 from moireid_lab.evaluation.manifest import read_manifest
@@ -156,7 +156,7 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
     """Catches: an option that comes to `simulate` and is forgotten here; a default that differs."""
     # As a spreadsheet writes it, with a mark at its beginning and an empty column.
     plan.write_bytes(b"\xef\xbb\xbfbadge,\r\nada.json,\r\n")
-    assert read_plan(plan)[0].wish == Wish()
+    assert read_plan(plan)[0].wish == FilmOptions()
     told = {"out", "overwrite", "json", "explain"}
     options = [opt[2:] for one in simulate_command.params for opt in one.opts if opt.startswith("--")]
     cells = {
@@ -179,7 +179,7 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
     columns = [name for name in options if name not in told]
     plan.write_text(f"badge,{','.join(columns)}\nada.json,{','.join(cells.get(name, '9') for name in columns)}\n")
     wish = read_plan(plan)[0].wish
-    assert all(getattr(wish, name) != getattr(Wish(), name) for name in Wish.__dataclass_fields__)
+    assert all(getattr(wish, name) != getattr(FilmOptions(), name) for name in FilmOptions.__dataclass_fields__)
 
 
 @pytest.mark.parametrize(

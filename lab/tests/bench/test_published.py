@@ -16,7 +16,7 @@ from moireid.simulate.motion import motion_named
 from moireid_lab.bench import published
 from moireid_lab.bench.output import PLOTS, TABLES
 from moireid_lab.bench.published import COURSES, DISTANCES_M, FIGURES, SWEEP, _figures, _planned, conditions
-from moireid_lab.evaluation.collect import Scored
+from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.summary import PAPER
 
 
@@ -68,9 +68,9 @@ def test_the_command_films_scores_and_goes_on(tmp_path: Path, monkeypatch: pytes
 def test_films_without_a_published_score_are_counted_and_in_no_mean(tmp_path: Path):
     """Catches: a film of score 0 averaged in, a line that fails where nothing has a score."""
 
-    def scored(score: float | None, verdict: str) -> Scored:
+    def scored(score: float | None, verdict: str) -> ScoredFilm:
         row = dict.fromkeys(FIGURES, score) | {"verdict": verdict}
-        return Scored(None, "published", row)  # type: ignore[arg-type]
+        return ScoredFilm(None, "published", row)  # type: ignore[arg-type]
 
     found = _figures([scored(0.9, "reject"), scored(1.0, "accept"), scored(None, "inconclusive")])
     assert found["without_score"] == 1 and found["score"]["mean"] == pytest.approx(0.95)

@@ -25,12 +25,12 @@ from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid_lab.archive import parts as parts_of
 from moireid_lab.archive.engine import Task
-from moireid_lab.archive.isolated import Fault, Limits, Lost
+from moireid_lab.archive.isolated import Fault, Limits, LostJob
 from moireid_lab.archive.parts import Parts
 from moireid_lab.archive.worker import Done
 from moireid_lab.commands import rate
 from moireid_lab.evaluation import collect as collecting
-from moireid_lab.evaluation.collect import Scored, collect
+from moireid_lab.evaluation.collect import ScoredFilm, collect
 from moireid_lab.evaluation.manifest import read_manifest
 from moireid_lab.evaluation.rows import COLUMNS, PASSING, Job, failed_row, score_film
 
@@ -59,13 +59,13 @@ def lost(monkeypatch: pytest.MonkeyPatch) -> dict[str, Fault]:
         for place, task in enumerate(tasks):
             fault = faults.get(Path(str(task.film)).name)
             found = tuple(work(job, task.film) for job in task.jobs)
-            yield place, Done(tuple(Lost("gone", 1.0, fault) if fault else one for one in found), "fake")
+            yield place, Done(tuple(LostJob("gone", 1.0, fault) if fault else one for one in found), "fake")
 
     monkeypatch.setattr(collecting, "run_tasks", do)
     return faults
 
 
-def run(manifest: Path, badge: Badge, pipelines: tuple[Any, ...] = ("moireid",), **options: Any) -> list[Scored]:
+def run(manifest: Path, badge: Badge, pipelines: tuple[Any, ...] = ("moireid",), **options: Any) -> list[ScoredFilm]:
     """Score by the stub, into `results` beside the manifest; one worker if nothing else is said."""
     entries = read_manifest(manifest, badge=badge).entries
     given = {"workers": 1, "limits": QUICK, "work": score} | options
@@ -238,4 +238,4 @@ def test_the_film_is_scored_where_it_was_fetched_to(films: Path, prototype: Badg
     assert len(row["sha256"]) == 64 and set(row) | {"key", "film", "claim", "pipeline", "program", "worker"} == set(
         COLUMNS
     )
-    assert failed_row(Lost("gone", 1.0, "worker"))["again"]
+    assert failed_row(LostJob("gone", 1.0, "worker"))["again"]

@@ -12,22 +12,22 @@ from click.testing import CliRunner
 
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
-from moireid_lab.archive.isolated import Lost
-from moireid_lab.evaluation.collect import Scored
+from moireid_lab.archive.isolated import LostJob
+from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.detectors import beside, read_detectors
 from moireid_lab.evaluation.rows import failed_row
 from moireid_lab.evaluation.summary import summarise
 from moireid_lab.evaluation.table import table
 
 
-def collection(*films: tuple[str, str, float | None]) -> list[Scored]:
+def collection(*films: tuple[str, str, float | None]) -> list[ScoredFilm]:
     """Films of (name, label, our score)."""
     made = []
     for line, (name, label, score) in enumerate(films, start=2):
         genuine = label == "genuine"
         entry: Any = SimpleNamespace(line=line, name=name, label=label, claim="", group=label, genuine=genuine)
-        row = failed_row(Lost("", 1.0, "film")) | {"score": score, "verdict": "accept", "error": None}
-        made.append(Scored(entry, "moireid", row))
+        row = failed_row(LostJob("", 1.0, "film")) | {"score": score, "verdict": "accept", "error": None}
+        made.append(ScoredFilm(entry, "moireid", row))
     return made
 
 

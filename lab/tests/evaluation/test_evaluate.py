@@ -20,9 +20,9 @@ from moireid.errors import SpecError
 from moireid.registry import open_registry
 from moireid.result_cache import keep_row, kept_rows, program_digest
 from moireid.verifier.decision.figures import calibrated_log10
-from moireid_lab.archive.isolated import Lost
+from moireid_lab.archive.isolated import LostJob
 from moireid_lab.evaluation import statistics
-from moireid_lab.evaluation.collect import Scored
+from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.manifest import COLUMNS, Entry, read_manifest
 from moireid_lab.evaluation.plots import PLOTS, _steps, write_plots
 from moireid_lab.evaluation.rows import FIGURES, Row, failed_row
@@ -254,7 +254,7 @@ def test_the_manifest_of_the_films_made_outside_lists_them_all(films: Path):
 
 
 def row_of(score: float | None, verdict: str = "accept") -> Row:
-    return failed_row(Lost("", 1.0, "film")) | {"score": score, "verdict": verdict, "error": None}
+    return failed_row(LostJob("", 1.0, "film")) | {"score": score, "verdict": verdict, "error": None}
 
 
 def test_kept_rows_outlive_a_line_that_was_cut_off(tmp_path: Path):
@@ -271,7 +271,7 @@ def test_kept_rows_outlive_a_line_that_was_cut_off(tmp_path: Path):
     assert program_digest("verifier") != program_digest("registry") != program_digest()
 
 
-def collection(*films: tuple[str, str, float | None]) -> list[Scored]:
+def collection(*films: tuple[str, str, float | None]) -> list[ScoredFilm]:
     """Scored films of (group, label, score), both pipelines alike."""
     made = []
     for line, (group, label, score) in enumerate(films, start=2):
@@ -279,7 +279,7 @@ def collection(*films: tuple[str, str, float | None]) -> list[Scored]:
             line=line, name=f"{line}.mp4", label=label, claim="", group=group, genuine=label == "genuine"
         )
         row = row_of(score, "accept" if score and score > 0.6 else "reject")
-        made += [Scored(entry, "moireid", row), Scored(entry, "published", row)]
+        made += [ScoredFilm(entry, "moireid", row), ScoredFilm(entry, "published", row)]
     return made
 
 

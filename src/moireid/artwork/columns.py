@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from moireid.artwork.content import Content, content_of, with_lines
+from moireid.artwork.content import Artwork, content_of, with_lines
 from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.errors import SpecError
@@ -32,7 +32,7 @@ def look_in(cells: Mapping[str, str], look: Look, folder: Path) -> Look:
     given = look.content
     colour = cells.get("colour") or cells.get("color")
     own = content_of(_path(cells.get("logo"), folder), _path(cells.get("portrait"), folder), colour)
-    content = Content(own.logo or given.logo, own.portrait or given.portrait, own.colour or given.colour)
+    content = Artwork(own.logo or given.logo, own.portrait or given.portrait, own.colour or given.colour)
     return Look(look.template, content, look.corner_mm)
 
 

@@ -26,7 +26,7 @@ MOST_LETTERS = 80
 
 
 @dataclass(frozen=True)
-class Content:
+class Artwork:
     """Paths of the pictures, and the colour of the template's accents; None where there is none."""
 
     logo: Path | None = None
@@ -51,12 +51,12 @@ def forget_pictures() -> None:
     picture_of.cache_clear()
 
 
-def content_of(logo: Path | None = None, portrait: Path | None = None, colour: str | None = None) -> Content:
+def content_of(logo: Path | None = None, portrait: Path | None = None, colour: str | None = None) -> Artwork:
     """The content that options or a row of a list give.
 
     Raises: SpecError for what is no picture or no colour.
     """
-    content = Content(logo, portrait, colour_named(colour) if colour else None)
+    content = Artwork(logo, portrait, colour_named(colour) if colour else None)
     for what in ("logo", "portrait"):
         content.picture(what)
     return content

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from moireid.artwork.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, overlap
 from moireid.artwork.colours import INK, PAPER, Colour, letters_on, readable, tint
-from moireid.artwork.content import Content, lines_of
+from moireid.artwork.content import Artwork, lines_of
 from moireid.artwork.pictures import QUIET_MODULES, modules_of
-from moireid.artwork.template import TEMPLATES, Place, Side, Template, template_named
+from moireid.artwork.template import TEMPLATES, BadgeTemplate, Place, Side, template_named
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 
@@ -37,8 +37,8 @@ OUTER_SHARE = 0.36
 class Look:
     """What one badge wears: its template and content; corner_mm: radius of the board's corners as it is worn."""
 
-    template: Template
-    content: Content
+    template: BadgeTemplate
+    content: Artwork
     corner_mm: float = 0.0
 
     @property
@@ -56,7 +56,7 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Piece:
+class ArtPiece:
     """One piece on the page.
 
     kind: "ground" (filled), "words" (name, if any, and lines), "id", "picture" or "qr"; name: set large and bold;
@@ -73,7 +73,7 @@ class Piece:
     picture: Image.Image | None = None
 
 
-def pieces_of(badge: Badge, look: Look) -> list[Piece]:
+def pieces_of(badge: Badge, look: Look) -> list[ArtPiece]:
     """All pieces of a badge, those at the back first.
 
     Raises: SpecError where a piece would cover what is read, or has no room.
@@ -81,7 +81,7 @@ def pieces_of(badge: Badge, look: Look) -> list[Piece]:
     side = _side(badge, look)
     places = [(number, place) for number, place in enumerate(side.places, start=1) if _worn(badge, look, place)]
     areas = _shared_out(areas_of(badge), {place.area for _, place in places})
-    pieces: list[Piece] = []
+    pieces: list[ArtPiece] = []
     for number, place in places:
         for piece in _placed(badge, look, place, areas, f"place {number} of template {look.template.name}"):
             pieces += _on_white(badge, piece, pieces) if piece.kind == "qr" else [piece]
@@ -98,7 +98,7 @@ def _side(badge: Badge, look: Look) -> Side:
     return look.template.side(x1 - x0, y1 - y0)
 
 
-def _on_white(badge: Badge, code: Piece, behind: list[Piece]) -> list[Piece]:
+def _on_white(badge: Badge, code: ArtPiece, behind: list[ArtPiece]) -> list[ArtPiece]:
     """A QR code; where a ground or rule lies in its quiet zone, on white of its size, and smaller within."""
     modules = len(modules_of(badge.id or "none"))
     x0, y0, x1, y1 = code.rect_mm
@@ -108,7 +108,7 @@ def _on_white(badge: Badge, code: Piece, behind: list[Piece]) -> list[Piece]:
         return [code]
     quiet = QUIET_MODULES * (x1 - x0) / (modules + 2 * QUIET_MODULES)
     within = (x0 + quiet, y0 + quiet, x1 - quiet, y1 - quiet)
-    return [Piece("ground", code.rect_mm, PAPER), Piece("qr", within)]
+    return [ArtPiece("ground", code.rect_mm, PAPER), ArtPiece("qr", within)]
 
 
 def _worn(badge: Badge, look: Look, place: Place) -> bool:
@@ -129,7 +129,7 @@ def _shared_out(areas: dict[str, Rect], used: set[str | None]) -> dict[str, Rect
     return areas
 
 
-def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], where: str) -> list[Piece]:
+def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], where: str) -> list[ArtPiece]:
     """The ground, rules and pieces of one place."""
     shown = tuple(what for what in place.what if look.shows(badge, what))
     rect = _rect_of(badge, place, areas, where)
@@ -173,7 +173,7 @@ def _rect_of(badge: Badge, place: Place, areas: dict[str, Rect], where: str) -> 
     return x0 + left * sides[0], y0 + top * sides[1], x0 + right * sides[0], y0 + bottom * sides[1]
 
 
-def _ground(badge: Badge, place: Place, rect: Rect, accent: Colour) -> list[Piece]:
+def _ground(badge: Badge, place: Place, rect: Rect, accent: Colour) -> list[ArtPiece]:
     x0, y0, x1, y1 = rect
     if place.bleed:
         board = badge.outline_mm
@@ -181,15 +181,15 @@ def _ground(badge: Badge, place: Place, rect: Rect, accent: Colour) -> list[Piec
         check_clear(badge, (board[0], y0, board[2], y1), "a ground that reaches to the board's sides")
     back = []
     if place.ground != "none":
-        back.append(Piece("ground", (x0, y0, x1, y1), accent if place.ground == "accent" else tint(accent)))
+        back.append(ArtPiece("ground", (x0, y0, x1, y1), accent if place.ground == "accent" else tint(accent)))
     if place.rule in ("above", "both"):
-        back.append(Piece("ground", (x0, y0, x1, y0 + RULE_MM), accent))
+        back.append(ArtPiece("ground", (x0, y0, x1, y0 + RULE_MM), accent))
     if place.rule in ("below", "both"):
-        back.append(Piece("ground", (x0, y1 - RULE_MM, x1, y1), accent))
+        back.append(ArtPiece("ground", (x0, y1 - RULE_MM, x1, y1), accent))
     return back
 
 
-def _row(badge: Badge, look: Look, place: Place, shown: tuple[str, ...], room: Rect, ground: Colour) -> list[Piece]:
+def _row(badge: Badge, look: Look, place: Place, shown: tuple[str, ...], room: Rect, ground: Colour) -> list[ArtPiece]:
     """Pieces side by side: pictures as high as the row, words in what is left."""
     x0, y0, x1, y1 = room
     height, width = y1 - y0, x1 - x0
@@ -215,25 +215,25 @@ def _row(badge: Badge, look: Look, place: Place, shown: tuple[str, ...], room: R
     return pieces
 
 
-def _piece(badge: Badge, look: Look, place: Place, what: str, rect: Rect, ground: Colour) -> Piece:
+def _piece(badge: Badge, look: Look, place: Place, what: str, rect: Rect, ground: Colour) -> ArtPiece:
     lines = lines_of(badge)
     if what == "qr":
-        return Piece("qr", rect)
+        return ArtPiece("qr", rect)
     if what in ("logo", "portrait"):
-        return Piece("picture", rect, picture=look.content.picture(what))
+        return ArtPiece("picture", rect, picture=look.content.picture(what))
     told: dict[str, Any] = {"align": place.align, "points": place.points, "colour": letters_on(ground)}
     if ground == PAPER:
         told["colour"] = INK
     if what == "id":
-        return Piece("id", rect, **told)
+        return ArtPiece("id", rect, **told)
     if what == "name":
-        return Piece("words", rect, name=badge.name, **told)
+        return ArtPiece("words", rect, name=badge.name, **told)
     if what == "words":
-        return Piece("words", rect, name=badge.name, lines=lines, **told)
+        return ArtPiece("words", rect, name=badge.name, lines=lines, **told)
     if what == "lines":
-        return Piece("words", rect, lines=lines, **told)
+        return ArtPiece("words", rect, lines=lines, **told)
     told["colour"] = readable(look.accent, ground)
-    return Piece("words", rect, lines=(lines[int(what[4:]) - 1],), **told)
+    return ArtPiece("words", rect, lines=(lines[int(what[4:]) - 1],), **told)
 
 
 def _shape(look: Look, what: str) -> float:

@@ -68,7 +68,7 @@ class Side:
 
 
 @dataclass(frozen=True)
-class Template:
+class BadgeTemplate:
     """A template; colour: of its accents, where a person has none; sides by orientation."""
 
     name: str
@@ -87,7 +87,7 @@ class Template:
         return self.sides[orientation]
 
 
-def template_named(name: str) -> Template:
+def template_named(name: str) -> BadgeTemplate:
     """A template that comes with the program, or the file at that path (it ends in .toml or .json).
 
     Raises: SpecError where there is none, and as `template_of`.
@@ -114,12 +114,12 @@ def template_named(name: str) -> Template:
 
 
 @cache
-def _shipped(name: str) -> Template:
+def _shipped(name: str) -> BadgeTemplate:
     text = resources.files("moireid").joinpath(f"artwork/templates/{name}.toml").read_text(encoding="utf-8")
     return template_of(tomllib.loads(text), name)
 
 
-def template_of(document: object, name: str) -> Template:
+def template_of(document: object, name: str) -> BadgeTemplate:
     """The template of a file's content; `name` stands in messages.  Raises: SpecError that names the key."""
     table = _table(document, name, {"words", "colour", "landscape", "portrait"})
     sides: dict[Orientation, Side] = {}
@@ -128,7 +128,7 @@ def template_of(document: object, name: str) -> Template:
             sides[orientation] = _side(table[orientation], f"{name}: {orientation}")
     if not sides:
         raise SpecError(f"template {name} has neither [landscape] nor [portrait]; add one")
-    return Template(name, colour_named(_text(table.get("colour", "#1f2a37"), f"{name}: colour")), sides)
+    return BadgeTemplate(name, colour_named(_text(table.get("colour", "#1f2a37"), f"{name}: colour")), sides)
 
 
 def _side(entry: object, where: str) -> Side:

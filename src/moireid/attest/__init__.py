@@ -16,16 +16,24 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.attest.checking import Checked, check, held_against
+    from moireid.attest.checking import CheckResult, check, held_against
     from moireid.attest.envelope import signed_envelope
     from moireid.attest.keys import SigningKey, load_public_key, load_signing_key
 
-__all__ = ["Checked", "SigningKey", "check", "held_against", "load_public_key", "load_signing_key", "signed_envelope"]
+__all__ = [
+    "CheckResult",
+    "SigningKey",
+    "check",
+    "held_against",
+    "load_public_key",
+    "load_signing_key",
+    "signed_envelope",
+]
 
 __getattr__ = lazy(
     __name__,
     {
-        "Checked": "checking",
+        "CheckResult": "checking",
         "check": "checking",
         "held_against": "checking",
         "SigningKey": "keys",

@@ -21,7 +21,7 @@ from typing import Any
 
 from cryptography import x509
 
-from moireid.attest.envelope import Broken, Opened, opened
+from moireid.attest.envelope import Broken, EnvelopeParts, opened
 from moireid.attest.keys import (
     PublicKey,
     algorithm,
@@ -34,11 +34,11 @@ from moireid.attest.keys import (
 from moireid.attest.statement import statement_fault, strict_object, utc
 from moireid.attest.timestamp import Stamp, read_stamp
 from moireid.errors import SpecError
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckResult:
     """What a check found.
 
     Attributes
@@ -64,14 +64,14 @@ class Checked:
     """
 
     faults: tuple[Broken, ...]
-    opened: Opened | None = None
+    opened: EnvelopeParts | None = None
     report: dict[str, Any] | None = None
     film_name: str = ""
     stamp: Stamp | None = None
     key_given: bool = False
     film_given: bool = False
     asked: bool = False
-    barred: Barred | None = None
+    barred: Exclusion | None = None
 
     @property
     def holds(self) -> bool:
@@ -145,7 +145,7 @@ class Checked:
         }
 
 
-def held_against(found: Checked, barred: Barred | None) -> Checked:
+def held_against(found: CheckResult, barred: Exclusion | None) -> CheckResult:
     """Hold a verdict against what became of its badge since.
 
     Parameters
@@ -180,7 +180,7 @@ def held_against(found: Checked, barred: Barred | None) -> Checked:
     return replace(found, faults=(*found.faults, Broken("badge", text)))
 
 
-def _counted_until(barred: Barred) -> datetime:
+def _counted_until(barred: Exclusion) -> datetime:
     """The moment from which on the badge counts for nothing."""
     told = datetime.fromisoformat(barred.since or barred.at)
     told = told if told.tzinfo else told.replace(tzinfo=UTC)
@@ -193,7 +193,7 @@ def check(
     film: Path | None = None,
     key: PublicKey | None = None,
     authorities: tuple[x509.Certificate, ...] = (),
-) -> Checked:
+) -> CheckResult:
     """Check a signed verdict.
 
     Parameters
@@ -217,7 +217,7 @@ def check(
     SpecError
         The film cannot be read.
     """
-    empty = Checked((), key_given=key is not None, film_given=film is not None)
+    empty = CheckResult((), key_given=key is not None, film_given=film is not None)
     digest = _digest(film) if film is not None else None
     try:
         found = opened(envelope)  # 1
@@ -244,7 +244,7 @@ def check(
     return replace(empty, faults=tuple(faults), opened=found, report=report, film_name=name, stamp=stamp)
 
 
-def _signature_faults(found: Opened) -> list[Broken]:
+def _signature_faults(found: EnvelopeParts) -> list[Broken]:
     if not found.signed_by(found.key):
         if not found.payload_as_noted:
             return [Broken("report", "The report was changed after it was signed.")]
@@ -254,7 +254,7 @@ def _signature_faults(found: Opened) -> list[Broken]:
     return []
 
 
-def _statement(found: Opened) -> dict[str, Any]:
+def _statement(found: EnvelopeParts) -> dict[str, Any]:
     """The statement that was signed.  Raises: Broken where it is none, or another key's."""
     try:
         document = strict_object(found.payload)
@@ -275,7 +275,7 @@ def _statement(found: Opened) -> dict[str, Any]:
     return document
 
 
-def _stamp(found: Opened, authorities: tuple[x509.Certificate, ...], faults: list[Broken]) -> Stamp | None:
+def _stamp(found: EnvelopeParts, authorities: tuple[x509.Certificate, ...], faults: list[Broken]) -> Stamp | None:
     if found.timestamp is None:
         if authorities:
             faults.append(Broken("timestamp", "There is no time stamp, though a time authority is given."))
@@ -287,7 +287,7 @@ def _stamp(found: Opened, authorities: tuple[x509.Certificate, ...], faults: lis
     return stamp
 
 
-def _certificate_faults(found: Opened, attested: dict[str, Any], stamp: Stamp | None) -> list[Broken]:
+def _certificate_faults(found: EnvelopeParts, attested: dict[str, Any], stamp: Stamp | None) -> list[Broken]:
     at = stamp.at if stamp and stamp.trusted else _moment(attested["at"])
     fault = chain_fault(found.certificates, found.key, at)
     return [Broken("certificate", f"The certificates do not hold: {fault}.")] if fault else []

@@ -29,14 +29,14 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from securesystemslib.signer import CryptoSigner
 
 from moireid import errors
-from moireid.attest.credentials_work import Asked, read
+from moireid.attest.credentials_work import CredentialRequest, read
 from moireid.attest.keys import SigningKey, certificate_pem, holder
 from moireid.errors import MediaError, MoireIdError, SpecError
 from moireid.extras import missing_extra
 from moireid.files import whole_file
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.sandbox.child import Talk
-from moireid.sandbox.process import Ended, start
+from moireid.sandbox.process import ProcessEnd, start
 from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 from moireid.verifier.reasons import Reason
@@ -103,19 +103,19 @@ TELL_S = 0.1
 
 
 @dataclass(frozen=True)
-class Order:
+class JudgingOrder:
     """What to judge, as the arguments of `verifier.verify`; pictures: whether the report's pictures are drawn too."""
 
     video: Path
     claim: Claim
-    barred: Barred | None = None
+    barred: Exclusion | None = None
     overlap: bool = False
     detectors: tuple[tuple[str, float], ...] = ()
     pictures: bool = False
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedReport:
     """A report as JSON; with the pictures and the signals of its page where they were asked for.
 
     sealed: what held of the seal of the process that judged, as in `sandbox.seal.MEANS`.
@@ -127,7 +127,7 @@ class Judged:
     sealed: tuple[str, ...] = ()
 
 
-def judged_apart(order: Order, progress: Callable[[int, int | None], None]) -> Judged:
+def judged_apart(order: JudgingOrder, progress: Callable[[int, int | None], None]) -> JudgedReport:
     """The report of a film, judged in another process.
 
     Raises: MoireIdError as `verifier.verify` does; MediaError where the process fails, or the film changed meanwhile.
@@ -148,7 +148,7 @@ def judged_apart(order: Order, progress: Callable[[int, int | None], None]) -> J
     report = found["result"] if isinstance(found.get("result"), dict) else {}
     if not isinstance(report.get("input"), dict) or report["input"].get("sha256") != before:
         raise MediaError(f"{order.video} changed while it was judged; give a film that nobody writes to any more")
-    return Judged(report, _pictures(found), str(found.get("signals", "")), sealed)
+    return JudgedReport(report, _pictures(found), str(found.get("signals", "")), sealed)
 
 
 def talk_with(
@@ -179,7 +179,7 @@ def talk_with(
         while True:
             if (told := child.hear()) is not None and (back := answer(told)) is not None:
                 child.send(back)
-    except Ended as ended:
+    except ProcessEnd as ended:
         if ended.kind == "done":
             return child.sealed or ()
         if ended.kind == "memory":
@@ -199,7 +199,7 @@ def judge(talk: Talk) -> None:
     from moireid.verifier.report.page import signals_csv
     from moireid.verifier.session.film import verify
 
-    order: Order = talk.next()
+    order: JudgingOrder = talk.next()
     told_s = 0.0
 
     def progress(done: int, of: int | None) -> None:
@@ -225,7 +225,7 @@ def _pictures(found: dict[str, Any]) -> Pictures:
     return Pictures(named, tuple(map(str, found.get("plots", []))), frame_s if isinstance(frame_s, float) else None)
 
 
-def _ours(ended: Ended) -> MoireIdError:
+def _ours(ended: ProcessEnd) -> MoireIdError:
     """The error that the work raised on purpose, of its own kind."""
     kind: type[MoireIdError] = getattr(errors, ended.kind) if ended.kind in errors.__all__ else MediaError
     return kind(ended.words)
@@ -273,7 +273,7 @@ def write_credentials(report: dict[str, Any], film: Path, form: Form, key: Signi
     chain = "".join(certificate_pem(one) for one in key.chain)
 
     with whole_file(credentials_path(film, form)) as output:
-        asked = Asked(film, output, form, report, algorithm, chain)
+        asked = CredentialRequest(film, output, form, report, algorithm, chain)
         talk_with("moireid.attest.credentials_work:write", asked, film, _one_signature(film, key), [output])
         talk_with("moireid.attest.credentials_work:read_back", asked, film, found.update, read=[output])
         if found.get("state") not in SOUND or found.get("verdict") != report:

@@ -28,7 +28,7 @@ SETTINGS = {
 
 
 @dataclass(frozen=True)
-class Asked:
+class CredentialRequest:
     """Credentials to be written: the film, the file to write, "sidecar" or "embed", the report, and who signs.
 
     algorithm: as c2pa names it; chain: certificates as PEM, the key's own first.
@@ -49,7 +49,7 @@ def write(talk: Talk) -> None:
     """
     import c2pa
 
-    asked: Asked = talk.next()
+    asked: CredentialRequest = talk.next()
 
     def sign(claim: bytes) -> bytes:
         talk.tell({"sign": base64.b64encode(claim).decode()})
@@ -76,7 +76,7 @@ def write(talk: Talk) -> None:
 
 def read_back(talk: Talk) -> None:
     """The work of another process: tell what is read in the file that the first one wrote."""
-    asked: Asked = talk.next()
+    asked: CredentialRequest = talk.next()
     aside = asked.form == "sidecar"
     talk.tell((read(asked.film, asked.output.read_bytes()) if aside else read(asked.output)) or {})
 
@@ -111,7 +111,7 @@ def _format(film: Path) -> str:
     return film.suffix.removeprefix(".").lower()
 
 
-def _manifest(asked: Asked) -> str:
+def _manifest(asked: CredentialRequest) -> str:
     generator = {"name": "moireid", "version": __version__}
     assertion = {"label": LABEL, "kind": "Json", "data": asked.report, "created": True}
     title, assertions = asked.film.name, [assertion]

@@ -45,7 +45,7 @@ class Broken(Exception):
 
 
 @dataclass(frozen=True)
-class Opened:
+class EnvelopeParts:
     """An envelope's parts, spelled as they should be; nothing is checked against anything yet.
 
     payload: the signed bytes; signature: over them; key: the one that lies beside; certificates: the key's own, then
@@ -124,7 +124,7 @@ def read_envelope(path: Path) -> bytes:
         raise SpecError(f"envelope {path} cannot be read ({error.strerror}); check its name and rights") from error
 
 
-def opened(content: bytes) -> Opened:
+def opened(content: bytes) -> EnvelopeParts:
     """The parts of an envelope.  Raises: Broken where it is not spelled as one."""
     if len(content) > MOST_BYTES:
         raise Broken("envelope", f"The file is larger than {MOST_BYTES} bytes, and so no signed verdict of moireid.")
@@ -143,7 +143,7 @@ def opened(content: bytes) -> Opened:
     key = _key(signature.get("publicKey"))
     if signature.get("keyid") != SSlibKey.from_crypto(key).keyid:
         raise Broken("signature", "The key's name beside the signature is not that of the key there.")
-    return Opened(
+    return EnvelopeParts(
         _decoded("report", document["payload"], "The report"),
         _decoded("signature", signature.get("sig"), "The signature"),
         key,

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.calibration.chart import View, view_chart
+    from moireid.calibration.chart import ChartView, view_chart
     from moireid.calibration.lens_fit import Calibration, lens_from_band, lens_from_views
     from moireid.calibration.still import load_pictures
 
 __all__ = [
     "Calibration",
-    "View",
+    "ChartView",
     "lens_from_band",
     "lens_from_views",
     "load_pictures",
@@ -29,7 +29,7 @@ __getattr__ = lazy(
     __name__,
     {
         "Calibration": "lens_fit",
-        "View": "chart",
+        "ChartView": "chart",
         "lens_from_band": "lens_fit",
         "lens_from_views": "lens_fit",
         "load_pictures": "still",

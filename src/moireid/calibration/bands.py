@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from moireid.badge import Badge
-from moireid.calibration.chart import View, parts_in_a_band, parts_of, printed_frequencies
+from moireid.calibration.chart import ChartView, parts_in_a_band, parts_of, printed_frequencies
 from moireid.lenticule import view_law
 from moireid.verifier.fringes.sinusoid import fit_rows
 from moireid.verifier.tracking.profiles import ProfileReader
@@ -57,7 +57,7 @@ class BandReading:
 class BandFit:
     """Least squares of every band's fringes over all views, for any lens frequency q."""
 
-    def __init__(self, views: list[View], chart: Badge) -> None:
+    def __init__(self, views: list[ChartView], chart: Badge) -> None:
         strips = ProfileReader(parts_of(chart)).strips
         grating, lens = chart.gratings[0], chart.lens
         law = view_law(lens, grating.pitch_mm)
@@ -149,7 +149,7 @@ class BandFit:
         )
 
 
-def read_bands(views: list[View], chart: Badge) -> list[BandReading]:
+def read_bands(views: list[ChartView], chart: Badge) -> list[BandReading]:
     """Every band of the chart, in their order.
 
     Convention: module docstring.

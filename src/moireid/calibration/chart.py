@@ -39,7 +39,7 @@ LENS_RANGE = (0.25, 20.0)
 
 
 @dataclass(frozen=True)
-class View:
+class ChartView:
     """One registered picture of the chart.
 
     Parameters
@@ -99,7 +99,9 @@ def printed_dot_mm(chart: Badge) -> float | None:
     return Printer(int(dpi)).dot_mm if on_dots and dpi is not None else None
 
 
-def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distance_mm: float | None = None) -> View:
+def view_chart(
+    luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distance_mm: float | None = None
+) -> ChartView:
     """Find the chart in a picture and read its bands.
 
     Parameters
@@ -151,7 +153,7 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     blur_px = BLUR_MM * scale_px_per_mm(homography, middle_mm)
     smooth = np.asarray(cv2.GaussianBlur(light, (0, 0), blur_px))
     profiles = ProfileReader(parts_of(chart)).read_light(smooth, homography)
-    return View(camera, np.asarray(profiles, float))
+    return ChartView(camera, np.asarray(profiles, float))
 
 
 def _found(luma: NDArray[np.uint8], chart: Badge) -> Array:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.calibration.bands import BandReading, read_bands
-from moireid.calibration.chart import View, check_chart, printed_dot_mm, printed_frequencies
+from moireid.calibration.chart import ChartView, check_chart, printed_dot_mm, printed_frequencies
 from moireid.errors import MediaError, SpecError
 from moireid.lenticule import view_law
 from moireid.optics import front_pitch_at_match_mm
@@ -121,7 +121,7 @@ def lens_from_band(
 
 
 def lens_from_views(
-    views: list[View],
+    views: list[ChartView],
     chart: Badge,
     *,
     distance_sd_share: float,

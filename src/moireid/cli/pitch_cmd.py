@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from moireid.badge import Badge
-    from moireid.calibration.chart import View
+    from moireid.calibration.chart import ChartView
     from moireid.calibration.lens_fit import Calibration
 
 #: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
@@ -231,11 +231,13 @@ def _from_photo(
     return made
 
 
-def _views(pictures: list[NDArray[np.uint8]], chart: Badge, focal_px: float, distance_mm: float | None) -> list[View]:
+def _views(
+    pictures: list[NDArray[np.uint8]], chart: Badge, focal_px: float, distance_mm: float | None
+) -> list[ChartView]:
     """The chart in those pictures that show it; raises what is wrong with the first where none does."""
     from moireid.calibration.chart import view_chart
 
-    views: list[View] = []
+    views: list[ChartView] = []
     first: MediaError | None = None
     for picture in pictures:
         try:

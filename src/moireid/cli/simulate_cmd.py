@@ -11,7 +11,7 @@ import click
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
 
 if TYPE_CHECKING:
-    from moireid.simulate.filming import FilmReport, Wish
+    from moireid.simulate.filming import FilmOptions, FilmReport
     from moireid.simulate.scene import Scene
 
 #: The names of `moireid.simulate`, written again because importing that room costs a second; a test compares.
@@ -342,11 +342,11 @@ def wish_of(
     unneeded: tuple[str, ...],
     effects: tuple[str, ...],
     seed: int,
-) -> Wish:
+) -> FilmOptions:
     """The film that the options ask for."""
-    from moireid.simulate.filming import Wish
+    from moireid.simulate.filming import FilmOptions
 
-    return Wish(
+    return FilmOptions(
         motion=motion,
         distance_m=distance,
         frames=frames,

@@ -19,7 +19,7 @@ DRAWS = 64
 LEAST_READ = 0.999
 
 
-class Holder(Protocol):
+class KnownHolder(Protocol):
     """Who holds an identity: what of a registry's record counts here."""
 
     @property
@@ -34,7 +34,7 @@ class Holder(Protocol):
     def revoked_reason(self) -> str | None: ...
 
 
-HolderOf = Callable[[str], Holder | None]
+HolderOf = Callable[[str], KnownHolder | None]
 
 
 def nobody(badge_id: str) -> None:
@@ -43,15 +43,15 @@ def nobody(badge_id: str) -> None:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnBadge:
     """A badge; who holds this very badge already; and a sentence where its identity is shorter than wished."""
 
     badge: Badge
-    holder: Holder | None = None
+    holder: KnownHolder | None = None
     note: str | None = None
 
 
-def drawn_badge(request: Request, payload: bytes | None, holder_of: HolderOf | None) -> Drawn:
+def drawn_badge(request: Request, payload: bytes | None, holder_of: HolderOf | None) -> DrawnBadge:
     """The badge for the request: of `payload`, or of an identity from the system's chance.
 
     Parameters: holder_of: who holds an id, None where nobody does.  Where there is no registry to ask, 128 bits are
@@ -60,21 +60,21 @@ def drawn_badge(request: Request, payload: bytes | None, holder_of: HolderOf | N
     """
     if payload is not None:
         badge = design_badge(request, payload)
-        return Drawn(badge, _holder(badge, holder_of) if holder_of else None)
+        return DrawnBadge(badge, _holder(badge, holder_of) if holder_of else None)
     sizes = FAMILY_BYTES[request.family or "spacing"]
     if holder_of is not None or len(sizes) == 1:
-        return Drawn(_free(request, sizes[0], holder_of))
+        return DrawnBadge(_free(request, sizes[0], holder_of))
     long = _long(request, sizes[1])
     if long is not None:
-        return Drawn(long)
+        return DrawnBadge(long)
     note = (
         f"a board of this size does not carry {8 * sizes[1]} bits over this range, so one of {8 * sizes[0]} bits was "
         "drawn; a registry (--registry) makes sure that nobody else holds it"
     )
-    return Drawn(_free(request, sizes[0], None), note=note)
+    return DrawnBadge(_free(request, sizes[0], None), note=note)
 
 
-def _holder(badge: Badge, holder_of: HolderOf) -> Holder | None:
+def _holder(badge: Badge, holder_of: HolderOf) -> KnownHolder | None:
     """Who holds this very badge.  Raises: RegistryError where its identity was revoked."""
     holder = holder_of(badge.id or "")
     if holder is not None and holder.revoked_at is not None:

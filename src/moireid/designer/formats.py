@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from moireid.designer.design import design_badge
-from moireid.designer.request import Frame, Request
+from moireid.designer.request import FringeBorder, Request
 from moireid.errors import DesignError, SpecError
 
 Orientation = Literal["landscape", "portrait"]
@@ -26,7 +26,7 @@ _TRIAL_BYTES = {"spacing": 8, "pitch": 3}
 
 
 @dataclass(frozen=True)
-class Format:
+class BadgeFormat:
     """One format.
 
     size_mm: width and height as it is named; lens: label of the sheet; range_m: from where to where it is to be read;
@@ -36,7 +36,7 @@ class Format:
     size_mm: tuple[float, float]
     lens: str
     range_m: tuple[float, float]
-    frame: Frame
+    frame: FringeBorder
     corner_mm: float
     words: str
 
@@ -45,19 +45,27 @@ class Format:
 #: 19 px or more at the far end in 1080p.  Ranges are those of a verdict by eight seconds of swaying
 #: (`reach.verdict_reach_m`); only the board, as the one that was first, states how far it is read.
 FORMATS = {
-    "cr80": Format((85.6, 54.0), "75lpi-18mil", (0.3, 0.6), Frame(3.0, 8.5), 3.18, "a card holder"),
-    "a7": Format((105.0, 74.0), "75lpi-18mil", (0.3, 0.75), Frame(4.0, 11.0), 3.0, "an A7 pouch"),
-    "4x3in": Format((101.6, 76.2), "75lpi-18mil", (0.3, 0.75), Frame(4.0, 11.0), 3.0, "a pouch of 4 x 3 inches"),
-    "a6": Format((148.0, 105.0), "62lpi-27mil", (0.4, 1.05), Frame(5.0, 15.0), 4.0, "an A6 pouch"),
-    "a5": Format((210.0, 148.0), "50lpi", (0.6, 1.5), Frame(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"),
+    "cr80": BadgeFormat((85.6, 54.0), "75lpi-18mil", (0.3, 0.6), FringeBorder(3.0, 8.5), 3.18, "a card holder"),
+    "a7": BadgeFormat((105.0, 74.0), "75lpi-18mil", (0.3, 0.75), FringeBorder(4.0, 11.0), 3.0, "an A7 pouch"),
+    "4x3in": BadgeFormat(
+        (101.6, 76.2), "75lpi-18mil", (0.3, 0.75), FringeBorder(4.0, 11.0), 3.0, "a pouch of 4 x 3 inches"
+    ),
+    "a6": BadgeFormat((148.0, 105.0), "62lpi-27mil", (0.4, 1.05), FringeBorder(5.0, 15.0), 4.0, "an A6 pouch"),
+    "a5": BadgeFormat(
+        (210.0, 148.0), "50lpi", (0.6, 1.5), FringeBorder(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"
+    ),
     # For a laptop's camera of 720p, which has two thirds of the pixels that designs count on: all must suffice for
     # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 22 px followed.
-    "webcam": Format((150.0, 120.0), "50lpi", (0.4, 0.9), Frame(4.0, 22.0), 4.0, "a hand or a stand, for calls"),
-    "board": Format((146.0, 160.0), "50lpi", (0.8, 2.5), Frame(), 0.0, "a board of its own, for cameras farther away"),
+    "webcam": BadgeFormat(
+        (150.0, 120.0), "50lpi", (0.4, 0.9), FringeBorder(4.0, 22.0), 4.0, "a hand or a stand, for calls"
+    ),
+    "board": BadgeFormat(
+        (146.0, 160.0), "50lpi", (0.8, 2.5), FringeBorder(), 0.0, "a board of its own, for cameras farther away"
+    ),
 }
 
 
-def format_named(name: str) -> Format:
+def format_named(name: str) -> BadgeFormat:
     """The format of that name.  Raises: SpecError, with the known names, if there is none."""
     if name.lower() not in FORMATS:
         raise SpecError(f"format {name!r} is not known; choose one of {', '.join(FORMATS)}")

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from moireid.badge import Badge
-from moireid.designer.drawn import Drawn, HolderOf, drawn_badge
+from moireid.designer.drawn import DrawnBadge, HolderOf, drawn_badge
 from moireid.designer.payload import payload_from_hex
 from moireid.designer.request import Request, clean_name
 from moireid.errors import MoireIdError, SpecError
@@ -42,8 +42,8 @@ SAVE_AS = "save it as “CSV UTF-8”"
 
 
 @dataclass(frozen=True)
-class Listed:
-    """A list as it was read.
+class ListTable:
+    """The cells of a list.
 
     columns: the first line's cells, in lower case; rows: each person's number and cells, by column; note: what was
     taken where the file does not say it, one sentence, None where nothing was guessed.
@@ -54,7 +54,7 @@ class Listed:
     note: str | None = None
 
 
-def read_list(data: bytes, *, source: str = "the list", needed: str = "name") -> Listed:
+def read_list(data: bytes, *, source: str = "the list", needed: str = "name") -> ListTable:
     """The rows of a list's bytes; `source` names it in messages, and its columns hold `needed`.
 
     Raises: SpecError with the row, where it is no such list, has a column twice, or holds a row that does not fit.
@@ -71,7 +71,7 @@ def read_list(data: bytes, *, source: str = "the list", needed: str = "name") ->
             _check_row(row, number, columns, separator, source)
             cells = [cell.strip() for cell in row] + [""] * (len(columns) - len(row))
             people.append((number, {column: cells[k] for k, column in enumerate(columns)}))
-    return Listed(columns, tuple(people), _with_examples(note, people, needed))
+    return ListTable(columns, tuple(people), _with_examples(note, people, needed))
 
 
 def decoded(data: bytes, source: str = "the list") -> tuple[str, str | None]:
@@ -217,7 +217,7 @@ NameNote = Callable[[str], str | None]
 
 
 @dataclass(frozen=True)
-class Person:
+class PersonRow:
     """One row of a list: its number, name and payload as given (empty where none is), and all cells by column."""
 
     row: int
@@ -235,18 +235,18 @@ class Person:
 class PeopleList:
     """The people of a list; note: what was guessed on reading it, None where nothing was."""
 
-    people: tuple[Person, ...]
+    people: tuple[PersonRow, ...]
     note: str | None = None
 
 
 @dataclass(frozen=True)
-class Designed:
+class DesignResult:
     """A person and either the badge, or why there is none.
 
     note: what there is to say of the badge; name_note: what its print leaves out of the name.
     """
 
-    person: Person
+    person: PersonRow
     badge: Badge | None = None
     fault: SpecError | None = None
     note: str | None = None
@@ -271,21 +271,21 @@ def parse_people(data: bytes, *, source: str = "the list") -> PeopleList:
     Raises: SpecError as `lists.read_list`, and where the list names nobody or too many.
     """
     listed = read_list(data, source=source)
-    people = [Person(row, cells["name"], cells.get("payload", ""), cells) for row, cells in listed.rows]
+    people = [PersonRow(row, cells["name"], cells.get("payload", ""), cells) for row, cells in listed.rows]
     if not 1 <= len(people) <= MOST_PEOPLE:
         raise SpecError(f"{source} names {len(people)} people; 1 to {MOST_PEOPLE} can be printed at once")
     return PeopleList(tuple(people), listed.note)
 
 
 def design_people(
-    people: Iterable[Person],
+    people: Iterable[PersonRow],
     request: Request,
     *,
     holder_of: HolderOf | None = None,
     source: str = "the list",
     name_note: NameNote = lambda name: None,
     line: str = "",
-) -> Iterator[Designed]:
+) -> Iterator[DesignResult]:
     """A badge for each person, in order, or the fault of that row.
 
     An identity that the list does not give is drawn, once: going through the list again draws others.  If two rows have
@@ -304,7 +304,7 @@ def design_people(
         except MoireIdError as error:
             fault = SpecError(f"{where}: {error}")
             fault.__cause__ = error
-            yield Designed(person, fault=fault)
+            yield DesignResult(person, fault=fault)
             continue
         badge = drawn.badge
         badge_id = badge.id or ""
@@ -313,16 +313,16 @@ def design_people(
                 f"rows {rows[badge_id]} and {person.row} of {Path(source).name} give one identity, {badge_id}; give "
                 "another payload in one of them, or none, and one is drawn"
             )
-            yield Designed(person, fault=fault)
+            yield DesignResult(person, fault=fault)
             continue
         rows[badge_id] = person.row
         shown = line_of(badge.print) or unicodedata.normalize("NFC", line).strip() or None
         twin = names.setdefault((badge.name, shown), person.row)
         note = drawn.note if twin == person.row else _alike(twin, person.row, badge.name, shown)
-        yield Designed(person, badge, note=note, name_note=told)
+        yield DesignResult(person, badge, note=note, name_note=told)
 
 
-def _drawn(person: Person, request: Request, holder_of: HolderOf | None, taken: Mapping[str, int]) -> Drawn:
+def _drawn(person: PersonRow, request: Request, holder_of: HolderOf | None, taken: Mapping[str, int]) -> DrawnBadge:
     """The badge of one row, of an identity that no row before has where one is drawn.  Raises: as `drawn_badge`."""
     wish = wish_of(person, request)
     if person.payload:
@@ -335,12 +335,12 @@ def _drawn(person: Person, request: Request, holder_of: HolderOf | None, taken: 
     return with_line(drawn, person)
 
 
-def wish_of(person: Person, request: Request) -> Request:
+def wish_of(person: PersonRow, request: Request) -> Request:
     """The request for one person of a list.  Raises: SpecError as `clean_name`."""
     return replace(request, name=clean_name(person.name))
 
 
-def with_line(drawn: Drawn, person: Person) -> Drawn:
+def with_line(drawn: DrawnBadge, person: PersonRow) -> DrawnBadge:
     """The same, with the line below the name in the badge's print data."""
     if not person.line:
         return drawn
@@ -356,7 +356,7 @@ def _alike(twin: int, row: int, name: str, line: str | None) -> str:
     )
 
 
-def without_held(designed: Iterable[Designed], request: Request, holder_of: HolderOf) -> Iterator[Designed]:
+def without_held(designed: Iterable[DesignResult], request: Request, holder_of: HolderOf) -> Iterator[DesignResult]:
     """The same, once the registry can be asked: an identity that was drawn, and that somebody holds, is drawn anew."""
     for one in designed:
         if one.badge is None or one.person.payload or holder_of(one.badge.id or "") is None:
@@ -366,7 +366,7 @@ def without_held(designed: Iterable[Designed], request: Request, holder_of: Hold
             yield replace(one, badge=drawn.badge)
 
 
-def badges_of(designed: Iterable[Designed]) -> list[Badge]:
+def badges_of(designed: Iterable[DesignResult]) -> list[Badge]:
     """The badges of a list.  Raises: the first row's fault."""
     badges = []
     for one in designed:

@@ -16,7 +16,7 @@ MAX_SCALE_OFF = 0.05
 
 
 @dataclass(frozen=True)
-class Frame:
+class FringeBorder:
     """What stands around the fringes.
 
     Parameters
@@ -84,7 +84,7 @@ class Request:
     front: str = "lens"
     gap_mm: float = 1.5
     lens_thickness_mm: float | None = None
-    frame: Frame = field(default_factory=Frame)
+    frame: FringeBorder = field(default_factory=FringeBorder)
     markers: str = "squares"
 
 

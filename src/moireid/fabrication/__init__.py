@@ -19,12 +19,12 @@ from moireid.lazy import lazy
 
 if TYPE_CHECKING:
     from moireid.fabrication.event import Event, print_event
-    from moireid.fabrication.package import Printed, print_badge
+    from moireid.fabrication.package import PrintResult, print_badge
     from moireid.fabrication.page.pdf import write_badge_pdf
 
 __all__ = [
     "Event",
-    "Printed",
+    "PrintResult",
     "print_badge",
     "print_event",
     "write_badge_pdf",
@@ -34,7 +34,7 @@ __getattr__ = lazy(
     __name__,
     {
         "Event": "event",
-        "Printed": "package",
+        "PrintResult": "package",
         "print_badge": "package",
         "print_event": "event",
         "write_badge_pdf": "page.pdf",

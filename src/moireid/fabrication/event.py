@@ -29,7 +29,7 @@ from moireid.fabrication.assembly.words import Maker
 from moireid.fabrication.package import file_names, leftover_parts, write_sheets
 from moireid.fabrication.page.artwork import CROP_GAP_MM
 from moireid.fabrication.page.dress import writer_of
-from moireid.fabrication.page.pdf import DEFAULT_DPI, Sheet, draw_board, draw_mask, draw_scale_bars
+from moireid.fabrication.page.pdf import DEFAULT_DPI, PdfPage, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
@@ -137,7 +137,7 @@ def write_sheets_pdf(
     x0, y0, x1, y1 = first.outline_mm
     block: Rect = (*places[0], places[-1][0] + x1 - x0, places[-1][1] + y1 - y0)
     with whole_file(path) as temporary:
-        sheet = Sheet(temporary, first.page_mm, "Moiré badges", scale, None if form == "vector" else dot_mm)
+        sheet = PdfPage(temporary, first.page_mm, "Moiré badges", scale, None if form == "vector" else dot_mm)
         for number, badge in enumerate(badges):
             place = places[number % len(places)]
             if number and number % len(places) == 0:

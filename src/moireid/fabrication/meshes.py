@@ -17,7 +17,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from moireid.errors import FabricationError
-from moireid.fabrication.solids import STL_VOLUME_SHARE, Expected, cad_package, check_volume, read_mesh, refused
+from moireid.fabrication.solids import STL_VOLUME_SHARE, ExpectedSolid, cad_package, check_volume, read_mesh, refused
 
 __all__ = [
     "check_3mf",
@@ -83,7 +83,7 @@ def export_3mf(bodies: list[tuple[str, Any]], path: Path) -> None:
             archive.writestr(entry, text)
 
 
-def check_3mf(path: Path, expected: list[Expected]) -> None:
+def check_3mf(path: Path, expected: list[ExpectedSolid]) -> None:
     """Read a 3MF file back with lib3mf in strict mode: one closed body for each that is expected, of its volume.
 
     Raises: FabricationError with what was found, what is allowed and what to do.

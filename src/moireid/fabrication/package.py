@@ -29,7 +29,7 @@ PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
 
 @dataclass(frozen=True)
-class Printed:
+class PrintResult:
     """What `print_badge` wrote.
 
     Attributes
@@ -66,7 +66,7 @@ def print_badge(
     kept: Sequence[Path] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
-) -> Printed:
+) -> PrintResult:
     """Write everything that a person needs for one badge into a folder.
 
     Parameters
@@ -131,7 +131,7 @@ def print_badge(
             stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
             # badge.json goes last, so that where it exists all other files exist too.
             move_together([(aside / name, folder / name) for name in names], stale)
-    return Printed({name: folder / name for name in names}, mass_g, told, parts.left_out, stale)
+    return PrintResult({name: folder / name for name in names}, mass_g, told, parts.left_out, stale)
 
 
 def write_sheets(

@@ -36,7 +36,7 @@ Corner = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedSolid:
     """What a file must turn out to hold: the CAD volume, the designed bounding box, and the number of solids."""
 
     volume_mm3: float
@@ -75,7 +75,7 @@ def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float =
         raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk")
 
 
-def check_step(path: Path, expected: Expected) -> None:
+def check_step(path: Path, expected: ExpectedSolid) -> None:
     """Read a STEP file back: it must hold valid closed solids of the expected number, volume and place.
 
     Raises: FabricationError with what was found, what is allowed and what to do.
@@ -95,7 +95,7 @@ def check_step(path: Path, expected: Expected) -> None:
     _check_bounds("STEP file", (tuple(lower), tuple(np.max([tuple(box.max) for box in boxes], axis=0))), expected)
 
 
-def check_stl(path: Path, expected: Expected) -> int:
+def check_stl(path: Path, expected: ExpectedSolid) -> int:
     """Read an STL file back: it must bound one volume, as trimesh and manifold3d each find, of the expected size.
 
     Returns: the number of triangles.
@@ -147,7 +147,7 @@ def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> 
         )
 
 
-def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]], expected: Expected) -> None:
+def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]], expected: ExpectedSolid) -> None:
     got = np.array(corners, dtype=float)
     wanted = np.array([expected.lower_mm, expected.upper_mm])
     off_mm = float(np.abs(got - wanted).max())

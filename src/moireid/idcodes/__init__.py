@@ -11,7 +11,7 @@ name_derived.py  identities that early versions made from a name
 """
 
 from moireid.idcodes.families import family_named, spells_its_id
-from moireid.idcodes.family import CellReading, CodeFamily, Decoded
+from moireid.idcodes.family import CellReading, CodeFamily, DecodeResult
 from moireid.idcodes.name_derived import is_name_derived
 from moireid.idcodes.partial import WRONG_PERSON, PartialWord
 from moireid.idcodes.pitch import PitchFamily
@@ -22,7 +22,7 @@ __all__ = [
     "WRONG_PERSON",
     "CellReading",
     "CodeFamily",
-    "Decoded",
+    "DecodeResult",
     "PartialWord",
     "PitchFamily",
     "SpacingFamily",

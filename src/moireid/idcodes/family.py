@@ -47,7 +47,7 @@ class CellReading:
 
 
 @dataclass(frozen=True)
-class Decoded:
+class DecodeResult:
     """What decoding found, made without looking at any claim.
 
     Attributes
@@ -117,7 +117,7 @@ class CodeFamily(Protocol):
             Where the payload or the number of cells does not fit.
         """
 
-    def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
+    def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> DecodeResult:
         """Find the payload that readings spell.
 
         Parameters

@@ -15,7 +15,7 @@ from dataclasses import replace
 from moireid.badge import Cell, Code, Grating
 from moireid.errors import CodeError
 from moireid.frames import own_rect
-from moireid.idcodes.family import CellReading, Decoded
+from moireid.idcodes.family import CellReading, DecodeResult
 from moireid.idcodes.words import SYMBOL_BITS, WORD_SYMBOLS, decode_word, encode_word
 from moireid.optics import rear_pitch_for_beat_mm
 
@@ -118,7 +118,7 @@ class PitchFamily:
             cells.append(line_up(cell, grating, level_pitch_mm(code, level, front_pitch_mm)))
         return (tuple(cells),)
 
-    def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
+    def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> DecodeResult:
         """Decode one reading a band: the nearest level, erasing what is unclear, then the word.
 
         Parameters
@@ -156,7 +156,7 @@ class PitchFamily:
         found = decode_word(symbols)
         margin = 1.0 - 2.0 * sorted(distances)[len(distances) // 2]
         payload, corrected = found or (None, 0)
-        return Decoded(payload, len(symbols), symbols.count(None), corrected, margin)
+        return DecodeResult(payload, len(symbols), symbols.count(None), corrected, margin)
 
 
 def _code(gratings: tuple[Grating, ...]) -> Code:

@@ -17,7 +17,7 @@ from functools import partial
 
 from moireid.badge import Cell, Grating
 from moireid.errors import CodeError
-from moireid.idcodes.family import CellReading, Decoded
+from moireid.idcodes.family import CellReading, DecodeResult
 from moireid.idcodes.partial import PartialWord
 from moireid.idcodes.pitch import UNCLEAR_BEYOND_STEPS, code_of, level_pitch_mm, line_up, steps_from_reference
 from moireid.idcodes.words import MAX_TRIES, WordCode
@@ -91,7 +91,7 @@ class SpacingFamily:
             written.append(tuple(cells))
         return tuple(written)
 
-    def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
+    def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> DecodeResult:
         """Decode one reading a cell: nearest phase, doubts by distance and error bar, the word, then the beats.
 
         Parameters
@@ -134,9 +134,11 @@ class SpacingFamily:
                 None if math.inf in doubts[k : k + CELLS_PER_BYTE] else octet
                 for k, octet in zip(range(0, used, CELLS_PER_BYTE), _octets(cells[:used]), strict=True)
             )
-            return Decoded(None, word.word_bytes, unclear, 0, margin, partial=PartialWord(word, octets, beats))
+            return DecodeResult(None, word.word_bytes, unclear, 0, margin, partial=PartialWord(word, octets, beats))
         payload, corrected = found
-        return Decoded(payload, word.word_bytes, unclear, corrected, margin, _beats_agree(payload, readings, gratings))
+        return DecodeResult(
+            payload, word.word_bytes, unclear, corrected, margin, _beats_agree(payload, readings, gratings)
+        )
 
 
 def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> list[int]:

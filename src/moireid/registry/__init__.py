@@ -23,7 +23,7 @@ transfer/       a registry to a JSON file, and back
 maintenance/    opening, older versions, the log as it is told, people erased
 """
 
-from moireid.provenance import Claimed, Holder
+from moireid.provenance import BadgeHolder, ClaimedBadge
 from moireid.registry.audit import Audit, Finding
 from moireid.registry.batch import Batch
 from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
@@ -35,10 +35,10 @@ from moireid.registry.transfer.merge import Import
 
 __all__ = [
     "Audit",
+    "BadgeHolder",
     "Batch",
-    "Claimed",
+    "ClaimedBadge",
     "Finding",
-    "Holder",
     "Import",
     "LookAlikeWarning",
     "People",

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.provenance import Barred, Claimed, Holder, Provenance
+from moireid.provenance import BadgeHolder, ClaimedBadge, Exclusion, Provenance
 from moireid.registry.claims import chosen_line
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
@@ -23,7 +23,7 @@ MOST_ALIKE = 3
 ERASED, SOMEBODY = "its holder was erased from the registry on their wish", "somebody who was erased"
 
 
-def claimed(registry: Registry, claim: str) -> Claimed:
+def claimed(registry: Registry, claim: str) -> ClaimedBadge:
     """Look up the badge that a claim means.
 
     Parameters
@@ -57,7 +57,7 @@ def claimed(registry: Registry, claim: str) -> Claimed:
     return _of_record(record, Provenance("registry", alike=_alike(registry, record.name), line=line, others=others))
 
 
-def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
+def claimed_by_file(registry: Registry, badge: Badge) -> ClaimedBadge:
     """The badge of a file; the registry's own badge where the file's identity is enrolled, so that its name counts.
 
     Parameters
@@ -80,19 +80,19 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
     record = registry.by_id(badge.id) if badge.id else None
     if record is None:
         gone = registry.erased_at(badge.id) if badge.id else None
-        return Claimed(badge) if gone is None else Claimed(badge, barred=Barred("revoked", gone, ERASED))
+        return ClaimedBadge(badge) if gone is None else ClaimedBadge(badge, barred=Exclusion("revoked", gone, ERASED))
     registry.check_newest(record)
     name = unicodedata.normalize("NFC", badge.name).strip()
     other = badge.name if name != record.name.strip() else None
     return _of_record(record, Provenance("registry", other, _alike(registry, record.name)))
 
 
-def _of_record(record: Record, provenance: Provenance) -> Claimed:
+def _of_record(record: Record, provenance: Provenance) -> ClaimedBadge:
     as_built = as_built_from_json(record.as_built) if record.as_built else None
-    return Claimed(record.badge, as_built, record.barred(), provenance)
+    return ClaimedBadge(record.badge, as_built, record.barred(), provenance)
 
 
-def holder_of(registry: Registry, badge_id: object) -> Holder | None:
+def holder_of(registry: Registry, badge_id: object) -> BadgeHolder | None:
     """Tell who holds the badge that was read in a film.
 
     Parameters
@@ -121,9 +121,9 @@ def holder_of(registry: Registry, badge_id: object) -> Holder | None:
     record = registry.by_id(badge_id)
     if record is not None:
         registry.check_newest(record)
-        return Holder(record.name, record.barred())
+        return BadgeHolder(record.name, record.barred())
     gone = registry.erased_at(badge_id)
-    return None if gone is None else Holder(SOMEBODY, Barred("revoked", gone, ERASED))
+    return None if gone is None else BadgeHolder(SOMEBODY, Exclusion("revoked", gone, ERASED))
 
 
 def _alike(registry: Registry, name: str) -> tuple[str, ...]:

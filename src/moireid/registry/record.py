@@ -15,7 +15,7 @@ from typing import Any
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError, SpecError
 from moireid.names import MOST_LINES, hidden_words, line_fault, line_of
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack, utc_now
 from moireid.registry.engine import AnyRow
 from moireid.registry.keys import RECORD, Authority, Signs
@@ -34,14 +34,14 @@ def barred_by(
     since: str | None,
     *,
     today: str | None = None,
-) -> Barred | None:
+) -> Exclusion | None:
     """What `Record.barred` says, of the fields of a record."""
     if revoked_at is not None:
-        return Barred("revoked", revoked_at, revoked_reason or "", since)
+        return Exclusion("revoked", revoked_at, revoked_reason or "", since)
     if suspended_at is not None:
-        return Barred("suspended", suspended_at, suspended_reason or "")
+        return Exclusion("suspended", suspended_at, suspended_reason or "")
     if expires is not None and expires < (today or utc_now()[:10]):
-        return Barred("expired", expires, expires)
+        return Exclusion("expired", expires, expires)
     return None
 
 
@@ -117,7 +117,7 @@ class Record:
         # Few records have one, and reading each document of a long list would take minutes.
         return line_of(json.loads(self.badge_json).get("print")) if '"lines"' in self.badge_json else None
 
-    def barred(self, today: str | None = None) -> Barred | None:
+    def barred(self, today: str | None = None) -> Exclusion | None:
         """Tell why the badge does not count.
 
         Parameters

@@ -35,7 +35,7 @@ from moireid.registry.engine import AnySelect
 SCHEMA_VERSION = 4
 
 
-class Packed(LargeBinary):
+class PackedBytes(LargeBinary):
     """Bytes as the driver gives them; record.py reports values that are not bytes."""
 
     cache_ok = True
@@ -57,11 +57,11 @@ badges = Table(
     Column("id", _text, primary_key=True),
     Column("name_nfc", _text, nullable=False),
     Column("layout_key", _text, nullable=False),
-    Column("badge", Packed, nullable=False),
+    Column("badge", PackedBytes, nullable=False),
     Column("issued_at", _text, nullable=False),
     Column("revoked_at", _text),
     Column("revoked_reason", _text),
-    Column("as_built", Packed),
+    Column("as_built", PackedBytes),
     Column("as_built_at", _text),
     Column("salt", _text),
     Column("suspended_at", _text),

@@ -27,12 +27,12 @@ from moireid.registry.face.outward import Outward, expiry_day
 from moireid.registry.keys import account, checked_actor, key_path
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.maintenance.erasure import Erased, erase_actor, erase_person
+from moireid.registry.maintenance.erasure import ErasureResult, erase_actor, erase_person
 from moireid.registry.record import Record, new_record, storable_json
 from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
-from moireid.registry.transfer.rotate import Rotated, rotate
+from moireid.registry.transfer.rotate import KeyRotation, rotate
 
 #: So many people of names that look alike are named in a warning.
 MOST_TOLD = 3
@@ -251,7 +251,7 @@ class Registry(Deciding, Outward):
         finally:
             self._warn(names, told=told)
 
-    def rotate_key(self, progress: Progress | None = None) -> Rotated:
+    def rotate_key(self, progress: Progress | None = None) -> KeyRotation:
         """Give the authority a new key, by a log entry that the old and the new one sign.
 
         Parameters
@@ -314,7 +314,7 @@ class Registry(Deciding, Outward):
                 record = transaction.change(record, "as_built")
         return record
 
-    def erase(self, claim: str) -> Erased:
+    def erase(self, claim: str) -> ErasureResult:
         """Erase a person on their wish, for good; again only cleans the database again.
 
         Parameters
@@ -334,7 +334,7 @@ class Registry(Deciding, Outward):
         """
         return erase_person(self._ledger, claim, self.actor)
 
-    def erase_actor(self, name: str) -> Erased:
+    def erase_actor(self, name: str) -> ErasureResult:
         """Erase who did something here: the log keeps what was done, and no longer by whom.
 
         Parameters

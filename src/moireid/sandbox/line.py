@@ -17,7 +17,7 @@ LENGTH = struct.Struct("!i")
 PIECE = 1 << 20
 
 
-class Line:
+class MessageChannel:
     """One end; one thread may send while another receives."""
 
     def __init__(self, end: socket.socket) -> None:

@@ -24,7 +24,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from moireid.sandbox.line import Line
+from moireid.sandbox.line import MessageChannel
 from moireid.sandbox.reach import Reach, kept_environment, reach
 from moireid.sandbox.seal import ProcessLimits
 
@@ -47,7 +47,7 @@ ONE_THREAD = dict.fromkeys(
 NOT_HANDED_ON = frozenset({"MALLOC_TRIM_THRESHOLD_"})
 
 
-class Ended(Exception):
+class ProcessEnd(Exception):
     """A process has ended, or must be ended: kind and words.
 
     kind: "done" if its work is done; "crash" if the process ended by itself; "memory" if it needed too much; otherwise
@@ -62,7 +62,7 @@ class Ended(Exception):
 class Child:
     """One process within limits; its owner ends it by `kill`, from any thread."""
 
-    def __init__(self, line: Line, end: Callable[[], int | None], folder: str, limits: ProcessLimits) -> None:
+    def __init__(self, line: MessageChannel, end: Callable[[], int | None], folder: str, limits: ProcessLimits) -> None:
         """Parameters: end: ends the process and returns its exit code; folder: for its temporary files."""
         self._line, self._end, self._folder, self._limits = line, end, folder, limits
         self._lock, self._over = threading.Lock(), False
@@ -80,7 +80,7 @@ class Child:
         except OSError as error:
             raise self._gone() from error
         if not taken:
-            raise Ended("crash", "does not read what it is sent")
+            raise ProcessEnd("crash", "does not read what it is sent")
 
     def hear(self, seconds: float | None = None) -> dict[str, Any] | None:
         """The next answer of the process; None if there is no whole one for `seconds`.  Raises: Ended."""
@@ -103,25 +103,25 @@ class Child:
         except (EOFError, OSError) as error:
             raise self._gone() from error
         except (ValueError, TypeError, RecursionError) as error:
-            raise Ended("crash", "it said what cannot be read") from error
-        raise Ended(str(kind), str(words), ours=bool(ours))
+            raise ProcessEnd("crash", "it said what cannot be read") from error
+        raise ProcessEnd(str(kind), str(words), ours=bool(ours))
 
     def kill(self) -> None:
         """End the process, and remove its temporary files; a second call changes nothing.
 
-        A thread that waits in `hear` or `send` gets `Ended`.
+        A thread that waits in `hear` or `send` gets `ProcessEnd`.
         """
         with self._lock:
             if not self._over:
                 self._over, self._code = True, self._end()
                 shutil.rmtree(self._folder, ignore_errors=True)
 
-    def _gone(self) -> Ended:
+    def _gone(self) -> ProcessEnd:
         self.kill()
         if self._code is None:
-            return Ended("crash", "ended by itself")
+            return ProcessEnd("crash", "ended by itself")
         how = f"by {signal.Signals(-self._code).name}" if self._code < 0 else f"with exit code {self._code}"
-        return Ended("crash", f"ended by itself ({how})")
+        return ProcessEnd("crash", f"ended by itself ({how})")
 
 
 def start(work: str, limits: ProcessLimits, folder: Path | str | None = None, *, within: Reach | None = None) -> Child:
@@ -139,7 +139,7 @@ def start(work: str, limits: ProcessLimits, folder: Path | str | None = None, *,
         program.kill()
         return program.wait()
 
-    return Child(Line(line), end, scratch, limits)
+    return Child(MessageChannel(line), end, scratch, limits)
 
 
 @cache
@@ -149,7 +149,7 @@ def sealed_here() -> tuple[str, ...]:
     Raises: OSError if none can be started.
     """
     child = start("moireid.sandbox.child:rest", ProcessLimits(1 << 28), within=reach())
-    with suppress(Ended):
+    with suppress(ProcessEnd):
         child.hear(LOAD_S)
     child.kill()
     return child.sealed or ()
@@ -186,7 +186,7 @@ class ForkServer:
                     # A late answer would be taken for the answer to another request.
                     self._drop()
                     raise
-            return Child(Line(ours.dup()), lambda: self._end(line, number), scratch, limits)
+            return Child(MessageChannel(ours.dup()), lambda: self._end(line, number), scratch, limits)
 
     def _begun(self) -> socket.socket:
         if self._program is not None and self._program.poll() is not None:

@@ -24,15 +24,15 @@ from moireid.lazy import lazy
 if TYPE_CHECKING:
     from moireid.simulate.cameras import Camera, camera_named
     from moireid.simulate.filming import FilmReport, film, truth_path
-    from moireid.simulate.light import Light, light_named
+    from moireid.simulate.light import DiscLight, light_named
     from moireid.simulate.motion import Motion, Poses, motion_named
     from moireid.simulate.scene import Build, Need, Scene
 
 __all__ = [
     "Build",
     "Camera",
+    "DiscLight",
     "FilmReport",
-    "Light",
     "Motion",
     "Need",
     "Poses",
@@ -50,7 +50,7 @@ __getattr__ = lazy(
         "Build": "scene",
         "Camera": "cameras",
         "FilmReport": "filming",
-        "Light": "light",
+        "DiscLight": "light",
         "Motion": "motion",
         "Need": "scene",
         "Poses": "motion",

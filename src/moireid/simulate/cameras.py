@@ -196,7 +196,7 @@ CAMERAS: dict[str, Camera] = {
 
 
 @dataclass(frozen=True)
-class Format:
+class PictureFormat:
     """Size of a picture, px, and frames a second."""
 
     width: int
@@ -210,14 +210,14 @@ class Format:
 
 
 #: What video generators make; source: those of Qing et al. 2026.
-FORMATS: dict[str, Format] = {
-    "848x480@24": Format(848, 480, 24.0),
-    "1280x720@24": Format(1280, 720, 24.0),
-    "1920x1080@25": Format(1920, 1080, 25.0),
+FORMATS: dict[str, PictureFormat] = {
+    "848x480@24": PictureFormat(848, 480, 24.0),
+    "1280x720@24": PictureFormat(1280, 720, 24.0),
+    "1920x1080@25": PictureFormat(1920, 1080, 25.0),
 }
 
 
-def format_named(name: str) -> Format:
+def format_named(name: str) -> PictureFormat:
     """One of `FORMATS`.  Raises: SpecError for another name."""
     if name not in FORMATS:
         raise SpecError(f"format {name!r} is not known; choose one of {', '.join(FORMATS)}")

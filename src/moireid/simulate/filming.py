@@ -23,7 +23,7 @@ from moireid.simulate.cameras import camera_named, format_named
 from moireid.simulate.effects.effect import Effect, begun, timing_of
 from moireid.simulate.effects.table import CAMERAS as EFFECT_CAMERAS
 from moireid.simulate.effects.table import effect_named
-from moireid.simulate.forgeries.rear_layer import Shown, shown_in
+from moireid.simulate.forgeries.rear_layer import ShownViews, shown_in
 from moireid.simulate.left_out import LeftOut, left_out
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import Motion, motion_named
@@ -37,7 +37,7 @@ __all__ = ["TRUTH_COLUMNS", "FilmReport", "film", "truth_path"]
 
 Array = NDArray[np.float64]
 #: What a film shows, of scene, motion, camera centres (T, 3) and frames a second.
-Show = Callable[[Scene, Motion, Array, float], Shown]
+Show = Callable[[Scene, Motion, Array, float], ShownViews]
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,7 @@ def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate) -> Rend
 
 
 @dataclass(frozen=True)
-class Wish:
+class FilmOptions:
     """One film; each field is an option of `moireid simulate`; None where other fields or defaults decide.
 
     fps: None for that of the format, or 60; motion: a name, or the path of a CSV file; leave_out: fields of
@@ -308,7 +308,7 @@ class Wish:
         return self.fps or (format_named(self.format).fps if self.format else 60.0)
 
 
-def scene_of(badge: Badge, wish: Wish) -> Scene:
+def scene_of(badge: Badge, wish: FilmOptions) -> Scene:
     """What is filmed: a typical build of the badge before the camera.  Raises: SpecError where a name is not known."""
     name = "phone" if wish.camera in EFFECT_CAMERAS else wish.camera
     camera = camera_named(name, mirror=wish.mirror, focus_blur_px=wish.blur_px)
@@ -324,7 +324,7 @@ def scene_of(badge: Badge, wish: Wish) -> Scene:
 
 def filmed(
     scene: Scene,
-    wish: Wish,
+    wish: FilmOptions,
     video: Path,
     *,
     overwrite: bool = False,

@@ -40,7 +40,7 @@ ROW_SHARE, MOST_ROWS = 0.125, 65
 
 
 @dataclass(frozen=True)
-class Light:
+class DiscLight:
     """A disc of light before an even sky.
 
     Parameters
@@ -95,19 +95,19 @@ class Light:
 #: Lights by name, the badge hanging upright at the height of the camera.
 LIGHTS = {
     # An overcast sky all round.
-    "even": Light(),
+    "even": DiscLight(),
     # A photographer's round soft box, 0.8 m across, 1.5 m away, 35 degrees to the left and 25 up.
-    "softbox": Light((-780.0, -634.0, -1114.0), 400.0, 0.7),
+    "softbox": DiscLight((-780.0, -634.0, -1114.0), 400.0, 0.7),
     # A window of about a square metre, 2.5 m away, 40 degrees to the right, at the badge's own height.
-    "window": Light((1607.0, 0.0, -1915.0), 560.0, 0.7),
+    "window": DiscLight((1607.0, 0.0, -1915.0), 560.0, 0.7),
     # A ceiling lamp, 0.25 m across, 2 m away, 45 degrees up and a little to the left.
-    "lamp": Light((-300.0, -1414.0, -1382.0), 125.0, 0.6),
+    "lamp": DiscLight((-300.0, -1414.0, -1382.0), 125.0, 0.6),
     # The sun in a clear sky, half a degree across, 40 degrees up and 30 to the left; the sky gives the other fifth.
-    "sun": Light((-383_000.0, -643_000.0, -663_000.0), 4650.0, 0.8),
+    "sun": DiscLight((-383_000.0, -643_000.0, -663_000.0), 4650.0, 0.8),
 }
 
 
-def light_named(name: str) -> Light:
+def light_named(name: str) -> DiscLight:
     """Give a light by name.
 
     Parameters
@@ -127,7 +127,7 @@ def light_named(name: str) -> Light:
 
     Notes
     -----
-    Convention: as `Light`.
+    Convention: as `DiscLight`.
     Source: rooms as they are; each figure stands beside the name.
     """
     if name not in LIGHTS:
@@ -140,7 +140,7 @@ def straight_share(refractive_index: float) -> float:
     return 4.0 * refractive_index / (refractive_index + 1.0) ** 2
 
 
-def light_table(lens: Lens, light: Light, reach_mm: tuple[float, float]) -> tuple[Array, Array, Array]:
+def light_table(lens: Lens, light: DiscLight, reach_mm: tuple[float, float]) -> tuple[Array, Array, Array]:
     """Brightness of the page under each place of a lens: by the sky, and by the disc at some places across the sheet.
 
     Parameters: lens: as built; light: its place as (across the lenses, along them, depth); reach_mm: the sheet's extent
@@ -166,7 +166,7 @@ def light_table(lens: Lens, light: Light, reach_mm: tuple[float, float]) -> tupl
     return sky, places, np.stack(disc)
 
 
-def _disc_power(light: Light, place_mm: float, thickness_mm: float) -> tuple[Array, Array, Array]:
+def _disc_power(light: DiscLight, place_mm: float, thickness_mm: float) -> tuple[Array, Array, Array]:
     """Tangents at which the disc's points light a place of the apex plane, and the power of each point."""
     middle = np.array(light.place_mm)
     toward = middle / np.linalg.norm(middle)
@@ -216,7 +216,7 @@ def _profile(lens: Lens, tan_x: Array, tan_y: Array, power: Array) -> Array:
     return bins * BINS / straight_share(lens.refractive_index)
 
 
-def turned_light(light: Light, frame: OwnFrame, twist_rad: float, offset_mm: float) -> Light:
+def turned_light(light: DiscLight, frame: OwnFrame, twist_rad: float, offset_mm: float) -> DiscLight:
     """The light in the frame of a twisted sheet over a grating of that frame: across its lenses, along them, in depth.
 
     Convention: twist from x towards y; across counts from the axis of lenticule 0.

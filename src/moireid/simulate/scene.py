@@ -28,7 +28,7 @@ from moireid.errors import SpecError
 from moireid.frames import own_rect
 from moireid.sheets import sheet_lens
 from moireid.simulate.cameras import Camera
-from moireid.simulate.light import Light
+from moireid.simulate.light import DiscLight
 from moireid.simulate.motion import Poses
 
 __all__ = ["Build", "Camera", "Instant", "Need", "Scene"]
@@ -199,7 +199,7 @@ class Scene:
     ink: float = 0.06
     paper: float = 0.85
     hidden_mm: Rect | None = None
-    light: Light | None = None
+    light: DiscLight | None = None
     need: Need = field(default_factory=Need)
 
     @property

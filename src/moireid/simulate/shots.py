@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.simulate.analytic.renderer import Rendered
+from moireid.simulate.analytic.renderer import BoardRadiance
 from moireid.simulate.effects.effect import Step, Take
-from moireid.simulate.forgeries.rear_layer import Shown
+from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.recording.sensor import Sensor, averaged, opened
 from moireid.simulate.scene import Instant, Scene
@@ -19,7 +19,7 @@ from moireid.simulate.truth import Stages
 
 Array = NDArray[np.float64]
 Luma = NDArray[np.uint8]
-Render = Callable[[Instant], Rendered | None]
+Render = Callable[[Instant], BoardRadiance | None]
 #: A finished picture changed: frame, picture (height, width), homography page mm -> px of the middle row.
 Edit = Callable[[int, Luma, Array], Luma]
 #: A frame of the file is mixed of this many of the camera's frames at most.
@@ -43,7 +43,7 @@ class Shots:
 
     scene: Scene
     motion: Motion
-    shown: Shown
+    shown: ShownViews
     fps: float
     longest_s: float
     render: Render
@@ -110,7 +110,9 @@ def take_of(scene: Scene, poses: Poses, fps: float, seed: int) -> Take:
     return Take(pages, poses, camera.focal_px, middle, scene.badge.outline_mm, (camera.width, camera.height), fps, seed)
 
 
-def gathered(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:
+def gathered(
+    render: Render, opening: list[Poses], shown: ShownViews, frame: int
+) -> tuple[BoardRadiance | None, Array | None]:
     """What one frame sees of the board, gathered over its exposure, and the forged field."""
     field, picture = shown.field(frame), shown.picture(frame)
     parts = []

@@ -147,7 +147,7 @@ LAW_MOTION_SHARE = 0.02
 
 
 @dataclass(frozen=True)
-class Expected:
+class GenuineStatistics:
     """One figure on genuine badges: mean and standard deviation of the logarithm of figure over unit.
 
     The unit is the root of the sum of squares of `error_share` times the expected error of a frame, `floor_rad`, and
@@ -170,10 +170,10 @@ class Expected:
 #: figures, nor those of places.  In faint print, strips deviate by half of their error bars and more on
 #: ray-traced films, and so does a twelfth of a strip over half a second.  Errors that a codec repeats are not averaged:
 #: places have all of them, and strips, of a few coding blocks each, half.
-EXPECTED: dict[str, Expected] = {
-    "wander": Expected(1.0, 0.010, -0.55, 0.40, motion_share=0.01),
-    "rows": Expected(0.0, 0.010, -0.15, 0.35, strip_sd_share=0.7, rounding_share=0.5),
-    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_sd_share=0.7, rounding_share=1.0),
+EXPECTED: dict[str, GenuineStatistics] = {
+    "wander": GenuineStatistics(1.0, 0.010, -0.55, 0.40, motion_share=0.01),
+    "rows": GenuineStatistics(0.0, 0.010, -0.15, 0.35, strip_sd_share=0.7, rounding_share=0.5),
+    "places": GenuineStatistics(0.0, 0.020, -0.05, 0.35, strip_sd_share=0.7, rounding_share=1.0),
 }
 
 # --- Are the figures those of the badge that was enrolled? -----------------------------------------------------------

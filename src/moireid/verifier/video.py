@@ -55,9 +55,9 @@ class OpenedFile:
             self._stream.seek(place)
             return self._stream.read(count) or b""
 
-    def reading(self) -> Reading:
+    def reading(self) -> FileReader:
         """A reader with its own position, at the beginning."""
-        return Reading(self)
+        return FileReader(self)
 
     def sha256(self) -> str:
         """Hex SHA-256 of the file.
@@ -81,7 +81,7 @@ class OpenedFile:
         return found.st_size, found.st_mtime_ns
 
 
-class Reading:
+class FileReader:
     """A reader of an opened file with what libraries expect: read, seek, tell and a name."""
 
     def __init__(self, opened: OpenedFile) -> None:

@@ -22,9 +22,9 @@ from moireid_studio.api import registry as registry_api
 from moireid_studio.api import verdicts as verdicts_api
 from moireid_studio.api.schema import describe
 from moireid_studio.auth.guard import Guard, anyone
-from moireid_studio.http.connections import Door
+from moireid_studio.http.connections import ConnectionGuard
 from moireid_studio.http.logs import note_request
-from moireid_studio.http.metrics import Gauge, Watched
+from moireid_studio.http.metrics import Gauge, RequestMetrics
 from moireid_studio.live import link_check, link_pages
 from moireid_studio.live import routes as live
 from moireid_studio.live.sockets import sessions_of
@@ -98,10 +98,10 @@ def create_app(settings: Settings) -> FastAPI:
         # Otherwise it would redirect to any Host that a request names.
         redirect_slashes=False,
     )
-    app.state.studio, app.state.door = studio, Door()
+    app.state.studio, app.state.door = studio, ConnectionGuard()
     studio.metrics.watch(_gauges(app, studio))
     app.add_middleware(Guard, loopback_only=not settings.auth)
-    app.add_middleware(Watched, metrics=studio.metrics, note=note_request)
+    app.add_middleware(RequestMetrics, metrics=studio.metrics, note=note_request)
     verify.install(app)
     for router in (*ROUTERS, _static()):
         # Each with its own prefix and rules already; in one flat list, so that whoever looks over all of them can.
@@ -112,7 +112,7 @@ def create_app(settings: Settings) -> FastAPI:
 
 def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
     """What is asked for when somebody reads the figures."""
-    door: Door = app.state.door
+    door: ConnectionGuard = app.state.door
     return [
         ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),
         ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),

@@ -11,7 +11,7 @@ from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.report.circumstances import Claimed as Named
+from moireid.verifier.report.circumstances import ClaimNote as Named
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.jobs.claims import claim_of
 from moireid_studio.problems import Refusal

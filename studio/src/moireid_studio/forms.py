@@ -20,7 +20,7 @@ from starlette.types import Message
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.pictures import KIND
 from moireid_studio.problems import Refusal
-from moireid_studio.store.storage import Picture
+from moireid_studio.store.storage import StoredPicture
 from moireid_studio.studio import studio_of
 from moireid_studio.uploads import GRACE_S, LEAST_RATE, called
 
@@ -38,7 +38,7 @@ class Fields:
 
     texts: dict[str, str]
     files: dict[str, bytes]
-    pictures: dict[str, list[Picture]] = field(default_factory=dict)
+    pictures: dict[str, list[StoredPicture]] = field(default_factory=dict)
 
 
 def within(request: Request, most: int | None = None, came: Callable[[int], None] = lambda _: None) -> Request:
@@ -133,7 +133,7 @@ async def _read(request: Request, body: Request, most: Mapping[str, int]) -> Fie
     """The form of a body; `most` as for `picture_fields`.  Raises: HTTPException."""
     least = studio_of(request).settings.limits.form_bytes
     files: dict[str, bytes] = {}
-    pictures: dict[str, list[Picture]] = {}
+    pictures: dict[str, list[StoredPicture]] = {}
     counts = {"max_files": MOST_FILES + sum(most.values()), "max_fields": MOST_FIELDS}
     async with body.form(**counts, max_part_size=least) as sent:
         texts = {key: value for key, value in sent.multi_items() if isinstance(value, str)}
@@ -143,7 +143,7 @@ async def _read(request: Request, body: Request, most: Mapping[str, int]) -> Fie
             if key not in most:
                 files[key] = data
                 continue
-            pictures.setdefault(key, []).append(Picture(called(value.filename or ""), data))
+            pictures.setdefault(key, []).append(StoredPicture(called(value.filename or ""), data))
             if len(pictures[key]) > most[key]:
                 raise HTTPException(413, f"Of the files {key} at most {most[key]} are taken; send less at a time.")
     if sum(map(len, files.values())) + sum(len(text.encode("utf-8", "replace")) for text in texts.values()) > least:

@@ -16,16 +16,16 @@ from moireid.fabrication.package import MOVING
 from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
 from moireid_studio.auth.guard import Visitor
-from moireid_studio.jobs.orders import Order, Wish
+from moireid_studio.jobs.orders import BadgeOrder, Wish
 from moireid_studio.jobs.work import ORDER, PACKAGE, PEOPLE
 from moireid_studio.pictures import kept_pictures
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
-from moireid_studio.store.storage import Picture, StorageError, pack
+from moireid_studio.store.storage import StorageError, StoredPicture, pack
 from moireid_studio.studio import Studio
 
 
-def pictures_of(studio: Studio, order: Order, visitor: Visitor) -> dict[str, Picture]:
+def pictures_of(studio: Studio, order: BadgeOrder, visitor: Visitor) -> dict[str, StoredPicture]:
     """The pictures that an order names, by "logo" and "portrait".  Raises: SpecError where one is not kept."""
     named = {"logo": order.logo, "portrait": order.portrait}
     return {
@@ -35,7 +35,7 @@ def pictures_of(studio: Studio, order: Order, visitor: Visitor) -> dict[str, Pic
     }
 
 
-def start_badge(studio: Studio, order: Order, visitor: Visitor, pictures: Mapping[str, Picture]) -> Job:
+def start_badge(studio: Studio, order: BadgeOrder, visitor: Visitor, pictures: Mapping[str, StoredPicture]) -> Job:
     """A job that makes one badge's package; pictures: by "logo" and "portrait".
 
     Raises: Refusal 503 where too many wait, or it cannot be stored.
@@ -44,7 +44,7 @@ def start_badge(studio: Studio, order: Order, visitor: Visitor, pictures: Mappin
 
 
 def start_event(
-    studio: Studio, people_csv: bytes, wish: Wish, visitor: Visitor, pictures: Mapping[str, Picture]
+    studio: Studio, people_csv: bytes, wish: Wish, visitor: Visitor, pictures: Mapping[str, StoredPicture]
 ) -> Job:
     """A job that makes an event's package; pictures: as for `lists.dress_people`.
 
@@ -67,7 +67,7 @@ def _start(
     label: str,
     name: str,
     content: bytes,
-    pictures: Mapping[str, Picture],
+    pictures: Mapping[str, StoredPicture],
     **arguments: Any,
 ) -> Job:
     """Start a job from an archive with the order; the file is removed at the job's end, like an uploaded film."""

@@ -71,7 +71,7 @@ pictures = Table(
 
 
 @dataclass(frozen=True)
-class Link:
+class OneTimeLink:
     """What is kept of a link; times are UTC, ISO 8601.
 
     asked_by: the token of the one who asks; asks: how they call themselves to the other person; claim: the badge's id;
@@ -126,7 +126,9 @@ class Links:
         """Close the connections."""
         self._database.close()
 
-    def make(self, asked_by: str, asks: str, claim: str, *, ids: bool, wants_pictures: bool) -> tuple[str, Link] | None:
+    def make(
+        self, asked_by: str, asks: str, claim: str, *, ids: bool, wants_pictures: bool
+    ) -> tuple[str, OneTimeLink] | None:
         """A new link: its secret, which can never be shown again, and what is kept; None where too many wait."""
         self.remove_old()
         waits = links.c.asked_by == asked_by, links.c.used_at.is_(None), links.c.expires_at > _now()
@@ -145,29 +147,29 @@ class Links:
         found = self.by_secret(secret)
         return None if found is None else (secret, found)
 
-    def by_secret(self, secret: str) -> Link | None:
+    def by_secret(self, secret: str) -> OneTimeLink | None:
         """The link of a secret, also a late or used one."""
         return self._one(links.c.sha256 == _hash(secret))
 
-    def find(self, link_id: str, asked_by: str) -> Link | None:
+    def find(self, link_id: str, asked_by: str) -> OneTimeLink | None:
         """A link by its id, for the one who asked."""
         return self._one(links.c.id == link_id, links.c.asked_by == asked_by)
 
-    def of_asker(self, asked_by: str, limit: int) -> list[Link]:
+    def of_asker(self, asked_by: str, limit: int) -> list[OneTimeLink]:
         """The links of one who asks, the newest first."""
         mine = select(links).where(links.c.asked_by == asked_by).order_by(links.c.number.desc()).limit(limit)
         return [_link(row) for row in self._rows(mine)]
 
-    def note_opened(self, link: Link) -> None:
+    def note_opened(self, link: OneTimeLink) -> None:
         """The other person has the link open; only the first time is kept."""
         self._write(update(links).where(links.c.id == link.id, links.c.opened_at.is_(None)).values(opened_at=_now()))
 
-    def use(self, link: Link, *, agreed: bool) -> bool:
+    def use(self, link: OneTimeLink, *, agreed: bool) -> bool:
         """Use the link up, if nobody did before and it is not late: of two at once, one alone gets True."""
         unused = links.c.id == link.id, links.c.used_at.is_(None), links.c.expires_at > _now()
         return self._write(update(links).where(*unused).values(used_at=_now(), agreed=int(agreed))) == 1
 
-    def note_end(self, link: Link, report: Mapping[str, Any] | None, kept: list[bytes]) -> None:
+    def note_end(self, link: OneTimeLink, report: Mapping[str, Any] | None, kept: list[bytes]) -> None:
         """The check is over.  report: its verdict's event, None where there is none; kept: JPEGs, if both agreed."""
         text = None if report is None else json.dumps(report, ensure_ascii=False, sort_keys=True)
         running = links.c.id == link.id, links.c.ended_at.is_(None)
@@ -177,17 +179,17 @@ class Links:
         for number, jpeg in enumerate(kept[:MOST_PICTURES]):
             self._write(insert(pictures).values(link=link.id, number=number, jpeg=jpeg))
 
-    def pictures(self, link: Link) -> list[bytes]:
+    def pictures(self, link: OneTimeLink) -> list[bytes]:
         """The JPEGs that were kept of a check, in order."""
         kept = select(pictures.c.jpeg).where(pictures.c.link == link.id).order_by(pictures.c.number)
         return [row["jpeg"] for row in self._rows(kept)]
 
-    def remove(self, link: Link) -> None:
+    def remove(self, link: OneTimeLink) -> None:
         """Remove a link with all that is kept of it; a secret that is still about opens nothing then."""
         self._write(delete(pictures).where(pictures.c.link == link.id))
         self._write(delete(links).where(links.c.id == link.id))
 
-    def _one(self, *where: Any) -> Link | None:
+    def _one(self, *where: Any) -> OneTimeLink | None:
         rows = self._rows(select(links).where(*where))
         return _link(rows[0]) if rows else None
 
@@ -208,10 +210,10 @@ class Links:
             return int(connection.execute(statement).rowcount)
 
 
-def _link(row: dict[str, Any]) -> Link:
+def _link(row: dict[str, Any]) -> OneTimeLink:
     told = {name: value for name, value in row.items() if name not in ("number", "sha256")}
     told |= {name: bool(row[name]) for name in ("ids", "wants_pictures")}
-    return Link(**told | {"agreed": None if row["agreed"] is None else bool(row["agreed"])})
+    return OneTimeLink(**told | {"agreed": None if row["agreed"] is None else bool(row["agreed"])})
 
 
 def _hash(secret: str) -> str:

@@ -20,13 +20,13 @@ from moireid.artwork.content import forget_pictures
 from moireid.artwork.pictures import ADVICE
 from moireid.artwork.svg import MOST_SECONDS, too_slow
 from moireid.errors import SpecError
-from moireid.sandbox.process import Child, Ended, ForkServer
+from moireid.sandbox.process import Child, ForkServer, ProcessEnd
 from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
-from moireid_studio.store.storage import JOB_ID, Picture, StorageError, pack, unpacked, written
+from moireid_studio.store.storage import JOB_ID, StorageError, StoredPicture, pack, unpacked, written
 from moireid_studio.studio import Studio
 
 #: The kind of job that holds a visitor's pictures, and the file that they are in.
@@ -43,7 +43,7 @@ START_S, SCRATCH_BYTES = 60.0, 1 << 20
 FORM_SECONDS = 180.0
 
 
-def read_pictures(sent: Sequence[tuple[str, Picture]], limits: Limits) -> list[Picture | SpecError]:
+def read_pictures(sent: Sequence[tuple[str, StoredPicture]], limits: Limits) -> list[StoredPicture | SpecError]:
     """Each picture as our own process makes it of what was sent, or why it cannot be used.
 
     Parameters: sent: what each is, for messages, and the picture.
@@ -71,18 +71,18 @@ class TooMuch:
     def __init__(self, limits: Limits) -> None:
         self._last, self._bytes = time.monotonic() + FORM_SECONDS, limits.pictures_bytes
 
-    def take(self, reader: Reader, whose: str, picture: Picture) -> Picture | SpecError:
+    def take(self, reader: Reader, whose: str, picture: StoredPicture) -> StoredPicture | SpecError:
         """The picture as it is read, or why there is no room for it."""
         if time.monotonic() > self._last:
             return SpecError(f"the pictures take longer than {FORM_SECONDS:g} s together; send fewer at a time")
         made = reader.read(whose, picture)
-        self._bytes -= len(made.data) if isinstance(made, Picture) else 0
+        self._bytes -= len(made.data) if isinstance(made, StoredPicture) else 0
         if self._bytes < 0:
             return SpecError(f"the pictures are too large together, from {whose} on; send smaller ones")
         return made
 
 
-def read_picture(what: str, picture: Picture, limits: Limits) -> Picture:
+def read_picture(what: str, picture: StoredPicture, limits: Limits) -> StoredPicture:
     """The same for one.  Raises: SpecError; Refusal as `read_pictures`."""
     made = read_pictures([(what, picture)], limits)[0]
     if isinstance(made, SpecError):
@@ -98,20 +98,20 @@ class Reader:
         self._limits = ProcessLimits(limits.memory_bytes, int(limits.job_s), SCRATCH_BYTES, ANSWER_BYTES)
         self._child: Child | None = None
 
-    def read(self, whose: str, picture: Picture) -> Picture | SpecError:
+    def read(self, whose: str, picture: StoredPicture) -> StoredPicture | SpecError:
         """What a process makes of a picture.  Raises: OSError where none can be started."""
         if len(picture.data) > self._most:
             return SpecError(f"{whose} is larger than {self._most / 1e6:.0f} MB; {ADVICE} that is smaller")
         if self._child is None:
             self._child = readers.fork(self._limits, within=reach())
             # It has sealed itself by then; where that ends it, the next lines say so.
-            with suppress(Ended):
+            with suppress(ProcessEnd):
                 self._child.hear(START_S)
         last = time.monotonic() + MOST_SECONDS
         try:
             self._child.send((picture.data, whose), MOST_SECONDS)
             told = self._child.hear(max(last - time.monotonic(), 0.0))
-        except Ended:
+        except ProcessEnd:
             self.end()
             return SpecError(f"{whose} takes more memory than a picture may have here; {ADVICE} that is smaller")
         if told is None:
@@ -120,9 +120,9 @@ class Reader:
         if "fault" in told:
             return SpecError(str(told["fault"]))
         try:
-            made = Picture(picture.name, base64.b64decode(str(told.get("picture")), validate=True))
+            made = StoredPicture(picture.name, base64.b64decode(str(told.get("picture")), validate=True))
         except binascii.Error:
-            made = Picture("", b"")
+            made = StoredPicture("", b"")
         # No honest process hands back another kind of picture.
         return made if made.suffix else SpecError(f"{whose} is no picture that is read here; {ADVICE}")
 
@@ -133,11 +133,11 @@ class Reader:
             self._child = None
 
 
-def _whose(what: str, picture: Picture) -> str:
+def _whose(what: str, picture: StoredPicture) -> str:
     return f"{what} {picture.name}" if picture.name else what
 
 
-def keep_pictures(studio: Studio, visitor: Visitor, pictures: Mapping[str, Picture]) -> str:
+def keep_pictures(studio: Studio, visitor: Visitor, pictures: Mapping[str, StoredPicture]) -> str:
     """Keep pictures that were read, for this visitor alone; returns by which id.
 
     Raises: Refusal as `Jobs.admit` and `Jobs.keep`.
@@ -153,7 +153,7 @@ def keep_pictures(studio: Studio, visitor: Visitor, pictures: Mapping[str, Pictu
     return job.id
 
 
-def kept_pictures(studio: Studio, visitor: Visitor, kept: str, what: str) -> dict[str, Picture]:
+def kept_pictures(studio: Studio, visitor: Visitor, kept: str, what: str) -> dict[str, StoredPicture]:
     """The pictures that this visitor keeps by that id; `what` names them in messages.
 
     Raises: SpecError where there are none (any more); Refusal 503 where they cannot be read.
@@ -178,7 +178,7 @@ def kept_pictures(studio: Studio, visitor: Visitor, kept: str, what: str) -> dic
 
 
 @contextmanager
-def at_hand(pictures: Mapping[str, Picture]) -> Iterator[dict[str, Path]]:
+def at_hand(pictures: Mapping[str, StoredPicture]) -> Iterator[dict[str, Path]]:
     """Pictures as files, by key, for as long as the body needs them; then nothing of them is left, in memory either."""
     with tempfile.TemporaryDirectory(prefix="moireid-pictures-") as folder:
         try:

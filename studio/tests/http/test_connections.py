@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import uvicorn
 
-from moireid_studio.http.connections import Door, behind
+from moireid_studio.http.connections import ConnectionGuard, behind
 
 ASK = b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"
 POST = b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\n"
@@ -25,7 +25,7 @@ async def app(scope: Any, receive: Any, send: Any) -> None:
 
 
 @contextmanager
-def served(door: Door) -> Iterator[Callable[[Callable[[int], Awaitable[None]]], None]]:
+def served(door: ConnectionGuard) -> Iterator[Callable[[Callable[[int], Awaitable[None]]], None]]:
     """Runs a talk with a server of that door, by its port."""
 
     async def go(talk: Callable[[int], Awaitable[None]]) -> None:
@@ -54,7 +54,7 @@ async def asked(port: int) -> bytes:
 
 def test_silent_connections_make_room_for_whoever_speaks() -> None:
     """Catches: a cap that turns away the next one, whoever has the places."""
-    door = Door(most=10)
+    door = ConnectionGuard(most=10)
 
     async def talk(port: int) -> None:
         silent = [await asyncio.open_connection("127.0.0.1", port) for _ in range(40)]
@@ -70,7 +70,7 @@ def test_silent_connections_make_room_for_whoever_speaks() -> None:
 def test_slow_requests_make_room_too(monkeypatch: Any) -> None:
     """Catches: a body of a byte a second, by which whoever has no token holds a place."""
     monkeypatch.setattr("moireid_studio.http.connections.YOUNG_S", 0.05)
-    door = Door(most=5)
+    door = ConnectionGuard(most=5)
 
     async def talk(port: int) -> None:
         slow = [await asyncio.open_connection("127.0.0.1", port) for _ in range(5)]
@@ -88,7 +88,7 @@ def test_slow_requests_make_room_too(monkeypatch: Any) -> None:
 
 def test_headers_that_crawl_get_no_more_time() -> None:
     """Catches: a time limit that each byte begins anew; one that ends a request at work."""
-    door = Door(most=10, headers_s=0.3)
+    door = ConnectionGuard(most=10, headers_s=0.3)
 
     async def talk(port: int) -> None:
         reader, writer = await asyncio.open_connection("127.0.0.1", port)

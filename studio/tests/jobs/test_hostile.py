@@ -17,7 +17,7 @@ from moireid.sandbox.process import ForkServer
 from moireid.verifier import Claim, verify
 from moireid_studio.jobs import child, queue, workers
 from moireid_studio.jobs.child import Unusable, frames_of, kept_of, result_of
-from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
 
@@ -31,7 +31,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..
         server = ForkServer(f"kit.hostile_work:{work}", sealed=True)
         for module in (child, queue):
             monkeypatch.setattr(module, "films", server)
-        made.append(jobs_of(tmp_path / work, Limits(job_s=3.0, stop_s=0.1), lambda _: Prepared(questions=questions)))
+        made.append(jobs_of(tmp_path / work, Limits(job_s=3.0, stop_s=0.1), lambda _: PreparedJob(questions=questions)))
         made[-1].start()
         job = made[-1].admit(kind, "somebody")
         (job.folder / "film.mp4").write_bytes(b"film")

@@ -22,7 +22,7 @@ from moireid.errors import SpecError
 from moireid.provenance import FROM_FILE
 from moireid.verifier import Claim, verify
 from moireid_studio.app import create_app
-from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.claims import PreparedJob
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def spoil(visit: Visit, act: Callable[[], object], film: Path) -> str:
     video.write_bytes(film.read_bytes())
     doer = visit.studio.jobs.doer
     usual = doer.prepare
-    doer.prepare = lambda one: Prepared({"found": Spoilt(act)}) if one.id == job.id else usual(one)
+    doer.prepare = lambda one: PreparedJob({"found": Spoilt(act)}) if one.id == job.id else usual(one)
     visit.studio.jobs.submit(job, video)
     return job.id
 

@@ -13,7 +13,7 @@ from kit.registries import running_server
 from kit.spoilt_films import Spoilt, hang
 from kit.webbing import Visit, film_form, studio, tiny_film
 from moireid.badge import Badge
-from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.store import storage as storage_module
 from moireid_studio.store.storage import Remote
 
@@ -60,7 +60,7 @@ def test_a_film_that_is_removed_is_judged_for_nobody(
         waiting = begun(visit, form)
         # Its files alone are gone.
         visit.studio.jobs._storage.remove(waiting)
-        visit.studio.jobs.doer.prepare = lambda job: Prepared({"found": Spoilt(hang)})
+        visit.studio.jobs.doer.prepare = lambda job: PreparedJob({"found": Spoilt(hang)})
         visit.studio.jobs.start()
         assert visit.wait(waiting, "verifier")["problem"]["code"] == "storage"
         at_work = begun(visit, form)

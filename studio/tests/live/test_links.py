@@ -23,7 +23,7 @@ from kit.webbing import Visit, studio
 from moireid.badge import Badge
 from moireid_studio import links
 from moireid_studio.http.server import _server_of
-from moireid_studio.live.sockets import CLOCK, MOST_BYTES, Asked, _headline
+from moireid_studio.live.sockets import CLOCK, MOST_BYTES, SessionRequest, _headline
 
 ORIGIN = {"origin": "http://studio.test", "host": "studio.test"}
 SECRET = re.compile(r"/check#([\w-]{43})")
@@ -57,7 +57,7 @@ class Asker:
         first = re.findall(r"/links/([0-9a-f]{16})", self.client.get("/links", headers=self.headers).text)[0]
         return self.client.get(f"/links/{first}", headers=self.headers).text
 
-    def newest(self) -> links.Link:
+    def newest(self) -> links.OneTimeLink:
         found = self.visit.studio.links.of_asker(self.visit.studio.tokens.find(self.visit.tokens[self.role]).id, 1)  # type: ignore[union-attr]
         return found[0]
 
@@ -204,7 +204,7 @@ def test_pictures_are_kept_only_if_both_agree(asker: Asker, *, wants: bool, agre
     link, store = asker.newest(), asker.visit.studio.links
     from moireid_studio.live.link_check import _asked
 
-    asked: Asked = _asked(asker.visit.studio, {"token": secret, "pictures": agrees})
+    asked: SessionRequest = _asked(asker.visit.studio, {"token": secret, "pictures": agrees})
     asked.begun()
     for jpeg in (b"\xff\xd8 one", b"\xff\xd8 two"):
         if asked.picture is not None:
@@ -235,10 +235,10 @@ def test_a_link_that_is_removed_while_it_runs_keeps_no_picture(asker: Asker) -> 
 
 def test_who_has_a_link_learns_nobody_else_s_badge(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a link by which somebody without an account learns whose a badge is that they found."""
-    from moireid.provenance import Holder
+    from moireid.provenance import BadgeHolder
     from moireid_studio.live.link_check import _asked
 
-    monkeypatch.setattr("moireid_studio.live.sockets.holder_of", lambda *given: Holder("Grace Hopper"))
+    monkeypatch.setattr("moireid_studio.live.sockets.holder_of", lambda *given: BadgeHolder("Grace Hopper"))
     asked = _asked(asker.visit.studio, {"token": asker.make()})
     reason = {"code": "identity", "level": "fail", "measured": None, "limit": None, "unit": "", "text": "Another."}
     identity = {"verdict": "mismatch", "decoded_id": "bb" * 8}

@@ -17,14 +17,14 @@ from kit.places import FILMS
 from moireid.errors import MediaError, SpecError
 from moireid.verifier.picture import Picture
 from moireid_studio.watch import devices
-from moireid_studio.watch.inbox import AHEAD, Inbox, Taken
+from moireid_studio.watch.inbox import AHEAD, Inbox, TimedPicture
 from moireid_studio.watch.order import Data
-from moireid_studio.watch.readers import Asked, GrowingFile, Refused, is_closed
+from moireid_studio.watch.readers import BytesRefusal, GrowingFile, RemoteReaders, is_closed
 from moireid_studio.watch.source import source_of
 
 
-def taken(number: int) -> Taken:
-    return Taken(Picture(np.zeros((2, 2), np.uint8)), float(number), 0.0)
+def taken(number: int) -> TimedPicture:
+    return TimedPicture(Picture(np.zeros((2, 2), np.uint8)), float(number), 0.0)
 
 
 def test_a_live_source_loses_its_oldest_pictures_and_a_film_none() -> None:
@@ -87,7 +87,7 @@ def test_an_mp4_is_followed_only_if_its_table_comes_first(tmp_path: Path) -> Non
 def test_bytes_are_asked_for_and_a_refusal_is_told() -> None:
     """Catches: bytes of one stream given to another; more than is asked for; a refusal without its reason."""
     wishes: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
-    asked = Asked(wishes.put)
+    asked = RemoteReaders(wishes.put)
 
     def answer() -> None:
         for _ in range(4):
@@ -101,7 +101,7 @@ def test_bytes_are_asked_for_and_a_refusal_is_told() -> None:
     threading.Thread(target=answer, daemon=True).start()
     stream = asked.open("http://a")
     assert stream.read(10**9) == b"read 65536" and asked.arrival_s == 7.0
-    with pytest.raises(Refused, match="may not be opened"):
+    with pytest.raises(BytesRefusal, match="may not be opened"):
         asked.open("http://b")
 
 

@@ -20,9 +20,9 @@ from moireid.verifier.live.session import READY_S
 from moireid.verifier.picture import Picture
 from moireid.verifier.session.result import report_schema
 from moireid_lab.bench.live import answer, frames
-from moireid_studio.watch.inbox import Inbox, Taken
+from moireid_studio.watch.inbox import Inbox, TimedPicture
 from moireid_studio.watch.judge import Voice, Watching
-from moireid_studio.watch.order import End, Order
+from moireid_studio.watch.order import StreamEnd, WatchOrder
 from moireid_studio.watch.source import source_of
 
 FPS = 24.0
@@ -58,11 +58,11 @@ def watched(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...])
 
     def shoot() -> None:
         for k, one in enumerate(pictures):
-            inbox.put_picture(Taken(Picture(one), 1000.0 + k / FPS, begun_s + k / FPS))
-        inbox.put_last(End("source"))
+            inbox.put_picture(TimedPicture(Picture(one), 1000.0 + k / FPS, begun_s + k / FPS))
+        inbox.put_last(StreamEnd("source"))
 
     with ThreadPoolExecutor(1) as aside:
-        watching = Watching(Order(source_of("0"), Claim(ada, ada.id), prompts=prompts), voice, inbox, aside)
+        watching = Watching(WatchOrder(source_of("0"), Claim(ada, ada.id), prompts=prompts), voice, inbox, aside)
         threading.Thread(target=shoot, daemon=True).start()
         watching.run()
     return voice.told

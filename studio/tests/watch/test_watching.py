@@ -18,10 +18,10 @@ from jsonschema import Draft202012Validator
 
 from kit.streams import Handler, address, pictures, served, watched, write_stream
 from moireid.errors import MediaError, MoireIdError
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.sandbox.seal import MEANS
 from moireid.verifier.session.result import report_schema
-from moireid_studio.watch.order import Order, Patience
+from moireid_studio.watch.order import Patience, WatchOrder
 from moireid_studio.watch.source import source_of
 from moireid_studio.watch.watching import _started, harmless
 
@@ -165,7 +165,7 @@ def test_a_lie_is_rejected_and_a_revoked_badge_too(film: Path, pipe: Path, tmp_p
     assert watched(str(forged))["verdict"] == "reject"
     events: list[dict[str, Any]] = []
     poured(film.read_bytes(), pipe)
-    barred = Barred("revoked", "lost", "The badge was revoked: lost.")
+    barred = Exclusion("revoked", "lost", "The badge was revoked: lost.")
     found = watched(str(pipe), tell=events.append, barred=barred)
     assert found["verdict"] == "reject" and codes(found, "fail") == {"revoked"}
     assert {one["verdict"] for one in events if one["event"] == "status"} <= {"reject"}
@@ -282,13 +282,13 @@ def test_a_server_s_words_steer_no_terminal(tmp_path: Path) -> None:
 
 def test_the_judge_learns_no_password(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a password that a decoder which was taken over can send to another host, in an address."""
-    sent: list[Order] = []
+    sent: list[WatchOrder] = []
 
     class Told:
-        def send(self, order: Order) -> None:
+        def send(self, order: WatchOrder) -> None:
             sent.append(order)
 
     monkeypatch.setattr("moireid_studio.watch.watching.start", lambda *given, **more: Told())
     for typed in ("https://me:secret@host:8443/a.m3u8?b=c", "wheps://me:secret@host/room"):
-        _started(Order(source_of(typed), None))  # type: ignore[arg-type]
+        _started(WatchOrder(source_of(typed), None))  # type: ignore[arg-type]
     assert [order.source.text for order in sent] == ["https://host:8443/a.m3u8?b=c", "wheps://host/room"]

@@ -18,11 +18,11 @@ from moireid.errors import MediaError
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Claim, Frame, Verifier
 from moireid.verifier.video import picture_of
-from moireid_studio.watch.order import End, Order, Patience, Signal
+from moireid_studio.watch.order import Patience, Signal, StreamEnd, WatchOrder
 from moireid_studio.watch.source import source_of
 from moireid_studio.watch.watching import Terms, watch
 from moireid_studio.watch.whep import MOST_SDP_BYTES
-from moireid_studio.watch.whip import Door
+from moireid_studio.watch.whip import WhipServer
 
 TOKEN = "a-token-of-the-test"
 SDP = "v=0\r\no=- 1 1 IN IP4 0.0.0.0\r\ns=-\r\nt=0 0\r\nm=video 9 UDP/TLS/RTP/SAVPF 96\r\n"
@@ -44,13 +44,13 @@ class Kept:
 
 
 @pytest.fixture
-def door() -> Iterator[tuple[Door, Kept]]:
+def door() -> Iterator[tuple[WhipServer, Kept]]:
     kept = Kept()
-    with Door(source_of("whip://127.0.0.1:0/in"), TOKEN, kept) as opened:  # type: ignore[arg-type]
+    with WhipServer(source_of("whip://127.0.0.1:0/in"), TOKEN, kept) as opened:  # type: ignore[arg-type]
         yield opened, kept
 
 
-def test_the_door_keeps_strangers_out(door: tuple[Door, Kept]) -> None:
+def test_the_door_keeps_strangers_out(door: tuple[WhipServer, Kept]) -> None:
     """Catches: a sender without the token, a description of a megabyte, a second sender, what is no description."""
     opened, kept = door
     for token in (None, "", "wrong", TOKEN + "x", TOKEN[:-1], "ä"):
@@ -68,14 +68,14 @@ def test_the_door_keeps_strangers_out(door: tuple[Door, Kept]) -> None:
     assert post(opened.address, TOKEN, SDP)[0] == 409
     assert ask("DELETE", opened.address, "wrong", "", place)[0] == 401
     assert ask("DELETE", opened.address, TOKEN, "", place)[0] == 200
-    assert kept.sent == [Signal(SDP), End("source")] and opened.here and opened.token is None
+    assert kept.sent == [Signal(SDP), StreamEnd("source")] and opened.here and opened.token is None
 
 
 def test_a_token_is_drawn_where_none_is_given() -> None:
     """Catches: a door that is open to whoever comes; one token for all."""
     source, drawn = source_of("whip://127.0.0.1:0/"), set()
     for _ in range(2):
-        with Door(source, None, Kept()) as opened:  # type: ignore[arg-type]
+        with WhipServer(source, None, Kept()) as opened:  # type: ignore[arg-type]
             assert opened.token is not None and post(opened.address, None, SDP)[0] == 401
             assert post(opened.address, opened.token, SDP)[0] == 201
             drawn.add(opened.token)
@@ -175,7 +175,7 @@ def test_a_stream_is_asked_for(shots: list[av.VideoFrame], tmp_path: Any) -> Non
     server = Server(Pictures(shots, FPS))
     with served(tmp_path, Whep) as web:
         web.rtc = server  # type: ignore[attr-defined]
-        order = Order(source_of(f"whep://127.0.0.1:{web.server_address[1]}/room"), Claim(prototype()))
+        order = WatchOrder(source_of(f"whep://127.0.0.1:{web.server_address[1]}/room"), Claim(prototype()))
         with pytest.raises(MediaError, match="answers 401"):
             watch(order, Terms(5.0), threading.Event(), lambda event: None)
         found = watch(order, Terms(5.0, TOKEN), threading.Event(), lambda event: None)

@@ -43,7 +43,7 @@ def plan(badge: Badge) -> AcrylicPlan:
     return plan_acrylic(badge)
 
 
-def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path, cutting.Drawing]:
+def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path, cutting.CuttingDrawing]:
     drawing = cutting.draw(plan, kerf_mm)
     files = folder / "acrylic.dxf", folder / "acrylic.svg"
     drawings.write_dxf(drawing, files[0])

@@ -57,7 +57,7 @@ def test_parts_that_share_volume_are_refused(plan: AcrylicPlan) -> None:
 
 
 @pytest.fixture(scope="module")
-def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, package.Printed, list[str]]:
+def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, package.PrintResult, list[str]]:
     """Everything for one badge with a clip, as the command line orders it."""
     told: list[str] = []
     place = tmp_path_factory.mktemp("ada")
@@ -66,7 +66,7 @@ def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, 
 
 
 @pytest.mark.slow
-def test_every_promised_file_is_there(folder: tuple[Path, package.Printed, list[str]]) -> None:
+def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, list[str]]) -> None:
     """Catches: a file of the contract left out, left over, or told of under another name."""
     place, printed, told = folder
     names = {
@@ -89,7 +89,7 @@ def test_every_promised_file_is_there(folder: tuple[Path, package.Printed, list[
     assert "CUT-BASE-4MM" in printed.files["acrylic.dxf"].read_text()
 
 
-def test_glb_shows_stack_and_mount(folder: tuple[Path, package.Printed, list[str]]) -> None:
+def test_glb_shows_stack_and_mount(folder: tuple[Path, package.PrintResult, list[str]]) -> None:
     """Catches: millimetres for glTF's metres, parts on top of each other, an opaque lens, a page without its print."""
     path = folder[1].files["stack.glb"]
     data = path.read_bytes()
@@ -112,7 +112,7 @@ def test_glb_shows_stack_and_mount(folder: tuple[Path, package.Printed, list[str
     assert scene.geometry["tray"].bounds[0][0] > scene.geometry["cover"].bounds[1][0]
 
 
-def test_damaged_glb_is_refused(folder: tuple[Path, package.Printed, list[str]], tmp_path: Path) -> None:
+def test_damaged_glb_is_refused(folder: tuple[Path, package.PrintResult, list[str]], tmp_path: Path) -> None:
     """Catches: a check that does not read, and one that counts parts without looking at them."""
     path = folder[1].files["stack.glb"]
     scene = trimesh.load(path, force="scene")
@@ -132,7 +132,7 @@ def test_damaged_glb_is_refused(folder: tuple[Path, package.Printed, list[str]],
         stack.check_glb(cut, volumes)
 
 
-def test_assembly_sheet_lists_what_the_mount_needs(folder: tuple[Path, package.Printed, list[str]]) -> None:
+def test_assembly_sheet_lists_what_the_mount_needs(folder: tuple[Path, package.PrintResult, list[str]]) -> None:
     """Catches: a lanyard for a clip, plates or screws of another badge, a line that runs off the page."""
     import pypdfium2 as pdfium
 

@@ -16,11 +16,11 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
 from moireid.fabrication.assembly import words
-from moireid.fabrication.assembly.axonometry import Piece, pieces, placed
+from moireid.fabrication.assembly.axonometry import SheetPiece, pieces, placed
 from moireid.fabrication.assembly.guide import _draw_steps, write_assembly_pdf
 from moireid.fabrication.assembly.sketches import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
-from moireid.fabrication.assembly.words import Build
-from moireid.fabrication.page.pdf import Sheet
+from moireid.fabrication.assembly.words import BuildPlan
+from moireid.fabrication.page.pdf import PdfPage
 from moireid.fabrication.process import MountFigures, MountProcess, mount_figures
 
 PT_PER_MM = 72 / 25.4
@@ -179,7 +179,7 @@ def test_any_rectangle_is_drawn_upright_and_pages_follow() -> None:
     """Catches: a turned piece drawn askew or mirrored; pieces over each other or off the room."""
     cos, sin = math.cos(0.7), math.sin(0.7)
     corners = tuple((5 + x * cos - y * sin, 9 + x * sin + y * cos) for x, y in ((0, 0), (40, 0), (40, 25), (0, 25)))
-    piece = Piece("p", corners)
+    piece = SheetPiece("p", corners)
     assert np.allclose(piece.upright, [(0, 0), (40, 0), (40, 25), (0, 25)]) and piece.size_mm == pytest.approx((40, 25))
     pages = placed([piece] * 20, (10.0, 10.0, 180.0, 200.0))
     assert len(pages) == 2 and sum(map(len, pages)) == 20
@@ -231,7 +231,7 @@ def test_the_badge_is_looked_at_from_where_it_is_read(form: str) -> None:
     """Catches: a distance that is rounded beyond the range."""
     badge = design_badge(in_format(Request("A"), form), bytes(8))
     near, far = badge.range_m or (0.0, 0.0)
-    look_m = Build(badge, "none", None, MountFigures(), "command").look_m
+    look_m = BuildPlan(badge, "none", None, MountFigures(), "command").look_m
     assert near <= look_m <= far and look_m > min(1.0, far) - 0.1
 
 
@@ -239,10 +239,10 @@ def test_the_badge_is_looked_at_from_where_it_is_read(form: str) -> None:
 def test_no_step_runs_into_the_next(count: int) -> None:
     """Catches: words that reach down to the next heading where there are many steps."""
     badge = design_badge(Request("A", axes="hex"), bytes(8))
-    build = Build(badge, "holder" if count == 10 else "none", None, MountFigures(), "command", 2)
+    build = BuildPlan(badge, "holder" if count == 10 else "none", None, MountFigures(), "command", 2)
     steps = words.steps(build)
     drawn: list[tuple[float, float]] = []
-    sheet = Sheet(Path("unwritten.pdf"), (210.0, 297.0), "")
+    sheet = PdfPage(Path("unwritten.pdf"), (210.0, 297.0), "")
     write = sheet.text
     sheet.text = lambda x, y, *given, **told: (drawn.append((y, told["points"])), write(x, y, *given, **told))[1]  # type: ignore[method-assign]
     _draw_steps(sheet, steps)

@@ -16,13 +16,13 @@ import pytest
 from PIL import Image, ImageDraw
 
 from moireid.artwork.clear import clear_zones
-from moireid.artwork.content import Content, with_lines
+from moireid.artwork.content import Artwork, with_lines
 from moireid.artwork.placing import Look
 from moireid.artwork.template import TEMPLATES, template_named
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format, turned
-from moireid.designer.request import Frame
+from moireid.designer.request import FringeBorder
 from moireid.errors import SpecError
 from moireid.fabrication.event import write_sheets_pdf
 from moireid.fabrication.page.dress import check_look, qr_rects, writer_of
@@ -47,9 +47,9 @@ def dressed(template: str, folder: Path, name: str = "a7", orientation: str = "p
     logo.save(folder / "logo.png")
     squares = np.kron(np.indices((10, 8)).sum(axis=0) % 2, np.ones((20, 20)))
     Image.fromarray((255 * squares).astype(np.uint8)).save(folder / "face.png")
-    look = Look(template_named(template), Content(folder / "logo.png", folder / "face.png", (0.5, 0.1, 0.3)), 3.0)
+    look = Look(template_named(template), Artwork(folder / "logo.png", folder / "face.png", (0.5, 0.1, 0.3)), 3.0)
     side = look.template.side(*turned(FORMATS[name].size_mm, orientation))
-    wish = replace(Request("Ada Lovelace"), frame=Frame(head=side.head, foot=side.foot))
+    wish = replace(Request("Ada Lovelace"), frame=FringeBorder(head=side.head, foot=side.foot))
     badge = design_badge(in_format(wish, name, orientation=orientation), PAYLOAD)
     return with_lines(badge, ["Reporter", "Example News"]), look
 

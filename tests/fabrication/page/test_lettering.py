@@ -19,7 +19,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image, features
 
-from moireid.artwork.placing import Piece
+from moireid.artwork.placing import ArtPiece
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
@@ -292,7 +292,7 @@ def test_signs_above_and_below_letters_stay_in_their_room(name: str) -> None:
     assert font is not None
     picture = name_picture(name, font, room, 20.0, 600)
     assert picture.height <= 12.0 / 25.4 * 600 + 3 and picture.width <= 100.0 / 25.4 * 600 + 3
-    piece = Piece("words", (10.0, 10.0, 90.0, 22.0), name=name, lines=("Reporter",))
+    piece = ArtPiece("words", (10.0, 10.0, 90.0, 22.0), name=name, lines=("Reporter",))
     if name.count("\u0323") > 3:
         with pytest.raises(SpecError, match="more signs above and below"):
             set_words(piece, None)
@@ -305,7 +305,7 @@ def test_signs_above_and_below_letters_stay_in_their_room(name: str) -> None:
 def test_a_picture_of_words_stands_on_its_baseline() -> None:
     """Catches: words without a letter below the line that hang below it, and others that stand above it."""
     for name in ("שלום", "محمد", "x̂"):
-        (line,) = set_words(Piece("words", (0.0, 0.0, 100.0, 30.0), name=name), None)
+        (line,) = set_words(ArtPiece("words", (0.0, 0.0, 100.0, 30.0), name=name), None)
         assert line.picture is not None
         dots = np.asarray(line.picture) < 128
         # Of letters that stand on the line, most of the lowest ink that is wide lies on it.

@@ -216,7 +216,7 @@ def twice(mesh: Any) -> None:
 def test_damaged_mesh_is_refused(
     damage: Callable[[Any], None], complaint: str, report: MountReport, tmp_path: Path
 ) -> None:
-    expected = solids.Expected(report.volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 3.0))
+    expected = solids.ExpectedSolid(report.volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 3.0))
     assert solids.check_stl(report.stl, expected) == report.triangles
     mesh = trimesh.load_mesh(report.stl)
     damage(mesh)
@@ -235,7 +235,7 @@ def test_manifold3d_refuses_on_its_own(report: MountReport) -> None:
 
 
 def test_file_that_breaks_off_is_refused(report: MountReport, tmp_path: Path) -> None:
-    expected = solids.Expected(report.volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 3.0))
+    expected = solids.ExpectedSolid(report.volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 3.0))
     for path, check in ((report.stl, solids.check_stl), (report.step, solids.check_step)):
         for share in (0.0, 0.5):
             cut = tmp_path / path.name

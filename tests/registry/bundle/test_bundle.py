@@ -21,7 +21,7 @@ from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.bundle import parcel
-from moireid.registry.bundle.content import Content, made_content
+from moireid.registry.bundle.content import BundleContent, made_content
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.merkle import leaf_hash, root_of
@@ -124,7 +124,7 @@ def test_its_log_is_that_of_its_checkpoint(people, tmp_path):
     """Catches: hashes in another order; a checkpoint of another moment."""
     path = published(people, tmp_path / "b")
     _, authority, content = parcel.opened_parcel(path)
-    held = Content(content)
+    held = BundleContent(content)
     checkpoint = checkpoint_from(held.checkpoint(), "the bundle's")
     checkpoint.check(authority, "the bundle's")
     assert checkpoint.size == int(people.head().split(":")[0]) == len(held.entries())

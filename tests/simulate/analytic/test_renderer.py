@@ -18,7 +18,7 @@ from moireid.badge import Badge, Cell, Grating, load_badge
 from moireid.lenticule import view_law
 from moireid.sheets import effective_gap_mm
 from moireid.simulate.analytic import renderer
-from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered, _wandering
+from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance, _wandering
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
 
@@ -36,7 +36,7 @@ def instant(camera_mm, last_mm=None, shown_mm=None) -> Instant:
     return Instant(Poses(first, eye), Poses(last, eye), shown)
 
 
-def render(badge: Badge, at: Instant, build: Build | None = None, rays=FINE, camera=CAMERA) -> Rendered:
+def render(badge: Badge, at: Instant, build: Build | None = None, rays=FINE, camera=CAMERA) -> BoardRadiance:
     shot = AnalyticRenderer(Scene(badge, build or Build(), camera), rays=rays).render(at)
     assert shot is not None
     return shot

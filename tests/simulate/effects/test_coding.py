@@ -14,7 +14,7 @@ from moireid.errors import SpecError
 from moireid.simulate.cameras import Camera, camera_named
 from moireid.simulate.effects import table
 from moireid.simulate.effects.table import KINDS, effect_named
-from moireid.simulate.filming import Wish, film, filmed, scene_of
+from moireid.simulate.filming import FilmOptions, film, filmed, scene_of
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import FilmWriter, Pass, Recipe
 from moireid.simulate.recording.sensor import hybrid_log_gamma, perceptual_quantiser
@@ -115,7 +115,7 @@ def test_names_that_are_none_are_refused_with_those_that_are():
 def test_a_camera_named_after_an_effect_is_a_phone_with_it(prototype, tmp_path):
     """Catches: an alias without its effect; effects of a wish that are dropped; a format's frame rate that is lost."""
     assert set(table.CAMERAS.values()) <= set(KINDS)
-    wish = Wish(motion="linear", frames=4, camera="call-tile", format="848x480@24", effects=("crop:light",))
+    wish = FilmOptions(motion="linear", frames=4, camera="call-tile", format="848x480@24", effects=("crop:light",))
     scene = scene_of(prototype, wish)
     assert (scene.camera.width, scene.camera.height) == (848, 480)
     assert scene.camera.focal_px / 848 == pytest.approx(camera_named("phone").focal_px / 1920)

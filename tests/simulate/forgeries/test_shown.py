@@ -11,7 +11,7 @@ import pytest
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
-from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.filming import film, truth_path
 from moireid.simulate.forgeries.courses import FIELDS, KINDS
 from moireid.simulate.forgeries.rear_layer import (
@@ -20,7 +20,7 @@ from moireid.simulate.forgeries.rear_layer import (
     PHOTO_PX_PER_MM,
     Generative,
     OwnClocks,
-    Shown,
+    ShownViews,
     SquaredUp,
     held_frames,
     parallax,
@@ -45,7 +45,7 @@ def frontal_swing(times_s: np.ndarray) -> Poses:
     return Poses(camera, np.tile(np.eye(3), (len(times_s), 1, 1)))
 
 
-def seen(badge: Badge, kind: str | None, *frames: int) -> tuple[list[Rendered], Shown]:
+def seen(badge: Badge, kind: str | None, *frames: int) -> tuple[list[BoardRadiance], ShownViews]:
     """What some frames of a film of 60 show of the board."""
     scene = Scene(badge, Build(), NEAR)
     shown = shown_in(kind, scene, frontal_swing, frontal_swing(np.arange(60) / FPS).camera_mm, FPS, 3)
@@ -58,7 +58,7 @@ def seen(badge: Badge, kind: str | None, *frames: int) -> tuple[list[Rendered], 
     return boards, shown
 
 
-def fringe_phase(badge: Badge, board: Rendered, pose: Poses, camera: Camera = NEAR) -> float:
+def fringe_phase(badge: Badge, board: BoardRadiance, pose: Poses, camera: Camera = NEAR) -> float:
     """Phase of the middle rows' fringe at the board's centre, page plane, from a picture whose camera looks along z.
 
     A cosine of the beat that the picture's own distance gives is fitted to 9 mm of rows about the centre.

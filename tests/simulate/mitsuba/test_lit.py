@@ -28,8 +28,8 @@ from kit.payloads import payload_for_name
 from kit.rendered_frames import analytic_frame, beyond_law_rad, cut, pixels_of, seen_from, turn_rad
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.simulate.analytic.renderer import Rendered
-from moireid.simulate.light import LIGHTS, Light
+from moireid.simulate.analytic.renderer import BoardRadiance
+from moireid.simulate.light import LIGHTS, DiscLight
 from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 from moireid.simulate.scene import Scene
 
@@ -41,7 +41,7 @@ def badge() -> Badge:
     return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace", family="pitch"))
 
 
-def frames(scene: Scene, u: float, samples: int) -> tuple[list[Rendered], Rendered, float, list[float]]:
+def frames(scene: Scene, u: float, samples: int) -> tuple[list[BoardRadiance], BoardRadiance, float, list[float]]:
     """Mitsuba's frames of a band by independent seeds, the analytic one, and both their phases beyond the law."""
     instant, cell = seen_from((1000 * u, 0, -1000)), scene.badge.gratings[0].cells[5]
     crop = pixels_of(scene, instant, cell.rect_mm)
@@ -50,7 +50,7 @@ def frames(scene: Scene, u: float, samples: int) -> tuple[list[Rendered], Render
     found = [frame for frame in traced if frame is not None]
     assert len(found) == RUNS
     whole = analytic_frame(scene, instant, (32, 4))
-    reference = Rendered(cut(whole, crop).astype(np.float32), found[0].coverage, crop[0], crop[1])
+    reference = BoardRadiance(cut(whole, crop).astype(np.float32), found[0].coverage, crop[0], crop[1])
     phases = [beyond_law_rad(frame, scene, instant, cell) for frame in found]
     return found, reference, beyond_law_rad(reference, scene, instant, cell), phases
 
@@ -91,7 +91,7 @@ def test_the_streak_of_glare_is_as_bright(badge: Badge) -> None:
     """
     # A light of 100 mm, 40 mm up: mirrored half way between its height and the camera's.  One ray in 600 finds it,
     # a thousand in all, so that the noise is 3 %.
-    light = Light((400.0, -40.0, -1000.0), 50.0, 1.0)
+    light = DiscLight((400.0, -40.0, -1000.0), 50.0, 1.0)
     scene, instant = Scene(badge, ink=0.0, paper=0.0, light=light), seen_from((0, 0, -1000))
     crop = pixels_of(scene, instant, (92.0, 106.0, 104.0, 186.0))
     mitsuba = MitsubaRenderer(scene, samples=484, variant="scalar_rgb").render(instant, crop=crop)

@@ -39,7 +39,7 @@ from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError, SpecError
 from moireid.lenticule import landing_mm
 from moireid.simulate.analytic.page import cell_table
-from moireid.simulate.analytic.renderer import Rendered
+from moireid.simulate.analytic.renderer import BoardRadiance
 from moireid.simulate.mitsuba import variant as mitsuba_variant
 from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 from moireid.simulate.mitsuba.sheet import page_strips
@@ -63,7 +63,7 @@ def unsearched() -> Iterator[None]:
         known.cache_clear()
 
 
-def mitsuba_frame(scene: Scene, instant: Instant, crop: Crop | None = None, *, seed: int = 0) -> Rendered:
+def mitsuba_frame(scene: Scene, instant: Instant, crop: Crop | None = None, *, seed: int = 0) -> BoardRadiance:
     frame = MitsubaRenderer(scene, variant="scalar_rgb", seed=seed).render(instant, crop=crop)
     assert frame is not None
     return frame
@@ -199,7 +199,7 @@ def test_markers_and_the_boards_edge_agree(badge: Badge) -> None:
     crop = pixels_of(scene, instant, (x - 14, y - 18, badge.outline_mm[2] - 1, y + 14))
     mitsuba, analytic = mitsuba_frame(scene, instant, crop), analytic_frame(scene, instant, (16, 16))
     apart = mitsuba.radiance - cut(analytic, crop)
-    cover = cut(Rendered(analytic.coverage, analytic.coverage, analytic.left, analytic.top), crop)
+    cover = cut(BoardRadiance(analytic.coverage, analytic.coverage, analytic.left, analytic.top), crop)
     assert 0 < np.mean((cover > 0) & (cover < 1)) < np.mean(cover == 1) < 1
     np.testing.assert_allclose(mitsuba.coverage, cover, atol=1 / 16)
     # The texture has 12 px to the mm, 0.04 of a pixel of this picture: that, and 64 rays, blur a marker's edge.

@@ -20,8 +20,8 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.verifier.live.challenge import (
     FACE,
-    Course,
     Prompt,
+    PromptPath,
     draw_prompts,
     judge_delay,
     judge_prompt,
@@ -34,12 +34,12 @@ from moireid.verifier.live.clock import CALL, HERE, SPREAD_S, Pace
 from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.live import Caller, Paused, answer, coded, course_of, frames
+from moireid_lab.bench.live import Caller, PausingPlayer, answer, coded, course_of, frames
 
 FPS = 24.0
 
 
-def course(moves: list[tuple[str, float]]) -> Course:
+def course(moves: list[tuple[str, float]]) -> PromptPath:
     """What is seen of a badge that makes these moves at these times."""
     made = [Prompt(*one) for one in moves]
     return course_of(answer(made, FACE_MM, reaction_s=0.0), made, length_s=made[-1].at_s + 6.0)
@@ -181,7 +181,7 @@ def test_a_film_that_is_paused_until_each_prompt_is_rejected(ada: Badge) -> None
     """Catches: a replay that passes because nobody counts its times."""
     before = [Prompt(move, 3.0 + 4 * k) for k, move in enumerate(MOVES)]
     other = ("left", FACE, "right", "right", "left")
-    assert called(ada, Paused(before, FACE_MM, 0.5), other, 0.5)[-1]["verdict"] == "reject"
+    assert called(ada, PausingPlayer(before, FACE_MM, 0.5), other, 0.5)[-1]["verdict"] == "reject"
 
 
 @pytest.fixture(scope="module")

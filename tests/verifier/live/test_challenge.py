@@ -16,8 +16,8 @@ from moireid.verifier.live import chance as chances
 from moireid.verifier.live.challenge import (
     FACE,
     WAYS,
-    Course,
     Prompt,
+    PromptPath,
     draw_prompts,
     judge_prompt,
     judge_unbroken,
@@ -30,7 +30,9 @@ from moireid_lab.bench.live import REST_MM, WEBCAM, answer, course_of, passes, r
 EACH = ["left", "right", "down", "up", "nearer", "farther", FACE]
 
 
-def follow(moves: list[str], *, reaction_s: float = 0.6, said: list[str] | None = None) -> tuple[Course, list[Prompt]]:
+def follow(
+    moves: list[str], *, reaction_s: float = 0.6, said: list[str] | None = None
+) -> tuple[PromptPath, list[Prompt]]:
     """A course that makes some moves, and prompts for them, or for those that were `said`."""
     asked = [Prompt(move, 3.0 + 5.0 * k) for k, move in enumerate(said or moves)]
     made = [replace(prompt, move=move) for prompt, move in zip(asked, moves, strict=True)]
@@ -71,7 +73,7 @@ def test_a_badge_that_is_not_seen_or_never_rests_does_not_pass() -> None:
     """Catches: no frames taken for a rest; a badge that swings all the time, and so is right at some time."""
     course, prompts = follow(["left"])
     gone = (course.times_s > 2.4) & (course.times_s < 3.2)
-    unseen = Course(course.times_s[~gone], course.place[~gone], course.before_face[~gone])
+    unseen = PromptPath(course.times_s[~gone], course.place[~gone], course.before_face[~gone])
     assert judge_prompt(unseen, prompts[0]).level == "undecided"
     swing = course.place + np.column_stack([np.sin(6 * course.times_s), *np.zeros((2, len(course.times_s)))])
     assert judge_prompt(replace(course, place=swing), prompts[0]).level == "fail"
@@ -83,7 +85,9 @@ def test_a_prompt_is_not_failed_by_pictures_that_never_came() -> None:
     course, prompts = follow([FACE])
     frames_s, at_s = course.times_s, prompts[0].at_s
     lost = (frames_s > at_s + 1.6) & (frames_s < at_s + 2.2)
-    broken = Course(frames_s[~lost], course.place[~lost], course.before_face[~lost] & (frames_s[~lost] < at_s + 2.6))
+    broken = PromptPath(
+        frames_s[~lost], course.place[~lost], course.before_face[~lost] & (frames_s[~lost] < at_s + 2.6)
+    )
     for seen_s, level, words in (
         (broken.times_s, "undecided", "no picture came for 0.6 s"),
         (frames_s, "fail", "stay"),
@@ -100,7 +104,7 @@ def test_pieces_of_an_older_clip_are_told_by_their_seams() -> None:
     frames_s = course.times_s
     assert judge_unbroken(course, prompts, frames_s).level == "pass"
     pause = (frames_s > 6.3) & (frames_s < 7.0)
-    paused = Course(frames_s[~pause], course.place[~pause], course.before_face[~pause])
+    paused = PromptPath(frames_s[~pause], course.place[~pause], course.before_face[~pause])
     assert all(judge_prompt(paused, prompt).level == "pass" for prompt in prompts)
     for seen_s, words in ((frames_s, "out of sight for 0.7 s"), (paused.times_s, "No picture came for 0.7 s")):
         reason = judge_unbroken(paused, prompts, seen_s)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from moireid.provenance import Barred, Holder, Standing
+from moireid.provenance import BadgeHolder, Exclusion, Standing
 from moireid.verifier.decision.findings import WORDS as DECIDED
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, day, moment_words
 from moireid.verifier.report.findings import CAUSES, OPEN, RIVALS, WEIGHTIEST, sorted_findings
@@ -87,24 +87,24 @@ def test_a_sealed_claim_is_told_as_sealed() -> None:
 def test_another_s_badge_is_named_where_the_registry_knows_it() -> None:
     """Catches: the claimed name for the read one; "genuine" where the law is open; a revocation that is passed over."""
     other = document("reject", finding("identity"), identity="mismatch")
-    ada = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
+    ada = Circumstances(NOW, read=BadgeHolder("Ada Lovelace"), standing=REGISTRY)
     assert title(other, ada) == "Genuine, but Ada Lovelace's, not Sarah Example's"
     assert title(other) == "Genuine, but nobody's in this registry, not Sarah Example's"
     assert title(other, Circumstances(NOW)) == "Genuine, but another badge, not Sarah Example's"
     vague = document("reject", finding("identity"), law="inconclusive", identity="mismatch")
     assert title(vague, ada) == "Another badge: Ada Lovelace's, not Sarah Example's"
     gone = Circumstances(
-        NOW, read=Holder("Ada Lovelace", Barred("revoked", "2025-12-31T23:59:00Z", "stolen")), standing=REGISTRY
+        NOW, read=BadgeHolder("Ada Lovelace", Exclusion("revoked", "2025-12-31T23:59:00Z", "stolen")), standing=REGISTRY
     )
     assert "revoked on 31 December 2025: stolen" in headline_of(other, gone).text
-    same = Circumstances(NOW, read=Holder("Sarah Example"), standing=REGISTRY)
+    same = Circumstances(NOW, read=BadgeHolder("Sarah Example"), standing=REGISTRY)
     assert title(other, same) == "Genuine, but another badge of the name Sarah Example, not Sarah Example's"
 
 
 def test_a_badge_of_two_is_nobody_s() -> None:
     """Catches: a forger who glues Ada's code upon his own rows, and has the page say that the badge is Ada's."""
     glued = document("reject", finding("beats"), identity="mismatch")
-    ada = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
+    ada = Circumstances(NOW, read=BadgeHolder("Ada Lovelace"), standing=REGISTRY)
     assert title(glued, ada) == "Put together from two badges"
     assert "Ada" not in headline_of(glued, ada).text
 
@@ -114,7 +114,9 @@ def test_a_badge_of_two_is_nobody_s() -> None:
 def test_a_revocation_is_told_before_all_else(law: str, identity: str) -> None:
     """Catches: a revoked badge whose page is about its fringes, or its name, with the revocation further down."""
     others = [finding("gain", measured=0.5), finding("identity"), finding("name")]
-    known = Circumstances(NOW, barred=Barred("revoked", "2026-05-03T08:00:00Z", "lost on the train"), standing=REGISTRY)
+    known = Circumstances(
+        NOW, barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost on the train"), standing=REGISTRY
+    )
     gone = document("reject", *others, finding("revoked", measured="lost on the train"), law=law, identity=identity)
     found = headline_of(gone, known)
     assert found.title == "Revoked on 3 May: lost on the train"
@@ -227,15 +229,15 @@ def test_an_open_film_says_why_and_what_to_do() -> None:
 @pytest.mark.parametrize(
     ("barred", "words"),
     [
-        (Barred("suspended", "2026-05-03T08:00:00Z", "mislaid"), "Suspended on 3 May: mislaid"),
-        (Barred("expired", "2026-05-03", "2026-05-03"), "Expired on 3 May"),
+        (Exclusion("suspended", "2026-05-03T08:00:00Z", "mislaid"), "Suspended on 3 May: mislaid"),
+        (Exclusion("expired", "2026-05-03", "2026-05-03"), "Expired on 3 May"),
         (
-            Barred("revoked", "2026-05-03T08:00:00Z", "stolen", "2026-05-01"),
+            Exclusion("revoked", "2026-05-03T08:00:00Z", "stolen", "2026-05-01"),
             "Revoked on 3 May, compromised since 1 May: stolen",
         ),
     ],
 )
-def test_what_bars_a_badge_is_the_headline_with_its_day(barred: Barred, words: str) -> None:
+def test_what_bars_a_badge_is_the_headline_with_its_day(barred: Exclusion, words: str) -> None:
     """Catches: a suspended or expired badge whose page is about its fringes, or that passes as revoked for good."""
     measured = finding(barred.code, measured=barred.reason)
     claimed = document("reject", finding("gain", measured=0.5), measured, identity="match")
@@ -243,7 +245,7 @@ def test_what_bars_a_badge_is_the_headline_with_its_day(barred: Barred, words: s
     assert found.title == words and sorted_findings(claimed["reasons"]).first[0]["code"] == barred.code
     assert ("reinstates" in found.text) == (barred.code == "suspended")
     nobody = document("accept", finding("enrolled"), identity="not_claimed") | {"finding": "nobody", "found_id": None}
-    holder = Circumstances(NOW, read=Holder("Ada Lovelace", barred), standing=REGISTRY)
+    holder = Circumstances(NOW, read=BadgeHolder("Ada Lovelace", barred), standing=REGISTRY)
     assert title(nobody, holder) == words
     other = document("reject", finding("identity"), identity="mismatch")
     assert (
@@ -255,12 +257,12 @@ def test_what_bars_a_badge_is_the_headline_with_its_day(barred: Barred, words: s
 def test_no_claim_finds_a_holder_or_nobody() -> None:
     """Catches: an unknown badge that is called forged; a revoked one that is called unknown."""
     found = document("accept", identity="not_claimed") | {"finding": "found", "found_id": ADA, "found_name": "Ada"}
-    known = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
+    known = Circumstances(NOW, read=BadgeHolder("Ada Lovelace"), standing=REGISTRY)
     assert title(found, known) == "Genuine, and Ada Lovelace's"
     nobody = document("accept", finding("enrolled"), identity="not_claimed") | {"finding": "nobody", "found_id": None}
     assert title(nobody) == "Genuine, but nobody's in this registry"
     gone = Circumstances(
-        NOW, read=Holder("Ada Lovelace", Barred("revoked", "2026-05-03T08:00:00Z", "lost")), standing=REGISTRY
+        NOW, read=BadgeHolder("Ada Lovelace", Exclusion("revoked", "2026-05-03T08:00:00Z", "lost")), standing=REGISTRY
     )
     assert title(nobody, gone) == "Revoked on 3 May: lost"
     empty = {"finding": "nobody", "found_id": None, "reasons": [finding("enrolled")]}

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from moireid.provenance import Holder, Standing
+from moireid.provenance import BadgeHolder, Standing
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.headline import LIVE, Headline, live_headline_of, shown
 
@@ -57,7 +57,7 @@ def test_the_law_and_the_name_come_before_the_challenge() -> None:
     broken = headline(said("reject", "gain", "prompt", invariant={"verdict": "reject", "gain_ratio": 0.0}))
     assert broken.title.startswith("The fringes do not follow the law")
     identity = {"verdict": "mismatch", "decoded_id": ADA, "claimed_id": SARAH}
-    known = Circumstances(ASKED.checked_at, standing=ASKED.standing, read=Holder("Ada Lovelace"))
+    known = Circumstances(ASKED.checked_at, standing=ASKED.standing, read=BadgeHolder("Ada Lovelace"))
     other = headline(said("reject", "identity", "clock", identity=identity), known)
     assert other.title == "Genuine, but Ada Lovelace's, not Sarah Example's"
 

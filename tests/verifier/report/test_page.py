@@ -24,7 +24,7 @@ import moireid
 from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.provenance import Barred, Holder, Standing
+from moireid.provenance import BadgeHolder, Exclusion, Standing
 from moireid.verifier.decision.figures import in_words
 from moireid.verifier.decision.judge import Segment, judge_invariant
 from moireid.verifier.fringes.signals import measure
@@ -178,7 +178,7 @@ def test_addresses_are_names_only(page):
 def test_names_and_paths_cannot_write_html(ada):
     """Catches: a template without escaping; a name put into a template that is then rendered again."""
     report = report_of(ada, name=EVIL, path="/tmp/<img src=x onerror=alert(1)>.mp4")
-    known = replace(KNOWN, claim=EVIL, read=Holder(EVIL))
+    known = replace(KNOWN, claim=EVIL, read=BadgeHolder(EVIL))
     for shown in (report, mismatched(report)):
         page = page_of(shown, known)
         parsed = Page(page)
@@ -219,7 +219,7 @@ def test_the_case_stands_at_the_top(ada, verdict, mark):
 
 def test_whose_badge_it_is_stands_at_the_top_by_name(ada):
     """Catches: two hex numbers in place of a name that the registry knows; the claimed name for the read one."""
-    page = page_of(mismatched(report_of(ada, name="Sarah Example")), replace(KNOWN, read=Holder("Ada Lovelace")))
+    page = page_of(mismatched(report_of(ada, name="Sarah Example")), replace(KNOWN, read=BadgeHolder("Ada Lovelace")))
     assert "Genuine, but Ada Lovelace&#39;s, not Sarah Example&#39;s</h1>" in page
     assert ada.id not in Page(page).text.split("For experts")[0]
 
@@ -229,7 +229,7 @@ def test_failures_come_first_and_what_holds_is_folded(ada):
     report = mismatched(report_of(ada))
     gone = Reason("revoked", "fail", "lost on the train", None, "", "The claimed badge was revoked: lost on the train.")
     report = replace(report, reasons=(*report.reasons, gone))
-    page = page_of(report, replace(KNOWN, barred=Barred("revoked", "2026-05-03T10:00:00Z", "lost on the train")))
+    page = page_of(report, replace(KNOWN, barred=Exclusion("revoked", "2026-05-03T10:00:00Z", "lost on the train")))
     assert "<h1>✗ Revoked on 3 May: lost on the train</h1>" in page
     body = page[page.index("<h2>Why") : page.index("<h2>Which seconds")]
     told = [body.index(one.text.replace("'", "&#39;")) for one in (gone, *report.identity.reasons)]

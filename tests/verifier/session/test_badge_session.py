@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from moireid.verifier.session.badge_session import Line, breaking_finding
+from moireid.verifier.session.badge_session import ChapterTracker, breaking_finding
 
 
 def chapter(verdict: str, decoded: str | None, *spans: tuple[float, float]) -> SimpleNamespace:
@@ -15,8 +15,8 @@ def chapter(verdict: str, decoded: str | None, *spans: tuple[float, float]) -> S
     )
 
 
-def line(*chapters: SimpleNamespace) -> Line:
-    return Line(claim=None, tracker=None, done=list(chapters))
+def line(*chapters: SimpleNamespace) -> ChapterTracker:
+    return ChapterTracker(claim=None, tracker=None, done=list(chapters))
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from moireid.badge import load_badge
 from moireid.errors import SpecError
 from moireid.verifier import Claim, verify
 from moireid.verifier.session import badge_session, streaming
-from moireid.verifier.session.badge_session import Line
+from moireid.verifier.session.badge_session import ChapterTracker
 
 
 class Tracker:
@@ -53,7 +53,7 @@ def test_one_chapter_is_judged_beside_the_film_and_they_stay_in_order(monkeypatc
         return chapter(track)
 
     monkeypatch.setattr(badge_session, "judge_chapter", judge)
-    line = Line(None, Tracker(), beside=beside)
+    line = ChapterTracker(None, Tracker(), beside=beside)
     line.close(7)
     assert going.acquire(timeout=20) and line.done == []
     free.release()
@@ -71,7 +71,7 @@ def test_an_error_of_a_chapter_is_raised_where_it_is_asked_for(monkeypatch, besi
         raise SpecError("told by the test")
 
     monkeypatch.setattr(badge_session, "judge_chapter", judge)
-    line = Line(None, Tracker(), beside=beside)
+    line = ChapterTracker(None, Tracker(), beside=beside)
     line.close(7)
     with pytest.raises(SpecError, match="told by the test"):
         _ = line.chapters

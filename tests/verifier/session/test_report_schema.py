@@ -15,7 +15,7 @@ from kit.coded_films import first_frames, written
 from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
 from moireid.cli.verify.verify_cmd import verify_command
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.verifier import Claim, verify
 from moireid.verifier.published.pipeline import verify_published
 from moireid.verifier.session.result import REPORT_FORMAT
@@ -52,7 +52,7 @@ def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
         "accept": verify(genuine, Claim(board)).to_json(),
         "reject": verify(reversed_, Claim(board)).to_json(),
         "unreadable": verify(genuine, Claim(board, "00" * 8, focal_px=1450.0)).to_json(),
-        "revoked": verify(genuine, Claim(board), barred=Barred("revoked", "2026-05-03T08:00:00Z", "lost")).to_json(),
+        "revoked": verify(genuine, Claim(board), barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost")).to_json(),
         "no face": verify(reversed_, Claim(board), overlap=True).to_json(),
         "no badge": verify(nothing, Claim(board, "00" * 8)).to_json(),
         "published": verify_published(genuine, Claim(board)).to_json(),

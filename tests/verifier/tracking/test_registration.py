@@ -18,7 +18,7 @@ from moireid.verifier.tracking.finding.page_groups import fit_homography
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, scale_px_per_mm
 from moireid.verifier.tracking.sampling import Places, Sampler
-from moireid.verifier.tracking.track import Course, Seen
+from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
 
 @pytest.fixture(scope="module")
@@ -245,16 +245,16 @@ def test_the_finder_puts_the_page_within_a_pixel(page, rng):
 def test_a_course_expects_the_page_to_move_on(page):
     """Catches: motion of the page taken for motion of the picture; a course over frames in which it was not seen."""
     truth, _ = page
-    course = Course()
+    course = TrackEnds()
     assert course.expected(0) is None
-    course.follow(Seen(0, 0.0, truth))
+    course.follow(FrameSighting(0, 0.0, truth))
     assert apart_px(course.expected(1), truth) < 1e-6
-    course.follow(Seen(1, 0.1, nudged(truth, 3.0, -2.0)))
+    course.follow(FrameSighting(1, 0.1, nudged(truth, 3.0, -2.0)))
     assert apart_px(course.expected(2), nudged(truth, 6.0, -4.0)) < 1e-6
     assert apart_px(course.expected(5), nudged(truth, 3.0, -2.0)) < 1e-6
     course.lose()
     assert course.expected(3) is None
-    course.follow(Seen(3, 0.3, truth))
+    course.follow(FrameSighting(3, 0.3, truth))
     assert apart_px(course.expected(4), truth) < 1e-6
 
 

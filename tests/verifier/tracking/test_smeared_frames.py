@@ -10,7 +10,7 @@ from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, KeptTemplate, PageRegistrar
 from moireid.verifier.tracking.smeared_frames import MOST_REACH, ShakenFollower
 from moireid.verifier.tracking.template import printer_of
-from moireid.verifier.tracking.track import Course, Seen
+from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
 FPS, EXPOSURE_S = 30.0, 1 / 60
 #: A marker's module in these pictures, px.
@@ -28,7 +28,7 @@ def smeared(homography: np.ndarray, way: np.ndarray) -> np.ndarray:
     return 255.0 * (total / steps) ** (1 / 2.2)
 
 
-def follower_on(course: Course) -> ShakenFollower:
+def follower_on(course: TrackEnds) -> ShakenFollower:
     registrar = PageRegistrar(MARKERS)
     return ShakenFollower(registrar, KeptTemplate(registrar.printer), course)
 
@@ -38,10 +38,10 @@ def follower_at(*places: np.ndarray) -> ShakenFollower:
     return follower_on(course_of(*places))
 
 
-def course_of(*places: np.ndarray) -> Course:
-    course = Course()
+def course_of(*places: np.ndarray) -> TrackEnds:
+    course = TrackEnds()
     for number, place in enumerate(places):
-        course.follow(Seen(number, number / FPS, place))
+        course.follow(FrameSighting(number, number / FPS, place))
     return course
 
 
@@ -71,7 +71,7 @@ def test_the_exposure_is_learnt(rng):
     for number in (2, 3):
         found = follower.find(filmed(smeared(places[number], way), rng, noise=1.0), number / FPS)
         assert found is not None
-        course.follow(Seen(number, number / FPS, found.homography))
+        course.follow(FrameSighting(number, number / FPS, found.homography))
     assert follower.exposure_s == pytest.approx(EXPOSURE_S, rel=0.15)
 
 
@@ -121,9 +121,9 @@ def test_a_page_at_rest_is_drawn_as_without_a_smear(rng):
 def test_times_that_repeat_do_not_widen_the_search_without_end(rng, monkeypatch):
     """Catches: a million frames counted as lost between equal times, for which 200 GB were asked for."""
     truth = seen_from(at=(120.0, 60.0))
-    course = Course()
+    course = TrackEnds()
     for frame in (0, 1):
-        course.follow(Seen(frame, 0.0, truth))
+        course.follow(FrameSighting(frame, 0.0, truth))
     follower = follower_on(course)
     reaches, sought = [], follower._sought
     monkeypatch.setattr(follower, "_sought", lambda *given: reaches.append(given[-1]) or sought(*given))

@@ -2,7 +2,7 @@
 
 In this process the same code runs without a cluster: `worker.do`, called in turn.  A cluster takes seconds to start, as
 long as a film, and only this process can read films in memory://.
-Dask gives the task of a lost worker to another one, three times (its setting `allowed-failures`); then it is `Lost`.
+Dask gives the task of a lost worker to another one, three times (its setting `allowed-failures`); then it is `LostJob`.
 A run stops if no worker is alive, or if no task ends (`_next_ended`).
 """
 
@@ -25,7 +25,7 @@ from typing import Any
 from moireid.errors import MoireIdError, SpecError
 from moireid.extras import missing_extra
 from moireid.result_cache import program_digest
-from moireid_lab.archive.isolated import START_S, Limits, Lost
+from moireid_lab.archive.isolated import START_S, Limits, LostJob
 from moireid_lab.archive.worker import Done, Order, do, stop_children
 
 #: Tasks queued at the scheduler, at least and for each thread.  So workers never wait for this program, a deployment
@@ -73,7 +73,7 @@ def run_tasks(
     workers: int | None = None,
     limits: Limits | None = None,
 ) -> Generator[tuple[int, Done], None, None]:
-    """Yield (index of the task, its results) as tasks end; a job without a result gives `Lost`.
+    """Yield (index of the task, its results) as tasks end; a job without a result gives `LostJob`.
 
     Parameters: work: a function at the top of a module, since other processes import it by name, as they do the modules
         of jobs and results. scheduler: address of a Dask scheduler, such as tcp://HOST:PORT; None or "local": this
@@ -179,16 +179,16 @@ def _threads(client: Any) -> int:
 
 
 def _lost(future: Any, order: Order) -> Done:
-    """`Lost` in place of the results of a task that has none."""
+    """`LostJob` in place of the results of a task that has none."""
     from distributed import KilledWorker
 
     error = future.exception()
     if isinstance(error, MoireIdError):
         raise error
     if isinstance(error, KilledWorker):
-        lost = Lost("the worker that had it was lost, and so were those that had it next", 0.0, "worker")
+        lost = LostJob("the worker that had it was lost, and so were those that had it next", 0.0, "worker")
     else:
-        lost = Lost(
+        lost = LostJob(
             f"its worker could not do it ({type(error).__name__}: {' '.join(str(error).split())[:300]})", 0.0, "program"
         )
     return Done((lost,) * len(order.payloads), "")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from moireid.sandbox.child import Talk
-from moireid.sandbox.process import Child, Ended, start
+from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 
@@ -35,7 +35,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Lost:
+class LostJob:
     """A job without a result: the reason in words, the seconds it took, and the kind of fault."""
 
     why: str
@@ -52,7 +52,7 @@ def do_jobs(talk: Talk) -> None:
         talk.tell({"result": work(job) if film is None else work(job, film)})
 
 
-class Isolated:
+class IsolatedProcess:
     """One process, started with its first job, and restarted after it was lost."""
 
     def __init__(self, limits: Limits, folder: str | None = None) -> None:
@@ -64,11 +64,11 @@ class Isolated:
         #: Whether the process is sealed, as those are that read films.
         self._sealed = False
 
-    def do(self, payload: bytes, film: str | None) -> Any | Lost:
+    def do(self, payload: bytes, film: str | None) -> Any | LostJob:
         """The result of one job as JSON gives it, or why there is none; payload: the pickled (work, job)."""
         begun = time.monotonic()
         if self._ended:
-            return Lost("the run was ended", 0.0, "worker")
+            return LostJob("the run was ended", 0.0, "worker")
         child = self._ready(sealed=film is not None)
         try:
             child.send((payload, film), START_S + self._limits.seconds)
@@ -76,14 +76,14 @@ class Isolated:
             if told is not None and "begun" in told:
                 begun = time.monotonic()
                 told = child.hear(self._limits.seconds)
-        except Ended as ended:
+        except ProcessEnd as ended:
             self.stop()
             return self._lost(ended, time.monotonic() - begun)
         self._used_s = time.monotonic()
         if told is None:
             self.stop()
             words = f"it took longer than the {self._limits.seconds:g} s allowed"
-            return Lost(words, time.monotonic() - begun, "time")
+            return LostJob(words, time.monotonic() - begun, "time")
         return told.get("result")
 
     def end(self) -> None:
@@ -104,7 +104,7 @@ class Isolated:
             try:
                 self._child.hear(0.0)
                 return self._child
-            except Ended:
+            except ProcessEnd:
                 pass
         self.stop()
         limits = ProcessLimits(self._limits.memory_mb * 1_000_000, answer_bytes=ANSWER_BYTES)
@@ -114,9 +114,9 @@ class Isolated:
         self._sealed = sealed
         return self._child
 
-    def _lost(self, ended: Ended, seconds: float) -> Lost:
+    def _lost(self, ended: ProcessEnd, seconds: float) -> LostJob:
         if ended.kind == "crash":
-            return Lost(f"the process that had it {ended.words}", seconds, "crash")
+            return LostJob(f"the process that had it {ended.words}", seconds, "crash")
         if ended.kind == "memory":
-            return Lost(f"it takes more memory than the {self._limits.memory_mb} MB allowed", seconds, "memory")
-        return Lost(f"something went wrong inside moireid ({ended.kind}: {ended.words[:300]})", seconds, "program")
+            return LostJob(f"it takes more memory than the {self._limits.memory_mb} MB allowed", seconds, "memory")
+        return LostJob(f"something went wrong inside moireid ({ended.kind}: {ended.words[:300]})", seconds, "program")

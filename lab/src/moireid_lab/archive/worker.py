@@ -14,7 +14,7 @@ from typing import Any
 from moireid.errors import MoireIdError, SpecError
 from moireid.result_cache import program_digest
 from moireid_lab.archive.addresses import FetchError, fetched
-from moireid_lab.archive.isolated import Isolated, Limits, Lost
+from moireid_lab.archive.isolated import IsolatedProcess, Limits, LostJob
 
 #: Longest wait until the last results are taken; only a program that went away takes that long.
 HANDOVER_S, POLL_S = 60.0, 0.003
@@ -37,14 +37,14 @@ class Order:
 
 @dataclass(frozen=True)
 class Done:
-    """The results of a task: for each job its result or `Lost`, and the name of the worker."""
+    """The results of a task: for each job its result or `LostJob`, and the name of the worker."""
 
-    outcomes: tuple[Any | Lost, ...]
+    outcomes: tuple[Any | LostJob, ...]
     worker: str
 
 
 #: Children by run and thread: a worker with several threads processes one film on each.
-_children: dict[tuple[str, int], Isolated] = {}
+_children: dict[tuple[str, int], IsolatedProcess] = {}
 _former = threading.local()
 
 
@@ -59,14 +59,14 @@ def do(order: Order) -> Done:
     if program_digest() != order.program:
         raise SpecError(f"worker {name} has another moireid than this program; install the same on all machines")
     folder = None if worker is None else worker.local_directory
-    child = _children.setdefault((order.run, threading.get_ident()), Isolated(order.limits, folder))
+    child = _children.setdefault((order.run, threading.get_ident()), IsolatedProcess(order.limits, folder))
     try:
         if order.film is None:
             return Done(tuple(child.do(payload, None) for payload in order.payloads), name)
         with fetched(order.film, most_mb=order.limits.film_mb, folder=folder) as film:
             return Done(tuple(child.do(payload, str(film)) for payload in order.payloads), name)
     except MoireIdError as error:
-        lost = Lost(str(error), time.monotonic() - begun, "fetch" if isinstance(error, FetchError) else "film")
+        lost = LostJob(str(error), time.monotonic() - begun, "fetch" if isinstance(error, FetchError) else "film")
         return Done((lost,) * len(order.payloads), name)
 
 

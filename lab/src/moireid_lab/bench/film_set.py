@@ -22,16 +22,16 @@ from moireid.badge import Badge
 from moireid.errors import MoireIdError
 from moireid.files import planned, whole_file, write_text
 from moireid.result_cache import keep_row, kept_rows, program_digest
-from moireid.simulate.filming import Wish, filmed, scene_of, truth_path
+from moireid.simulate.filming import FilmOptions, filmed, scene_of, truth_path
 from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import Lost
+from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench.rows import LIMITS, Where
 
 MANIFEST, KEPT, COURSE = "films.csv", "made.jsonl", "motion.csv"
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedFilm:
     """One film of a set: the name of its file without a suffix, whose badge, how, and its group in the list.
 
     course: the content of the CSV file that `wish.motion` names, None where it is a name.
@@ -39,13 +39,13 @@ class Planned:
 
     name: str
     badge: Badge
-    wish: Wish
+    wish: FilmOptions
     group: str = ""
     course: bytes | None = None
 
 
 def make_film_set(
-    films: Sequence[Planned],
+    films: Sequence[PlannedFilm],
     folder: Path,
     *,
     where: Where,
@@ -82,7 +82,7 @@ def make_film_set(
     with closing(running) as ended:
         for count, (at, done) in enumerate(ended, start=1):
             film, key, (told,) = films[todo[at]], keys[todo[at]], done.outcomes
-            if isinstance(told, Lost):
+            if isinstance(told, LostJob):
                 told = {"error": told.why}
             if "error" not in told:
                 contents = dict(zip(_files(film, folder), map(b64decode, (told["truth"], told["video"])), strict=True))
@@ -104,7 +104,7 @@ def make_film_set(
     return folder / MANIFEST
 
 
-def made(film: Planned) -> dict[str, Any]:
+def made(film: PlannedFilm) -> dict[str, Any]:
     """One whole film with its truth, or a sentence why it failed; runs in a process of the engine."""
     with tempfile.TemporaryDirectory() as folder:
         video, wish = Path(folder) / "film.mp4", film.wish
@@ -121,7 +121,7 @@ def made(film: Planned) -> dict[str, Any]:
         return {name: b64encode(path.read_bytes()).decode() for name, path in files.items()} | {"label": report.label}
 
 
-def _files(film: Planned, folder: Path) -> tuple[Path, Path]:
+def _files(film: PlannedFilm, folder: Path) -> tuple[Path, Path]:
     """The files of a film; the truth first, so that a film that is there has it beside it."""
     video = folder / f"{film.name}.mp4"
     return truth_path(video), video
@@ -157,14 +157,14 @@ def _holds(path: Path, text: str) -> bool:
     return _digest(path) == _hash(text.encode())
 
 
-def _key(film: Planned) -> str:
+def _key(film: PlannedFilm) -> str:
     """The key of a film: all that it depends on, including the program."""
     told = (film.name, film.badge.to_json(), asdict(film.wish), program_digest("simulate"))
     course = hashlib.sha256(film.course or b"").hexdigest()
     return hashlib.sha256(json.dumps([told, course], sort_keys=True).encode()).hexdigest()
 
 
-def _manifest(films: Sequence[Planned], labels: Sequence[str]) -> str:
+def _manifest(films: Sequence[PlannedFilm], labels: Sequence[str]) -> str:
     """The list as text."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")

@@ -37,8 +37,8 @@ from moireid.verifier.live.challenge import (
     SIDEWAYS_MM,
     UPRIGHT_MM,
     WAYS,
-    Course,
     Prompt,
+    PromptPath,
     draw_prompts,
     judge_challenge,
 )
@@ -166,7 +166,7 @@ class Caller:
         return course_place_mm(self._places, self._set_out_s, time_s)
 
 
-class Paused:
+class PausingPlayer:
     """Somebody who plays a film of an earlier answer, and pauses it until the next prompt is heard.
 
     It is a course, too: that of the film, on the player's own clock.
@@ -223,7 +223,7 @@ SHIFT_S = 0.25
 
 def course_of(
     course: Answer, prompts: Sequence[Prompt], *, length_s: float, fps: float = 24.0, seed: int = 0
-) -> Course:
+) -> PromptPath:
     """What a check sees of an answer, without the pictures: places with a tremor, and when the face is covered."""
     times = np.arange(round(length_s * fps)) / fps
     place = np.array([course.place_mm(float(time_s)) for time_s in times])
@@ -234,26 +234,26 @@ def course_of(
             left = course.set_out_s[k + 1] if k + 1 < len(prompts) else np.inf
             before_face |= (times >= course.set_out_s[k] + 0.6) & (times <= left + 0.3)
     amounts = [place[:, 0] / SIDEWAYS_MM, -place[:, 1] / UPRIGHT_MM, -np.log(place[:, 2]) / math.log(AMOUNT_RATIO)]
-    return Course(times, np.column_stack(amounts), before_face)
+    return PromptPath(times, np.column_stack(amounts), before_face)
 
 
-def passes(course: Course, prompts: Sequence[Prompt]) -> bool:
+def passes(course: PromptPath, prompts: Sequence[Prompt]) -> bool:
     """Whether a course meets a challenge."""
     return all(reason.level == "pass" for reason in judge_challenge(course, prompts))
 
 
-def passes_in_order(course: Course, prompts: Sequence[Prompt], shift_s: float) -> int:
+def passes_in_order(course: PromptPath, prompts: Sequence[Prompt], shift_s: float) -> int:
     """How many prompts a course meets before the first that it does not, begun `shift_s` later."""
-    later = Course(course.times_s + shift_s, course.place, course.before_face)
+    later = PromptPath(course.times_s + shift_s, course.place, course.before_face)
     levels = [reason.level == "pass" for reason in judge_challenge(later, prompts)]
     return (*levels, False).index(False)
 
 
-def passes_at_best(course: Course, before: Sequence[Prompt], fresh: Sequence[Prompt]) -> bool:
+def passes_at_best(course: PromptPath, before: Sequence[Prompt], fresh: Sequence[Prompt]) -> bool:
     """Whether an earlier answer to `before` meets fresh prompts, whenever it is started."""
     apart = [new.at_s - old.at_s for new, old in zip(fresh, before, strict=True)]
     shifts = np.arange(min(apart) - 2.0, max(apart) + 2.0, SHIFT_S)
-    return any(passes(Course(course.times_s + s, course.place, course.before_face), fresh) for s in shifts)
+    return any(passes(PromptPath(course.times_s + s, course.place, course.before_face), fresh) for s in shifts)
 
 
 def replays_passed(count: int, seed: int, face_mm: Array) -> tuple[int, int]:

@@ -41,7 +41,7 @@ QUICK_LENGTHS_S = (4, 10)
 
 
 @dataclass(frozen=True)
-class Case:
+class NaturalCase:
     """motion: of `simulate.motion`; distance_m: mean distance of camera and badge, m."""
 
     motion: str
@@ -53,12 +53,12 @@ class Case:
         return f"{self.motion} {self.distance_m:g} m"
 
 
-def cases() -> list[Case]:
+def cases() -> list[NaturalCase]:
     """All of them."""
-    return [Case(motion, distance) for motion in MOTIONS for distance in DISTANCES_M]
+    return [NaturalCase(motion, distance) for motion in MOTIONS for distance in DISTANCES_M]
 
 
-def usual(case: Case, *, quick: bool) -> bool:
+def usual(case: NaturalCase, *, quick: bool) -> bool:
     """Whether a case is filmed unless asked for by name; quick: the walk at 1 m alone."""
     return not quick or (case.motion, case.distance_m) == (MOTIONS[0], DISTANCES_M[0])
 
@@ -184,7 +184,7 @@ def judge_part(track: Track, claim: Claim, start_s: int, seconds: int) -> dict[s
 
 def rows_of_film(found: dict[str, Any], lengths_s: tuple[int, ...]) -> list[dict[str, Any]]:
     """One row for each part of these lengths, with its film's motion, distance and seed."""
-    case: Case = next(case for case in cases() if case.name == found["case"])
+    case: NaturalCase = next(case for case in cases() if case.name == found["case"])
     film_row = {"motion": case.motion, "distance_m": case.distance_m, "seed": found["seed"]}
     return [film_row | part for part in found["parts"] if part["seconds"] in lengths_s]
 

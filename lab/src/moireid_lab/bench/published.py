@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 
 from moireid.badge import Badge, Cell, Grating, Lens, Markers
-from moireid.simulate.filming import Wish
-from moireid_lab.bench.film_set import Planned, make_film_set
+from moireid.simulate.filming import FilmOptions
+from moireid_lab.bench.film_set import PlannedFilm, make_film_set
 from moireid_lab.bench.rows import Where
-from moireid_lab.evaluation.collect import Scored, collect
+from moireid_lab.evaluation.collect import ScoredFilm, collect
 from moireid_lab.evaluation.manifest import read_manifest
 from moireid_lab.evaluation.plots import GENUINE, INK, PALE, figure_of, plain
 from moireid_lab.evaluation.rows import PIPELINES
@@ -36,7 +36,7 @@ from moireid_lab.evaluation.summary import PAPER
 DISTANCES_M = (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7)
 COURSES = 10
 #: One way along the path; `motion.linear` turns back then.
-SWEEP = Wish(motion="linear", frames=120, fps=60.0, camera="ideal")
+SWEEP = FilmOptions(motion="linear", frames=120, fps=60.0, camera="ideal")
 #: The prototype: sheet of 50 lines an inch over lines 0.52 mm apart, and a field of 80 mm.
 LENS_PITCH_MM, LINE_PITCH_MM, GAP_MM, FIELD_MM = 0.508, 0.52, 1.0, 80.0
 
@@ -52,7 +52,7 @@ class Condition:
     table: str
     what: str
     badge: Badge
-    wish: Wish
+    wish: FilmOptions
     paper: str = ""
 
     @property
@@ -75,7 +75,7 @@ def conditions(*, quick: bool) -> Iterator[Condition]:
         ("C", "from 45 degrees", "oblique", "0.72"),
         ("D", "all turns at once", "tumble", "0.57 to 0.67"),
     ):
-        yield Condition(table, what, prototype, Wish(motion, 1.2, 180, 30.0), paper)
+        yield Condition(table, what, prototype, FilmOptions(motion, 1.2, 180, 30.0), paper)
 
 
 def board(lens: Lens, *, page_mm: float, marker_mm: float, corner_mm: float) -> Badge:
@@ -141,22 +141,22 @@ def run(
     }
 
 
-def _planned(row: Condition, courses: int, seed: int) -> list[Planned]:
+def _planned(row: Condition, courses: int, seed: int) -> list[PlannedFilm]:
     """The films of a row, one a course."""
     name = row.group.replace(", ", "-").replace(" ", "")
     return [
-        Planned(f"{name}-{course}", row.badge, replace(row.wish, seed=seed + course), row.group)
+        PlannedFilm(f"{name}-{course}", row.badge, replace(row.wish, seed=seed + course), row.group)
         for course in range(1, courses + 1)
     ]
 
 
-def _row(row: Condition, scored: Sequence[Scored]) -> dict[str, Any]:
+def _row(row: Condition, scored: Sequence[ScoredFilm]) -> dict[str, Any]:
     """The figures of a row, of each pipeline."""
     told = {"table": row.table, "what": row.what, "distance_m": row.wish.distance_m, "paper": row.paper}
     return told | {name: _figures([one for one in scored if one.pipeline == name]) for name in PIPELINES}
 
 
-def _figures(scored: Sequence[Scored]) -> dict[str, Any]:
+def _figures(scored: Sequence[ScoredFilm]) -> dict[str, Any]:
     """Verdicts, and of each figure the values of all films with their mean and deviation."""
     verdicts = [one.row["verdict"] for one in scored]
     found: dict[str, Any] = {"films": len(scored), "verdicts": {name: verdicts.count(name) for name in set(verdicts)}}

@@ -37,7 +37,7 @@ TRUE = "true"
 
 
 @dataclass(frozen=True)
-class Case:
+class EffectCase:
     """effect: of `simulate.effects`, or none; badge: "true", or the kind of the forgery."""
 
     effect: str
@@ -51,19 +51,19 @@ class Case:
         return f"{self.effect}:{self.strength} {self.distance_m:g} m {self.badge}"
 
 
-def cases() -> list[Case]:
+def cases() -> list[EffectCase]:
     """All of them, true ones first, the ordinary strength before the others."""
     order = sorted(STRENGTHS, key=lambda strength: strength != "ordinary")
     some = [(NOTHING, "ordinary")] + [(effect, strength) for strength in order for effect in KINDS]
     return [
-        Case(effect, strength, distance, badge)
+        EffectCase(effect, strength, distance, badge)
         for badge in (TRUE, *FORGERIES)
         for effect, strength in some
         for distance in DISTANCES_M
     ]
 
 
-def usual(case: Case, *, quick: bool) -> bool:
+def usual(case: EffectCase, *, quick: bool) -> bool:
     """Whether a case is filmed unless asked for by name: forged ones at the ordinary strength alone; quick: the true
     badge at the ordinary strength, at 1 m.
     """
@@ -79,7 +79,7 @@ CAMERA = Camera(1280, 720, 966.7)
 HERE = Where()
 
 
-def motion_of(case: Case, seed: int) -> Motion:
+def motion_of(case: EffectCase, seed: int) -> Motion:
     """By the seed: a body that sways before a camera on a stand, a hand-held camera, or one moved to and fro."""
     return motion_named(MOTIONS[seed % len(MOTIONS)], distance_mm=1000 * case.distance_m, seed=seed)
 

@@ -13,7 +13,7 @@ from typing import Any
 from moireid.errors import MoireIdError, SpecError
 from moireid.result_cache import keep_row, kept_rows
 from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import Limits, Lost
+from moireid_lab.archive.isolated import Limits, LostJob
 
 Row = dict[str, Any]
 #: Of one film; the longest of any suite takes some minutes, and renderers hold more than a verifier does.
@@ -83,7 +83,7 @@ def made_rows(
     with closing(running) as ended:
         for place, done in ended:
             key, (row,) = todo[place][0], done.outcomes
-            if isinstance(row, Lost):
+            if isinstance(row, LostJob):
                 raise MoireIdError(f"a film of the suite gave no figures: {row.why}; run again, the others are kept")
             rows[key] = row
             keep_row(kept, key, row)

@@ -34,7 +34,7 @@ HERE = Where()
 
 
 @dataclass(frozen=True)
-class Case:
+class StabilityCase:
     """One case: how the badge is made, built and filmed.
 
     beat: share of the reference row's designed beat that is left, made by a sheet of another pitch; hidden: part of
@@ -52,23 +52,26 @@ class Case:
     motion: str = "sway"
 
 
-def cases() -> list[Case]:
+def cases() -> list[StabilityCase]:
     """All cases; each group begins with one that must be read."""
     small, large = Request("Bench", size_mm=(96.0, 110.0), range_m=(0.5, 0.9)), Request("Bench", size_mm=(186.0, 273.0))
     return [
-        *(Case(f"beat at {100 * share:g} % of the design", beat=share) for share in (0.9, 0.5, 0.2, 0.0, -0.5, -1.0)),
-        *(Case(f"twist {degrees:g} degrees", twist_deg=degrees) for degrees in (0.3, 0.45, 0.7, 1.5, 5.0)),
-        Case("smallest board, 0.7 m", small, distance_m=0.7),
-        Case("largest board", Request("Bench", size_mm=large.size_mm, range_m=(1.2, 2.5))),
-        Case("quarter hidden, a corner", hidden=(0.0, 0.0, 0.5, 0.5)),
-        Case("quarter hidden, the right edge", hidden=(0.75, 0.0, 1.0, 1.0)),
-        Case("quarter hidden, the middle", hidden=(0.25, 0.25, 0.75, 0.75)),
-        Case("quarter hidden, the top", hidden=(0.0, 0.0, 1.0, 0.25)),
-        *(Case(f"print contrast {100 * c:g} %", contrast=c) for c in (0.2, 0.1, 0.05, 0.02)),
-        *(Case(f"distance {metres:g} m", distance_m=metres) for metres in (0.6, 3.0, 4.0, 6.0)),
-        Case("no motion", motion="static"),
-        Case("payload of zeros", payload=bytes(8)),
-        Case("payload of ones", payload=b"\xff" * 8),
+        *(
+            StabilityCase(f"beat at {100 * share:g} % of the design", beat=share)
+            for share in (0.9, 0.5, 0.2, 0.0, -0.5, -1.0)
+        ),
+        *(StabilityCase(f"twist {degrees:g} degrees", twist_deg=degrees) for degrees in (0.3, 0.45, 0.7, 1.5, 5.0)),
+        StabilityCase("smallest board, 0.7 m", small, distance_m=0.7),
+        StabilityCase("largest board", Request("Bench", size_mm=large.size_mm, range_m=(1.2, 2.5))),
+        StabilityCase("quarter hidden, a corner", hidden=(0.0, 0.0, 0.5, 0.5)),
+        StabilityCase("quarter hidden, the right edge", hidden=(0.75, 0.0, 1.0, 1.0)),
+        StabilityCase("quarter hidden, the middle", hidden=(0.25, 0.25, 0.75, 0.75)),
+        StabilityCase("quarter hidden, the top", hidden=(0.0, 0.0, 1.0, 0.25)),
+        *(StabilityCase(f"print contrast {100 * c:g} %", contrast=c) for c in (0.2, 0.1, 0.05, 0.02)),
+        *(StabilityCase(f"distance {metres:g} m", distance_m=metres) for metres in (0.6, 3.0, 4.0, 6.0)),
+        StabilityCase("no motion", motion="static"),
+        StabilityCase("payload of zeros", payload=bytes(8)),
+        StabilityCase("payload of ones", payload=b"\xff" * 8),
     ]
 
 
@@ -80,11 +83,11 @@ def run(*, quick: bool, seed: int, where: Where = HERE, progress: Callable[[int,
     return {"suite": "stability", "seed": seed, "rows": rows, "scenes": run_scenes()}
 
 
-def _read(job: tuple[Case, int, int]) -> dict[str, Any]:
+def _read(job: tuple[StabilityCase, int, int]) -> dict[str, Any]:
     return read_case(*job)
 
 
-def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:
+def read_case(case: StabilityCase, seed: int, frames: int) -> dict[str, Any]:
     """Film one case and read it."""
     badge = design_badge(case.request, case.payload)
     grating = badge.gratings[0]

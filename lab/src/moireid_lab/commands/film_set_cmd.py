@@ -16,7 +16,7 @@ from moireid_lab.commands.rate import film_rate, scheduler_option, workers_optio
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid_lab.bench.film_set import Planned
+    from moireid_lab.bench.film_set import PlannedFilm
 
 #: Columns that are no option of `simulate`; every long option of it but these is a column too.
 OWN, NOT_COLUMNS = ("badge", "name", "group"), ("out", "overwrite", "json", "explain", "help")
@@ -59,7 +59,7 @@ def film_set_command(
         click.echo(f"{len(films)} films in {folder}; score them with: moireid evaluate {manifest} --out scored")
 
 
-def read_plan(plan_csv: Path) -> list[Planned]:
+def read_plan(plan_csv: Path) -> list[PlannedFilm]:
     """The films of a plan, each checked before any is made.
 
     Raises: SpecError, with the line of what cannot be used.
@@ -68,7 +68,7 @@ def read_plan(plan_csv: Path) -> list[Planned]:
 
     header, rows = _lines(plan_csv)
     badges: dict[Path, Badge] = {}
-    films: list[Planned] = []
+    films: list[PlannedFilm] = []
     for line, cells in rows:
         if len(cells) > len(header):
             raise SpecError(
@@ -125,11 +125,11 @@ def _options() -> dict[str, click.Option]:
     return {name: one for name, one in found.items() if name not in NOT_COLUMNS}
 
 
-def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge]) -> Planned:
+def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge]) -> PlannedFilm:
     """One line.  Raises: SpecError, click.UsageError."""
     from moireid.badge import load_badge
     from moireid.errors import SpecError
-    from moireid_lab.bench.film_set import Planned
+    from moireid_lab.bench.film_set import PlannedFilm
 
     if "badge" not in row:
         raise SpecError("it names no badge; give the path of a badge.json, relative to the plan")
@@ -157,7 +157,7 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
             raise SpecError(
                 f"motion {wish.motion} cannot be read ({error.strerror}); give its path from the plan"
             ) from error
-    return Planned(name, badges[path], wish, row.get("group", ""), course)
+    return PlannedFilm(name, badges[path], wish, row.get("group", ""), course)
 
 
 #: Parameters of the command that do not describe the film.

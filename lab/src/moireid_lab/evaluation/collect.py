@@ -10,7 +10,7 @@ from typing import Any
 
 from moireid.errors import SpecError
 from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import Limits, Lost
+from moireid_lab.archive.isolated import Limits, LostJob
 from moireid_lab.archive.parts import Parts
 from moireid_lab.evaluation.manifest import Entry
 from moireid_lab.evaluation.rows import (
@@ -30,7 +30,7 @@ Progress = Callable[[int, int, int, int], None]
 
 
 @dataclass(frozen=True)
-class Scored:
+class ScoredFilm:
     """A film of the collection, with its row from one pipeline."""
 
     entry: Entry
@@ -49,7 +49,7 @@ def collect(
     retry: bool = False,
     progress: Progress | None = None,
     work: Callable[[Job, str], Row] = score_film,
-) -> list[Scored]:
+) -> list[ScoredFilm]:
     """Score every film by every pipeline.
 
     Parameters: kept: a folder in which rows are saved in Parquet as they are made.  Its rows are reused, except those
@@ -84,12 +84,12 @@ def collect(
             if progress:
                 progress(before + count, len(entries), failed, before)
     _refuse_pairs((one.entry, rows[key]["sha256"]) for key, one in jobs.items() if one.pipeline == pipelines[0])
-    return [Scored(job.entry, job.pipeline, rows[key]) for key, job in jobs.items()]
+    return [ScoredFilm(job.entry, job.pipeline, rows[key]) for key, job in jobs.items()]
 
 
-def _row(key: str, job: Job, outcome: Row | Lost, worker: str) -> Row:
+def _row(key: str, job: Job, outcome: Row | LostJob, worker: str) -> Row:
     """The outcome of a job as a row of the results, in the order of `COLUMNS`."""
-    row: dict[str, Any] = failed_row(outcome) if isinstance(outcome, Lost) else outcome
+    row: dict[str, Any] = failed_row(outcome) if isinstance(outcome, LostJob) else outcome
     row = row | {
         "key": key,
         "film": job.entry.video,

@@ -19,7 +19,7 @@ import numpy as np
 
 from moireid.errors import SpecError
 from moireid_lab.archive.addresses import read_text
-from moireid_lab.evaluation.collect import Scored
+from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.manifest import Entry
 from moireid_lab.evaluation.summary import plain, scores_of, separation
 
@@ -57,7 +57,7 @@ def read_detectors(address: str | os.PathLike[str], entries: Sequence[Entry]) ->
     return found
 
 
-def beside(document: Document, scored: Sequence[Scored], detectors: Scores, *, seed: int) -> Document:
+def beside(document: Document, scored: Sequence[ScoredFilm], detectors: Scores, *, seed: int) -> Document:
     """The figures of a collection, with those of other detectors beside them.
 
     Parameters: document: as `summary.summarise` gives it; detectors: as `read_detectors`.
@@ -68,7 +68,7 @@ def beside(document: Document, scored: Sequence[Scored], detectors: Scores, *, s
     return document | {"detectors": figures, "rows": rows}
 
 
-def _figures(scored: Sequence[Scored], scores: Mapping[int, float], seed: int) -> Document:
+def _figures(scored: Sequence[ScoredFilm], scores: Mapping[int, float], seed: int) -> Document:
     """One detector, and our pipelines on the very films that it scored."""
     films = {one.entry.line: one.entry for one in scored}
     genuine, forged = (
@@ -84,7 +84,7 @@ def _figures(scored: Sequence[Scored], scores: Mapping[int, float], seed: int) -
     }
 
 
-def _ours(own: list[Scored], pipeline: str, seed: int) -> Document:
+def _ours(own: list[ScoredFilm], pipeline: str, seed: int) -> Document:
     """A pipeline of ours on the same films; one without a score ranks lowest."""
     genuine, forged = (
         scores_of([one for one in own if one.pipeline == pipeline and one.entry.genuine == kind])

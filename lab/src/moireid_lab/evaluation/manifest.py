@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.registry import Record, Registry, open_registry
 from moireid.verifier.published.corners import ENTRIES, Corners, corners_from, read_corners
 from moireid_lab.archive.addresses import fetched, is_address, joined, read_text, stamp
@@ -36,12 +36,12 @@ MOST_MB = 16.0
 
 
 @dataclass(frozen=True)
-class Claimed:
+class ManifestClaim:
     """The claimed badge of a film, with its entry in the registry."""
 
     badge: Badge
     as_built: AsBuilt | None = None
-    barred: Barred | None = None
+    barred: Exclusion | None = None
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Entry:
     label: str
     claim: str
     group: str
-    claimed: Claimed
+    claimed: ManifestClaim
     corners: Corners | None = None
 
     @property
@@ -188,9 +188,9 @@ class _Claims:
     def __init__(self, base: str, registry_url: str | None, badge: Badge | None) -> None:
         self._base, self._url, self._badge = base, registry_url, badge
         self._registry: Registry | None = None
-        self._found: dict[str, Claimed] = {}
+        self._found: dict[str, ManifestClaim] = {}
 
-    def find(self, claim: str) -> Claimed:
+    def find(self, claim: str) -> ManifestClaim:
         """The badge of a claim.  Raises: MoireIdError if there is none."""
         if claim not in self._found:
             self._found[claim] = self._look_up(claim)
@@ -201,17 +201,17 @@ class _Claims:
         if self._registry is not None:
             self._registry.close()
 
-    def _look_up(self, claim: str) -> Claimed:
+    def _look_up(self, claim: str) -> ManifestClaim:
         if not claim:
             if self._badge is None:
                 raise SpecError("it has no claim, and no badge is given for such films; fill it in, or add --badge")
-            return Claimed(self._badge)
+            return ManifestClaim(self._badge)
         if claim.lower().endswith(".json"):
             with fetched(joined(self._base, claim), most_mb=MOST_MB) as path:
-                return Claimed(load_badge(path))
+                return ManifestClaim(load_badge(path))
         if self._registry is None:
             self._registry = open_registry(self._url, create=False)
             self._registry.standing()
         record: Record = self._registry.find(claim)
         as_built = as_built_from_json(record.as_built) if record.as_built else None
-        return Claimed(record.badge, as_built, record.barred())
+        return ManifestClaim(record.badge, as_built, record.barred())

@@ -29,7 +29,7 @@ from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import OpenedFile
-from moireid_lab.archive.isolated import Fault, Lost
+from moireid_lab.archive.isolated import Fault, LostJob
 from moireid_lab.evaluation.manifest import Entry
 
 Pipeline = Literal["moireid", "published"]
@@ -71,7 +71,7 @@ def score_film(job: Job, film: str) -> Row:
         # The temporary folder of a fetched film has another name each time.
         words = " ".join(str(error).split()).replace(film, job.entry.video)
         sha256 = OpenedFile(Path(film)).sha256() if Path(film).is_file() else None
-        return failed_row(Lost(words, time.perf_counter() - begun, "film")) | {"sha256": sha256}
+        return failed_row(LostJob(words, time.perf_counter() - begun, "film")) | {"sha256": sha256}
     figures = {name: json_number(getattr(report.invariant, name, None)) for name in FIGURES}
     told = [reason for reason in report.reasons if reason.level in ("fail", "undecided")]
     return {
@@ -93,7 +93,7 @@ def score_film(job: Job, film: str) -> Row:
     }
 
 
-def failed_row(lost: Lost) -> Row:
+def failed_row(lost: LostJob) -> Row:
     """The row of a film that could not be scored; `again`: whether the next run tries it again."""
     return {
         "sha256": None,

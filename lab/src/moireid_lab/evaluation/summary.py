@@ -23,7 +23,7 @@ from moireid.verifier.decision.figures import calibrated_log10
 from moireid.verifier.limits import MAX_RIVAL_LOG10
 from moireid.verifier.published.pipeline import THRESHOLD
 from moireid_lab.evaluation import statistics
-from moireid_lab.evaluation.collect import Scored
+from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.statistics import interval
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ PAPER = {
 }
 
 
-def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
+def summarise(scored: Sequence[ScoredFilm], *, seed: int) -> Document:
     """All figures of a collection.  Parameters: seed: of the resampling.  Returns: an object for JSON."""
     films = {one.entry.line: one.entry for one in scored}
     pipelines = list(dict.fromkeys(one.pipeline for one in scored))
@@ -70,13 +70,13 @@ def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
     return document
 
 
-def scores_of(scored: Sequence[Scored]) -> Array:
+def scores_of(scored: Sequence[ScoredFilm]) -> Array:
     """Scores (N,) of films; -inf for one without a score."""
     found = [one.row.get("score") for one in scored]
     return np.array([s if isinstance(s, (int, float)) and math.isfinite(s) else -math.inf for s in found], float)
 
 
-def _figures(scored: list[Scored], seed: int) -> Document:
+def _figures(scored: list[ScoredFilm], seed: int) -> Document:
     """The figures of one pipeline."""
     genuine = [one for one in scored if one.entry.genuine]
     forged = [one for one in scored if not one.entry.genuine]
@@ -102,7 +102,7 @@ def _figures(scored: list[Scored], seed: int) -> Document:
     }
 
 
-def _kind(one: Scored) -> tuple[str, str]:
+def _kind(one: ScoredFilm) -> tuple[str, str]:
     return one.entry.group, one.entry.label
 
 
@@ -181,7 +181,7 @@ def _ratios(genuine: Array, forged: Array, pipeline: str, seed: int) -> Document
     }
 
 
-def _attacks(genuine: list[Scored], forged: list[Scored]) -> Document:
+def _attacks(genuine: list[ScoredFilm], forged: list[ScoredFilm]) -> Document:
     """Error rates of presentation attack detection: of each kind of attack, the worst of them, and of genuine films."""
     kinds: dict[str, list[str]] = {}
     for one in forged:
@@ -211,7 +211,7 @@ def _rate(hits: int, of: int) -> Document:
     return {"films": hits, "of": of, "rate": hits / of, "interval": interval(hits, of), "upper_bound": bound}
 
 
-def _window(scored: list[Scored]) -> Document:
+def _window(scored: list[ScoredFilm]) -> Document:
     """Mean and standard deviation of the published figure, mean |rho| over windows of 30 frames, for both pipelines."""
     found = [one.row.get("window_correlation_mean") for one in scored]
     values = np.array([value for value in found if value is not None], float)
@@ -219,7 +219,7 @@ def _window(scored: list[Scored]) -> Document:
     return {"films": len(values), "mean": mean, "sd": sd}
 
 
-def _verdicts(scored: list[Scored]) -> Document:
+def _verdicts(scored: list[ScoredFilm]) -> Document:
     """Number of films with each verdict, with the interval of the rate."""
     given = [one.row["verdict"] for one in scored]
     return {
@@ -232,7 +232,7 @@ def _verdicts(scored: list[Scored]) -> Document:
     }
 
 
-def _group(scored: list[Scored]) -> Document:
+def _group(scored: list[ScoredFilm]) -> Document:
     """Distribution of the scores of films of one group and label, and their verdicts."""
     scores = scores_of(scored)
     scores = scores[np.isfinite(scores)]
@@ -249,7 +249,7 @@ def _group(scored: list[Scored]) -> Document:
     }
 
 
-def _compared(group: str, scored: list[Scored]) -> Document:
+def _compared(group: str, scored: list[ScoredFilm]) -> Document:
     """AUC and effect size of one group, compared with all films of the kind that it does not have."""
     sides, against = {}, "its own"
     for genuine, other in ((True, "all genuine"), (False, "all forged")):
@@ -274,7 +274,7 @@ def _compared(group: str, scored: list[Scored]) -> Document:
     }
 
 
-def _row(one: Scored) -> Document:
+def _row(one: ScoredFilm) -> Document:
     entry = one.entry
     return {
         "line": entry.line,

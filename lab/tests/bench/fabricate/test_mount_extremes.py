@@ -26,7 +26,7 @@ from moireid.fabrication.process import MountFigures, MountProcess, mount_figure
 from moireid_lab.bench.fabricate.mount_extremes import (
     BUILT,
     KINDS,
-    Case,
+    MountCase,
     cases,
     extremes,
     extremes_table,
@@ -41,7 +41,7 @@ PRINTED_ALONE = {"board 30x40 mm", "sheet 0.2 mm", "sheet 6 mm", "spacer 6 mm"}
 TOO_THICK_TO_SNAP = {"sheet 6 mm", "spacer 6 mm"}
 
 
-def case_named(name: str, front: str = "lens") -> Case:
+def case_named(name: str, front: str = "lens") -> MountCase:
     return next(case for case in cases() if (case.name, case.request.front) == (name, front))
 
 
@@ -65,7 +65,7 @@ def test_every_extreme_is_whole_or_says_why_not() -> None:
     )
 
 
-def why(case: Case, kind: str = "lanyard") -> str:
+def why(case: MountCase, kind: str = "lanyard") -> str:
     """The reason why a case is refused, or made in part only."""
     try:
         _, parts = planned_case(case, kind)
@@ -83,7 +83,7 @@ def numbers(pattern: str, text: str) -> list[float]:
 def test_what_the_refusals_advise_does_work() -> None:
     """Catches: advice copied from another refusal, a limit rounded to the wrong side, a bound that is not the bound."""
 
-    def whole(case: Case) -> bool:
+    def whole(case: MountCase) -> bool:
         return outcome_of(planned_case(case, "clip")[1]) == "whole"
 
     tall = case_named("board 30x40 mm")

@@ -10,7 +10,7 @@ import pytest
 from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Camera, Scene, motion_named
 from moireid.simulate.forgeries.rear_layer import SquaredUp
-from moireid_lab.bench.forgers.reposed import REACH_MM, Field, Reposed, fields_of, for_all_fields, over, whole_of
+from moireid_lab.bench.forgers.reposed import REACH_MM, Field, Reposer, fields_of, for_all_fields, over, whole_of
 
 TIMES = np.arange(90) / 30
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
@@ -81,7 +81,7 @@ def test_a_film_of_many_photographs_is_nearly_the_true_one(blend):
     scene = Scene(badge, Build(), Camera(1280, 720, 1150.0))
     camera = motion_named("circle", distance_mm=1000, seed=1)(TIMES).camera_mm
     motion = motion_named("circle", distance_mm=1000, seed=1)
-    few, many = (Reposed(count, blend, by_field=True).shown(scene, motion, camera, 30.0) for count in (5, 41))
+    few, many = (Reposer(count, blend, by_field=True).shown(scene, motion, camera, 30.0) for count in (5, 41))
     frame = 17
     true = SquaredUp(scene, 3.0).picture(camera[frame])
     far, near = (float(np.abs(shown.picture(frame) - true).mean()) for shown in (few, many))

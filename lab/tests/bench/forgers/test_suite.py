@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from moireid.verifier.video import Film
-from moireid_lab.bench.forgers.cases import Case, Filming, Shoot, cases
+from moireid_lab.bench.forgers.cases import Filming, ForgeryCase, Shoot, cases
 from moireid_lab.bench.forgers.forgers_suite import badge_of, film_case, run_case
 from moireid_lab.bench.forgers.motions import one_way
 
@@ -36,7 +36,7 @@ def test_a_film_has_the_frames_and_the_edit_of_its_case(tmp_path: Path):
 
         return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), edit=edit, seconds_times=1.5)
 
-    film_case(Case("made up", True, make), Shoot(badge, 1000.0, 1, 4), tmp_path / "a.mp4")
+    film_case(ForgeryCase("made up", True, make), Shoot(badge, 1000.0, 1, 4), tmp_path / "a.mp4")
     frames = list(Film(tmp_path / "a.mp4").frames())
     assert seen == [(k, (720, 1280), (3, 3)) for k in range(6)] and len(frames) == 6
     assert [float(frame.luma.mean()) for frame in frames] == pytest.approx([40 + 20 * k for k in range(6)], abs=3)

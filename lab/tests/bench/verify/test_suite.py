@@ -15,12 +15,12 @@ from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film
 from moireid_lab.bench.output import PLOTS, TABLES
 from moireid_lab.bench.verify import verify_suite as verify
-from moireid_lab.bench.verify.films import KINDS, Filmed, Kind, Truth, phase_error_rad
+from moireid_lab.bench.verify.films import KINDS, DecodedFilm, FilmTruth, Kind, phase_error_rad
 from moireid_lab.bench.verify.judged import judge_frames
 from moireid_lab.bench.verify.motion_extremes import cases, outcome_of, read_extreme
 
 
-def row_of(kind: Kind, setting: verify.Setting, *, phase: float, cpu_ms: float, right: bool = True) -> dict:
+def row_of(kind: Kind, setting: verify.EstimatorSetting, *, phase: float, cpu_ms: float, right: bool = True) -> dict:
     return {
         "film": kind.name,
         "forge": kind.forge,
@@ -53,7 +53,7 @@ def test_a_setting_leaves_out_and_shrinks_frames_as_a_film_of_them_would_have_th
     """Catches: numbers with gaps, which stop the page from being followed; pictures shifted by half a pixel."""
     ramp = np.add.outer(np.zeros(60), np.arange(80)).astype(np.uint8) * 2
     frames = [Frame(k, k / 30, ramp) for k in range(8)]
-    used = list(verify.used_frames(frames, verify.Setting(3, 1 / 2)))
+    used = list(verify.used_frames(frames, verify.EstimatorSetting(3, 1 / 2)))
     assert [frame.index for frame in used] == [0, 1, 2] and [frame.time_s for frame in used] == [0, 0.1, 0.2]
     assert used[0].luma.shape == (30, 40)
     # The middle of the picture stays the middle: a pixel of the half size is the mean of its four.
@@ -68,9 +68,9 @@ def test_the_knee_is_the_least_error_times_time_of_what_is_right_on_all_films():
     """Catches: a knee at a setting that accepts a forgery, at another estimator, or by the time of one run alone."""
     made = {
         verify.DEFAULT: (0.010, 8.0, True),
-        verify.Setting(2): (0.011, 4.0, True),
-        verify.Setting(4): (0.012, 2.0, False),
-        verify.Setting(estimator="published"): (0.001, 0.1, True),
+        verify.EstimatorSetting(2): (0.011, 4.0, True),
+        verify.EstimatorSetting(4): (0.012, 2.0, False),
+        verify.EstimatorSetting(estimator="published"): (0.001, 0.1, True),
     }
     films = [
         row_of(kind, setting, phase=phase, cpu_ms=ms, right=right or kind.forge is None)
@@ -79,7 +79,7 @@ def test_the_knee_is_the_least_error_times_time_of_what_is_right_on_all_films():
     ]
     work = [verify._summary(setting, films) for setting in made]
     knee = verify.knee_of(work)
-    assert knee is not None and knee["setting"] == verify.asdict(verify.Setting(2)) and not knee["default"]
+    assert knee is not None and knee["setting"] == verify.asdict(verify.EstimatorSetting(2)) and not knee["default"]
     assert work[2]["accepted_forged"] == sum(kind.forge is not None for kind in KINDS) and work[2]["rejected_true"] == 0
     assert work[0]["ms"] == 10.0 and work[0]["ms_to_decoding"] == 2.0 and work[0]["cpu_ms_to_decoding"] == 4.0
     assert work[0]["gain_error"] == pytest.approx(0.010)
@@ -117,17 +117,17 @@ def test_the_bench_measures_the_verifier_on_a_film_made_outside(films, prototype
     times = np.array([frame.time_s for frame in frames])
     found = judge_frames(frames, Claim(prototype))
     signal = found.chapters[0].measurement.gratings[0]
-    filmed = Filmed(
-        Kind("", 1.0), prototype, 1450.0, frames, Truth(times, signal.measured_rad, signal.predicted_rad), 1, 1
+    filmed = DecodedFilm(
+        Kind("", 1.0), prototype, 1450.0, frames, FilmTruth(times, signal.measured_rad, signal.predicted_rad), 1, 1
     )
     own = measure.smooth_camera
     plain = verify.timed(filmed, verify.DEFAULT, 1)
     assert plain["right"] and plain["verdict"] == found.verdict == "accept" and found.finite
     assert plain["phase_rad"] == pytest.approx(0, abs=1e-9) and plain["pose_rad"] == pytest.approx(0, abs=1e-9)
     assert abs(plain["gain_error"]) < 0.02 and len(plain["ms"]) == 1
-    rough = verify.timed(filmed, verify.Setting(estimator="poses not smoothed"), 1)
+    rough = verify.timed(filmed, verify.EstimatorSetting(estimator="poses not smoothed"), 1)
     assert rough["phase_rad"] < 0.005 < rough["pose_rad"] and measure.smooth_camera is own
-    published = verify.timed(filmed, verify.Setting(estimator="published"), 1)
+    published = verify.timed(filmed, verify.EstimatorSetting(estimator="published"), 1)
     assert published["pose_rad"] is None and 0 < published["phase_rad"] < 1.0 and published["tracked"] == 90
 
 

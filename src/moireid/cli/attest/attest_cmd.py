@@ -12,8 +12,8 @@ from moireid.cli.common import ACCEPT, REJECT, bundle_option, friendly, json_opt
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.attest import Checked
-    from moireid.provenance import Barred
+    from moireid.attest import CheckResult
+    from moireid.provenance import Exclusion
 
 
 def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
@@ -97,7 +97,9 @@ def check_command(
     sys.exit(ACCEPT if found.holds else REJECT)
 
 
-def _became(found: Checked, registry_url: str | None, bundle_path: Path | None, trust: str | None) -> Barred | None:
+def _became(
+    found: CheckResult, registry_url: str | None, bundle_path: Path | None, trust: str | None
+) -> Exclusion | None:
     """Why the badge of a verdict does not count any more, as a registry or its bundle says; None where it does."""
     if registry_url is not None and bundle_path is not None:
         raise SpecError("--bundle stands in the place of --registry; leave one of them out")
@@ -124,7 +126,7 @@ def _became(found: Checked, registry_url: str | None, bundle_path: Path | None, 
     return holder.barred
 
 
-def lines_of(found: Checked) -> list[str]:
+def lines_of(found: CheckResult) -> list[str]:
     """What a check found, for people."""
     told = found.to_json()
     faults = [f"  ✗ {fault.text}" for fault in found.faults]

@@ -20,7 +20,7 @@ from moireid.cli.printing.wear import Wear
 
 if TYPE_CHECKING:
     from moireid.designer import Request
-    from moireid.designer.drawn import Drawn
+    from moireid.designer.drawn import DrawnBadge
     from moireid.fabrication.process import MountFigures
     from moireid.registry import Registry
 
@@ -46,7 +46,7 @@ def gathered(name: str, into: type, options: Sequence[Command]) -> Command:
 
 
 @dataclass(frozen=True)
-class Order:
+class PrintOrder:
     """What the badge is to be, where its files go, and how to tell of it.
 
     request: without a person's name where there are many; mount: None where nothing was asked for; measured_scale: x
@@ -69,7 +69,7 @@ class Order:
     explain: bool
 
 
-def print_one(order: Order, payload: bytes | None) -> None:
+def print_one(order: PrintOrder, payload: bytes | None) -> None:
     """Make and enter the badge, and tell of it.
 
     Parameters: payload: the identity; None for one that is drawn.
@@ -101,7 +101,7 @@ def print_one(order: Order, payload: bytes | None) -> None:
         _make(order, drawn, mount, note, registry)
 
 
-def _make(order: Order, drawn: Drawn, mount: str, about_mount: str | None, registry: Registry | None) -> None:
+def _make(order: PrintOrder, drawn: DrawnBadge, mount: str, about_mount: str | None, registry: Registry | None) -> None:
     """Make and issue the badge, and report it."""
     from moireid.artwork.content import with_lines
     from moireid.cli.issue_notes import derived_notes, look_alike_notes, namesake_notes

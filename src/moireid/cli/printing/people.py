@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import counted, progress_bar, say, show_json, shown_rows, tell_mount
-from moireid.cli.printing.one_badge import Order
+from moireid.cli.printing.one_badge import PrintOrder
 
 if TYPE_CHECKING:
     from moireid.artwork.placing import Look
     from moireid.badge import Badge
-    from moireid.designer.people import Designed
+    from moireid.designer.people import DesignResult
     from moireid.fabrication import Event
     from moireid.registry import Registry
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 class _List:
     """A list that was read; mount: of all; guessed: what was taken on reading it, None if nothing."""
 
-    order: Order
+    order: PrintOrder
     path: Path
     mount: str
     guessed: str | None
-    designed: list[Designed]
+    designed: list[DesignResult]
 
 
-def print_people(order: Order, people_csv: Path) -> None:
+def print_people(order: PrintOrder, people_csv: Path) -> None:
     """Make the files of `print-your-badge --people`, and say what was made.
 
     Raises: SpecError where the list or a row of it cannot be used; nothing is made then.

@@ -15,7 +15,7 @@ from moireid.cli.common import (
     overwrite_option,
     scale_option,
 )
-from moireid.cli.printing.one_badge import Order, print_one
+from moireid.cli.printing.one_badge import PrintOrder, print_one
 from moireid.cli.printing.options import Design, MountWish, design_options, mount_options
 from moireid.cli.printing.people import print_people
 from moireid.cli.printing.wear import Wear
@@ -101,7 +101,7 @@ def print_command(
         _check_expiry(expires, registry_url)
     chosen = _payload(payload, key_file, design.code) if people_csv is None else None
     request = design.request("Everybody" if name is None else name)
-    order = Order(
+    order = PrintOrder(
         wear.fit(request, payload_bytes=None if chosen is None else len(chosen)),
         wear,
         wish.mount,

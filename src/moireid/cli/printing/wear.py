@@ -72,13 +72,13 @@ class Wear:
         Parameters: axes: of the fringes; three directions take the room of a template, unless one is asked for.
         Raises: SpecError for a template, picture or colour that is none.
         """
-        from moireid.artwork.content import Content, content_of
+        from moireid.artwork.content import Artwork, content_of
         from moireid.artwork.placing import Look
         from moireid.artwork.template import template_named
         from moireid.designer.formats import format_named
 
         content = content_of(self.logo, self.portrait, self.colour)
-        plain = (axes == "hex" or self.format_name in (None, "board")) and content == Content()
+        plain = (axes == "hex" or self.format_name in (None, "board")) and content == Artwork()
         if self.template is None and plain:
             return None
         own = "webcam" if self.format_name == "webcam" else "plain"

@@ -33,16 +33,16 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.provenance import Standing
     from moireid.verifier.report.circumstances import Circumstances
-    from moireid.verifier.session.identify import Enrolled
+    from moireid.verifier.session.identify import EnrolledPeople
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _SearchScope:
     """Who may be found, and what is known of whom was found."""
 
     standing: Standing
     layouts: list[Badge]
-    enrolled: Enrolled
+    enrolled: EnrolledPeople
     name: Callable[[str | None], str | None]
     look_up: LookUp
     #: The document with what is said of the badge that was found.
@@ -92,7 +92,7 @@ def identify_command(
 
 
 @contextmanager
-def _of_registry(registry_url: str | None, trust: str | None) -> Iterator[_Asked]:
+def _of_registry(registry_url: str | None, trust: str | None) -> Iterator[_SearchScope]:
     from moireid.registry import People, open_registry
     from moireid.verifier.session.claim import with_badge_notes
 
@@ -105,7 +105,7 @@ def _of_registry(registry_url: str | None, trust: str | None) -> Iterator[_Asked
                 return document
             return with_badge_notes(document, record.badge, measured=record.as_built is not None)
 
-        yield _Asked(
+        yield _SearchScope(
             standing,
             registry.layouts(),
             people,
@@ -116,7 +116,7 @@ def _of_registry(registry_url: str | None, trust: str | None) -> Iterator[_Asked
 
 
 @contextmanager
-def _of_bundle(path: Path, trust: str | None) -> Iterator[_Asked]:
+def _of_bundle(path: Path, trust: str | None) -> Iterator[_SearchScope]:
     """Each identity that is read is tried on every seal, however many there are: that is what was asked for."""
     from moireid.registry.bundle.held import Bundle, BundlePeople
     from moireid.verifier.report.circumstances import Circumstances, read_id
@@ -141,4 +141,4 @@ def _of_bundle(path: Path, trust: str | None) -> Iterator[_Asked]:
             # The bundle seals its identities, but this one has been read.
             return with_badge_notes(document, replace(found.badge, id=found_id), measured=found.as_built is not None)
 
-        yield _Asked(bundle.standing, bundle.layouts(), people, name, look_up, noted)
+        yield _SearchScope(bundle.standing, bundle.layouts(), people, name, look_up, noted)

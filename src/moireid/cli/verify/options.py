@@ -137,7 +137,7 @@ class ClaimWish:
 
 
 @dataclass(frozen=True)
-class Wish(ClaimWish):
+class VerifyOptions(ClaimWish):
     """What was asked for, as it was typed; the names are those of the options."""
 
     video: Path
@@ -163,13 +163,13 @@ class Wish(ClaimWish):
         return self.pipeline == "published"
 
 
-def check_wish(wish: Wish) -> None:
+def check_wish(wish: VerifyOptions) -> None:
     """Raise SpecError where options do not go together, before anything is opened."""
     _check_pipeline(wish)
     check_claim(wish)
 
 
-def _check_pipeline(wish: Wish) -> None:
+def _check_pipeline(wish: VerifyOptions) -> None:
     """The published method can do less, and only our own is signed."""
     if wish.published and wish.require_original is not None:
         raise SpecError("--pipeline published cannot do what --require-original asks for; leave one of them out")

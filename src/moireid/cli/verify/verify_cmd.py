@@ -24,10 +24,10 @@ import click
 
 from moireid.cli.attest.signing import Signing, detectors_from, planned_signing
 from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, say, show_json, tell_standing
-from moireid.cli.verify.options import ClaimWish, Wish, check_wish, verify_options
+from moireid.cli.verify.options import ClaimWish, VerifyOptions, check_wish, verify_options
 
 if TYPE_CHECKING:
-    from moireid.provenance import Claimed, Standing
+    from moireid.provenance import ClaimedBadge, Standing
     from moireid.registry import Registry
     from moireid.verifier import Claim
     from moireid.verifier.report.circumstances import Circumstances
@@ -41,10 +41,10 @@ LookUp = Callable[[Mapping[str, Any]], "Circumstances"]
 
 
 @dataclass(frozen=True)
-class Asked:
+class ClaimContext:
     """A claimed badge, with the standing of the registry or bundle that was asked, and a look-up of reports there."""
 
-    found: Claimed
+    found: ClaimedBadge
     look_up: LookUp
 
     @property
@@ -57,7 +57,7 @@ class Asked:
         return replace(self.look_up(document), claim=claim, barred=self.found.barred)
 
 
-def files_read(wish: Wish) -> list[Path | None]:
+def files_read(wish: VerifyOptions) -> list[Path | None]:
     """The files that are read for a wish, which no output may replace."""
     found = [wish.video, wish.key_file, wish.bundle_path, wish.badge_json]
     if wish.registry_url is None and (wish.claim is None or wish.bundle_path is not None):
@@ -67,7 +67,7 @@ def files_read(wish: Wish) -> list[Path | None]:
     return [*found, own_file(wish.registry_url)]
 
 
-def asked_of(wish: ClaimWish) -> AbstractContextManager[Asked]:
+def asked_of(wish: ClaimWish) -> AbstractContextManager[ClaimContext]:
     """The claimed badge: by a bundle, by a registry, or by a file alone; open as long as something is looked up."""
     if wish.bundle_path is not None:
         return _of_bundle(wish.bundle_path, wish.claim or "", wish.trust)
@@ -77,16 +77,16 @@ def asked_of(wish: ClaimWish) -> AbstractContextManager[Asked]:
 
 
 @contextmanager
-def _of_file(path: Path) -> Iterator[Asked]:
+def _of_file(path: Path) -> Iterator[ClaimContext]:
     from moireid.badge import load_badge
-    from moireid.provenance import Claimed
+    from moireid.provenance import ClaimedBadge
     from moireid.verifier.report.circumstances import Circumstances
 
-    yield Asked(Claimed(load_badge(path)), lambda document: Circumstances(datetime.now(UTC)))
+    yield ClaimContext(ClaimedBadge(load_badge(path)), lambda document: Circumstances(datetime.now(UTC)))
 
 
 @contextmanager
-def _of_registry(wish: ClaimWish) -> Iterator[Asked]:
+def _of_registry(wish: ClaimWish) -> Iterator[ClaimContext]:
     """By a claim; or of a file the registry's own badge, where it holds that."""
     from moireid.badge import load_badge
     from moireid.registry import claimed, claimed_by_file, open_registry
@@ -101,11 +101,11 @@ def _of_registry(wish: ClaimWish) -> Iterator[Asked]:
         with open_registry(wish.registry_url, create=False) as registry:
             return known_by(registry, standing, document)
 
-    yield Asked(replace(found, provenance=replace(found.provenance, standing=standing)), look_up)
+    yield ClaimContext(replace(found, provenance=replace(found.provenance, standing=standing)), look_up)
 
 
 @contextmanager
-def _of_bundle(path: Path, claim: str, trust: str | None) -> Iterator[Asked]:
+def _of_bundle(path: Path, claim: str, trust: str | None) -> Iterator[ClaimContext]:
     from moireid.registry.bundle.held import Bundle
     from moireid.verifier.report.circumstances import Circumstances, read_id
 
@@ -124,7 +124,7 @@ def _of_bundle(path: Path, claim: str, trust: str | None) -> Iterator[Asked]:
                 registry=str(path),
             )
 
-        yield Asked(bundle.claimed(claim), look_up)
+        yield ClaimContext(bundle.claimed(claim), look_up)
 
 
 def known_by(registry: Registry, standing: Standing, document: Mapping[str, Any]) -> Circumstances:
@@ -148,7 +148,7 @@ class Outcome:
     drawn: Callable[[], tuple[Pictures, str]]
 
 
-def claim_held(wish: Wish, found: Claimed) -> Claim:
+def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
     """What the film is held against."""
     from moireid.verifier import Claim
     from moireid.verifier.limits import MIN_COVER_SHARE
@@ -166,7 +166,7 @@ def claim_held(wish: Wish, found: Claimed) -> Claim:
     )
 
 
-def judge_here(wish: Wish, found: Claimed, scores: Scores, progress: Progress) -> Outcome:
+def judge_here(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progress: Progress) -> Outcome:
     """The outcome of a film that is decoded in this process."""
     from moireid.verifier.report.page import pictures_of, signals_csv
 
@@ -174,7 +174,7 @@ def judge_here(wish: Wish, found: Claimed, scores: Scores, progress: Progress) -
     return Outcome(report.to_json(), lambda: (pictures_of(report), signals_csv(report)))
 
 
-def _report(wish: Wish, found: Claimed, progress: Progress) -> Report:
+def _report(wish: VerifyOptions, found: ClaimedBadge, progress: Progress) -> Report:
     from moireid.verifier.published.corners import corners_from, without_corners
 
     corners = corners_from(wish.corners_given) if wish.corners_given is not None else None
@@ -190,16 +190,16 @@ def _report(wish: Wish, found: Claimed, progress: Progress) -> Report:
     return with_carried(without_corners(report) if corners else report, wish.video)
 
 
-def judge_apart(wish: Wish, found: Claimed, scores: Scores, progress: Progress) -> Outcome:
+def judge_apart(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progress: Progress) -> Outcome:
     """The outcome of a film that is decoded in a process without the key.
 
     Convention: the claim is this process's own word, and so is the registry; the other one says what the film shows.
     """
-    from moireid.attest.credentials import Order, judged_apart
+    from moireid.attest.credentials import JudgingOrder, judged_apart
     from moireid.sandbox.seal import missing
 
     pictures = wish.report_folder is not None
-    order = Order(wish.video, claim_held(wish, found), found.barred, wish.overlap, scores, pictures)
+    order = JudgingOrder(wish.video, claim_held(wish, found), found.barred, wish.overlap, scores, pictures)
     judged, standing = judged_apart(order, progress), found.provenance.standing
     if (lacking := missing(judged.sealed)) is not None:
         say(f"note: the process that read the film {lacking}: this system has no means against that")
@@ -220,7 +220,9 @@ def plan_pages(folder: Path | None, *, overwrite: bool, kept: Sequence[Path | No
         planned(report_paths(folder), overwrite=overwrite, kept=kept)
 
 
-def write_pages_of(outcome: Outcome, signing: Signing | None, known: Circumstances, wish: Wish) -> dict[str, Any]:
+def write_pages_of(
+    outcome: Outcome, signing: Signing | None, known: Circumstances, wish: VerifyOptions
+) -> dict[str, Any]:
     """Sign the report where that is asked for, then write its pages; gives the report as it was signed."""
     document = outcome.document
     if signing is not None:
@@ -287,7 +289,7 @@ def verify_command(**given: Any) -> None:
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
     """
-    wish = Wish(**given)
+    wish = VerifyOptions(**given)
     check_wish(wish)
     scores = detectors_from(wish.detectors)
     kept = files_read(wish)

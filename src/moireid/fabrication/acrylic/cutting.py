@@ -31,7 +31,7 @@ Vertex = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Drawing:
+class CuttingDrawing:
     """All that both files hold: cutting paths by layer, the scale's strokes, and notes at their places."""
 
     cuts: dict[str, tuple[Contour, ...]]
@@ -40,7 +40,7 @@ class Drawing:
     size_mm: tuple[float, float]
 
 
-def draw(plan: AcrylicPlan, kerf_mm: float) -> Drawing:
+def draw(plan: AcrylicPlan, kerf_mm: float) -> CuttingDrawing:
     """Lay the plates out side by side above a scale bar.
 
     Raises: FabricationError where too little is left between two paths, or a corner has no room for the kerf.
@@ -59,7 +59,7 @@ def draw(plan: AcrylicPlan, kerf_mm: float) -> Drawing:
     strokes = [(GAP_MM, GAP_MM, GAP_MM + SCALE_MM, GAP_MM)]
     strokes += [(GAP_MM + k, GAP_MM, GAP_MM + k, GAP_MM + (4 if k % 50 == 0 else 2)) for k in range(0, 101, 10)]
     width = max(x, GAP_MM + SCALE_MM + 10 + 0.62 * TEXT_MM * len(notes[-1][2]))
-    drawing = Drawing(cuts, tuple(strokes), tuple(notes), (width, floor + height + GAP_MM))
+    drawing = CuttingDrawing(cuts, tuple(strokes), tuple(notes), (width, floor + height + GAP_MM))
     check_cuts(((layer, [path.vertices() for path in paths]) for layer, paths in cuts.items()), kerf_mm, "drawing")
     return drawing
 
@@ -84,7 +84,7 @@ def check_cuts(layers: Iterable[tuple[str, list[list[Vertex]]]], kerf_mm: float,
             )
 
 
-def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: Drawing, kerf_mm: float) -> None:
+def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: CuttingDrawing, kerf_mm: float) -> None:
     """Check that a file read back has each cutting path of the drawing once.  Raises: FabricationError."""
     if set(found) != set(drawing.cuts):
         raise refused(what, f"has the cutting layers {sorted(found)}", f"{sorted(drawing.cuts)}")

@@ -13,11 +13,20 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
-from moireid.fabrication.acrylic.cutting import CUT, ENGRAVE, NOTE, TEXT_MM, Drawing, Vertex, check_found, refused
+from moireid.fabrication.acrylic.cutting import (
+    CUT,
+    ENGRAVE,
+    NOTE,
+    TEXT_MM,
+    CuttingDrawing,
+    Vertex,
+    check_found,
+    refused,
+)
 from moireid.fabrication.solids import cad_package
 
 
-def write_dxf(drawing: Drawing, path: Path) -> None:
+def write_dxf(drawing: CuttingDrawing, path: Path) -> None:
     """Write a DXF R2010 file, mm.  Raises: MissingExtraError without ezdxf."""
     ezdxf = cad_package("ezdxf")
     before = ezdxf.options.write_fixed_meta_data_for_testing
@@ -44,7 +53,7 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
         ezdxf.options.write_fixed_meta_data_for_testing = before
 
 
-def check_dxf(path: Path, drawing: Drawing, kerf_mm: float) -> None:
+def check_dxf(path: Path, drawing: CuttingDrawing, kerf_mm: float) -> None:
     """Read a DXF file back: no faults in the audit, millimetres, closed paths where they were drawn, none over another.
 
     Raises: FabricationError with what was found and what is allowed.
@@ -76,7 +85,7 @@ def check_dxf(path: Path, drawing: Drawing, kerf_mm: float) -> None:
 HAIRLINE_MM = 0.1
 
 
-def write_svg(drawing: Drawing, path: Path) -> None:
+def write_svg(drawing: CuttingDrawing, path: Path) -> None:
     """Write an SVG file whose size is given in millimetres."""
     width, height = drawing.size_mm
     lines = [
@@ -96,7 +105,7 @@ def write_svg(drawing: Drawing, path: Path) -> None:
     path.write_text("\n".join([*lines, "</svg>", ""]), encoding="utf-8")
 
 
-def check_svg(path: Path, drawing: Drawing, kerf_mm: float) -> None:
+def check_svg(path: Path, drawing: CuttingDrawing, kerf_mm: float) -> None:
     """Read an SVG file back: its size in mm, and the same closed red paths as were drawn.
 
     Raises: FabricationError with what was found and what is allowed.

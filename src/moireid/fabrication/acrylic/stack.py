@@ -45,7 +45,7 @@ COLOURS = {
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedPart:
     """One part in its place: its name, the cadquery shape, and the height of its lower face, mm."""
 
     name: str
@@ -63,7 +63,7 @@ class _Part:
     on: str
 
 
-def assemble(plan: AcrylicPlan) -> list[Placed]:
+def assemble(plan: AcrylicPlan) -> list[PlacedPart]:
     """The stack's parts from behind to the front, placed by cadquery's solver.
 
     Raises: FabricationError where the solver's places are not the planned ones.
@@ -98,10 +98,12 @@ def assemble(plan: AcrylicPlan) -> list[Placed]:
             )
         # The solver agrees with the plan, which is exact.
         low = lows[part.name]
-        placed.append(Placed(part.name, part.shape.moved(cq.Location((0, 0, low))), low))
-    base = Placed(parts[0].name, parts[0].shape.moved(cq.Location((0, 0, -plan.base.thickness_mm))), plan.base.low_mm)
+        placed.append(PlacedPart(part.name, part.shape.moved(cq.Location((0, 0, low))), low))
+    base = PlacedPart(
+        parts[0].name, parts[0].shape.moved(cq.Location((0, 0, -plan.base.thickness_mm))), plan.base.low_mm
+    )
     down = cq.Location((0, 0, -plan.base.thickness_mm))
-    return [base, *(Placed(p.name, p.shape.moved(down), p.low_mm - plan.base.thickness_mm) for p in placed)]
+    return [base, *(PlacedPart(p.name, p.shape.moved(down), p.low_mm - plan.base.thickness_mm) for p in placed)]
 
 
 def check_stack(plan: AcrylicPlan) -> list[tuple[str, Any]]:

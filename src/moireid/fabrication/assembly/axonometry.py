@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from moireid.badge import Badge, Point, Rect
-from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, Sheet
+from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, PdfPage
 from moireid.fabrication.sight import sheet_pieces
 
 TURN_DEG, RISE_DEG = 30.0, 32.0
@@ -79,7 +79,7 @@ def project(place: Place) -> Point:
     return x * _COS - y * _SIN, (x * _SIN + y * _COS) * _FLAT + z * _UP
 
 
-def draw_exploded(sheet: Sheet, parts: Sequence[Part], area: Rect) -> float:
+def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> float:
     """Draw parts, given from behind to the front, into an area of the page, labels at its right.
 
     Parameters: area: page mm.
@@ -145,7 +145,7 @@ def _axes(lower: Part, upper: Part) -> list[Point]:
     return [(x, y) for x in (x0, x1) for y in (y0, y1) if min(math.dist((x, y), place) for place in near) < CORNER_MM]
 
 
-def _draw_part(sheet: Sheet, part: Part, at: Callable[[Place], Point]) -> None:
+def _draw_part(sheet: PdfPage, part: Part, at: Callable[[Place], Point]) -> None:
     for prism in part.prisms:
         _draw_prism(sheet, prism, part.grey, at)
     top = max(z for _, _, z in part.places)
@@ -155,7 +155,7 @@ def _draw_part(sheet: Sheet, part: Part, at: Callable[[Place], Point]) -> None:
         draw_path(sheet, [at((*start, top)), at((*end, top))], None, 0.6, closed=False)
 
 
-def _draw_prism(sheet: Sheet, prism: Prism, grey: float, at: Callable[[Place], Point]) -> None:
+def _draw_prism(sheet: PdfPage, prism: Prism, grey: float, at: Callable[[Place], Point]) -> None:
     """The walls that the viewer sees, from the back, then the face: the upper one, or the left one of a body along x.
 
     No wall can hide that face, because the face is on the viewer's side of all walls.
@@ -220,7 +220,7 @@ def _hides(one: Wall, other: Wall) -> bool:
 
 
 def draw_path(
-    sheet: Sheet,
+    sheet: PdfPage,
     points: Sequence[Point],
     fill: float | None,
     line: float | None,
@@ -270,7 +270,7 @@ RIM_MM = 6.0
 
 
 @dataclass(frozen=True)
-class Piece:
+class SheetPiece:
     """One piece of sheet: its corners in order, mm, y up, the first side across the lenses; name: for people."""
 
     name: str
@@ -292,23 +292,23 @@ class Piece:
         return max(x for x, _ in self.upright), max(y for _, y in self.upright)
 
 
-def pieces(badge: Badge) -> list[Piece]:
+def pieces(badge: Badge) -> list[SheetPiece]:
     """The pieces of a badge's sheet, one of each kind, the name saying how many are cut."""
     kinds: dict[tuple[int, int], list[tuple[Point, ...]]] = {}
     for _, corners in sheet_pieces(badge):
-        size = Piece("", corners).size_mm
+        size = SheetPiece("", corners).size_mm
         kinds.setdefault((round(1e3 * size[0]), round(1e3 * size[1])), []).append(corners)
     several = len(kinds) > 1
     found = []
     for number, same in enumerate(kinds.values()):
         name = f"piece {'ABCDEFGH'[number % 8]}" if several else "the piece"
-        found.append(Piece(name if len(same) == 1 else f"{name}: cut {len(same)}", same[0]))
+        found.append(SheetPiece(name if len(same) == 1 else f"{name}: cut {len(same)}", same[0]))
     return found
 
 
-def placed(found: list[Piece], room: Rect) -> list[list[tuple[Piece, Point]]]:
+def placed(found: list[SheetPiece], room: Rect) -> list[list[tuple[SheetPiece, Point]]]:
     """Pages of pieces with their upper left corners: from left to right, then below, in a room of the page, mm."""
-    pages: list[list[tuple[Piece, Point]]] = [[]]
+    pages: list[list[tuple[SheetPiece, Point]]] = [[]]
     x, y, low = room[0], room[1], room[1]
     for piece in found:
         wide, tall = piece.size_mm
@@ -322,7 +322,7 @@ def placed(found: list[Piece], room: Rect) -> list[list[tuple[Piece, Point]]]:
     return pages
 
 
-def draw_plates(sheet: Sheet, badge: Badge, left_mm: float, top_mm: float) -> None:
+def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> None:
     """Draw the pages of the plate, each begun anew."""
     found, (width, height) = pieces(badge), sheet.page_mm
     widest = max(piece.size_mm[0] for piece in found)
@@ -346,7 +346,7 @@ def draw_plates(sheet: Sheet, badge: Badge, left_mm: float, top_mm: float) -> No
         _scale(sheet, left_mm, height - 14)
 
 
-def _draw_piece(sheet: Sheet, piece: Piece, corner: Point, *, crossed: bool) -> None:
+def _draw_piece(sheet: PdfPage, piece: SheetPiece, corner: Point, *, crossed: bool) -> None:
     """A piece's outline, its lenses sketched, crossed for those of an array, and its name."""
     wide, tall = piece.size_mm
     drawn = [(corner[0] + x, corner[1] + tall - y) for x, y in piece.upright]
@@ -372,7 +372,7 @@ def _between(low: float, length: float) -> list[float]:
     return [low + length * k / count for k in range(1, count)]
 
 
-def _scale(sheet: Sheet, x: float, y: float) -> None:
+def _scale(sheet: PdfPage, x: float, y: float) -> None:
     sheet.stroke(x, y, x + SCALE_MM, y, 0.25)
     for k in range(11):
         sheet.stroke(x + 10 * k, y, x + 10 * k, y - (3 if k % 5 == 0 else 1.5), 0.2)

@@ -15,7 +15,7 @@ from moireid.fabrication.acrylic.contour import Contour
 from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, NUT_MM, THREAD_MM, AcrylicPlan, Plate
 from moireid.fabrication.assembly.axonometry import GAP, Loop, Part, Prism, project, signed_area
 from moireid.fabrication.page.artwork import marker_squares
-from moireid.fabrication.printed.holders import Holder
+from moireid.fabrication.printed.holders import HolderBody
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.printed.snap import SnapPlan, hole_mm
 from moireid.fabrication.printed.tray import TrayPlan, tab_corners, tab_outline, tabs_of
@@ -160,7 +160,7 @@ def _snap(plan: SnapPlan, process: MountProcess) -> Part:
     return Part("snap-in holder, 3D-printed", size, tuple(prisms), 0.88, gap=TAB_GAP)
 
 
-def _holder(holder: Holder, plan: TrayPlan) -> Part:
+def _holder(holder: HolderBody, plan: TrayPlan) -> Part:
     """Clip or stand as it is used, its profile drawn out across the badge."""
     points = holder.profile
     if holder.name == "stand":

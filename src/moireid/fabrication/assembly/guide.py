@@ -13,9 +13,9 @@ from moireid.fabrication.acrylic.plates import AcrylicPlan
 from moireid.fabrication.assembly import words
 from moireid.fabrication.assembly.axonometry import Part, draw_exploded, draw_plates
 from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
-from moireid.fabrication.assembly.words import Build, Maker, Step
+from moireid.fabrication.assembly.words import BuildPlan, Maker, Step
 from moireid.fabrication.page.lettering import PICTURE_DPI, name_picture, printable, set_name
-from moireid.fabrication.page.pdf import BOLD, Sheet
+from moireid.fabrication.page.pdf import BOLD, PdfPage
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process import MountFigures
 from moireid.files import whole_file
@@ -49,11 +49,11 @@ def write_assembly_pdf(
     """
     figures = figures or MountFigures()
     slots = 0 if mount == "none" else len(plan_mount(badge, mount, figures.printed)[0].slots)
-    build = Build(badge, mount, acrylic, figures, maker, slots)
+    build = BuildPlan(badge, mount, acrylic, figures, maker, slots)
     views = _views(build)
     paper_mm = PAPERS_MM.get(str((badge.print or {}).get("paper", "a4")), PAPERS_MM["a4"])
     with whole_file(path) as temporary:
-        sheet = Sheet(temporary, paper_mm, f"Assembly of moiré badge {badge.id}")
+        sheet = PdfPage(temporary, paper_mm, f"Assembly of moiré badge {badge.id}")
         _draw_lists(sheet, build)
         sheet.canvas.showPage()
         _draw_steps(sheet, words.steps(build))
@@ -65,7 +65,7 @@ def write_assembly_pdf(
         sheet.save()
 
 
-def _draw_lists(sheet: Sheet, build: Build) -> None:
+def _draw_lists(sheet: PdfPage, build: BuildPlan) -> None:
     """The first page: whose badge, what to have, what to set, and a section through the stack."""
     badge, right = build.badge, sheet.page_mm[0] - LEFT_MM
     _draw_name(sheet, badge.name)
@@ -92,7 +92,7 @@ def _draw_lists(sheet: Sheet, build: Build) -> None:
         draw_stack(sheet, badge, y - 6)
 
 
-def _draw_name(sheet: Sheet, name: str) -> None:
+def _draw_name(sheet: PdfPage, name: str) -> None:
     """Whose badge it is, as the badge itself is lettered."""
     shown = set_name(name)
     if shown.font and not printable(shown.words):
@@ -104,13 +104,13 @@ def _draw_name(sheet: Sheet, name: str) -> None:
         sheet.text(LEFT_MM, TOP_MM, shown.words, points=points, font=BOLD, align="left")
 
 
-def _heading(sheet: Sheet, heading: str, y: float) -> float:
+def _heading(sheet: PdfPage, heading: str, y: float) -> float:
     """Write a heading, and give where what follows begins."""
     sheet.text(LEFT_MM, y, heading, points=12, font=BOLD, align="left")
     return y + 7.0
 
 
-def paragraph(sheet: Sheet, text: str, corner: tuple[float, float], width_mm: float, points: float = POINTS) -> float:
+def paragraph(sheet: PdfPage, text: str, corner: tuple[float, float], width_mm: float, points: float = POINTS) -> float:
     """Write words in lines of at most that width from a corner, the first baseline's; give the next baseline's y."""
     x, y = corner
     for line in _lines(sheet, text, width_mm, points):
@@ -119,7 +119,7 @@ def paragraph(sheet: Sheet, text: str, corner: tuple[float, float], width_mm: fl
     return y
 
 
-def _lines(sheet: Sheet, text: str, width_mm: float, points: float = POINTS) -> list[str]:
+def _lines(sheet: PdfPage, text: str, width_mm: float, points: float = POINTS) -> list[str]:
     """Words in lines of at most that width."""
     lines = [""]
     for word in text.split():
@@ -131,7 +131,7 @@ def _lines(sheet: Sheet, text: str, width_mm: float, points: float = POINTS) -> 
     return lines
 
 
-def _draw_steps(sheet: Sheet, found: list[Step]) -> None:
+def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
     """The page of steps, each with its picture at the left."""
     width, height = sheet.page_mm
     sheet.text(LEFT_MM, TOP_MM - 6, "Step by step", points=16, font=BOLD, align="left")
@@ -147,7 +147,7 @@ def _draw_steps(sheet: Sheet, found: list[Step]) -> None:
         top += tall
 
 
-def _views(build: Build) -> list[tuple[str, list[Part]]]:
+def _views(build: BuildPlan) -> list[tuple[str, list[Part]]]:
     """The exploded views, one for each way to build the badge: heading and parts."""
     views, figures = [], build.figures
     if build.mount != "none":
@@ -160,7 +160,7 @@ def _views(build: Build) -> list[tuple[str, list[Part]]]:
     return views or [("Exploded view", plain_parts(build.badge, figures.printed))]
 
 
-def _draw_view(sheet: Sheet, heading: str, parts: list[Part]) -> None:
+def _draw_view(sheet: PdfPage, heading: str, parts: list[Part]) -> None:
     width, height = sheet.page_mm
     sheet.text(LEFT_MM, TOP_MM, heading, points=16, font=BOLD, align="left")
     scale = draw_exploded(sheet, parts, (LEFT_MM, TOP_MM + 18, width - LEFT_MM, height - TOP_MM))
@@ -168,7 +168,7 @@ def _draw_view(sheet: Sheet, heading: str, parts: list[Part]) -> None:
     sheet.text(LEFT_MM, TOP_MM + 8, told, points=9, align="left")
 
 
-def draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:
+def draw_stack(sheet: PdfPage, badge: Badge, top_mm: float) -> None:
     """A section through the stack, 12 times life size, with the true radius and pitches."""
     scale, lens = STACK_SCALE, badge.lens
     left, width = LEFT_MM + 4, 10 * lens.pitch_mm * scale

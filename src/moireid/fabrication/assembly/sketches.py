@@ -19,7 +19,7 @@ from PIL import Image
 
 from moireid.badge import Badge, Grating, Point, Rect
 from moireid.fabrication.assembly.axonometry import draw_path
-from moireid.fabrication.page.pdf import Sheet
+from moireid.fabrication.page.pdf import PdfPage
 from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import own_rect
@@ -97,12 +97,12 @@ def _landed_mm(badge: Badge, lens_axis: Array) -> Array:
     return np.asarray(landed[index.reshape(lens_axis.shape)], dtype=float)
 
 
-Draw = Callable[[Sheet, Rect], None]
+Draw = Callable[[PdfPage, Rect], None]
 #: A picture's gap to the next one, and the reach of an arrow's head, mm.
 GAP_MM, HEAD_MM = 3.0, 1.6
 
 
-class Board:
+class BadgeSketch:
     """The badge drawn small: places of its frame (`fabrication.sight`) on the page."""
 
     def __init__(self, badge: Badge, area: Rect, *, spare: float = 1.0) -> None:
@@ -120,7 +120,7 @@ class Board:
         """A rectangle of the frame, as it is drawn."""
         return [self.at(place) for place in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
 
-    def draw(self, sheet: Sheet, *, dash_mm: float | None = None) -> None:
+    def draw(self, sheet: PdfPage, *, dash_mm: float | None = None) -> None:
         """The outline, the markers, and the striped fields."""
         half_x, half_y = self.half
         draw_path(sheet, self.box(-half_x, -half_y, half_x, half_y), 1.0, 0.2, dash_mm=dash_mm)
@@ -139,7 +139,7 @@ class Board:
         for corners in fields:
             stripes(sheet, corners, 1.1, 0.55)
 
-    def pieces(self, sheet: Sheet, moved: Point = (0.0, 0.0)) -> None:
+    def pieces(self, sheet: PdfPage, moved: Point = (0.0, 0.0)) -> None:
         """The pieces of sheet, lenses sketched, moved on the page by mm."""
         for _, corners in sheet_pieces(self.badge):
             drawn = [(x + moved[0], y + moved[1]) for x, y in (self.at(corner) for corner in corners)]
@@ -149,7 +149,7 @@ class Board:
                 stripes(sheet, drawn[1:] + drawn[:1], 2.2, 0.75)
 
 
-def stripes(sheet: Sheet, corners: Sequence[Point], step_mm: float, grey: float) -> None:
+def stripes(sheet: PdfPage, corners: Sequence[Point], step_mm: float, grey: float) -> None:
     """Lines across the first side of a rectangle."""
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners
     count = max(2, int(math.dist(corners[0], corners[1]) / step_mm))
@@ -159,7 +159,7 @@ def stripes(sheet: Sheet, corners: Sequence[Point], step_mm: float, grey: float)
         draw_path(sheet, ends, None, grey, closed=False)
 
 
-def arrow(sheet: Sheet, start: Point, end: Point, *, both: bool = False) -> None:
+def arrow(sheet: PdfPage, start: Point, end: Point, *, both: bool = False) -> None:
     """A straight arrow; both: with a head at either end."""
     draw_path(sheet, [start, end], None, 0.0, closed=False)
     for tip, tail in ((end, start), (start, end))[: 2 if both else 1]:
@@ -170,7 +170,7 @@ def arrow(sheet: Sheet, start: Point, end: Point, *, both: bool = False) -> None
         draw_path(sheet, [tip, *wings], 0.0, None)
 
 
-def measure(sheet: Sheet, area: Rect) -> None:
+def measure(sheet: PdfPage, area: Rect) -> None:
     """A ruler on a scale bar."""
     x0, x1, y = area[0] + 3, area[2] - 3, (area[1] + area[3]) / 2
     for k in range(16):
@@ -189,8 +189,8 @@ def measure(sheet: Sheet, area: Rect) -> None:
 def cut(badge: Badge) -> Draw:
     """The board among its crop marks."""
 
-    def draw(sheet: Sheet, area: Rect) -> None:
-        board = Board(badge, area, spare=0.78)
+    def draw(sheet: PdfPage, area: Rect) -> None:
+        board = BadgeSketch(badge, area, spare=0.78)
         board.draw(sheet, dash_mm=1.0)
         for side_x in (-1, 1):
             for side_y in (-1, 1):
@@ -204,8 +204,8 @@ def cut(badge: Badge) -> Draw:
 def lay(badge: Badge) -> Draw:
     """The sheet on its way to the board."""
 
-    def draw(sheet: Sheet, area: Rect) -> None:
-        board = Board(badge, area, spare=0.8)
+    def draw(sheet: PdfPage, area: Rect) -> None:
+        board = BadgeSketch(badge, area, spare=0.8)
         board.middle = (board.middle[0] - 5, board.middle[1] + 1)
         board.draw(sheet)
         board.pieces(sheet, (9.0, -3.5))
@@ -218,7 +218,7 @@ def lay(badge: Badge) -> Draw:
 def fringes(badge: Badge, *looks: dict[str, float]) -> Draw:
     """The fringes that are seen, one picture a look (`fringe_picture`'s parameters)."""
 
-    def draw(sheet: Sheet, area: Rect) -> None:
+    def draw(sheet: PdfPage, area: Rect) -> None:
         pictures = [fringe_picture(badge, **look) for look in looks]
         wide = (area[2] - area[0] - GAP_MM * (len(pictures) - 1)) / len(pictures)
         for k, picture in enumerate(pictures):
@@ -233,7 +233,7 @@ LEANING: dict[str, float] = {"turned_deg": LEANING_DEG}
 PITCH: tuple[dict[str, float], ...] = ({"beats": WIDER}, {"beats": NARROWER})
 
 
-def _place(sheet: Sheet, picture: Image.Image, room: tuple[float, float, float, float]) -> None:
+def _place(sheet: PdfPage, picture: Image.Image, room: tuple[float, float, float, float]) -> None:
     """A picture in the middle of a room (x, y, width, height), as large as fits."""
     dot_mm = min(room[2] / picture.width, room[3] / picture.height)
     x = room[0] + (room[2] - picture.width * dot_mm) / 2
@@ -243,8 +243,8 @@ def _place(sheet: Sheet, picture: Image.Image, room: tuple[float, float, float, 
 def held(badge: Badge, *, taped: bool) -> Draw:
     """Sheet on the board, held at its left and right edges: by tape, or by a mount that goes over them."""
 
-    def draw(sheet: Sheet, area: Rect) -> None:
-        board = Board(badge, area, spare=0.85)
+    def draw(sheet: PdfPage, area: Rect) -> None:
+        board = BadgeSketch(badge, area, spare=0.85)
         board.draw(sheet)
         board.pieces(sheet)
         half_x, half_y = board.half
@@ -277,7 +277,7 @@ def _along(corners: Sequence[Point], side: int, wide: float) -> list[Point]:
     return [(ax + x, ay + y), (bx + x, by + y), (bx - x, by - y), (ax - x, ay - y)]
 
 
-def pressed(sheet: Sheet, area: Rect) -> None:
+def pressed(sheet: PdfPage, area: Rect) -> None:
     """A snap-in holder from below its edge: the badge pressed between its catches, a thumb's way out behind."""
     x0, x1, y = area[0] + 5, area[2] - 5, area[3] - 7
     hole = x1 - 9
@@ -297,14 +297,14 @@ def pressed(sheet: Sheet, area: Rect) -> None:
 def carried(badge: Badge, kind: str, slots: int) -> Draw:
     """The badge as it is worn or stands; slots: lanyard slots of a mount."""
 
-    def draw(sheet: Sheet, area: Rect) -> None:
+    def draw(sheet: PdfPage, area: Rect) -> None:
         if kind == "stand":
             x, y = (area[0] + area[2]) / 2, area[3] - 2
             draw_path(sheet, [(x - 12, y), (x + 12, y)], None, 0.0, closed=False)
             draw_path(sheet, [(x + 4, y - 1), (x + 8, y - 1), (x + 2, y - 12), (x + 1, y - 12)], 0.75, 0.2)
             draw_path(sheet, [(x + 5, y - 1.5), (x + 6.2, y - 1.5), (x + 2, y - 20), (x + 0.8, y - 20)], 1.0, 0.0)
             return
-        board = Board(badge, (area[0], area[1] + 6, area[2], area[3]), spare=0.95)
+        board = BadgeSketch(badge, (area[0], area[1] + 6, area[2], area[3]), spare=0.95)
         board.draw(sheet)
         board.pieces(sheet)
         places = (-0.6, 0.6) if slots == 2 else (0.0,)
@@ -321,7 +321,7 @@ def carried(badge: Badge, kind: str, slots: int) -> Draw:
     return draw
 
 
-def _tab(board: Board, share: float) -> Rect:
+def _tab(board: BadgeSketch, share: float) -> Rect:
     half, low = 1.6 / board.scale, board.half[1]
     middle = share * board.half[0]
     return (middle - half, low, middle + half, low + 1.2 / board.scale)
@@ -330,9 +330,9 @@ def _tab(board: Board, share: float) -> Rect:
 def film(badge: Badge, look_m: float) -> Draw:
     """A phone before the badge, which moves to and fro."""
 
-    def draw(sheet: Sheet, area: Rect) -> None:
+    def draw(sheet: PdfPage, area: Rect) -> None:
         wide = (area[2] - area[0]) / 2
-        board = Board(badge, (area[0], area[1] + 2, area[0] + wide, area[3] - 6), spare=0.95)
+        board = BadgeSketch(badge, (area[0], area[1] + 2, area[0] + wide, area[3] - 6), spare=0.95)
         board.draw(sheet)
         board.pieces(sheet)
         x, y = board.middle[0], area[3] - 1.5

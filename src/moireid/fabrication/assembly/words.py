@@ -40,7 +40,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Build:
+class BuildPlan:
     """What is built: the badge, the printed mount's kind ("none" without one), the acrylic stack, and its makers.
 
     slots: lanyard slots that the printed mount has.
@@ -65,7 +65,7 @@ class Build:
         return self.figures.printed.adhesive_mm > 0
 
 
-def needs(build: Build) -> list[str]:
+def needs(build: BuildPlan) -> list[str]:
     """What to buy, to have and to make."""
     badge, figures = build.badge, build.figures.printed
     width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
@@ -89,7 +89,7 @@ def needs(build: Build) -> list[str]:
     return found
 
 
-def _front(build: Build) -> list[str]:
+def _front(build: BuildPlan) -> list[str]:
     """What lies on the card."""
     lens, found = build.badge.lens, []
     for grating, corners in sheet_pieces(build.badge):
@@ -110,7 +110,7 @@ def _front(build: Build) -> list[str]:
     return found
 
 
-def settings(build: Build) -> list[tuple[str, str]]:
+def settings(build: BuildPlan) -> list[tuple[str, str]]:
     """What to set in the print dialog: name and value."""
     told = build.badge.print or {}
     paper = {"letter": "US Letter"}.get(str(told.get("paper", "a4")), str(told.get("paper", "a4")).upper())
@@ -126,7 +126,7 @@ def settings(build: Build) -> list[tuple[str, str]]:
     ]
 
 
-def steps(build: Build) -> list[Step]:
+def steps(build: BuildPlan) -> list[Step]:
     """What to do, in order."""
     badge = build.badge
     mask, upright = badge.lens.kind == "mask", all(grating.axis == "x" for grating in badge.gratings)
@@ -199,7 +199,7 @@ _CHECK: dict[Maker, str] = {
 }
 
 
-def _seen(build: Build, turn: str, bands: str) -> str:
+def _seen(build: BuildPlan, turn: str, bands: str) -> str:
     """What a builder sees, and until when to turn."""
     look = f"Look at it from {build.look_m:g} m."
     if build.badge.lens.kind == "array":
@@ -213,13 +213,13 @@ def _seen(build: Build, turn: str, bands: str) -> str:
     )
 
 
-def _cut(build: Build) -> str:
+def _cut(build: BuildPlan) -> str:
     if build.badge.lens.kind == "mask":
         return "Cut the film along its own marks, and the acrylic to the same size."
     return f"Cut the lens sheet as the next page shows: no wider, and at most {NARROWER_MM:g} mm narrower."
 
 
-def _fixed(build: Build, front: str) -> Step:
+def _fixed(build: BuildPlan, front: str) -> Step:
     badge = build.badge
     seam = " Join the pieces by clear tape on the front of the seam." if len(sheet_pieces(badge)) > 1 else ""
     turned = has_turned(badge)
@@ -248,7 +248,7 @@ def _fixed(build: Build, front: str) -> Step:
     return Step("Fix it", taped.strip() or words + seam, sketches.held(badge, taped=True))
 
 
-def _pressed(build: Build) -> Step:
+def _pressed(build: BuildPlan) -> Step:
     words = (
         "Lay the finished badge on the holder, square to its rim, and press first its left edge and then its right "
         "one down until the catches snap over it. To take it out, push a thumb through the hole from behind."
@@ -256,7 +256,7 @@ def _pressed(build: Build) -> Step:
     return Step("Press it into the holder", words, sketches.pressed)
 
 
-def _carried(build: Build) -> Step:
+def _carried(build: BuildPlan) -> Step:
     if build.mount == "clip":
         words = "Put the clip's hook through the slot from behind, and let the bar drop into it."
         return Step("Put on the clip", words, sketches.carried(build.badge, "clip", SLOTS["clip"]))
@@ -281,7 +281,7 @@ def acrylic(plan: AcrylicPlan) -> list[str]:
     ]
 
 
-def glue_note(build: Build) -> str | None:
+def glue_note(build: BuildPlan) -> str | None:
     """What an adhesive does to the fringes, None where there is none."""
     if not build.glued:
         return None

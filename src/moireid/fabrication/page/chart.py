@@ -10,7 +10,7 @@ from pathlib import Path
 
 from moireid.badge import Badge, load_badge
 from moireid.errors import FabricationError
-from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, Sheet, write_badge_pdf
+from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, PdfPage, write_badge_pdf
 from moireid.files import planned, write_text
 from moireid.sheets import MM_PER_INCH
 
@@ -53,7 +53,7 @@ def band_label(number: int, pitch_mm: float) -> tuple[str, str]:
     return str(number), f"{lines_per_inch:.{decimals}f} LPI"
 
 
-def _write_words(sheet: Sheet, chart: Badge) -> None:
+def _write_words(sheet: PdfPage, chart: Badge) -> None:
     """Heading and instructions between the upper markers, what to do next between the lower, labels beside."""
     assert chart.range_m is not None
     grating = chart.gratings[0]
@@ -100,7 +100,7 @@ def _write_words(sheet: Sheet, chart: Badge) -> None:
         sheet.text(right + NUMBER_MM, baseline, pitch, points=TEXT_POINTS, align="left")
 
 
-def _lines(sheet: Sheet, middle: float, first: float, room_mm: float, lines: list[str]) -> None:
+def _lines(sheet: PdfPage, middle: float, first: float, room_mm: float, lines: list[str]) -> None:
     """Lines of text below one another, all set so small that the longest fits."""
     longest = max(sheet.text_width_mm(line, TEXT_POINTS) for line in lines)
     points = TEXT_POINTS * min(1.0, room_mm / longest)

@@ -11,14 +11,14 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from moireid.artwork.colours import Colour
-from moireid.artwork.content import Content, lines_of
+from moireid.artwork.content import Artwork, lines_of
 from moireid.artwork.pictures import modules_of
-from moireid.artwork.placing import Look, Piece, pieces_of, unworn
+from moireid.artwork.placing import ArtPiece, Look, pieces_of, unworn
 from moireid.artwork.template import template_named
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 from moireid.fabrication.page.lettering import PICTURE_DPI, line_note
-from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, Sheet
+from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.words import SetWords, set_words
 
 #: Longer sides at which a picture is searched for markers, px: from near, and far away.
@@ -27,16 +27,16 @@ SEEN_PX = (640, 320, 160, 80)
 
 def look_of(badge: Badge, look: Look | None) -> Look | None:
     """The look, the plain one for a badge with lines and no look, and None for one of name and id alone."""
-    return Look(template_named("plain"), Content()) if look is None and lines_of(badge) else look
+    return Look(template_named("plain"), Artwork()) if look is None and lines_of(badge) else look
 
 
-def writer_of(badge: Badge, look: Look | None) -> Callable[[Sheet, Badge], None] | None:
+def writer_of(badge: Badge, look: Look | None) -> Callable[[PdfPage, Badge], None] | None:
     """What `pdf.draw_board` calls to write that badge's board; None for name and id alone."""
     worn = look_of(badge, look)
     if worn is None:
         return None
 
-    def write(sheet: Sheet, badge: Badge) -> None:
+    def write(sheet: PdfPage, badge: Badge) -> None:
         for piece in pieces_of(badge, worn):
             draw_piece(sheet, badge, piece)
 
@@ -89,7 +89,7 @@ def _holds_marker(badge: Badge, picture: Image.Image) -> bool:
     return False
 
 
-def draw_piece(sheet: Sheet, badge: Badge, piece: Piece) -> None:
+def draw_piece(sheet: PdfPage, badge: Badge, piece: ArtPiece) -> None:
     """Draw one piece on a sheet."""
     if piece.kind == "ground":
         sheet.fill([piece.rect_mm], colour=piece.colour)
@@ -134,7 +134,7 @@ def corner_of(line: SetWords) -> tuple[float, float]:
     return line.x_mm - left, line.ink_mm[0]
 
 
-def _picture(sheet: Sheet, picture: Image.Image, rect: Rect) -> None:
+def _picture(sheet: PdfPage, picture: Image.Image, rect: Rect) -> None:
     from reportlab.lib.utils import ImageReader
 
     (x0, y0), (x1, y1) = sheet.place(rect[0], rect[1]), sheet.place(rect[2], rect[3])
@@ -143,7 +143,7 @@ def _picture(sheet: Sheet, picture: Image.Image, rect: Rect) -> None:
     sheet.canvas.drawImage(ImageReader(picture), *place, *size, mask="auto")
 
 
-def _write(sheet: Sheet, line: SetWords, colour: Colour) -> None:
+def _write(sheet: PdfPage, line: SetWords, colour: Colour) -> None:
     if line.picture is not None:
         solid = Image.new("RGBA", line.picture.size, tuple(round(255 * part) for part in colour))
         solid.putalpha(mask_of(line))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PIL import Image, ImageDraw, ImageFont
 
 from moireid.artwork.colours import Colour
-from moireid.artwork.placing import Look, Piece, pieces_of
+from moireid.artwork.placing import ArtPiece, Look, pieces_of
 from moireid.badge import Badge, Rect
 from moireid.fabrication.page.artwork import font_file
 from moireid.fabrication.page.dress import corner_of, mask_of, qr_rects
@@ -21,7 +21,7 @@ def dress_picture(picture: Image.Image, badge: Badge, look: Look, px_per_mm: flo
         paint_piece(picture, badge, piece, px_per_mm)
 
 
-def paint_piece(picture: Image.Image, badge: Badge, piece: Piece, px_per_mm: float) -> None:
+def paint_piece(picture: Image.Image, badge: Badge, piece: ArtPiece, px_per_mm: float) -> None:
     """Draw one piece."""
     if piece.kind in ("words", "id"):
         for line in set_words(piece, badge.id):

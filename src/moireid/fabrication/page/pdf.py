@@ -62,7 +62,7 @@ DEFAULT_DPI = 1200
 INSET_DOTS = 0.25
 
 
-class Sheet:
+class PdfPage:
     """A reportlab canvas that takes page millimetres, origin top left.
 
     scale: drawn over true size along x and y, about the page's middle, which makes up for a printer's own scale;
@@ -197,7 +197,7 @@ def write_badge_pdf(
     *,
     form: str | None = None,
     measured_scale: tuple[float, float] = (1.0, 1.0),
-    write_words: Callable[[Sheet, Badge], None] | None = None,
+    write_words: Callable[[PdfPage, Badge], None] | None = None,
 ) -> None:
     """Write the badge's page, whole or not at all; page 1 is the badge at true scale.
 
@@ -232,7 +232,7 @@ def write_badge_pdf(
         scale = (1 / measured_scale[0], 1 / measured_scale[1])
         dot_mm = Printer(int((badge.print or {}).get("dpi", DEFAULT_DPI))).dot_mm
         whole = None if form == "vector" else dot_mm
-        sheet = Sheet(temporary, badge.page_mm, f"Moiré badge {badge.id or badge.name}", scale, whole)
+        sheet = PdfPage(temporary, badge.page_mm, f"Moiré badge {badge.id or badge.name}", scale, whole)
         board = badge.outline_mm
         (x0, y0), (x1, y1) = sheet.place(board[0], board[1]), sheet.place(board[2], board[3])
         trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
@@ -246,12 +246,12 @@ def write_badge_pdf(
 
 
 def draw_board(
-    sheet: Sheet,
+    sheet: PdfPage,
     badge: Badge,
     form: str,
     dot_mm: float,
     block: Rect,
-    write_words: Callable[[Sheet, Badge], None] | None = None,
+    write_words: Callable[[PdfPage, Badge], None] | None = None,
     mark_mm: float = CROP_MARK_MM,
 ) -> None:
     """Draw all that belongs to one board, its crop marks included.
@@ -271,7 +271,7 @@ def draw_board(
         sheet.stroke(x0 - left, y0 - top, x1 - left, y1 - top)
 
 
-def draw_lines(sheet: Sheet, badge: Badge, grating: Grating, form: str, dot_mm: float) -> None:
+def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm: float) -> None:
     """Draw all dark lines of a grating of the badge, or over one, in one of the `FORMS`; turned ones as they are.
 
     Source: a line that crosses the dots aslant has no border between dots to lie on (`moireid.dots.on_dots`).
@@ -285,7 +285,7 @@ def draw_lines(sheet: Sheet, badge: Badge, grating: Grating, form: str, dot_mm: 
     sheet.fill_drawn(drawn if form == "vector" else [on_dots(line, grating.axis, dot_mm) for line in drawn])
 
 
-def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float, count: int = 1) -> None:
+def draw_mask(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, count: int = 1) -> None:
     """The page that is printed on clear film: the mask's lines where each grating lies, with cutting marks.
 
     Parameters: count: how many badges of one layout the mask is for; each needs a print of the page.
@@ -333,7 +333,7 @@ def on_dots(line: Rect, axis: Axis, dot_mm: float) -> Rect:
     return (edges[0], edges[1], edges[2], edges[3])
 
 
-def _write_name(sheet: Sheet, badge: Badge) -> None:
+def _write_name(sheet: PdfPage, badge: Badge) -> None:
     """The name between the upper markers, the id between the lower ones; a name too long is broken and set smaller."""
     centers, half = lettering_places(badge)
     room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
@@ -356,7 +356,7 @@ def _write_name(sheet: Sheet, badge: Badge) -> None:
 
 
 def _write_lines(
-    sheet: Sheet, words: str, middle: tuple[float, float], room_mm: tuple[float, float], points: float, font: str
+    sheet: PdfPage, words: str, middle: tuple[float, float], room_mm: tuple[float, float], points: float, font: str
 ) -> None:
     """Words about a place, as large as `points` or as their room allows."""
     line_mm = LINE_HEIGHT * points / POINTS_PER_MM
@@ -367,7 +367,7 @@ def _write_lines(
         sheet.text(middle[0], middle[1] + down, line, points=points * share, font=font)
 
 
-def draw_scale_bars(sheet: Sheet, block: Rect) -> None:
+def draw_scale_bars(sheet: PdfPage, block: Rect) -> None:
     """A bar across below all that is on the sheet and one down beside it, `SCALE_BAR_MM` long, ticked every 10 mm."""
     page_mm = sheet.page_mm
     x, y = bar_places(page_mm, block)

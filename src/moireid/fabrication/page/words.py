@@ -13,7 +13,7 @@ from typing import Any
 
 from PIL import Image, ImageFont
 
-from moireid.artwork.placing import Piece
+from moireid.artwork.placing import ArtPiece
 from moireid.errors import SpecError
 from moireid.fabrication.page.artwork import font_file
 from moireid.fabrication.page.lettering import LINE_HEIGHT, PICTURE_DPI, font_for, name_picture, printable, set_name
@@ -74,7 +74,7 @@ class _Row:
         return CAPITAL_SHARE * self.points * MM_PER_POINT
 
 
-def set_words(piece: Piece, badge_id: str | None) -> list[SetWords]:
+def set_words(piece: ArtPiece, badge_id: str | None) -> list[SetWords]:
     """The rows of a piece of words or of an id, in the middle of its height.
 
     Parameters: badge_id: the identity, for a piece that is one.
@@ -94,7 +94,7 @@ def set_words(piece: Piece, badge_id: str | None) -> list[SetWords]:
     )
 
 
-def _placed(piece: Piece, badge_id: str | None, share: float) -> list[SetWords]:
+def _placed(piece: ArtPiece, badge_id: str | None, share: float) -> list[SetWords]:
     """The rows in that share of the room's height, about its middle."""
     x0, y0, x1, y1 = piece.rect_mm
     room = (x1 - x0, share * (y1 - y0))

@@ -32,7 +32,7 @@ STAND_SAFETY_MM = 15.0
 
 
 @dataclass(frozen=True)
-class Holder:
+class HolderBody:
     """A second body: its profile, how wide it is drawn out, and radii of the profile's corners by index, mm.
 
     lean_deg: how far it leans the badge back.
@@ -51,14 +51,14 @@ class Holder:
         return max(along) - min(along), max(up) - min(up)
 
 
-def plan_holder(badge: Badge, plan: TrayPlan, process: MountProcess, kind: str) -> Holder | None:
+def plan_holder(badge: Badge, plan: TrayPlan, process: MountProcess, kind: str) -> HolderBody | None:
     """The second body of a mount, None for a lanyard.  Raises: FabricationError as `clip` and `stand` do."""
     if kind == "clip":
         return clip(plan, process)
     return stand(badge, plan, process) if kind == "stand" else None
 
 
-def clip(plan: TrayPlan, process: MountProcess) -> Holder:
+def clip(plan: TrayPlan, process: MountProcess) -> HolderBody:
     """A spring clip for a pocket or a lapel, hooked into the tab.
 
     Raises: FabricationError where the slot is too small for a hook.
@@ -97,10 +97,10 @@ def clip(plan: TrayPlan, process: MountProcess) -> Holder:
     )
     round_end = 0.45 * CLOTH_MM
     radii = ((7, CLIP_ARM_MM), (8, CLIP_ARM_MM), (14, round_end), (15, round_end), (3, 0.6), (0, 0.8))
-    return Holder("clip", profile, slot_width - 4.0, radii)
+    return HolderBody("clip", profile, slot_width - 4.0, radii)
 
 
-def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> Holder:
+def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> HolderBody:
     """A table stand that leans the badge back by `stand_deg`: a camera at eye height looks down on a table.
 
     Raises: FabricationError where its front wall would hide the badge.
@@ -138,10 +138,10 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> Holder:
         at(y_foot, back_of_rest),
         (foot_end, foot_top),
     )
-    return Holder("stand", tuple(profile), width, ((9, 4.0), (8, 1.5)), process.stand_deg)
+    return HolderBody("stand", tuple(profile), width, ((9, 4.0), (8, 1.5)), process.stand_deg)
 
 
-def shape_holder(b3d: Any, holder: Holder) -> Any:
+def shape_holder(b3d: Any, holder: HolderBody) -> Any:
     """The holder as a build123d Part, its profile in the plane z = 0 and drawn out to z = width."""
     face = b3d.make_face(b3d.Polyline(*holder.profile, close=True))
     for index, radius in holder.radii_mm:
@@ -151,7 +151,7 @@ def shape_holder(b3d: Any, holder: Holder) -> Any:
     return b3d.extrude(face, holder.width_mm)
 
 
-def in_use(b3d: Any, holder: Holder, plan: TrayPlan) -> Any:
+def in_use(b3d: Any, holder: HolderBody, plan: TrayPlan) -> Any:
     """The build123d Location that takes a holder, as shaped, to its place at the tray."""
     if holder.name == "clip":
         return b3d.Plane(origin=(-holder.width_mm / 2, 0, 0), x_dir=(0, 1, 0), z_dir=(1, 0, 0)).location
@@ -160,7 +160,7 @@ def in_use(b3d: Any, holder: Holder, plan: TrayPlan) -> Any:
     return b3d.Plane(origin=(holder.width_mm / 2, plan.bottom, 0), x_dir=forward, z_dir=(-1, 0, 0)).location
 
 
-def as_printed(b3d: Any, holder: Holder, plan: TrayPlan, process: MountProcess) -> tuple[Any, Any, Any]:
+def as_printed(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> tuple[Any, Any, Any]:
     """Where the holder lies on the printer's bed, beside the tray: a Location, and the corners of its bounding box."""
     low_along, low_up = (min(values) for values in zip(*holder.profile, strict=True))
     along, up = holder.size_mm

@@ -23,11 +23,11 @@ from moireid.fabrication.meshes import (
     read_mesh,
     solid_of,
 )
-from moireid.fabrication.printed.holders import Holder, as_printed, in_use, plan_holder, shape_holder
+from moireid.fabrication.printed.holders import HolderBody, as_printed, in_use, plan_holder, shape_holder
 from moireid.fabrication.printed.snap import SnapPlan, check_snap, plan_snap, shape_snap
 from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
 from moireid.fabrication.process import BED_MM, LEAST_WALL_MM, MountProcess
-from moireid.fabrication.solids import Expected, cad_package, check_step, check_stl, export_step, export_stl
+from moireid.fabrication.solids import ExpectedSolid, cad_package, check_step, check_stl, export_step, export_stl
 from moireid.files import planned, whole_file
 
 KINDS = ("lanyard", "clip", "stand", "holder")
@@ -45,7 +45,7 @@ class Body:
     name: str
     laid: Any
     used: Any
-    expected: Expected
+    expected: ExpectedSolid
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
     return mount_bodies(badge, "lanyard", process)[0].laid
 
 
-def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan | SnapPlan, Holder | None]:
+def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan | SnapPlan, HolderBody | None]:
     """The figures of a mount, checked in milliseconds and before any CAD package is needed: of a tray and what carries
     it, or of a snap-in holder.
 
@@ -112,7 +112,7 @@ def mount_bodies(badge: Badge, kind: str, process: MountProcess | None = None) -
         lower = (-plan.out_x, plan.bottom, -process.back_mm)
         upper = (plan.out_x, plan.tab_top, plan.lip_top)
         tray = shape_tray(b3d, plan, process)
-        bodies = [Body("tray", tray, tray, Expected(float(tray.volume), lower, upper))]
+        bodies = [Body("tray", tray, tray, ExpectedSolid(float(tray.volume), lower, upper))]
         if holder:
             bodies.append(_holder_body(b3d, holder, plan, process))
     except (ValueError, RuntimeError) as error:
@@ -184,7 +184,7 @@ def _told(plan: TrayPlan | SnapPlan, process: MountProcess) -> dict[str, float]:
 def _snap_body(b3d: Any, plan: SnapPlan, process: MountProcess) -> Body:
     shape, (x, y) = shape_snap(b3d, plan, process), plan.out_mm
     corners = (-x, -y, -process.back_mm), (x, plan.tab_top, plan.nose_top)
-    return Body("holder", shape, shape, Expected(float(shape.volume), *corners))
+    return Body("holder", shape, shape, ExpectedSolid(float(shape.volume), *corners))
 
 
 def _check_snap_body(mesh: Any, plan: SnapPlan, process: MountProcess) -> None:
@@ -194,11 +194,11 @@ def _check_snap_body(mesh: Any, plan: SnapPlan, process: MountProcess) -> None:
     check_snap(body, plan, process)
 
 
-def _holder_body(b3d: Any, holder: Holder, plan: TrayPlan, process: MountProcess) -> Body:
+def _holder_body(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> Body:
     shape = shape_holder(b3d, holder)
     location, lower, upper = as_printed(b3d, holder, plan, process)
     used = shape.moved(in_use(b3d, holder, plan))
-    return Body(holder.name, shape.moved(location), used, Expected(float(shape.volume), lower, upper))
+    return Body(holder.name, shape.moved(location), used, ExpectedSolid(float(shape.volume), lower, upper))
 
 
 def _check_bed(name: str, *sides_mm: float) -> None:
@@ -210,11 +210,11 @@ def _check_bed(name: str, *sides_mm: float) -> None:
         )
 
 
-def _together(parts: list[Expected]) -> Expected:
+def _together(parts: list[ExpectedSolid]) -> ExpectedSolid:
     lower = tuple(min(values) for values in zip(*(part.lower_mm for part in parts), strict=True))
     upper = tuple(max(values) for values in zip(*(part.upper_mm for part in parts), strict=True))
     volume_mm3 = sum(part.volume_mm3 for part in parts)
-    return Expected(volume_mm3, lower, upper, solids=len(parts))
+    return ExpectedSolid(volume_mm3, lower, upper, solids=len(parts))
 
 
 def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from moireid.provenance import Barred, Seal
+from moireid.provenance import Exclusion, Seal
 from moireid.registry.canonical import canonical_json
 from moireid.registry.record import barred_by
 
@@ -48,7 +48,7 @@ _COLUMNS = ", ".join(("name", "salt", "seal", "layout", "as_built", "revoked_at"
 
 
 @dataclass(frozen=True)
-class Person:
+class BundlePerson:
     """A person of a bundle; figures: as JSON, without the identity; layout: number of its specimen."""
 
     name: str
@@ -64,7 +64,7 @@ class Person:
     line: str | None = None
 
     @property
-    def barred(self) -> Barred | None:
+    def barred(self) -> Exclusion | None:
         """Why the badge does not count at present."""
         return barred_by(
             self.revoked_at,
@@ -86,7 +86,7 @@ def made_content(
     entries: Iterable[bytes],
     rotations: Iterable[dict[str, Any]],
     layouts: Iterable[str],
-    people: Iterable[tuple[Person, Looks]],
+    people: Iterable[tuple[BundlePerson, Looks]],
 ) -> bytes:
     """The content; layouts: badges as JSON in the order of their numbers; people: each with the looks of the name."""
     with tempfile.TemporaryDirectory(prefix="moireid-bundle-") as folder:
@@ -107,7 +107,7 @@ def made_content(
         return path.read_bytes()
 
 
-class Content:
+class BundleContent:
     """A content whose signature was checked, read in memory: nobody can change it between check and use."""
 
     def __init__(self, content: bytes) -> None:
@@ -127,11 +127,11 @@ class Content:
         """Give the memory back."""
         self._database.close()
 
-    def named(self, name: str) -> list[Person]:
+    def named(self, name: str) -> list[BundlePerson]:
         """All of this very name."""
         return self._people("name = ?", name)
 
-    def alike(self, looks: Looks) -> list[Person]:
+    def alike(self, looks: Looks) -> list[BundlePerson]:
         """All whose names look so, or so in lower case and plain width."""
         skeleton, folded = looks
         found = self._people("skeleton = ?", skeleton)
@@ -139,7 +139,7 @@ class Content:
             found += [one for one in self._people("folded = ?", folded) if one not in found]
         return found
 
-    def everybody(self) -> list[Person]:
+    def everybody(self) -> list[BundlePerson]:
         """All people."""
         return self._people("1 = ?", 1)
 
@@ -179,12 +179,12 @@ class Content:
         (found,) = self._database.execute("SELECT entries FROM about").fetchone()
         return [found[k : k + 32] for k in range(0, len(found), 32)]
 
-    def _people(self, condition: str, value: object) -> list[Person]:
+    def _people(self, condition: str, value: object) -> list[BundlePerson]:
         rows = self._database.execute(f"SELECT {self._columns} FROM people WHERE {condition} ORDER BY number", (value,))
-        return [Person(name, Seal(salt, seal), *rest) for name, salt, seal, *rest in rows]
+        return [BundlePerson(name, Seal(salt, seal), *rest) for name, salt, seal, *rest in rows]
 
 
-def _row(pair: tuple[Person, Looks]) -> tuple[object, ...]:
+def _row(pair: tuple[BundlePerson, Looks]) -> tuple[object, ...]:
     person, looks = pair
     seal = person.seal
     return (

@@ -20,8 +20,8 @@ from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
-from moireid.provenance import Claimed, Holder, Provenance
-from moireid.registry.bundle.content import Content, Person
+from moireid.provenance import BadgeHolder, ClaimedBadge, Provenance
+from moireid.registry.bundle.content import BundleContent, BundlePerson
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
 from moireid.registry.checkpoints.witness import hold
 from moireid.registry.keys import Authority
@@ -52,9 +52,9 @@ class BundlePeople:
 
     def __init__(self, bundle: Bundle) -> None:
         self._bundle = bundle
-        self._known: dict[str, Holder | None] = {}
+        self._known: dict[str, BadgeHolder | None] = {}
 
-    def holder(self, badge_id: str) -> Holder | None:
+    def holder(self, badge_id: str) -> BadgeHolder | None:
         """Who holds an id, revoked or not; None where nobody does."""
         if badge_id not in self._known:
             self._known[badge_id] = self._bundle.holder_of(badge_id)
@@ -99,7 +99,7 @@ class Bundle:
         self.path = Path(path)
         header, authority, content = opened_parcel(self.path)
         try:
-            self._content = Content(content)
+            self._content = BundleContent(content)
             self.opens_soon = self._content.count() <= MOST_SEALS
             head = Head.parse(header.head)
             # Both were signed together; a bundle in which they differ was made by another program.
@@ -131,7 +131,7 @@ class Bundle:
     ) -> None:
         self._content.close()
 
-    def claimed(self, claim: str) -> Claimed:
+    def claimed(self, claim: str) -> ClaimedBadge:
         """Look up the badge that a claim means.
 
         Parameters
@@ -177,7 +177,7 @@ class Bundle:
             )
         return self._chosen(name, found[0])
 
-    def _chosen(self, claim: str, person: Person) -> Claimed:
+    def _chosen(self, claim: str, person: BundlePerson) -> ClaimedBadge:
         """The one who is meant.  Raises: RegistryError where a line chose, and a namesake's looks like it."""
         found = self._of(person)
         if claim == person.name or _ID.fullmatch(claim.lower()):
@@ -192,7 +192,7 @@ class Bundle:
             )
         return replace(found, provenance=replace(found.provenance, line=person.line, others=len(others)))
 
-    def holder_of(self, badge_id: object) -> Holder | None:
+    def holder_of(self, badge_id: object) -> BadgeHolder | None:
         """Tell who holds the badge that was read in a film, by trying its identity on every seal.
 
         Parameters
@@ -206,7 +206,7 @@ class Bundle:
             None where it is no identity, or nobody in the bundle holds such a badge.
         """
         for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
-            return Holder(person.name, person.barred)
+            return BadgeHolder(person.name, person.barred)
         return None
 
     def _turned(self, authority: Authority) -> list[Rotation]:
@@ -235,14 +235,14 @@ class Bundle:
         source = f"a layout of bundle {self.path}"
         return [badge_from_json(text, source=source) for text in self._content.layouts()]
 
-    def _of(self, person: Person) -> Claimed:
+    def _of(self, person: BundlePerson) -> ClaimedBadge:
         badge = badge_from_json(self._content.layout(person.layout), source=f"a layout of bundle {self.path}")
         as_built = as_built_from_json(person.figures) if person.figures else None
         provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
         named = replace(badge, name=person.name)
-        return Claimed(named, as_built, person.barred, provenance, person.seal)
+        return ClaimedBadge(named, as_built, person.barred, provenance, person.seal)
 
-    def _of_id(self, badge_id: str) -> list[Person]:
+    def _of_id(self, badge_id: str) -> list[BundlePerson]:
         if not _ID.fullmatch(badge_id):
             return []
         people = self._content.everybody()

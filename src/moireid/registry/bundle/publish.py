@@ -15,7 +15,7 @@ from sqlalchemy import Connection
 from moireid.badge import Badge
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
-from moireid.registry.bundle.content import Looks, Person, made_content, without_id
+from moireid.registry.bundle.content import BundlePerson, Looks, made_content, without_id
 from moireid.registry.bundle.parcel import STATES, TIME, Header, now, opened_parcel
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
@@ -35,7 +35,7 @@ CHUNK = 2000
 
 
 @dataclass(frozen=True)
-class Published:
+class PublishResult:
     """A bundle that was written: number of people, the log's head, and until when it counts."""
 
     people: int
@@ -51,7 +51,7 @@ def publish(
     days: float,
     overwrite: bool,
     progress: Progress | None,
-) -> Published:
+) -> PublishResult:
     """What `Registry.publish` does."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     # First the key: only where it lies, this authority is surely the right one here.
@@ -72,12 +72,12 @@ def publish(
     with whole_file(path) as temporary:
         temporary.write_bytes(header.parcel(signer, content))
         opened_parcel(temporary)
-    return Published(len(people), str(head), header.expires)
+    return PublishResult(len(people), str(head), header.expires)
 
 
 def _records(
     ledger: Ledger, connection: Connection, specimen: Callable[[Badge], Badge]
-) -> tuple[list[tuple[str, Person]], list[str]]:
+) -> tuple[list[tuple[str, BundlePerson]], list[str]]:
     """Identity and person of each record, not sealed yet, and the specimen of each layout as JSON."""
     numbers: dict[str, int] = {}
     layouts: list[str] = []
@@ -95,8 +95,8 @@ def _records(
     return sorted(found, key=lambda pair: (pair[1].name, secrets.token_bytes(8))), layouts
 
 
-def _bare(record: Record, layout: int) -> Person:
-    return Person(
+def _bare(record: Record, layout: int) -> BundlePerson:
+    return BundlePerson(
         record.name,
         Seal(b"", b""),
         layout,
@@ -111,15 +111,15 @@ def _bare(record: Record, layout: int) -> Person:
     )
 
 
-def _people(records: Sequence[tuple[str, Person]], progress: Progress | None) -> list[tuple[Person, Looks]]:
+def _people(records: Sequence[tuple[str, BundlePerson]], progress: Progress | None) -> list[tuple[BundlePerson, Looks]]:
     """The people with their sealed identities, and the skeletons of their names."""
 
-    def sealed(pair: tuple[str, Person]) -> tuple[Person, Looks]:
+    def sealed(pair: tuple[str, BundlePerson]) -> tuple[BundlePerson, Looks]:
         badge_id, person = pair
         seal = Seal.of(badge_id, secrets.token_bytes(SALT_BYTES))
         return replace(person, seal=seal), (skeleton(person.name), folded_skeleton(person.name))
 
-    people: list[tuple[Person, Looks]] = []
+    people: list[tuple[BundlePerson, Looks]] = []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for begin in range(0, len(records), CHUNK):
             people += pool.map(sealed, records[begin : begin + CHUNK])

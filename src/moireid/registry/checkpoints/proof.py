@@ -30,7 +30,7 @@ OUTSIDE = ("hash", "signature")
 
 
 @dataclass(frozen=True)
-class Proved:
+class ProofResult:
     """What a proof says.
 
     Attributes
@@ -86,7 +86,7 @@ def proof_of(ledger: Ledger, record: Record) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 
 
-def check_proof(text: str, source: str) -> Proved:
+def check_proof(text: str, source: str) -> ProofResult:
     """What a proof says, where all of it holds; `source` names it in messages.
 
     Convention: whose authority it is, the caller compares with a fingerprint that was told some other way.
@@ -100,7 +100,7 @@ def check_proof(text: str, source: str) -> Proved:
         steps = [bytes.fromhex(step) for step in document["proof"]]
         authority, place = Authority(str(document["public_key"])), _number(entry["seq"]) - 1
         checkpoint = checkpoint_from(str(document["checkpoint"]), source)
-        found = Proved(
+        found = ProofResult(
             _line(record["name"]),
             _line(record["id"]),
             place + 1,

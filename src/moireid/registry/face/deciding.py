@@ -11,7 +11,7 @@ from dataclasses import replace
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.face.outward import compromise_day
-from moireid.registry.face.reading import Reading
+from moireid.registry.face.reading import RegistryQueries
 from moireid.registry.ledger import Transaction
 from moireid.registry.record import Record, storable
 from moireid.registry.schema import badges, select_records
@@ -20,7 +20,7 @@ from moireid.registry.schema import badges, select_records
 LONGEST_REASON = 500
 
 
-class Deciding(Reading):
+class Deciding(RegistryQueries):
     """The part of a registry by which badges stop to count, and count again.
 
     Attributes

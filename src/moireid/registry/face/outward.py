@@ -15,7 +15,7 @@ from pathlib import Path
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.provenance import Standing
-from moireid.registry.bundle.publish import Progress, Published, publish
+from moireid.registry.bundle.publish import Progress, PublishResult, publish
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.proof import proof_of
@@ -127,7 +127,7 @@ class Outward:
         days: float,
         overwrite: bool = False,
         progress: Progress | None = None,
-    ) -> Published:
+    ) -> PublishResult:
         """Write a trust bundle, whole or not at all.
 
         Parameters

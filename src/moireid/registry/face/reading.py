@@ -23,7 +23,7 @@ PAGE = 200
 MOST_ALIKE = 2000
 
 
-class Reading:
+class RegistryQueries:
     """The part of a registry that is read.
 
     Parameters

@@ -5,7 +5,7 @@ badge's identity, which is a number of chance, and hashes that nobody can try na
 signed entry `erase` is the tombstone.  The identity is never issued again.
 
 Records of schema version 2 had no salt.  Whoever has the log and their identity can still try a name against the hashes
-in their old entries, as these cannot change without breaking every checkpoint.  `Erased.guessable` says so.
+in their old entries, as these cannot change without breaking every checkpoint.  `ErasureResult.guessable` says so.
 
 What was deleted, off the disk too: a database keeps old rows in pages that it does not use.
 
@@ -58,7 +58,7 @@ def clean(engine: Engine) -> bool:
 
 
 @dataclass(frozen=True)
-class Erased:
+class ErasureResult:
     """Who was erased.
 
     Attributes
@@ -92,21 +92,21 @@ class Erased:
         return dict(vars(self))
 
 
-def erase_person(ledger: Ledger, claim: str, actor: str) -> Erased:
+def erase_person(ledger: Ledger, claim: str, actor: str) -> ErasureResult:
     """What `Registry.erase` does."""
     before = erased_at(ledger, claim)
     if before is not None:
-        return Erased(as_id(claim), before, True, clean(ledger.engine), _guessable(ledger, as_id(claim)))
+        return ErasureResult(as_id(claim), before, True, clean(ledger.engine), _guessable(ledger, as_id(claim)))
     record = ledger.record(find_row(claim, ledger.rows, ledger.shown))
     with ledger.writing(actor) as transaction:
         if not transaction.records(select_records().where(badges.c.id == record.id)):
             raise RegistryError(f"badge {record.id} was taken out of registry {ledger.shown} meanwhile")
         transaction.connection.execute(delete(badges).where(badges.c.id == record.id))
         transaction.log(ERASE, record.id)
-    return Erased(record.id, utc_now(), False, clean(ledger.engine), _guessable(ledger, record.id))
+    return ErasureResult(record.id, utc_now(), False, clean(ledger.engine), _guessable(ledger, record.id))
 
 
-def erase_actor(ledger: Ledger, name: str, actor: str) -> Erased:
+def erase_actor(ledger: Ledger, name: str, actor: str) -> ErasureResult:
     """What `Registry.erase_actor` does."""
     with ledger.writing(actor) as transaction:
         who = transaction.connection.scalar(select(actors.c.commitment).where(actors.c.name == name))
@@ -122,7 +122,7 @@ def erase_actor(ledger: Ledger, name: str, actor: str) -> Erased:
             )
         transaction.connection.execute(delete(actors).where(actors.c.commitment == who))
         transaction.log(ERASE_ACTOR, who)
-    return Erased(who, utc_now(), False, clean(ledger.engine), False)
+    return ErasureResult(who, utc_now(), False, clean(ledger.engine), False)
 
 
 def erased_at(ledger: Ledger, badge_id: str) -> str | None:

@@ -113,7 +113,7 @@ def walk(stream: BinaryIO) -> Iterator[tuple[str, Any]]:
     White space may stand wherever JSON allows it.
     Raises: ValueError where the bytes are not one JSON object, at the place where it is reached.
     """
-    limited = _Limited(stream)
+    limited = _LimitedStream(stream)
     try:
         for found in _walk(ijson.basic_parse(limited, use_float=True, buf_size=CHUNK)):
             yield found
@@ -161,7 +161,7 @@ def _until(end: str, events: _Events) -> _Events:
     return iter(partial(next, events), (end, None))
 
 
-class _Limited:
+class _LimitedStream:
     """A stream that gives no more than `left` bytes, which is set anew with every value."""
 
     def __init__(self, stream: BinaryIO) -> None:

@@ -23,7 +23,7 @@ Progress = Callable[[int, int | None], None]
 
 
 @dataclass(frozen=True)
-class Rotated:
+class KeyRotation:
     """A change of key.
 
     Attributes
@@ -42,7 +42,7 @@ class Rotated:
     head: str
 
 
-def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> Rotated:
+def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> KeyRotation:
     """What `Registry.rotate_key` does."""
     old = ledger.signer()
     # The new key is on the disk before the registry says that it is the authority's.
@@ -58,7 +58,7 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> Rotated:
         _drop(path, ledger, new)
         raise
     ledger.adopt(new.authority.public_hex)
-    return Rotated(old.authority.fingerprint, new.authority.fingerprint, count, str(head))
+    return KeyRotation(old.authority.fingerprint, new.authority.fingerprint, count, str(head))
 
 
 def _signed_anew(transaction: Transaction, new: Signs, progress: Progress | None) -> int:

@@ -6,7 +6,7 @@ exp(-i phi), with phi = `optics.fringe_phase_rad` at each pixel's place on the l
 angle between the projections of two pictures is the strip's phase error; a strip whose fringes keep less than
 `LEAST_CONTRAST` has none.  What is reported is the root mean square over all strips of the frame.
 
-Convention: pictures are `Rendered`s of the same frame; radiance error is relative to paper less ink.
+Convention: pictures are `BoardRadiance`s of the same frame; radiance error is relative to paper less ink.
 Source: demodulation at a known carrier; the carrier's own error cancels between two pictures of one frame.
 
 The analytic renderer's own error, estimated before a film, and the cheapest setting that meets a wish.
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from moireid import optics
 from moireid.errors import SpecError
 from moireid.simulate.analytic.page import printed_scales
-from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, Rendered
+from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.scene import Instant, Scene
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ LEAST_PIXELS = 24
 
 
 @dataclass(frozen=True)
-class Strip:
+class PixelStrip:
     """Pixels of a frame (N,) by row and column, and the weight that projects their brightness on the fringes."""
 
     grating: int
@@ -65,7 +65,7 @@ class Difference:
     strips: int
 
 
-def difference(pairs: list[tuple[Strip, Array, Array]], contrast: float) -> Difference:
+def difference(pairs: list[tuple[PixelStrip, Array, Array]], contrast: float) -> Difference:
     """Compare brightness (N,) at each strip's pixels in two pictures; the second one counts as the truth.
 
     Parameters: contrast: paper less ink; where it is 0, as without light, brightness errors are not divided by it.
@@ -87,12 +87,12 @@ def difference(pairs: list[tuple[Strip, Array, Array]], contrast: float) -> Diff
     return Difference(phase, math.sqrt(squares / pixels) / (contrast or 1.0) if pixels else 0.0, len(phases))
 
 
-def brightness(picture: Rendered, strip: Strip) -> Array:
+def brightness(picture: BoardRadiance, strip: PixelStrip) -> Array:
     """A rendered picture's radiance at a strip's pixels (N,), which must lie within it."""
     return picture.radiance[strip.rows - picture.top, strip.columns - picture.left].astype(float)
 
 
-def strips_of(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) -> list[Strip]:
+def strips_of(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) -> list[PixelStrip]:
     """All strips of a frame in a box (left, top, right, bottom) px of its picture.
 
     Convention: places are those of the lens plane, seen from the middle of first and last row's pose.
@@ -110,7 +110,7 @@ def strips_of(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) ->
                 sides = rect[[0, 2]], rect[[1, 3]]
                 carrier = _carrier(scene, cell.pitch_mm * scales[0], across, eye)
                 cut = _cut(across, along, sides, carrier)
-                found += [Strip(place, rows + box[1], columns + box[0], weight) for rows, columns, weight in cut]
+                found += [PixelStrip(place, rows + box[1], columns + box[0], weight) for rows, columns, weight in cut]
     return found
 
 

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from moireid.badge import Lens
 from moireid.simulate.compiled import njit
-from moireid.simulate.light import Light, light_table, straight_share
+from moireid.simulate.light import DiscLight, light_table, straight_share
 
 Array = NDArray[np.float64]
 
 
-def lamp_figures(lens: Lens, light: Light, reach_mm: tuple[float, float], ray_rad: float) -> tuple[Array, Array]:
+def lamp_figures(lens: Lens, light: DiscLight, reach_mm: tuple[float, float], ray_rad: float) -> tuple[Array, Array]:
     """The light as `lit` reads it: ten figures, and the table.
 
     Parameters: as `light.light_table`; ray_rad: the angle across the lenses that one ray of a pixel stands for.

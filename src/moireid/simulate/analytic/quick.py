@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from moireid.simulate.analytic.trace import Sheet, strip_at
+from moireid.simulate.analytic.trace import TracedSheet, strip_at
 from moireid.simulate.compiled import njit
 
 F = np.float32
@@ -35,7 +35,7 @@ def grating_pixel(
     spread: float,
     points: Any,
     shift: Any,
-    sheet: Sheet,
+    sheet: TracedSheet,
     cells: Any,
 ) -> int:  # pragma: no cover
     """Number of a pixel's rays that see ink; -1 where `trace` must do the pixel.
@@ -114,7 +114,16 @@ def _lines(cell: int, page_x: float, cells: Any) -> tuple[Any, Any, Any]:  # pra
 
 @njit(error_model="numpy")
 def _inked_behind_lens(
-    points: Any, move: Any, tx: Any, ty: Any, lean: Any, turn: Any, cut_x: Any, cut_y: Any, around: Any, sheet: Sheet
+    points: Any,
+    move: Any,
+    tx: Any,
+    ty: Any,
+    lean: Any,
+    turn: Any,
+    cut_x: Any,
+    cut_y: Any,
+    around: Any,
+    sheet: TracedSheet,
 ) -> int:  # pragma: no cover
     """Rays that see ink through lenses; see `grating_pixel`, whose inner loop this is."""
     half, one = F(0.5), F(1.0)
@@ -158,7 +167,7 @@ def _inked_behind_mask(
     cut_x: Any,
     cut_y: Any,
     around: Any,
-    sheet: Sheet,
+    sheet: TracedSheet,
 ) -> int:  # pragma: no cover
     """Rays that see ink through a line mask; the mask's own bars count as ink.  See `grating_pixel`."""
     per_pitch, half, open_half = F(1.0 / sheet.pitch), F(0.5), F(sheet.open_fraction / 2)

@@ -23,7 +23,7 @@ from moireid.simulate.analytic.fly_eye import FlyEye
 from moireid.simulate.analytic.light_kernels import lamp_figures
 from moireid.simulate.analytic.page import BLOCK_PX, TEXTURE_PX_PER_MM, cell_table, even_blocks, page_texture
 from moireid.simulate.analytic.rows import trace_rows
-from moireid.simulate.analytic.trace import Board, Sheet, land
+from moireid.simulate.analytic.trace import TracedBoard, TracedSheet, land
 from moireid.simulate.light import turned_light
 from moireid.simulate.scene import Instant, Need, Scene
 
@@ -40,7 +40,7 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 @dataclass(frozen=True)
-class Rendered:
+class BoardRadiance:
     """Linear radiance of the pixels that see the board, the share of each pixel that it covers, and their corner."""
 
     radiance: NDArray[np.float32]
@@ -75,7 +75,7 @@ class AnalyticRenderer:
         hidden = (np.array(covered) - (cx, cy, cx, cy)) * np.tile(scale, 2)
         half, texture, lens = scene.printed_half_mm, page_texture(scene), self._sheet
         lamps, lights = _lights(scene, math.prod(rays))
-        self._board = Board(
+        self._board = TracedBoard(
             half[0],
             half[1],
             hidden,
@@ -93,7 +93,7 @@ class AnalyticRenderer:
             _wandering(scene),
         )
 
-    def render(self, instant: Instant, *, crop: tuple[int, int, int, int] | None = None) -> Rendered | None:
+    def render(self, instant: Instant, *, crop: tuple[int, int, int, int] | None = None) -> BoardRadiance | None:
         """Render one frame; None where no pixel sees the board.
 
         Parameters: crop: left, top, right, bottom of the pixels to trace, None for all that may see `Scene.need`.
@@ -140,7 +140,7 @@ class AnalyticRenderer:
             board,
             np.array(camera.distortion, float),
         )
-        return Rendered(radiance, coverage, left, top)
+        return BoardRadiance(radiance, coverage, left, top)
 
     def _spread(self, instant: Instant) -> float:
         """The most that a lens's rays land away from its middle ray, mm; infinite where all pixels need `trace`."""
@@ -241,14 +241,14 @@ def _wandering(scene: Scene) -> Array:
     return np.asarray(walk - walk[half])
 
 
-def _sheet(scene: Scene) -> Sheet:
+def _sheet(scene: Scene) -> TracedSheet:
     """The lens sheet as built."""
     lens, build = scene.lens, scene.build
     pitch, radius = lens.pitch_mm * build.lens_scale, lens.radius_mm or 0.0
     if radius and pitch > 2 * radius:
         raise SpecError(f"lens_scale={build.lens_scale:g} spreads the lenses beyond their diameter; give less")
     valley = math.sqrt(radius**2 - pitch**2 / 4) if radius else 0.0
-    return Sheet(
+    return TracedSheet(
         pitch,
         lens.thickness_mm,
         scene.height_mm,

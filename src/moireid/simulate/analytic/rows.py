@@ -11,7 +11,7 @@ import numpy as np
 from moireid.simulate import cameras as camera
 from moireid.simulate.analytic import light_kernels, quick, trace
 from moireid.simulate.analytic.quick import grating_pixel
-from moireid.simulate.analytic.trace import Board, Sheet, careful_ray, field_part, turned
+from moireid.simulate.analytic.trace import TracedBoard, TracedSheet, careful_ray, field_part, turned
 from moireid.simulate.cameras import undistorted
 from moireid.simulate.compiled import njit, prange
 
@@ -40,9 +40,9 @@ def _compiled(stamps: tuple[int, ...]) -> Any:
         shown: Any,
         points: Any,
         spread: float,
-        sheet: Sheet,
+        sheet: TracedSheet,
         cells: Any,
-        board: Board,
+        board: TracedBoard,
         distortion: Any,
     ) -> int:  # pragma: no cover
         for row in prange(radiance.shape[0]):
@@ -81,9 +81,9 @@ def _row(
     shown: Any,
     points: Any,
     spread: float,
-    sheet: Sheet,
+    sheet: TracedSheet,
     cells: Any,
-    board: Board,
+    board: TracedBoard,
     distortion: Any,
 ) -> None:  # pragma: no cover
     """Fill one row of radiance (mean over the rays that meet the board) and of coverage (their share).
@@ -161,7 +161,7 @@ def _row(
 
 
 @njit(inline="always", error_model="numpy")
-def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: Sheet, cells: Any, board: Board) -> int:
+def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: TracedSheet, cells: Any, board: TracedBoard) -> int:
     """What a pixel lies on: the number of a grating, PAGE or BORDER."""  # pragma: no cover
     x, y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
     half_x, half_y = _half_footprint(centre, turning)
@@ -204,9 +204,9 @@ def _grating_pixel(
     points: Any,
     shift: Any,
     spread: float,
-    sheet: Sheet,
+    sheet: TracedSheet,
     cells: Any,
-    board: Board,
+    board: TracedBoard,
 ) -> int:  # pragma: no cover
     """Number of a grating pixel's rays that see ink by `quick`, -1 for a pixel that needs `trace`."""
     fall = -(centre[2] + sheet.height)
@@ -239,7 +239,7 @@ def _grating_pixel(
 
 @njit(inline="always", error_model="numpy")
 def _page_pixel(
-    tx: float, ty: float, turning: Any, centre: Any, points: Any, board: Board
+    tx: float, ty: float, turning: Any, centre: Any, points: Any, board: TracedBoard
 ) -> float:  # pragma: no cover
     """Mean radiance of a pixel on plain page."""
     # In pixels of the page's picture, from its corner.
@@ -265,7 +265,7 @@ def _page_pixel(
 
 
 @njit(inline="always", error_model="numpy")
-def _even(column: float, row: float, board: Board) -> float:  # pragma: no cover
+def _even(column: float, row: float, board: TracedBoard) -> float:  # pragma: no cover
     """The one value of the page's picture around one of its pixels, NaN where it has several."""
     per_block = 1.0 / board.block
     value: float = board.even[

@@ -24,7 +24,7 @@ HIDDEN_RADIANCE = 0.35
 TRIES = 8
 
 
-class Sheet(NamedTuple):
+class TracedSheet(NamedTuple):
     """The lens sheet as built, mm; radius is 0 for a line mask.
 
     gap: thickness of the sheet; height: from the page to the lenses' tops; air: between sheet and page; curvature: of
@@ -45,7 +45,7 @@ class Sheet(NamedTuple):
     steepest: float
 
 
-class Board(NamedTuple):
+class TracedBoard(NamedTuple):
     """The rest of what a ray may meet: half sizes as printed, covered part (x0, y0, x1, y1), radiances, and the
     picture of the markers, its columns and rows to the printed millimetre, and the value of its even blocks
     (`page`); lens, lamps, lights: as `light_kernels.lit` wants them;
@@ -70,7 +70,7 @@ class Board(NamedTuple):
 
 
 @njit(error_model="numpy")
-def land(x: float, y: float, tx: float, ty: float, sheet: Sheet) -> tuple[float, float, bool]:  # pragma: no cover
+def land(x: float, y: float, tx: float, ty: float, sheet: TracedSheet) -> tuple[float, float, bool]:  # pragma: no cover
     """Where a ray that crosses the apex plane at (x, y), across and along the lenses, lands; False if stopped."""
     pitch, g, n, radius = sheet.pitch, sheet.gap, sheet.refraction, sheet.radius
     length2 = 1.0 + tx * tx + ty * ty
@@ -138,7 +138,7 @@ def strip_at(place: float, bins: Any, cells: Any) -> int:  # pragma: no cover
 
 @njit(inline="always", error_model="numpy")
 def careful_ray(
-    tx: float, ty: float, centre: Any, shown: Any, sheet: Sheet, cells: Any, board: Board
+    tx: float, ty: float, centre: Any, shown: Any, sheet: TracedSheet, cells: Any, board: TracedBoard
 ) -> float:  # pragma: no cover
     """Radiance along one sight line from `centre`, by its tangents; -1 where it misses the board.
 
@@ -183,9 +183,9 @@ def _lines_seen(
     tx: float,
     ty: float,
     depth: float,
-    sheet: Sheet,
+    sheet: TracedSheet,
     cells: Any,
-    board: Board,
+    board: TracedBoard,
 ) -> float:  # pragma: no cover
     """Radiance at a place of the sheet along the tangents, seen from `depth` in front; all as (across, along)."""
     frame = cells.frames[grating]
@@ -216,7 +216,7 @@ def _lines_seen(
 
 
 @njit(inline="always", error_model="numpy")
-def field_part(page_x: float, page_y: float, board: Board) -> tuple[int, int]:  # pragma: no cover
+def field_part(page_x: float, page_y: float, board: TracedBoard) -> tuple[int, int]:  # pragma: no cover
     """Row and column of the forged field at a place of the page."""
     i = int((page_y / board.half_y + 1.0) * 0.5 * board.field.shape[0])
     j = int((page_x / board.half_x + 1.0) * 0.5 * board.field.shape[1])
@@ -224,7 +224,7 @@ def field_part(page_x: float, page_y: float, board: Board) -> tuple[int, int]:  
 
 
 @njit(inline="always", error_model="numpy")
-def page_value(page_x: float, page_y: float, board: Board) -> float:  # pragma: no cover
+def page_value(page_x: float, page_y: float, board: TracedBoard) -> float:  # pragma: no cover
     """Radiance of the page outside the gratings."""
     column = int((page_x + board.half_x) * board.columns_per_mm)
     row = int((page_y + board.half_y) * board.rows_per_mm)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from moireid.errors import SpecError
-from moireid.simulate.effects import framing, retiming, stabilising, toning
 from moireid.simulate.effects.effect import Effect, Kind
+from moireid.simulate.effects.framing import BACKDROPS, FRAMINGS
+from moireid.simulate.effects.retiming import CODINGS, MIXINGS, RETIMINGS
+from moireid.simulate.effects.stabilising import KINDS as STABILISINGS
+from moireid.simulate.effects.toning import KINDS as TONINGS
 
 STRENGTHS = ("light", "ordinary", "strong")
 KINDS: dict[str, Kind] = {
     kind.name: kind
-    for room in (framing, stabilising, retiming, retiming, toning, framing, retiming)
-    for kind in room.KINDS
+    for kinds in (FRAMINGS, STABILISINGS, MIXINGS, RETIMINGS, TONINGS, BACKDROPS, CODINGS)
+    for kind in kinds
 }
 #: Names of cameras that are a phone with one effect at ordinary strength.
 CAMERAS = {

@@ -150,7 +150,7 @@ SAME_MM = 0.01
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownViews:
     """camera_mm (T, 3): from where the fringes are shown; sight_mm (T, 3): from where the sheet above the page is seen.
 
     The two differ where only the fringes are forged.  A flat picture has both from the place where it was taken.
@@ -163,7 +163,7 @@ class Shown:
     picture: Callable[[int], NDArray[np.float32] | None] = lambda frame: None
 
 
-def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, fps: float, seed: int) -> Shown:
+def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, fps: float, seed: int) -> ShownViews:
     """What is shown in a film.
 
     Parameters: kind: one of `courses.KINDS`, None for a true film; camera_mm (T, 3): the true centres of every frame.
@@ -172,7 +172,7 @@ def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, f
     Source: `courses`, `patches` and `flat`.
     """
     if kind is None:
-        return Shown(camera_mm, camera_mm)
+        return ShownViews(camera_mm, camera_mm)
     if kind in COURSES:
         false_mm = false_camera(kind, camera_mm, fps, seed)
         # A course has the true one's spread; if that is zero, a film labelled as forged would show the truth.
@@ -181,21 +181,21 @@ def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, f
                 f"a {kind} forgery of this motion shows the true fringes, as the camera does not move enough; "
                 "choose another motion, a longer film, or another forgery"
             )
-        return Shown(false_mm, camera_mm)
+        return ShownViews(false_mm, camera_mm)
     if kind == "patchy":
         clocks = OwnClocks(motion, seed)
-        return Shown(camera_mm, camera_mm, field=lambda frame: clocks.at(frame / fps))
+        return ShownViews(camera_mm, camera_mm, field=lambda frame: clocks.at(frame / fps))
     if kind == "generative":
         made_up = Generative(scene.badge, camera_mm, fps, seed)
-        return Shown(made_up.camera_mm, camera_mm, field=made_up.at)
+        return ShownViews(made_up.camera_mm, camera_mm, field=made_up.at)
     if kind == "photo":
         place = np.array([0.0, 0.0, camera_mm[0, 2]])
         photograph = SquaredUp(scene, PHOTO_PX_PER_MM).picture(place)
         held = np.broadcast_to(place, camera_mm.shape)
-        return Shown(held, held, picture=lambda frame: photograph)
+        return ShownViews(held, held, picture=lambda frame: photograph)
     if kind == "screen":
         held = false_camera("splice", camera_mm, fps, seed)[held_frames(len(camera_mm), fps)]
-        return Shown(held, held, picture=_Replay(SquaredUp(scene, SCREEN_PX_PER_MM), held).at)
+        return ShownViews(held, held, picture=_Replay(SquaredUp(scene, SCREEN_PX_PER_MM), held).at)
     raise SpecError(f"forgery {kind!r} is not known; choose one of {', '.join(KINDS)}")
 
 

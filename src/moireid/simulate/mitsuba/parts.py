@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from moireid.frames import OwnFrame, own_frame
 from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, BEHIND_MM, Strips
-from moireid.simulate.mitsuba.view import Crop, View
+from moireid.simulate.mitsuba.view import CameraView, Crop
 from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]
@@ -121,7 +121,7 @@ def mesh(mi: Any, frame: OwnFrame, strips: Strips, parts: dict[str, Any], *, pla
     return made
 
 
-def pinhole(mi: Any, scene: Scene, view: View, box: Crop, size: tuple[int, int], samples: int) -> Any:
+def pinhole(mi: Any, scene: Scene, view: CameraView, box: Crop, size: tuple[int, int], samples: int) -> Any:
     """The camera, its film `size` px wide and high with the box's corner in its own.
 
     Convention: Mitsuba's camera has x left and y up, ours x right and y down: half a turn about the line of sight.

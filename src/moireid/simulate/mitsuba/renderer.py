@@ -53,8 +53,8 @@ from numpy.typing import NDArray
 from moireid.badge import Lens
 from moireid.errors import SpecError
 from moireid.simulate.analytic.accuracy import Difference, Estimate, brightness, difference, strips_of
-from moireid.simulate.analytic.renderer import Rendered
-from moireid.simulate.light import Light, straight_share
+from moireid.simulate.analytic.renderer import BoardRadiance
+from moireid.simulate.light import DiscLight, straight_share
 from moireid.simulate.mitsuba.parts import clear, mesh, pinhole, reflecting, rest_of_page, shining
 from moireid.simulate.mitsuba.sheet import (
     front_strips,
@@ -66,7 +66,7 @@ from moireid.simulate.mitsuba.sheet import (
     wall_strips,
 )
 from moireid.simulate.mitsuba.variant import mitsuba_with
-from moireid.simulate.mitsuba.view import Crop, View, board_box, coverage, film_box, middle_view
+from moireid.simulate.mitsuba.view import CameraView, Crop, board_box, coverage, film_box, middle_view
 from moireid.simulate.scene import Instant, Scene
 
 #: In by one lens, off the page, out by a lens, and to the light.
@@ -90,7 +90,7 @@ def lit_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
     }
 
 
-def lamps(mi: Any, lens: Lens, light: Light) -> dict[str, Any]:
+def lamps(mi: Any, lens: Lens, light: DiscLight) -> dict[str, Any]:
     """The sky, and the disc, which faces the board's centre.
 
     Convention: module docstring.
@@ -167,7 +167,7 @@ class MitsubaRenderer:
                 followed = LIT_INTEGRATOR | {"max_depth": 4 + BOUNCES}
             self._integrator = mi.load_dict(followed)
 
-    def render(self, instant: Instant, *, crop: Crop | None = None) -> Rendered | None:
+    def render(self, instant: Instant, *, crop: Crop | None = None) -> BoardRadiance | None:
         """Render one frame of the pixels that see the board; None where no pixel does.
 
         Parameters: crop: (left, top, right, bottom) px to render, None for the board's own.
@@ -190,7 +190,9 @@ class MitsubaRenderer:
         share = coverage(self.scene, view, box)
         mirrored = picture[..., 1] if self.scene.need.glare else 0.0
         radiance = self._of_shining_page(picture) if self.scene.light is None else picture[..., 0] + mirrored
-        return Rendered(np.where(share > 0, radiance, 0.0).astype(np.float32), share.astype(np.float32), box[0], box[1])
+        return BoardRadiance(
+            np.where(share > 0, radiance, 0.0).astype(np.float32), share.astype(np.float32), box[0], box[1]
+        )
 
     def _of_shining_page(self, picture: Array) -> Array:
         """Radiance as the mean over the rays that came through, (height, width)."""
@@ -200,7 +202,7 @@ class MitsubaRenderer:
         np.divide(picture[..., 0], through, out=paper, where=through > 0)
         return paper
 
-    def _trace(self, view: View, box: Crop) -> Array:
+    def _trace(self, view: CameraView, box: Crop) -> Array:
         """What Mitsuba's camera sees in the box, (height, width, 3)."""
         self._film = film_box(box, self._film)
         seed = self._seed
@@ -306,7 +308,7 @@ def cheapest_mitsuba(
     )
 
 
-def _apart(scene: Scene, instant: Instant, one: Rendered, other: Rendered) -> Difference:
+def _apart(scene: Scene, instant: Instant, one: BoardRadiance, other: BoardRadiance) -> Difference:
     height, width = one.radiance.shape
     strips = strips_of(scene, instant, (one.left, one.top, one.left + width, one.top + height))
     pairs = [(strip, brightness(one, strip), brightness(other, strip)) for strip in strips]

@@ -26,14 +26,14 @@ FORGERY_MM = 0.5
 
 
 @dataclass(frozen=True)
-class View:
+class CameraView:
     """Camera centre (3,) mm in the board frame, and rotation board -> camera (3, 3)."""
 
     centre: Array
     turn: Array
 
 
-def middle_view(instant: Instant) -> View:
+def middle_view(instant: Instant) -> CameraView:
     """The view halfway between first and last row.
 
     Convention: module docstring.
@@ -51,10 +51,10 @@ def middle_view(instant: Instant) -> View:
             apart_mm=apart_mm,
         )
     turns = Rotation.from_matrix(np.stack([instant.first.rotation[0], instant.last.rotation[0]]))
-    return View(np.asarray(centre, float), np.asarray(turns.mean().as_matrix(), float))
+    return CameraView(np.asarray(centre, float), np.asarray(turns.mean().as_matrix(), float))
 
 
-def board_box(scene: Scene, view: View) -> Crop | None:
+def board_box(scene: Scene, view: CameraView) -> Crop | None:
     """Pixels that may see what the scene needs of the board; None where none does.
 
     Convention: one pixel to spare on each side, cut to the picture.
@@ -74,7 +74,7 @@ def board_box(scene: Scene, view: View) -> Crop | None:
     return (left, top, right, bottom) if left < right and top < bottom else None
 
 
-def coverage(scene: Scene, view: View, box: Crop) -> Array:
+def coverage(scene: Scene, view: CameraView, box: Crop) -> Array:
     """Share of each pixel's area that the board covers, (bottom - top, right - left).
 
     Convention: 0 beside the board, 1 within it.
@@ -92,7 +92,7 @@ def coverage(scene: Scene, view: View, box: Crop) -> Array:
     return share
 
 
-def _meets_board(scene: Scene, view: View, u: NDArray[Any], v: NDArray[Any]) -> NDArray[np.bool_]:
+def _meets_board(scene: Scene, view: CameraView, u: NDArray[Any], v: NDArray[Any]) -> NDArray[np.bool_]:
     """Whether the sight lines through those places of the picture, px, meet the board."""
     camera, turn = scene.camera, view.turn
     u, v = (u - camera.matrix[0, 2]) / camera.focal_px, (v - camera.matrix[1, 2]) / camera.focal_px

@@ -24,7 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.simulate.analytic.renderer import Rendered
+from moireid.simulate.analytic.renderer import BoardRadiance
 from moireid.simulate.cameras import Camera
 from moireid.simulate.compiled import njit, prange
 from moireid.simulate.motion import Motion, Poses
@@ -99,7 +99,7 @@ def _part(poses: Poses, rows: slice) -> Poses:
     return Poses(poses.camera_mm[rows], poses.rotation[rows])
 
 
-def averaged(parts: Sequence[Rendered | None]) -> Rendered | None:
+def averaged(parts: Sequence[BoardRadiance | None]) -> BoardRadiance | None:
     """The light of several instants, gathered in one exposure; None where none of them sees the board."""
     if len(parts) == 1:
         return parts[0]
@@ -116,7 +116,7 @@ def averaged(parts: Sequence[Rendered | None]) -> Rendered | None:
         light[rows, columns] += part.coverage * part.radiance
         cover[rows, columns] += part.coverage
     radiance = np.divide(light, cover, out=np.zeros_like(light), where=cover > 0)
-    return Rendered(radiance, cover / np.float32(len(parts)), left, top)
+    return BoardRadiance(radiance, cover / np.float32(len(parts)), left, top)
 
 
 def _moved_px(ends: Poses, camera: Camera, half_mm: tuple[float, float]) -> float:
@@ -144,7 +144,7 @@ DARKEST, SPAN = 0.12, 0.25
 NO_PATCH = np.zeros((0, 0), np.float32)
 
 
-class Light(NamedTuple):
+class SensorLight(NamedTuple):
     """What falls on the sensor: the background's coarse rows at full width, the patch with the board and its place,
     px, and the exposure."""
 
@@ -184,7 +184,7 @@ class Sensor:
         self._noise = self._rng.standard_normal((height + 256, width + 256)).astype(np.float32)
         self._behind = np.full((-(-height // COARSE), -(-width // COARSE)), DARKEST + SPAN / 2, np.float32)
 
-    def expose(self, board: Rendered | None, rotation: NDArray[np.float64], time_s: float) -> NDArray[np.uint8]:
+    def expose(self, board: BoardRadiance | None, rotation: NDArray[np.float64], time_s: float) -> NDArray[np.uint8]:
         """One picture (height, width) uint8.
 
         Convention: rotation board -> camera; the background is at infinity and turns with it.
@@ -200,7 +200,7 @@ class Sensor:
         drift = 1 + camera.exposure_drift * math.sin(2 * math.pi * DRIFT_HZ * time_s + self._phase)
         place = self._rng.integers(0, 256, 2)
         grain = Grain(self._noise, int(place[0]), int(place[1]), np.float32(camera.noise_counts))
-        light = Light(wide, patch, top, left, np.float32(camera.exposure * drift))
+        light = SensorLight(wide, patch, top, left, np.float32(camera.exposure * drift))
         picture = np.empty((camera.height, camera.width), np.float32 if camera.sharpen else np.uint8)
         _develop(picture, light, grain, not camera.sharpen)
         if camera.sharpen:
@@ -218,7 +218,7 @@ class Sensor:
         spread = np.array([[steps[0], 0, steps[0] / 2 - 0.5], [0, steps[1], steps[1] / 2 - 0.5], [0, 0, 1.0]])
         _background(self._behind, self._world, to_world @ spread)
 
-    def _with_board(self, board: Rendered, wide: NDArray[np.float32]) -> tuple[NDArray[np.float32], int, int]:
+    def _with_board(self, board: BoardRadiance, wide: NDArray[np.float32]) -> tuple[NDArray[np.float32], int, int]:
         """The board laid over the background, both blurred as the lens does, with a margin; its top and left, px."""
         camera = self._camera
         blur = math.hypot(BLUR_PX, camera.focus_blur_px)
@@ -308,7 +308,7 @@ def _within(out: Any, light: Any, gain: Any, noise: Any, counts: Any, whole: boo
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _develop(picture: Any, light: Light, grain: Grain, whole: bool) -> None:  # pragma: no cover
+def _develop(picture: Any, light: SensorLight, grain: Grain, whole: bool) -> None:  # pragma: no cover
     """Fill a picture (H, W) with its counts, rounded where they are to be whole.
 
     Each loop is over lines without gaps, or the compiler would take one pixel at a time, 15 times as slow.

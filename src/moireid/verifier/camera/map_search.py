@@ -235,7 +235,7 @@ FAR_SDS = 6.0
 SETTLED, MOST_STEPS, LONGEST_STEP = 0.003, 8, 0.15
 
 
-class Film(Protocol):
+class CameraFilm(Protocol):
     """What is needed of a film's camera, `self_calibration.FilmWide`."""
 
     def zoom_told(self) -> tuple[Array, Array]:
@@ -248,11 +248,11 @@ def unzoomed(points_px: Array, log_zoom: Array, middle_px: tuple[float, float]) 
 
 
 def zoom_course(
-    film_of: Callable[[Array], Film], frames: Numbers, times_s: Array, cuts: NDArray[np.bool_], noise_px: float
+    film_of: Callable[[Array], CameraFilm], frames: Numbers, times_s: Array, cuts: NDArray[np.bool_], noise_px: float
 ) -> Array | None:
     """The course, or None where the film does not clearly tell one.
 
-    Parameters: film_of: the film of unzoomed points, from the course (T,); frames: those in which `Film.zoom_told`
+    Parameters: film_of: the film of unzoomed points, from the course (T,); frames: in which `CameraFilm.zoom_told`
         measures; cuts (T,): frames before which the picture jumps; noise_px: of what a frame tells, standard deviation.
     """
     numbers = np.asarray(np.cumsum(cuts), np.int64)
@@ -266,7 +266,7 @@ def zoom_course(
 
 
 def _likeliest(
-    film_of: Callable[[Array], Film],
+    film_of: Callable[[Array], CameraFilm],
     frames: Numbers,
     times_s: Array,
     numbers: Numbers,

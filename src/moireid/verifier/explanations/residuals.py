@@ -35,7 +35,7 @@ from moireid.verifier.limits import (
     RESIDUAL_FLOOR_RAD,
     RESIDUAL_MOTION_SHARE,
     UNMODELLED_RAD,
-    Expected,
+    GenuineStatistics,
 )
 
 Array = NDArray[np.float64]
@@ -117,9 +117,13 @@ def credible_error_rad(excitation_rad: float, expected_error_rad: float) -> floa
 
 
 def scale_rad(
-    one: Expected, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0, rounding_rad: float = 0.0
+    one: GenuineStatistics,
+    error_rad: float,
+    excitation_rad: float,
+    strip_sd_rad: float = 0.0,
+    rounding_rad: float = 0.0,
 ) -> float:
-    """The unit of a deviation, defined in `limits.Expected`."""
+    """The unit of a deviation, defined in `limits.GenuineStatistics`."""
     floor = max(one.floor_rad, one.strip_sd_share * strip_sd_rad, one.rounding_share * rounding_rad)
     return math.hypot(one.error_share * error_rad, floor, one.motion_share * excitation_rad)
 
@@ -145,7 +149,7 @@ def containing_odds(
     return found
 
 
-def _log10_odds(deviation: float, motion: float, one: Expected) -> float:
+def _log10_odds(deviation: float, motion: float, one: GenuineStatistics) -> float:
     """Of one rival; deviation and motion are in the deviation's unit."""
     shares = np.geomspace(FORGED_MIN_SHARE, FORGED_MAX_SHARE, 24)
     forged = np.log(np.hypot(shares * motion, math.exp(one.mean_log)))

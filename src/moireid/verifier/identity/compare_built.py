@@ -68,7 +68,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Filmed:
+class FilmFigures:
     """What a film shows of a badge as built; apart_rad: how far the offset in its worst stretch is from that of the
     film, and apart_sd its standard deviation, rad; 0 and 1 where there is one stretch.
     """
@@ -83,7 +83,7 @@ def measure_built(track: Track, measurement: Measurement, gain: float, gain_sd: 
     return filmed_built(track, measurement, gain, gain_sd).as_built
 
 
-def filmed_built(track: Track, measurement: Measurement, gain: float, gain_sd: float) -> Filmed:
+def filmed_built(track: Track, measurement: Measurement, gain: float, gain_sd: float) -> FilmFigures:
     """The as-built figures measured from one film.
 
     Parameters: gain, gain_sd: the film's gain over the design, and its standard deviation.
@@ -128,7 +128,7 @@ def filmed_built(track: Track, measurement: Measurement, gain: float, gain_sd: f
         gain_sd=gain_sd,
     )
     apart = np.angle(clock * np.conj(mean_turn))
-    return Filmed(as_built, *_worst_stretch(apart, law_rad, measurement.gratings[index], gain_sd))
+    return FilmFigures(as_built, *_worst_stretch(apart, law_rad, measurement.gratings[index], gain_sd))
 
 
 def _worst_stretch(apart: Array, law_rad: Array, signal: GratingSignal, gain_sd: float) -> tuple[float, float]:
@@ -158,7 +158,7 @@ def compare_built(
 ) -> Comparison:
     """Whether the figures of a film are those that were measured at enrolment.
 
-    Parameters: apart_rad, apart_sd: of the worst stretch, as in `Filmed`.
+    Parameters: apart_rad, apart_sd: of the worst stretch, as in `FilmFigures`.
 
     Convention: differences are found less enrolled.
     Returns: Comparison; "not_known" lies between the limits of the other two.

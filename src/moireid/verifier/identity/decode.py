@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from moireid.idcodes import CellReading, Decoded, PartialWord, family_named, specimen_of
+from moireid.idcodes import CellReading, DecodeResult, PartialWord, family_named, specimen_of
 from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier.fringes.signals import Measurement
@@ -35,7 +35,7 @@ class Identity:
     """Outcome of the identity test; beat periods of the reference cell in page mm.
 
     beats_agree: whether the rows' beats belong to the decoded id, None if no row is readable; partial: the symbols
-    read, if they cannot be decoded; cell_motion, rows_apart_rad: as in `Reading`.
+    read, if they cannot be decoded; cell_motion, rows_apart_rad: as in `CellReadings`.
     """
 
     verdict: IdentityVerdict
@@ -67,7 +67,7 @@ class Identity:
 
 
 @dataclass(frozen=True)
-class Reading:
+class CellReadings:
     """The readings of all cells; decoded and fields belong to the gratings that carry a code.
 
     cells: one reading per cell, by grating; fields: of the uniform rows, by grating, as used for decoding; cell_motion:
@@ -76,14 +76,14 @@ class Reading:
     the plain rows, over the film and in the worst second (`row_slip`).
     """
 
-    decoded: Decoded | None
+    decoded: DecodeResult | None
     cells: tuple[tuple[CellReading, ...], ...]
     fields: dict[int, Field]
     cell_motion: float | None = None
     rows_apart_rad: tuple[float, float] = (0.0, 0.0)
 
 
-def read_identity(track: Track, measurement: Measurement) -> Reading:
+def read_identity(track: Track, measurement: Measurement) -> CellReadings:
     """Decode the gratings that carry a code.
 
     Convention: only the layout of the track's badge is used.
@@ -93,7 +93,7 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
     coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
     plain = {k: tuple(_cell_readings(track, measurement, k, {})) for k in range(len(badge.gratings)) if k not in coded}
     if not coded:
-        return Reading(None, tuple(plain.values()), {})
+        return CellReadings(None, tuple(plain.values()), {})
 
     @cache
     def read(index: int, option: int) -> tuple[dict[int, CellPhase], tuple[CellReading, ...]]:
@@ -102,7 +102,7 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
         return found, tuple(_cell_readings(track, measurement, index, found))
 
     options = {index: uniform_fields(track, measurement, index) for index in coded}
-    first: Reading | None = None
+    first: CellReadings | None = None
     for chosen in itertools.islice(itertools.product(*(range(len(options[k])) for k in coded)), MOST_FIELDS):
         picked = dict(zip(coded, chosen, strict=True))
         fields = {index: options[index][option] for index, option in picked.items()}
@@ -119,7 +119,7 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
         gratings = tuple(badge.gratings[index] for index in coded)
         decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
         apart = [_rows_apart_rad(track, index, fields[index], shifted[index]) for index in coded]
-        reading = Reading(decoded, cells, fields, motion, (max(a for a, _ in apart), max(b for _, b in apart)))
+        reading = CellReadings(decoded, cells, fields, motion, (max(a for a, _ in apart), max(b for _, b in apart)))
         first = first or reading
         if decoded.payload is not None:
             return reading
@@ -198,7 +198,7 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
 
 
 def _compare(
-    decoded: Decoded | None, found: str | None, claimed_id: str | None, *, sealed: bool
+    decoded: DecodeResult | None, found: str | None, claimed_id: str | None, *, sealed: bool
 ) -> tuple[IdentityVerdict, Reason, float | None]:
     """Verdict, reason and score from the identity read and the identity claimed; sealed: one is, and may be unknown."""
     if decoded is None and (sealed or claimed_id is not None):

@@ -78,7 +78,7 @@ class Prompt:
 
 
 @dataclass(frozen=True)
-class Course:
+class PromptPath:
     """The badge's path: times_s (T,), rising; place (T, 3) in amounts; before_face (T,): whether it covered the
     face."""
 
@@ -161,13 +161,13 @@ def moved(place: Place, move: str) -> Place:
 
 
 def judge_challenge(
-    course: Course, prompts: Sequence[Prompt], pace: Pace = HERE, frames_s: Array | None = None
+    course: PromptPath, prompts: Sequence[Prompt], pace: Pace = HERE, frames_s: Array | None = None
 ) -> tuple[Reason, ...]:
     """A finding for each prompt, in order; parameters and convention as `judge_prompt`."""
     return tuple(judge_prompt(course, prompt, pace, frames_s) for prompt in prompts)
 
 
-def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array, pace: Pace = HERE) -> Reason:
+def judge_unbroken(course: PromptPath, prompts: Sequence[Prompt], frames_s: Array, pace: Pace = HERE) -> Reason:
     """Whether the badge was in view without a break from before the first prompt until the last one was followed.
 
     Otherwise an attacker could play pieces of an older clip as the prompts come: the phase is not tracked across a
@@ -202,7 +202,7 @@ def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array, p
     )
 
 
-def judge_prompt(course: Course, prompt: Prompt, pace: Pace = HERE, frames_s: Array | None = None) -> Reason:
+def judge_prompt(course: PromptPath, prompt: Prompt, pace: Pace = HERE, frames_s: Array | None = None) -> Reason:
     """Whether the badge rested before one prompt, and followed it in time; measured: reaction, s.
 
     Parameters: frames_s (N,): times of all frames, also of those without the badge; None for those of the course.
@@ -225,7 +225,7 @@ def judge_prompt(course: Course, prompt: Prompt, pace: Pace = HERE, frames_s: Ar
     return replace(found, level="undecided", text=text)
 
 
-def _judged(course: Course, prompt: Prompt, pace: Pace) -> Reason:
+def _judged(course: PromptPath, prompt: Prompt, pace: Pace) -> Reason:
     """The same, as if no picture were missing."""
     since = course.times_s - prompt.at_s
     before = (since >= -REST_S) & (since < SOONEST_S)
@@ -273,7 +273,7 @@ def over_s(prompt: Prompt, pace: Pace, found: Reason | None = None) -> float:
     return prompt.at_s + pace.done_s + hold_s
 
 
-def _across_face(course: Course, prompt: Prompt, after: NDArray[np.int64], reaction: float, pace: Pace) -> Reason:
+def _across_face(course: PromptPath, prompt: Prompt, after: NDArray[np.int64], reaction: float, pace: Pace) -> Reason:
     """Whether the badge covered the face for `HOLD_S`, beginning soon after the prompt."""
     times = course.times_s[after]
     spans = Spans()

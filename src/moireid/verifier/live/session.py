@@ -29,8 +29,8 @@ from moireid.verifier.live.challenge import (
     MIN_FRAMES,
     REST_S,
     WORDS,
-    Course,
     Prompt,
+    PromptPath,
     draw_prompts,
     judge_challenge,
     judge_delay,
@@ -257,9 +257,9 @@ class LiveCheck:
         self._places.append(place_of(place, self._middle_mm, (width, height)))
         self._before_face.append(self._verifier.judged.tracker in self._watch.over)
 
-    def _course(self) -> Course:
+    def _course(self) -> PromptPath:
         places = np.array(self._places, float).reshape(-1, 3)
-        return Course(np.array(self._times, float), places, np.array(self._before_face, bool))
+        return PromptPath(np.array(self._times, float), places, np.array(self._before_face, bool))
 
     def _whole(self) -> Reason:
         """Whether there was a challenge, and whether it was completed."""

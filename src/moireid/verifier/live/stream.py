@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.verifier.live.challenge import draw_prompts
 from moireid.verifier.live.clock import BoundedClock, StreamClock
 from moireid.verifier.live.session import Draw, Event, LiveCheck
@@ -62,7 +62,7 @@ class StreamCheck(LiveCheck):
         *,
         live: bool = True,
         challenged: bool = False,
-        barred: Barred | None = None,
+        barred: Exclusion | None = None,
         draw: Draw = draw_prompts,
         now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
@@ -138,7 +138,7 @@ class StreamCheck(LiveCheck):
         return codes | ({"photographs"} if self._claim.photographs else set())
 
     @staticmethod
-    def _barred_reason(barred: Barred) -> Reason:
+    def _barred_reason(barred: Exclusion) -> Reason:
         return Reason(barred.code, "fail", barred.reason, None, "", barred.text)
 
     def _weighed(self, reason: dict[str, Any]) -> dict[str, Any]:

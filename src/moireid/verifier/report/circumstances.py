@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from moireid.provenance import Barred, Holder, Standing
+from moireid.provenance import BadgeHolder, Exclusion, Standing
 
 #: Not by the system's locale: the report is in one language.
 MONTHS = (
@@ -59,8 +59,8 @@ class Circumstances:
     checked_at: datetime
     film_name: str | None = None
     claim: str | None = None
-    barred: Barred | None = None
-    read: Holder | None = None
+    barred: Exclusion | None = None
+    read: BadgeHolder | None = None
     standing: Standing | None = None
     registry: str | None = None
     looked_up: bool = True
@@ -101,7 +101,7 @@ def moment_words(moment: datetime) -> str:
 
 
 @dataclass(frozen=True)
-class Claimed:
+class ClaimNote:
     """Whose badge is claimed: the name, the id, and whether anybody vouches for that name.
 
     sealed: the id is not known: a bundle, or a studio whose visitor may not issue, keeps it sealed until the very badge
@@ -135,7 +135,7 @@ class Claimed:
         return self.name
 
 
-def claimed_in(document: Mapping[str, Any]) -> Claimed:
+def claimed_in(document: Mapping[str, Any]) -> ClaimNote:
     """The claim of a report, as in its JSON.
 
     Convention: nobody vouches for a name in a file, so with a file a badge is accepted and never a person.
@@ -143,4 +143,4 @@ def claimed_in(document: Mapping[str, Any]) -> Claimed:
     badge, identity = document.get("badge") or {}, document.get("identity") or {}
     source, claimed_id = document.get("claim_source"), identity.get("claimed_id")
     sealed = source in ("bundle", "registry") and claimed_id is None
-    return Claimed(badge.get("name") or "", claimed_id, source != "file", sealed)
+    return ClaimNote(badge.get("name") or "", claimed_id, source != "file", sealed)

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from moireid.provenance import Barred
-from moireid.verifier.report.circumstances import Circumstances, Claimed, claimed_in, day
+from moireid.provenance import Exclusion
+from moireid.verifier.report.circumstances import Circumstances, ClaimNote, claimed_in, day
 from moireid.verifier.report.findings import (
     GENERAL,
     RIVALS,
@@ -88,7 +88,7 @@ def headline_of(document: Mapping[str, Any], known: Circumstances) -> Headline:
     return _refused(document, found, claimed, known)
 
 
-def _genuine(document: Mapping[str, Any], claimed: Claimed, known: Circumstances) -> Headline:
+def _genuine(document: Mapping[str, Any], claimed: ClaimNote, known: Circumstances) -> Headline:
     law = "The fringes moved as only a real badge's do"
     if document.get("finding") == "found":
         name = known.read.name if known.read else document.get("found_name") or document["found_id"]
@@ -127,7 +127,7 @@ def _open(found: Findings) -> Headline:
     return Headline("inconclusive", f"Cannot tell: {words.because}", text, words.advice)
 
 
-def _refused(document: Mapping[str, Any], found: Findings, claimed: Claimed, known: Circumstances) -> Headline:
+def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, known: Circumstances) -> Headline:
     failed = found.failed
     held = (document.get("invariant") or {}).get("verdict") == "accept"
     for code in BARRED:
@@ -161,7 +161,7 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: Claimed, kno
     return Headline("reject", "Not accepted", first, DISTRUST)
 
 
-def _barred(document: Mapping[str, Any], finding: Finding, claimed: Claimed, known: Circumstances) -> Headline:
+def _barred(document: Mapping[str, Any], finding: Finding, claimed: ClaimNote, known: Circumstances) -> Headline:
     """A badge that was revoked or suspended, or has expired: said before all else."""
     rest = {
         ("accept", "match"): "Apart from that it is genuine: the fringes moved as only a real badge's do.",
@@ -181,7 +181,7 @@ def _barred(document: Mapping[str, Any], finding: Finding, claimed: Claimed, kno
     return Headline("reject", title, text, advice)
 
 
-def _bar(barred: Barred, known: Circumstances) -> str:
+def _bar(barred: Exclusion, known: Circumstances) -> str:
     """What bars a badge in a line, such as: Revoked on 3 May, compromised since 1 May: lost on the train."""
     on = f"{barred.code.capitalize()} on {day(barred.at, known.checked_at)}"
     if barred.code == "expired":
@@ -190,7 +190,7 @@ def _bar(barred: Barred, known: Circumstances) -> str:
     return f"{on}{since}: {barred.reason}"
 
 
-def _another(held: bool, claimed: Claimed, known: Circumstances) -> Headline:
+def _another(held: bool, claimed: ClaimNote, known: Circumstances) -> Headline:
     """The film shows another badge than the claimed one, whose holder the registry may know."""
     genuine, read = ("Genuine, but " if held else "Another badge: "), known.read
     law = "The fringes move as a real badge's do" if held else "Whether the fringes follow the law is open"

@@ -29,7 +29,7 @@ MOST_NAMED = 4
 
 
 @dataclass(eq=False)
-class Line:
+class ChapterTracker:
     """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one.
 
     beside: where a chapter is judged while the film goes on; one at a time, so that memory stays bounded.
@@ -79,7 +79,7 @@ class Line:
                 self.tracker.take()
                 self.repeated = 0
 
-    def finish(self) -> Line:
+    def finish(self) -> ChapterTracker:
         """Judge what is still open; there is one chapter at least."""
         if self.tracker.frames_read or not self.chapters:
             self.close()
@@ -122,7 +122,7 @@ def _judged(track: Track, claim: Claim, repeated: int) -> Chapter:
 
 
 def rank_of(chapters: Sequence[Chapter], claim: Claim, shown: float) -> tuple[bool, int, float]:
-    """As `Line.rank`, for any chapters of one badge; shown: as `BadgeTracker.shown`."""
+    """As `ChapterTracker.rank`, for any chapters of one badge; shown: as `BadgeTracker.shown`."""
     read = [chapter.identity.decoded_id for chapter in chapters]
     if all(found is None or found != claim.id_if_read(found) for found in read):
         return True, 0, -shown

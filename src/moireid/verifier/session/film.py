@@ -31,7 +31,7 @@ from threadpoolctl import threadpool_limits
 
 from moireid.badge import Badge
 from moireid.frames import axis_words
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
@@ -48,7 +48,7 @@ def verify(
     video: Path,
     claim: Claim,
     *,
-    barred: Barred | None = None,
+    barred: Exclusion | None = None,
     overlap: bool = False,
     progress: Progress | None = None,
 ) -> Report:
@@ -139,7 +139,7 @@ def verify(
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _DecodedFilm:
     """A film read to its end: verifier, face watch, chapters, number of frames, seconds of each stage."""
 
     verifier: Verifier
@@ -167,14 +167,14 @@ def _beside() -> Iterator[Executor | None]:
         yield executor
 
 
-def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _Seen:
+def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _DecodedFilm:
     """Steps 2 to 7."""
     with _beside() as beside:
         verifier = Verifier(claim, running=False, beside=beside, reduced_by=film.reduced_by)
         return _read(film, verifier, overlap, progress)
 
 
-def _read(film: Film, verifier: Verifier, overlap: bool, progress: Progress | None) -> _Seen:
+def _read(film: Film, verifier: Verifier, overlap: bool, progress: Progress | None) -> _DecodedFilm:
     """The film pushed into a verifier, frame by frame."""
     watch = OverlapWatch() if overlap else None
     read, decode_s, face_s = 0, 0.0, 0.0
@@ -196,7 +196,7 @@ def _read(film: Film, verifier: Verifier, overlap: bool, progress: Progress | No
     for chapter in chapters:
         for name, seconds in chapter.stages_s.items():
             stages[name] = stages.get(name, 0.0) + seconds
-    return _Seen(verifier, watch, chapters, read, stages)
+    return _DecodedFilm(verifier, watch, chapters, read, stages)
 
 
 def _left_out(

@@ -25,7 +25,7 @@ from moireid.verifier.video import Progress
 Finding = Literal["found", "nobody", "inconclusive"]
 
 
-class Enrolled(Protocol):
+class EnrolledPeople(Protocol):
     """What identification must know of the enrolled people."""
 
     def holds(self, badge_id: str) -> bool:
@@ -75,7 +75,7 @@ class Identification:
 def identify(
     video: Path,
     layouts: Iterable[Badge],
-    enrolled: Enrolled,
+    enrolled: EnrolledPeople,
     *,
     focal_px: float | None = None,
     progress: Progress | None = None,
@@ -131,7 +131,7 @@ def identify(
     return min(outcomes, key=lambda outcome: order[outcome.finding])
 
 
-def judge(report: Report, enrolled: Enrolled) -> Identification:
+def judge(report: Report, enrolled: EnrolledPeople) -> Identification:
     """The finding of one layout's report, made without a claim."""
     invariant = report.invariant
     if invariant.verdict == "reject":
@@ -148,7 +148,7 @@ def judge(report: Report, enrolled: Enrolled) -> Identification:
     return Identification("found", found, reasons, report)
 
 
-def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
+def _whose(identity: Identity, enrolled: EnrolledPeople) -> tuple[str | None, Reason]:
     """The enrolled id that was read, if any, and the reason."""
     read = identity.decoded_id
     if read is None:
@@ -171,7 +171,7 @@ def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
     return read, Reason("enrolled", "pass", read, None, "", "The badge's code is that of an enrolled badge.")
 
 
-def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, Reason]:
+def _nearest(word: PartialWord | None, enrolled: EnrolledPeople) -> tuple[str | None, Reason]:
     """The one enrolled id whose code word agrees with the reading better than chance allows."""
     unread = Reason("identity", "undecided", None, None, "", "No identity can be read from the badge.")
     if word is None:

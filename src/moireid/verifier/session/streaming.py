@@ -3,7 +3,7 @@
 Each pushed frame is tracked at once.  About every second the last few seconds are judged.  This running verdict is
 *causal*: it uses past frames only.  `finish` judges the chapter that is still open.  Its verdict is the verdict of the
 film; it may differ from the running one.
-If several badges are in view, each is judged by itself, and the verdict is about one of them (`Line.rank`).
+If several badges are in view, each is judged by itself, and the verdict is about one of them (`ChapterTracker.rank`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from moireid.verifier.limits import MIN_FRAMES, WINDOW_FRAMES
 from moireid.verifier.measuring import FOCAL_KEPT_SHARE, MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason, Verdict, worst
-from moireid.verifier.session.badge_session import Line, breaking_finding, others_note, rank_of, reasons_of
+from moireid.verifier.session.badge_session import ChapterTracker, breaking_finding, others_note, rank_of, reasons_of
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Cover, Span, cover_of
@@ -71,7 +71,7 @@ class Verifier:
 
     Notes
     -----
-    Convention: of several badges in view each is judged by itself, and the verdict is of one of them (`Line.rank`).
+    Convention: of several badges in view each is judged alone; the verdict is of one of them (`ChapterTracker.rank`).
     Source: `moireid.verifier.session.chapters`.
     """
 
@@ -123,21 +123,21 @@ class Verifier:
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
         self._beside = beside if beside is not None else aside
-        self._lines = [Line(claim, self._view.trackers[0], beside=self._beside)]
+        self._lines = [ChapterTracker(claim, self._view.trackers[0], beside=self._beside)]
         #: Lost badges: their number, the identities that they carried, and the one that the verdict would be about.
         self._gone, self._gone_read = 0, set[str]()
         self._gone_breaking: list[tuple[BadgeTracker, tuple[Span, ...]]] = []
-        self._kept: Line | None = None
+        self._kept: ChapterTracker | None = None
         self._due_s: float | None = None
         self._focal_px, self._focal_frames = claim.focal_px, 0
 
     @property
-    def judged(self) -> Line:
+    def judged(self) -> ChapterTracker:
         """The badge that the verdict is of, as far as it is judged by now."""
         if self._kept is None and len(self._lines) == 1:
             # Its rank would wait for a chapter that is being judged.
             return self._lines[0]
-        return min([*self._lines, *([self._kept] if self._kept else [])], key=Line.rank)
+        return min([*self._lines, *([self._kept] if self._kept else [])], key=ChapterTracker.rank)
 
     @property
     def chapters(self) -> list[Chapter]:
@@ -276,19 +276,19 @@ class Verifier:
             self._lines.remove(line)
             self._gone_breaking.append((tracker, line.breaking()))
             self._gone, self._gone_read = self._gone + 1, self._gone_read | set(sorted(line.read())[:1])
-            self._kept = min([line, *([self._kept] if self._kept else [])], key=Line.rank)
+            self._kept = min([line, *([self._kept] if self._kept else [])], key=ChapterTracker.rank)
         self._view.given_up.clear()
         for tracker in self._view.trackers[len(self._lines) :]:
-            self._lines.append(Line(self._claim, tracker, beside=self._beside))
+            self._lines.append(ChapterTracker(self._claim, tracker, beside=self._beside))
 
-    def _looks(self) -> list[tuple[Line, Track]]:
+    def _looks(self) -> list[tuple[ChapterTracker, Track]]:
         """The last frames of the badges that are in view now."""
         lines = [line for line in self._lines if line.tracker.place is not None] or [self.judged]
         # The largest first: the focal length is estimated on it.
         lines.sort(key=lambda line: -line.tracker.shown)
         return [(line, line.tracker.look(RUNNING_FRAMES)) for line in lines]
 
-    def _judge_last(self, tracks: list[tuple[Line, Track]], now_s: float) -> Running:
+    def _judge_last(self, tracks: list[tuple[ChapterTracker, Track]], now_s: float) -> Running:
         """The verdict on the last seconds."""
         # As in `verify`.
         with threadpool_limits(limits=1, user_api="blas"):

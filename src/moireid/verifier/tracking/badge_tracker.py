@@ -36,7 +36,7 @@ from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, 
 from moireid.verifier.tracking.sampling import EvenSample, hull_of, part_around
 from moireid.verifier.tracking.search_work import Purses
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
-from moireid.verifier.tracking.track import Course, Seen, Track
+from moireid.verifier.tracking.track import FrameSighting, Track, TrackEnds
 
 Array = NDArray[np.float64]
 #: Pixels per millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
@@ -62,7 +62,7 @@ class BadgeTracker:
         """Parameters: finder, registrar, reader: made for the badge's layout; purses: of the whole scene."""
         self._badge, self._finder, self._registrar, self._reader = badge, finder, registrar, reader
         self._purses = purses
-        self.course, self._template, self._faint = Course(), KeptTemplate(registrar.printer), faint_turns()
+        self.course, self._template, self._faint = TrackEnds(), KeptTemplate(registrar.printer), faint_turns()
         self._shaken = ShakenFollower(registrar, self._template, self.course)
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
@@ -222,7 +222,7 @@ class BadgeTracker:
             self._watch.keep(luma, registration.homography)
         else:
             self._watch.forget()
-        self.course.follow(Seen(frame.index, frame.time_s, registration.homography))
+        self.course.follow(FrameSighting(frame.index, frame.time_s, registration.homography))
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
         self._numbers.append(frame.index)
         self._times.append(frame.time_s)
@@ -255,7 +255,7 @@ class BadgeTracker:
         if self.tracked >= FULL_FRAMES and 2 * self._stride * self._step_s(last, frame) <= LONGEST_STEP_S:
             self._widen_stride(min(self._calm, self.tracked))
 
-    def _step_s(self, last: Seen, frame: Frame) -> float:
+    def _step_s(self, last: FrameSighting, frame: Frame) -> float:
         """Time from one frame of the film to the next."""
         return (frame.time_s - last.time_s) / max(frame.index - last.frame, 1)
 

@@ -231,7 +231,7 @@ class PageRegistrar:
 
 
 @dataclass(frozen=True)
-class Compared:
+class PatchComparison:
     """Picture and print, patch by patch: brightness about its mean (n,), counts, of each patch; its gain (K,); which
     patches are visible; the correlation over those; the contrast of the clearest, counts.
 
@@ -263,7 +263,7 @@ class Compared:
         return np.concatenate(left).astype(float)
 
 
-def _compared(values: NDArray[np.float32], template: Template) -> Compared:
+def _compared(values: NDArray[np.float32], template: Template) -> PatchComparison:
     """The brightness (N,) at a template's places, against its print."""
     least = SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION
     centred, gains, seen, fits = [], [], [], []
@@ -279,7 +279,7 @@ def _compared(values: NDArray[np.float32], template: Template) -> Compared:
     seen = _uncovered(seen, fits)
     explained = sum(along for (along, _), shown in zip(fits, seen, strict=True) if shown)
     whole = sum(most for (_, most), shown in zip(fits, seen, strict=True) if shown)
-    return Compared(centred, gains, tuple(seen), explained / whole if whole > 0 else 0.0, max(gains))
+    return PatchComparison(centred, gains, tuple(seen), explained / whole if whole > 0 else 0.0, max(gains))
 
 
 def _uncovered(seen: list[bool], fits: list[tuple[float, float]]) -> list[bool]:

@@ -33,7 +33,7 @@ from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.search_work import Purse, Purses
-from moireid.verifier.tracking.track import Seen
+from moireid.verifier.tracking.track import FrameSighting
 
 Array = NDArray[np.float64]
 #: Pages of a picture, and of its mirror image.
@@ -191,12 +191,12 @@ class SceneTracker:
                 if purses.near.open:
                     yield purses.near, partial(finder.closely, page=page)
 
-    def _recently(self, tracker: BadgeTracker, frame: Frame) -> Seen | None:
+    def _recently(self, tracker: BadgeTracker, frame: Frame) -> FrameSighting | None:
         """Where a lost badge was last seen, unless that is too long ago."""
         last = tracker.course.last
         return last if last is not None and frame.time_s - last.time_s <= KEPT_S else None
 
-    def _close_looks(self, shape: tuple[int, ...], lost: list[Seen], *, faint: bool) -> Iterator[Look]:
+    def _close_looks(self, shape: tuple[int, ...], lost: list[FrameSighting], *, faint: bool) -> Iterator[Look]:
         """The whole frame; the last places of small badges; all tiles of the first frame searched, and one tile of each
         later frame.
 

@@ -31,7 +31,7 @@ from moireid.verifier.tracking.registration import (
 from moireid.verifier.tracking.sampling import hull_of, part_around
 from moireid.verifier.tracking.search_work import CORRELATED_NS
 from moireid.verifier.tracking.template import Template, without_gains
-from moireid.verifier.tracking.track import Course, Seen
+from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
 Array = NDArray[np.float64]
 Grey = NDArray[np.float32]
@@ -69,7 +69,7 @@ LEAST_PX = 4
 class ShakenFollower:
     """Follows one badge through smeared frames; its only memory is the exposure."""
 
-    def __init__(self, registrar: PageRegistrar, template: KeptTemplate, course: Course) -> None:
+    def __init__(self, registrar: PageRegistrar, template: KeptTemplate, course: TrackEnds) -> None:
         """Parameters: template, course: of the badge, kept by its tracker."""
         self._registrar, self._template, self._course = registrar, template, course
         self._centers = registrar.printer.centers_mm
@@ -104,7 +104,7 @@ class ShakenFollower:
     def _scale(self, page: Array) -> float:
         return scale_px_per_mm(page, self._registrar.printer.middle)
 
-    def _velocity(self, past: tuple[Seen, Seen], page: Array, time_s: float) -> Array:
+    def _velocity(self, past: tuple[FrameSighting, FrameSighting], page: Array, time_s: float) -> Array:
         """Velocity (K, 2) of the patches, page mm/s, if `page` is the present homography."""
         before, last = past
         now = self._way(last.page, page) / (time_s - last.time_s)
@@ -122,7 +122,7 @@ class ShakenFollower:
     def _registered(
         self,
         light: Picture,
-        past: tuple[Seen, Seen],
+        past: tuple[FrameSighting, FrameSighting],
         expected: Array,
         exposure_s: float,
         time_s: float,
@@ -168,7 +168,9 @@ class ShakenFollower:
             smear, tried_s = self._limited((1 + growth) * smear @ np.array([[c, s], [-s, c]])), (1 + growth) * tried_s
         return best, told_s
 
-    def _smear(self, past: tuple[Seen, Seen], place: Array, time_s: float, exposure_s: float) -> Array:
+    def _smear(
+        self, past: tuple[FrameSighting, FrameSighting], place: Array, time_s: float, exposure_s: float
+    ) -> Array:
         """Smear (K, 2) of the patches, page mm, if `place` is the present homography."""
         return self._limited(exposure_s * self._velocity(past, place, time_s))
 
@@ -261,7 +263,7 @@ def _halved(picture: Grey) -> Grey:
     return np.asarray(cv2.resize(picture[: 2 * rows, : 2 * columns], (columns, rows), interpolation=cv2.INTER_AREA))
 
 
-def _expected(before: Seen, last: Seen, time_s: float) -> tuple[Array, int]:
+def _expected(before: FrameSighting, last: FrameSighting, time_s: float) -> tuple[Array, int]:
     """The expected homography, and how many frames ago the page was last seen."""
     if last.time_s - before.time_s > LOST_S:
         # It has just come back, so its motion is not known yet.

@@ -38,7 +38,7 @@ FINE = 8
 
 
 @dataclass(frozen=True)
-class Drawing:
+class PatchDrawing:
     """The patches, finely drawn: sample pitch of the template, mm, each patch's brightness (rows, columns), and its
     gradient along x, and along y, per mm.
 
@@ -113,7 +113,7 @@ class Template:
     gradient: Callable[[], Single]
     extent: float
     px_per_mm: float
-    drawing: Drawing
+    drawing: PatchDrawing
     smeared: bool = False
     solvers: dict[tuple[bool, ...], list[Single]] = field(default_factory=dict)
 
@@ -178,7 +178,7 @@ class TemplatePrinter:
         self.work_ns += len(template.values) * (SMEARED_NS + SMEAR_STEP_NS * steps)
         return self._sampled(template.px_per_mm, template.drawing, smear_mm)
 
-    def _sampled(self, px_per_mm: float, drawing: Drawing, smear_mm: Array | None) -> Template:
+    def _sampled(self, px_per_mm: float, drawing: PatchDrawing, smear_mm: Array | None) -> Template:
         smears = np.zeros((len(self.patches), 2)) if smear_mm is None else smear_mm
         samples = self._samples(drawing, smears)
         shown = _all_smeared(drawing.pictures, samples, smears, drawing.pitch_mm)
@@ -193,7 +193,7 @@ class TemplatePrinter:
             smeared=smear_mm is not None,
         )
 
-    def _samples(self, drawing: Drawing, smears: Array) -> Samples:
+    def _samples(self, drawing: PatchDrawing, smears: Array) -> Samples:
         """Where the patches are sampled under smears (K, 2) mm; one drawing has few such sets, so each is kept."""
         kept = []
         for patch, grid, smear in zip(self.patches, drawing.grids, smears, strict=True):
@@ -212,7 +212,7 @@ class TemplatePrinter:
             drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, own, shapes)
         return drawing.samples[counts]
 
-    def _drawn(self, px_per_mm: float) -> Drawing:
+    def _drawn(self, px_per_mm: float) -> PatchDrawing:
         reaches = [[half + BORDER_MODULES * self.module_mm for half in patch.half_mm] for patch in self.patches]
         longest = max(max(reach) for reach in reaches)
         limits = SIDE_SAMPLES if longest == min(min(reach) for reach in reaches) else LONG_SAMPLES
@@ -227,7 +227,7 @@ class TemplatePrinter:
             drawn.append((picture, gradient_x, gradient_y))
             self.work_ns += DRAWN_NS * picture.size
         pictures, along_x, along_y = zip(*drawn, strict=True)
-        return Drawing(pitch_mm, pictures, along_x, along_y)
+        return PatchDrawing(pitch_mm, pictures, along_x, along_y)
 
 
 def _fine_offsets(half_mm: float, pitch_mm: float) -> Array:
@@ -239,7 +239,7 @@ def _fine_offsets(half_mm: float, pitch_mm: float) -> Array:
     return np.asarray((np.arange(count * FINE) + 0.5) / FINE * pitch_mm - begin)
 
 
-def _gradient(drawing: Drawing, samples: Samples, smears: Array) -> Single:
+def _gradient(drawing: PatchDrawing, samples: Samples, smears: Array) -> Single:
     """Gradient (2, N) of smeared brightness along x and y, per mm."""
     # Each by itself: OpenCV rounds the places of pictures with two channels to 1/32 pixel.
     both = [_all_smeared(planes, samples, smears, drawing.pitch_mm) for planes in (drawing.along_x, drawing.along_y)]

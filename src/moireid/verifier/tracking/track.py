@@ -58,7 +58,7 @@ def no_track(badge: Badge, frames_read: int, image_px: tuple[int, int]) -> Track
 
 
 @dataclass(frozen=True)
-class Seen:
+class FrameSighting:
     """A frame that shows the badge: its number, its time, and the page's homography."""
 
     frame: int
@@ -67,20 +67,20 @@ class Seen:
 
 
 @dataclass
-class Course:
+class TrackEnds:
     """The first frame that shows the badge, and the last two; None if there is none yet.
 
     Convention: homographies page mm -> px, h33 = 1.
     """
 
-    first: Seen | None = None
-    before: Seen | None = None
-    last: Seen | None = None
+    first: FrameSighting | None = None
+    before: FrameSighting | None = None
+    last: FrameSighting | None = None
     #: Whether the last frame shows the badge, and whether all frames between the last two did.
     followed: bool = False
     unbroken: bool = False
 
-    def follow(self, seen: Seen) -> None:
+    def follow(self, seen: FrameSighting) -> None:
         """Record a frame that shows the badge."""
         self.before, self.last = self.last, seen
         self.followed, self.unbroken = True, self.followed

@@ -17,7 +17,7 @@ from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.checks import received
 from moireid_studio.forms import ShortRoute, picture_fields
 from moireid_studio.issue_jobs import keep, package_of, pictures_of, preview_of, start_badge, start_capture
-from moireid_studio.jobs.orders import Order, checked
+from moireid_studio.jobs.orders import BadgeOrder, checked
 from moireid_studio.pictures import at_hand, keep_pictures, read_picture
 from moireid_studio.problems import Refusal, plain, problem_responses
 from moireid_studio.studio import studio_of
@@ -29,7 +29,7 @@ BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badg
 KINDS = ("badge", "event", "capture")
 
 
-class Link(BaseModel):
+class LinkPoint(BaseModel):
     """The link budget at one distance."""
 
     distance_m: float
@@ -48,7 +48,7 @@ class CheckAnswer(BaseModel):
     look_alikes: list[str] = Field(description="Ids of badges whose names look like it, in other letters or case.")
     name_derived: bool = Field(description="The identity is made from the name: whoever knows it can print this badge.")
     explain: dict[str, str]
-    link_budget: list[Link]
+    link_budget: list[LinkPoint]
     files: list[str] = Field(description="Files of the mount.")
     left_out: dict[str, str] = Field(description="Which of the two mounts cannot be made, and why.")
     note: str | None = Field(description="On letters that no font has, and on a mount that is not made.")
@@ -73,7 +73,7 @@ class AsBuiltAnswer(BaseModel):
 
 
 @router.post("/check", responses=problem_responses(400, 413))
-def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
+def check(request: Request, order: BadgeOrder, visitor: Issuer) -> CheckAnswer:
     """What would be made of an order: the badge, its link budget, and what could not be made.
 
     An identity that the order does not name is drawn; give the answer's `id` as `payload` to issue this very badge.
@@ -82,7 +82,7 @@ def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
     with at_hand(pictures_of(studio, order, visitor)) as files:
         found = checked(order, studio.registry, files)
     links = [
-        Link(
+        LinkPoint(
             distance_m=metres,
             cell_px=link.cell_px,
             phase_error_rad=link.phase_error_rad,
@@ -107,7 +107,7 @@ def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
 
 
 @router.post("", status_code=202, responses=problem_responses(400, 413, 503))
-def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
+def issue(request: Request, order: BadgeOrder, visitor: Issuer) -> JobStatus:
     """Issue a badge and make its package: a job, whose end offers package.zip."""
     studio = studio_of(request)
     pictures = pictures_of(studio, order, visitor)

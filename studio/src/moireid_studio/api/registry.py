@@ -22,7 +22,7 @@ BadgeId = Annotated[str, InPath(pattern="^[0-9a-fA-F]{4,64}$")]
 MOST = 100
 
 
-class Held(BaseModel):
+class RecordSummary(BaseModel):
     """One record, as `moireid registry list --json` prints it.
 
     A list gives no id to whoever may not issue (null): with the name it is all that a copy of the badge takes.
@@ -43,10 +43,10 @@ class Held(BaseModel):
 class Holders(BaseModel):
     """Those that were found, by name."""
 
-    badges: list[Held]
+    badges: list[RecordSummary]
 
 
-class Shown(Held):
+class RecordDetail(RecordSummary):
     """One record, as `moireid registry show --json` prints it.
 
     Who may not issue gets neither the badge's file nor its measured figures (null): the file is all that a copy takes.
@@ -64,7 +64,7 @@ class Reason(BaseModel):
     reason: str = Field(min_length=1, max_length=1000)
 
 
-class Noted(BaseModel):
+class NotedHead(BaseModel):
     """A head noted earlier (SEQUENCE:HASH), which the log must still contain; empty: none was."""
 
     expected_head: str = Field(default="", max_length=200)
@@ -78,7 +78,7 @@ class Finding(BaseModel):
     subject: str | None
 
 
-class Audited(BaseModel):
+class AuditSummary(BaseModel):
     """What an audit saw, as `moireid registry audit --json` prints it."""
 
     sound: bool
@@ -104,18 +104,18 @@ def search(
     """Whose name holds a text, or, for issuers, whose id begins with it; by name."""
     whole = visitor.may("issuer")
     found = studio_of(request).registry.search(search, limit, ids=whole)
-    return Holders(badges=[Held(**record.summary() | ({} if whole else {"id": None})) for record in found])
+    return Holders(badges=[RecordSummary(**record.summary() | ({} if whole else {"id": None})) for record in found])
 
 
 @router.get("/{badge_id}", responses=problem_responses(401, 403, 404, 422))
-def show(request: Request, badge_id: BadgeId, visitor: Reader) -> Shown:
+def show(request: Request, badge_id: BadgeId, visitor: Reader) -> RecordDetail:
     """The record of one badge, by id."""
     registry = studio_of(request).registry
     record = registry.by_id(badge_id)
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
     whole = visitor.may("issuer")
-    return Shown(
+    return RecordDetail(
         **record.summary(),
         fingerprint=registry.fingerprint,
         badge=json.loads(record.badge.to_json()) if whole else None,
@@ -125,15 +125,15 @@ def show(request: Request, badge_id: BadgeId, visitor: Reader) -> Shown:
 
 
 @router.post("/{badge_id}/revoke", responses=problem_responses(400, 401, 403, 404, 408, 413, 422))
-def revoke(request: Request, badge_id: BadgeId, why: Reason, visitor: Issuer) -> Held:
+def revoke(request: Request, badge_id: BadgeId, why: Reason, visitor: Issuer) -> RecordSummary:
     """Revoke a badge for good."""
     registry = studio_of(request).registry
     if registry.by_id(badge_id) is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    return Held(**registry.by(visitor.actor).revoke(badge_id, why.reason).summary())
+    return RecordSummary(**registry.by(visitor.actor).revoke(badge_id, why.reason).summary())
 
 
 @router.post("/audit", responses=problem_responses(400, 401, 403, 408, 413, 422, 503))
-def audit(request: Request, noted: Noted, visitor: Issuer) -> Audited:
+def audit(request: Request, noted: NotedHead, visitor: Issuer) -> AuditSummary:
     """Hold every signature and the whole log against each other."""
-    return Audited(**studio_of(request).audit(noted.expected_head).to_json())
+    return AuditSummary(**studio_of(request).audit(noted.expected_head).to_json())

@@ -32,7 +32,7 @@ class Verdict(BaseModel):
     moireid: str
 
 
-class Given(BaseModel):
+class VerdictList(BaseModel):
     """Verdicts, the newest first; `keep_days`: so long each is kept."""
 
     keep_days: float
@@ -45,8 +45,8 @@ def given(
     visitor: Admin,
     limit: Annotated[int, Query(ge=1, le=MOST)] = 100,
     before: Annotated[int | None, Query(ge=1, description="Only those of a lower number: the next page.")] = None,
-) -> Given:
+) -> VerdictList:
     """Who asked, of which film, with which claim, and what came out."""
     studio = studio_of(request)
     found = [Verdict(**one.to_json()) for one in studio.verdicts.given(limit, before)]
-    return Given(keep_days=studio.settings.keep_verdicts_days, verdicts=found)
+    return VerdictList(keep_days=studio.settings.keep_verdicts_days, verdicts=found)

@@ -46,7 +46,7 @@ def verdicts_command(
     """
     from moireid.files import planned, write_text
     from moireid_studio.settings import default_data
-    from moireid_studio.store.verdicts import FILE, Given, Verdicts
+    from moireid_studio.store.verdicts import FILE, StoredVerdict, Verdicts
 
     folder = data or default_data()
     if state is None and not (folder / FILE).is_file():
@@ -63,7 +63,7 @@ def verdicts_command(
         store.close()
     if path is not None:
         text = io.StringIO()
-        columns = [field.name for field in fields(Given)]
+        columns = [field.name for field in fields(StoredVerdict)]
         table = csv.DictWriter(text, columns, lineterminator="\n")
         table.writeheader()
         table.writerows(one.to_json() for one in found)

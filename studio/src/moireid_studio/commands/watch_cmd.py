@@ -26,7 +26,7 @@ from moireid_studio.watch.order import HARMLESS
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from moireid.provenance import Claimed
+    from moireid.provenance import ClaimedBadge
     from moireid.verifier import Claim
     from moireid.verifier.report.circumstances import Circumstances
     from moireid_studio.watch.source import Source
@@ -263,15 +263,15 @@ def watch_command(**given: Any) -> None:
     sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
-def _watched(wish: WatchWish, source: Source, token: str | None, found: Claimed) -> dict[str, Any]:
+def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedBadge) -> dict[str, Any]:
     """The verdict's document; the claim is this process's own word, and so is the registry."""
     from moireid.sandbox.seal import missing
     from moireid.verifier.live.challenge import draw_prompts
-    from moireid_studio.watch.order import Order
+    from moireid_studio.watch.order import WatchOrder
     from moireid_studio.watch.watching import Terms, watch
 
     prompts = draw_prompts(0.0) if wish.challenge else None
-    order = Order(source, _claim(wish, found), found.barred, prompts)
+    order = WatchOrder(source, _claim(wish, found), found.barred, prompts)
     with _stopped() as stop, JsonLines() if wish.as_json else told(source.shown) as tell:
         document = watch(order, Terms(wish.seconds, token), stop, tell)
     sealed = tuple(document.pop("sealed"))
@@ -285,7 +285,7 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: Claimed)
     }
 
 
-def _claim(wish: WatchWish, found: Claimed) -> Claim:
+def _claim(wish: WatchWish, found: ClaimedBadge) -> Claim:
     from moireid.verifier import Claim
 
     return Claim(

@@ -45,7 +45,7 @@ def most_connections() -> int:
 
 
 @dataclass
-class Door:
+class ConnectionGuard:
     """All connections of one server: which of them are silent, and how fast the requests of others come."""
 
     most: int = field(default_factory=most_connections)
@@ -96,7 +96,7 @@ class Door:
 class Connection(H11Protocol):
     """One connection of the server; `behind` makes the class for a door."""
 
-    door: Door
+    door: ConnectionGuard
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -138,7 +138,7 @@ class Connection(H11Protocol):
             self.door.left(self)
 
 
-def behind(door: Door) -> type[Connection]:
+def behind(door: ConnectionGuard) -> type[Connection]:
     """The class of a door's connections, as the server takes it."""
     made: dict[str, Any] = {"door": door}
     return type("Connection", (Connection,), made)

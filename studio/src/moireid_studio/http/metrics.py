@@ -44,14 +44,14 @@ class Metrics:
 
     def watch(self, gauges: Iterable[Gauge]) -> None:
         """Ask for these gauges whenever the figures are read."""
-        self._registry.register(_Asked(list(gauges)))
+        self._registry.register(_RequestNotes(list(gauges)))
 
     def text(self) -> bytes:
         """All figures in Prometheus' text format."""
         return generate_latest(self._registry)
 
 
-class _Asked(Collector):
+class _RequestNotes(Collector):
     def __init__(self, gauges: list[Gauge]) -> None:
         self._gauges = gauges
 
@@ -71,7 +71,7 @@ class _Asked(Collector):
             yield family
 
 
-class Watched:
+class RequestMetrics:
     """ASGI middleware that counts answers by the route's own pattern, and notes each in the log."""
 
     def __init__(self, app: ASGIApp, *, metrics: Metrics, note: Callable[[str, str, int, float], None]) -> None:

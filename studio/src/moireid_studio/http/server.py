@@ -21,10 +21,10 @@ from limits.storage import MemoryStorage
 from limits.strategies import MovingWindowRateLimiter
 
 from moireid_studio.auth.tokens import Role
-from moireid_studio.http.connections import Door, behind
+from moireid_studio.http.connections import ConnectionGuard, behind
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
-from moireid_studio.store.job import Held
+from moireid_studio.store.job import JobCounts
 
 #: How long answers that are on their way may take once the server is to stop.
 STOP_S = 5
@@ -45,7 +45,7 @@ def serve(app: FastAPI, bound: socket.socket) -> None:
 
 
 def _server_of(app: FastAPI) -> uvicorn.Server:
-    door: Door = app.state.door
+    door: ConnectionGuard = app.state.door
     config = uvicorn.Config(
         app,
         http=behind(door),
@@ -95,7 +95,7 @@ OF_ONE, OF_VERIFIERS = 0.5, 0.75
 RECEIVED_OF_ONE = 0.25
 
 
-def fits(held: Iterable[Held], owner: str, role: str, limits: Limits) -> bool:
+def fits(held: Iterable[JobCounts], owner: str, role: str, limits: Limits) -> bool:
     """Whether one more film of this token may come.
 
     A film on its way counts among `limits.uploads`, so a slow one takes no place in the queue from a film that is
@@ -108,7 +108,7 @@ def fits(held: Iterable[Held], owner: str, role: str, limits: Limits) -> bool:
     return _room(queued, owner, role, places, OF_ONE) and _room(coming, owner, role, limits.uploads, RECEIVED_OF_ONE)
 
 
-def _room(held: list[Held], owner: str, role: str, places: int, of_one: float) -> bool:
+def _room(held: list[JobCounts], owner: str, role: str, places: int, of_one: float) -> bool:
     """Whether a place is left, of all, of the token's share, and of the verifiers' share."""
     all_of = sum(one.count for one in held)
     own = sum(one.count for one in held if one.owner == owner)

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from moireid.sandbox.process import Child, Ended, ForkServer
+from moireid.sandbox.process import Child, ForkServer, ProcessEnd
 from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.jobs.work import Task
@@ -35,7 +35,7 @@ orders = ForkServer("moireid_studio.jobs.issue_work:make")
 ORDERS = frozenset({"badge", "event"})
 
 
-class Lost(Exception):
+class JobFailure(Exception):
     """A job that ended without its result: a code and a sentence."""
 
     def __init__(self, code: str, text: str) -> None:
@@ -63,13 +63,13 @@ def run_task(
     try:
         child.send(task, wall_s)
         _listen(child, heard, wall_s, stopping)
-    except Ended as ended:
+    except ProcessEnd as ended:
         if ended.kind == "memory":
-            raise Lost("memory", "This film asks for more memory than one may have here.") from ended
+            raise JobFailure("memory", "This film asks for more memory than one may have here.") from ended
         if not ended.ours:
-            raise Lost("crash", "The process that read this film ended by itself.") from ended
+            raise JobFailure("crash", "The process that read this film ended by itself.") from ended
         if ended.kind != "done":
-            raise Lost(ended.kind, ended.words) from ended
+            raise JobFailure(ended.kind, ended.words) from ended
     finally:
         child.kill()
 
@@ -81,10 +81,10 @@ def _listen(
     deadline = time.monotonic() + wall_s
     while (rest := deadline - time.monotonic()) > 0:
         if stopping():
-            raise Lost("stopped", "The studio was stopped meanwhile.")
+            raise JobFailure("stopped", "The studio was stopped meanwhile.")
         if (message := child.hear(min(rest, LOOK_S))) is not None and (back := heard(message)) is not None:
             child.send(back, min(rest, ANSWER_S))
-    raise Lost("time", f"This film takes longer than the {wall_s:g} s that one may take here.")
+    raise JobFailure("time", f"This film takes longer than the {wall_s:g} s that one may take here.")
 
 
 #: Frames that a film can have: at 60 frames a second, half a year.

@@ -16,7 +16,7 @@ from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.lenticule import view_law
 from moireid.provenance import Seal, Standing
-from moireid.registry import Claimed, People, Registry, claimed, claimed_by_file
+from moireid.registry import ClaimedBadge, People, Registry, claimed, claimed_by_file
 from moireid_studio.jobs.work import MOST_OF_A_LAYOUT, Law
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
@@ -26,7 +26,7 @@ MOST_LAWS = 8
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedJob:
     """What a job's process gets: arguments of its kind of work; people: whom it may ask about, and how often; found:
     the claimed badge, standing: of the registry, each None where there is none.
     """
@@ -34,11 +34,11 @@ class Prepared:
     arguments: dict[str, Any] = field(default_factory=dict)
     people: People | None = None
     questions: int = 0
-    found: Claimed | None = None
+    found: ClaimedBadge | None = None
     standing: Standing | None = None
 
 
-def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[], Mapping[str, Any]]) -> Prepared:
+def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[], Mapping[str, Any]]) -> PreparedJob:
     """What the process of a job gets; maker: gives the registry's place and keys to those who make badges.
 
     Raises: Refusal where the claim means nobody any more; RegistryError.
@@ -49,16 +49,16 @@ def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[]
         found, laws = claim_of(registry, wish, standing)
         asked = {name: wish[name] for name in ("focal_px", "require_original", "cover_share", "photographs", "report")}
         given = {"found": found if wish["ids"] else sealed(found), "laws": laws}
-        return Prepared(asked | given, found=found, standing=standing)
+        return PreparedJob(asked | given, found=found, standing=standing)
     if job.kind == "identify":
         layouts = registry.layouts()
         given = {"layouts": layouts, "laws": laws_of(layouts), "focal_px": wish["focal_px"]}
         most = MOST_OF_A_LAYOUT * len(layouts)
-        return Prepared(given, People(registry), most, standing=registry.standing(trust))
-    return Prepared(dict(wish) if job.kind == "capture" else dict(wish) | dict(maker()))
+        return PreparedJob(given, People(registry), most, standing=registry.standing(trust))
+    return PreparedJob(dict(wish) if job.kind == "capture" else dict(wish) | dict(maker()))
 
 
-def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) -> tuple[Claimed, list[Law]]:
+def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) -> tuple[ClaimedBadge, list[Law]]:
     """The badge that a wish claims, by name or id (`claim`) or by its file (`badge`); ids: whether those who ask may be
     told of other ids.
 
@@ -75,7 +75,7 @@ def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) ->
     return found, laws_of([found.badge]) if found.provenance.source == "registry" else []
 
 
-def sealed(found: Claimed) -> Claimed:
+def sealed(found: ClaimedBadge) -> ClaimedBadge:
     """An enrolled badge for a film that somebody shows who may not issue: its report then tells no identity that the
     film itself does not show, neither as digits nor as lines in a plot.
     """
@@ -86,7 +86,7 @@ def sealed(found: Claimed) -> Claimed:
     return replace(found, badge=badge, as_built=built, seal=Seal.of(found.badge.id, secrets.token_bytes(16)))
 
 
-def find_claimed(registry: Registry, claim: str, *, ids: bool) -> Claimed:
+def find_claimed(registry: Registry, claim: str, *, ids: bool) -> ClaimedBadge:
     """Like `claimed`; ids: whether those who ask may be told of other ids than the claimed one.
 
     Raises: Refusal 404 where the claim means nobody, 409 where it means several people, 422 where it is too long.

@@ -27,7 +27,7 @@ from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
 from moireid.sandbox.child import Talk
 from moireid_studio.jobs.lists import dress_people
-from moireid_studio.jobs.orders import Order, Wish, ready
+from moireid_studio.jobs.orders import BadgeOrder, Wish, ready
 from moireid_studio.jobs.work import ORDER, PACKAGE, PEOPLE, Progress, Task, Tell
 from moireid_studio.problems import plain
 from moireid_studio.store.storage import unpacked, written
@@ -36,14 +36,14 @@ from moireid_studio.store.storage import unpacked, written
 def issue_badge(
     order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, signer: str | None, actor: str
 ) -> None:
-    """Make one badge's package, and issue the badge; `order_file` holds an `Order`.
+    """Make one badge's package, and issue the badge; `order_file` holds an `BadgeOrder`.
 
     Raises: as `orders.ready`, and FabricationError where a file fails its check.
     """
     from moireid.fabrication.package import file_names, print_badge
 
     content, pictures = _opened(order_file, ORDER)
-    order, folder, steps = Order.model_validate_json(content), Path("badge"), count(1)
+    order, folder, steps = BadgeOrder.model_validate_json(content), Path("badge"), count(1)
     with _registry(registry_url, keys, signer, actor) as registry:
         made = ready(order, registry, pictures)
         most = len(file_names(made.parts, moving=True))

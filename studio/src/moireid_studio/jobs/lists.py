@@ -16,7 +16,7 @@ from moireid.artwork.columns import PICTURES, dressed
 from moireid.artwork.placing import Look, shown_pieces
 from moireid.badge import Badge
 from moireid.designer.drawn import HolderOf
-from moireid.designer.people import Designed, Person, design_people, parse_people
+from moireid.designer.people import DesignResult, PersonRow, design_people, parse_people
 from moireid.errors import SpecError
 from moireid.fabrication.page.dress import check_look, look_notes
 from moireid.fabrication.page.lettering import name_note
@@ -37,17 +37,17 @@ SHOWN = 5
 
 
 @dataclass(frozen=True)
-class Dressed:
+class ListRow:
     """A row: its badge with all its lines, and what it wears; badge is None where the row has a fault."""
 
-    designed: Designed
+    designed: DesignResult
     badge: Badge | None
     look: Look | None
     fault: str | None
 
 
 @dataclass(frozen=True)
-class Understood:
+class ParsedList:
     """How a list was read: its rows for the page, and what there is to say of the whole."""
 
     rows: list[dict[str, Any]]
@@ -60,8 +60,8 @@ def picture_key(name: str) -> str:
 
 
 def dress_people(
-    people: Iterable[Person], wish: Wish, pictures: Mapping[str, Path], holder_of: HolderOf
-) -> Iterator[Dressed]:
+    people: Iterable[PersonRow], wish: Wish, pictures: Mapping[str, Path], holder_of: HolderOf
+) -> Iterator[ListRow]:
     """The badge of each row and what it wears, or the row's fault.
 
     Parameters: pictures: files of ours, by `picture_key` of what the visitor calls them, and `FOR_ALL`.
@@ -78,7 +78,7 @@ def dress_people(
         people, request, holder_of=holder_of, name_note=name_note, line=next(iter(wish.lines), "")
     ):
         if one.badge is None:
-            yield Dressed(one, None, None, str(one.fault))
+            yield ListRow(one, None, None, str(one.fault))
             continue
         try:
             cells = _own(one.person.cells, pictures)
@@ -87,9 +87,9 @@ def dress_people(
             check_look(badge, worn)
         except SpecError as error:
             where = f"row {one.person.row} of the list ({one.person.name[:40]!r})"
-            yield Dressed(one, None, None, f"{where}: {error}")
+            yield ListRow(one, None, None, f"{where}: {error}")
             continue
-        yield Dressed(one, badge, worn, None)
+        yield ListRow(one, badge, worn, None)
 
 
 def _own(cells: Mapping[str, str], pictures: Mapping[str, Path]) -> dict[str, str]:
@@ -116,7 +116,7 @@ def _found(cell: str, pictures: Mapping[str, Path]) -> Path | None:
     return alike[0] if len(alike) == 1 else None
 
 
-def understood(people_csv: bytes, wish: Wish, registry: Registry, pictures: Mapping[str, Path]) -> Understood:
+def understood(people_csv: bytes, wish: Wish, registry: Registry, pictures: Mapping[str, Path]) -> ParsedList:
     """How a list was understood, row by row: row, name, id (None where there is a fault, or it will be drawn), fault,
     note, line.
 
@@ -137,10 +137,10 @@ def understood(people_csv: bytes, wish: Wish, registry: Registry, pictures: Mapp
     for name, other in alike_within(names):
         alike.setdefault(name, []).append(f"{other}, who is in this list")
     rows = [_row(one, registry, alike.get(one.badge.name, []) if one.badge else []) for one in dressed_rows]
-    return Understood(rows, [note for note in (found.note, _unnamed(people, pictures)) if note])
+    return ParsedList(rows, [note for note in (found.note, _unnamed(people, pictures)) if note])
 
 
-def _unnamed(people: Iterable[Person], pictures: Mapping[str, Path]) -> str | None:
+def _unnamed(people: Iterable[PersonRow], pictures: Mapping[str, Path]) -> str | None:
     """A note on pictures that no row names, which are printed on no badge."""
     named = {_found(cell, pictures) for person in people for what in NAMED if (cell := person.cells.get(what))}
     left = [name for name, file in pictures.items() if name != FOR_ALL and file not in named]
@@ -162,7 +162,7 @@ def _namesakes(badge: Badge, registry: Registry) -> list[str]:
     return [f"badge {same[0].id} has {what} too, so claims tell the two apart by their ids alone"]
 
 
-def _row(one: Dressed, registry: Registry, alike: list[str]) -> dict[str, Any]:
+def _row(one: ListRow, registry: Registry, alike: list[str]) -> dict[str, Any]:
     """One row of the table: a badge that somebody else holds, or that was revoked, is a fault too.
 
     An identity that is drawn is drawn anew when the list is issued, so it is not told here.

@@ -150,7 +150,7 @@ def _filled(given: tuple[float | None, float | None], usual: tuple[float, float]
     return [f"{one if one is not None else other:g}" for one, other in zip(given, usual, strict=True)]
 
 
-class Order(Wish):
+class BadgeOrder(Wish):
     """One person's badge."""
 
     name: str = Field(max_length=2000, description="The person's name; 200 letters at most are set on a badge.")
@@ -161,13 +161,13 @@ class Order(Wish):
         """The payload that is asked for.  Raises: CodeError where it is none."""
         return payload_from_hex(self.payload.strip(), family="spacing") if self.payload.strip() else None
 
-    def of(self, badge: Badge) -> Order:
+    def of(self, badge: Badge) -> BadgeOrder:
         """The order of this very badge, so that whoever makes it draws no other identity."""
         return self.model_copy(update={"payload": badge.id})
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckedOrder:
     """A badge that can be made, what it wears, and what the visitor should know about it.
 
     rows: as `print-your-badge --explain`; links: link budget at each end of the range; holder: who already has this
@@ -210,7 +210,7 @@ class Ready:
     note: str | None
 
 
-def ready(order: Order, registry: Registry, pictures: Mapping[str, Path] | None = None) -> Ready:
+def ready(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] | None = None) -> Ready:
     """The badge of an order, and what goes with it; nothing is issued.
 
     Parameters: pictures: as for `Wish.wear`.
@@ -230,14 +230,14 @@ def ready(order: Order, registry: Registry, pictures: Mapping[str, Path] | None 
     return Ready(badge, look, holder, mount, parts, note)
 
 
-def checked(order: Order, registry: Registry, pictures: Mapping[str, Path] | None = None) -> Checked:
+def checked(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] | None = None) -> CheckedOrder:
     """The badge of an order, if it can be made, and all that is known of it; nothing is issued.
 
     Raises: as `ready`.
     """
     found = ready(order, registry, pictures)
     badge = found.badge
-    return Checked(
+    return CheckedOrder(
         badge,
         found.look,
         explain(badge),

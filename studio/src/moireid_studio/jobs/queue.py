@@ -24,7 +24,7 @@ from moireid_studio.auth.tokens import Role
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.http.server import Rates, fits
 from moireid_studio.jobs.child import films
-from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.workers import Doer, Workers
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
@@ -48,7 +48,7 @@ class Jobs:
         limits: Limits,
         ledger: Ledger,
         storage: Storage,
-        prepare: Callable[[Job], Prepared],
+        prepare: Callable[[Job], PreparedJob],
         note: Callable[[Job], None] = lambda job: None,
         *,
         registry: Registry | None = None,

@@ -30,7 +30,7 @@ import matplotlib.figure  # noqa: F401 - loaded ahead
 
 from moireid.badge import Badge, Lens, badge_from_json
 from moireid.lenticule import ViewLaw, know_law
-from moireid.provenance import Claimed
+from moireid.provenance import ClaimedBadge
 from moireid.registry import People
 from moireid.sandbox.child import Talk
 from moireid.verifier.limits import MIN_COVER_SHARE
@@ -73,7 +73,7 @@ def verify_film(
     progress: Progress,
     tell: Tell,
     *,
-    found: Claimed,
+    found: ClaimedBadge,
     focal_px: float | None = None,
     require_original: bool | None = None,
     cover_share: float = MIN_COVER_SHARE,
@@ -109,7 +109,7 @@ def verify_film(
 
 
 @dataclass(frozen=True)
-class Asked:
+class RegistryClient:
     """The registry as identification sees it: the server answers each question, as this process must not reach it."""
 
     ask: Ask
@@ -135,7 +135,7 @@ def identify_film(
 ) -> None:
     """What `moireid identify --json` prints, but the name and the registry: those are the server's own word."""
     _know(laws)
-    tell({"result": identify(video, layouts, Asked(ask), focal_px=focal_px, progress=progress).to_json()})
+    tell({"result": identify(video, layouts, RegistryClient(ask), focal_px=focal_px, progress=progress).to_json()})
 
 
 def measure_capture(video: Path, progress: Progress, tell: Tell, *, badge_json: str) -> None:

@@ -28,8 +28,8 @@ from moireid.sandbox.seal import ProcessLimits
 from moireid.verifier.report.page import NAME
 from moireid.verifier.session.claim import with_badge_notes
 from moireid_studio.http.metrics import Metrics
-from moireid_studio.jobs.child import Lost, Unusable, frames_of, kept_of, result_of, run_task
-from moireid_studio.jobs.claims import Prepared
+from moireid_studio.jobs.child import JobFailure, Unusable, frames_of, kept_of, result_of, run_task
+from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.work import PACKAGE, SIGNALS, Task, answer_to, with_name
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
@@ -49,16 +49,16 @@ BROKEN = ("system", "Something went wrong inside moireid; the server's log says 
 _log = logging.getLogger(__name__)
 
 
-class Gone(Exception):
+class JobWithdrawal(Exception):
     """The job was removed, or another worker has it."""
 
 
 @dataclass
-class Said:
+class WorkerMessages:
     """What a job's process has said so far, checked."""
 
     job: Job
-    ready: Prepared
+    ready: PreparedJob
     questions: int = 0
     told_s: float = field(default_factory=time.monotonic)
 
@@ -71,7 +71,7 @@ class Doer:
         ledger: Ledger,
         storage: Storage,
         limits: Limits,
-        prepare: Callable[[Job], Prepared],
+        prepare: Callable[[Job], PreparedJob],
         note: Callable[[Job], None],
         *,
         registry: Registry | None = None,
@@ -95,7 +95,7 @@ class Doer:
         begun_s = time.monotonic()
         try:
             problem = self._work(job, stopping)
-        except Gone:
+        except JobWithdrawal:
             self._clear(job)
             return
         # The boundary between a stranger's film and all others: an error that nobody thought of must not end the
@@ -154,12 +154,12 @@ class Doer:
             ready = patiently(lambda: self.prepare(job), stopping=stopping)
             _know(job, ready)
             with self._storage.at_work(job.id, job.video) as folder:
-                said = Said(job, ready, ready.questions)
+                said = WorkerMessages(job, ready, ready.questions)
                 self._run(said, folder, stopping)
                 names = _kept_names(job, folder)
                 self._storage.keep(job.id, folder, names)
                 job.bytes = sum((folder / name).lstat().st_size for name in names)
-        except Lost as lost:
+        except JobFailure as lost:
             return lost.code, lost.text
         except Unusable as error:
             _log.warning("a job was ended: its process was not honest (%s)", error)
@@ -177,13 +177,13 @@ class Doer:
             return "system", f"No process could be started ({error.strerror}); try again later."
         return None
 
-    def _run(self, said: Said, folder: Path, stopping: Callable[[], bool]) -> None:
+    def _run(self, said: WorkerMessages, folder: Path, stopping: Callable[[], bool]) -> None:
         job = said.job
         task = Task(job.kind, folder, job.video, said.ready.arguments)
         heard = lambda message: self._heard(said, message)  # noqa: E731
         run_task(task, self._of_one, heard, wall_s=self._limits.job_s, stopping=stopping)
 
-    def _heard(self, said: Said, message: dict[str, Any]) -> object:
+    def _heard(self, said: WorkerMessages, message: dict[str, Any]) -> object:
         """Take a message in; returns the answer to a question.  Raises: Unusable, RegistryError, Gone."""
         job, people = said.job, said.ready.people
         if "ask" in message:
@@ -202,7 +202,7 @@ class Doer:
             job.kept = kept_of(message)
         return None
 
-    def _own_words(self, said: Said, result: dict[str, Any]) -> dict[str, Any]:
+    def _own_words(self, said: WorkerMessages, result: dict[str, Any]) -> dict[str, Any]:
         """A result with the server's own word, and not that of the process that reads the film."""
         job, people = said.job, said.ready.people
         if job.standing is not None:
@@ -219,7 +219,7 @@ class Doer:
         """Note how far a job has come.  Raises: Gone where it is this worker's no more."""
         try:
             if not self._ledger.progress(job):
-                raise Gone
+                raise JobWithdrawal
         except RegistryError:
             # Progress can wait; the result cannot.
             return
@@ -240,7 +240,7 @@ def with_notes(registry: Registry, result: dict[str, Any]) -> dict[str, Any]:
     return with_badge_notes(result, record.badge, measured=record.as_built is not None)
 
 
-def _know(job: Job, ready: Prepared) -> None:
+def _know(job: Job, ready: PreparedJob) -> None:
     """Note in a job what was found to be claimed."""
     job.standing = ready.standing
     if ready.found is not None:

@@ -19,9 +19,9 @@ from moireid.verifier.live.clock import MOVES
 from moireid_studio.auth.guard import anyone
 from moireid_studio.forms import ShortRoute
 from moireid_studio.jobs.claims import sealed
-from moireid_studio.links import MOST_PICTURES, Link, Links
+from moireid_studio.links import MOST_PICTURES, Links, OneTimeLink
 from moireid_studio.live.routes import claimed_now
-from moireid_studio.live.sockets import Asked, serve
+from moireid_studio.live.sockets import SessionRequest, serve
 from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
@@ -56,7 +56,7 @@ async def socket(connection: WebSocket) -> None:
     await serve(connection, lambda hello: _asked(studio_of(connection), hello))
 
 
-def usable(studio: Studio, token: str) -> Link:
+def usable(studio: Studio, token: str) -> OneTimeLink:
     """The link of a secret.  Raises: Refusal 404 or 410 where there is none, or it can be used no more."""
     link = studio.links.by_secret(token)
     if link is None:
@@ -76,18 +76,18 @@ def moment(text: str) -> str:
     return f"{text[:10]} at {text[11:16]} UTC"
 
 
-def name_of(studio: Studio, link: Link) -> str:
+def name_of(studio: Studio, link: OneTimeLink) -> str:
     """Whose badge a link claims, as the registry knows now."""
     record = studio.registry.by_id(link.claim)
     return record.name if record is not None else "somebody who is in the registry no longer"
 
 
-def _asked(studio: Studio, hello: Mapping[str, Any]) -> Asked:
+def _asked(studio: Studio, hello: Mapping[str, Any]) -> SessionRequest:
     token = hello.get("token")
     link = usable(studio, token if isinstance(token, str) else "")
     found = claimed_now(studio, link.claim, ids=link.ids)
-    kept = _Kept(studio.links, link, agreed=link.wants_pictures and hello.get("pictures") is True)
-    return Asked(
+    kept = _CheckRecord(studio.links, link, agreed=link.wants_pictures and hello.get("pictures") is True)
+    return SessionRequest(
         found,
         found if link.ids else sealed(found),
         link.asked_by,
@@ -110,10 +110,10 @@ def _may_still_ask(studio: Studio, asked_by: str) -> bool:
     )
 
 
-class _Kept:
+class _CheckRecord:
     """What is kept of a check: its verdict, and one picture of each answer if both agree."""
 
-    def __init__(self, links: Links, link: Link, *, agreed: bool) -> None:
+    def __init__(self, links: Links, link: OneTimeLink, *, agreed: bool) -> None:
         self._links, self._link, self.agreed = links, link, agreed
         self._last, self._pictures = b"", list[bytes]()
 

@@ -18,7 +18,7 @@ from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.headline import live_headline_of, shown
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import ShortRoute
-from moireid_studio.links import KEEP_DAYS, LASTS_MIN, MOST_WAITING, Link
+from moireid_studio.links import KEEP_DAYS, LASTS_MIN, MOST_WAITING, OneTimeLink
 from moireid_studio.live.link_check import moment, name_of
 from moireid_studio.live.routes import claimed_now
 from moireid_studio.pages.home import render
@@ -41,10 +41,10 @@ WORDS = {
 
 
 @dataclass(frozen=True)
-class Shown:
+class LinkView:
     """A link as its page shows it."""
 
-    link: Link
+    link: OneTimeLink
     name: str
     headline: dict[str, str] | None
 
@@ -134,7 +134,7 @@ def remove(request: Request, link_id: LinkId, visitor: Verifier) -> Response:
     return RedirectResponse("/links", 303)
 
 
-def _mine(studio: Studio, link_id: str, visitor: Visitor) -> Link:
+def _mine(studio: Studio, link_id: str, visitor: Visitor) -> OneTimeLink:
     """A link of this asker.  Raises: Refusal 404 where it is another's, or none."""
     link = studio.links.find(link_id, visitor.id)
     if link is None:
@@ -142,22 +142,22 @@ def _mine(studio: Studio, link_id: str, visitor: Visitor) -> Link:
     return link
 
 
-def _done(studio: Studio, link_id: str, visitor: Visitor) -> Link:
+def _done(studio: Studio, link_id: str, visitor: Visitor) -> OneTimeLink:
     link = _mine(studio, link_id, visitor)
     if link.report is None:
         raise Refusal(409, "not_ready", "This link has no verdict.")
     return link
 
 
-def _shown(studio: Studio, link: Link) -> Shown:
+def _shown(studio: Studio, link: OneTimeLink) -> LinkView:
     """A link by the name that the registry knows now.  Raises: RegistryError as `holder_of`."""
     name = name_of(studio, link)
     if link.report is None or link.ended_at is None:
-        return Shown(link, name, None)
+        return LinkView(link, name, None)
     event = json.loads(link.report)
     made = datetime.fromisoformat(link.ended_at)
     known = Circumstances(made, read=holder_of(studio.registry, read_id(event)), standing=studio.standing())
-    return Shown(link, name, shown(live_headline_of(event, name, known)))
+    return LinkView(link, name, shown(live_headline_of(event, name, known)))
 
 
 def _page(request: Request, template: str, **context: Any) -> Response:

@@ -13,13 +13,13 @@ from fastapi import APIRouter, Request, Response, WebSocket
 
 from moireid.errors import RegistryError
 from moireid.names import CLAIM_LIMIT
-from moireid.registry import Claimed
+from moireid.registry import ClaimedBadge
 from moireid.verifier.live.challenge import FACE, HOLD_S
 from moireid.verifier.live.chance import LEAST_WIDTH_PX
 from moireid.verifier.live.clock import CALL, MOVES
 from moireid_studio.auth.guard import LOOPBACK, require, visitor_of
 from moireid_studio.jobs.claims import find_claimed, sealed
-from moireid_studio.live.sockets import Asked, serve
+from moireid_studio.live.sockets import SessionRequest, serve
 from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
@@ -51,7 +51,7 @@ async def call_socket(connection: WebSocket) -> None:
     await serve(connection, lambda hello: _asked(connection, hello, "call"))
 
 
-def _asked(connection: WebSocket, hello: Mapping[str, Any], kind: str) -> Asked:
+def _asked(connection: WebSocket, hello: Mapping[str, Any], kind: str) -> SessionRequest:
     claim = hello.get("claim")
     if not isinstance(claim, str) or not claim.strip():
         raise Refusal(422, "fields", "Name the person whose badge is to be seen.")
@@ -60,10 +60,10 @@ def _asked(connection: WebSocket, hello: Mapping[str, Any], kind: str) -> Asked:
     found = claimed_now(studio_of(connection), claim.strip(), ids=ids)
     given = found if ids else sealed(found)
     asked_by = visitor.id if visitor else LOOPBACK
-    return Asked(found, given, asked_by, kind, allowed=lambda: visitor_of(connection) is not None)
+    return SessionRequest(found, given, asked_by, kind, allowed=lambda: visitor_of(connection) is not None)
 
 
-def claimed_now(studio: Studio, claim: str, *, ids: bool) -> Claimed:
+def claimed_now(studio: Studio, claim: str, *, ids: bool) -> ClaimedBadge:
     """The claimed badge with the registry's standing.
 
     Raises: Refusal where the claim means nobody, or several people; RegistryError where the badge does not count.

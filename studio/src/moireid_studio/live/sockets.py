@@ -28,14 +28,14 @@ from fastapi import WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import MoireIdError
-from moireid.registry import Claimed, holder_of
-from moireid.sandbox.process import Child, Ended, start
+from moireid.registry import ClaimedBadge, holder_of
+from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.sandbox.reach import reach
 from moireid.verifier.live.challenge import Prompt, draw_prompts
 from moireid.verifier.live.clock import CALL, HERE
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.headline import live_headline_of, shown
-from moireid_studio.live.worker import LIMITS, Ask, End, Picture, Start
+from moireid_studio.live.worker import LIMITS, Ask, LivePicture, PictureEnd, Start
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
 
@@ -53,7 +53,7 @@ BUSY = "Other live checks are running, as many as this machine can do; try again
 
 
 @dataclass(frozen=True)
-class Asked:
+class SessionRequest:
     """What a session is about.
 
     found: the claimed badge, of which the session's process learns what `given` says alone; asked_by: the token of
@@ -62,8 +62,8 @@ class Asked:
     the answers to prompts, and the verdict; ended: called when the session is over, however that came.
     """
 
-    found: Claimed
-    given: Claimed
+    found: ClaimedBadge
+    given: ClaimedBadge
     asked_by: str
     kind: str
     allowed: Callable[[], bool]
@@ -83,7 +83,7 @@ class Asked:
         return self.kind == "link"
 
 
-async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], Asked]) -> None:
+async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest]) -> None:
     """One session.  ask: makes of the browser's first message what is asked; raises Refusal or MoireIdError."""
     await connection.accept()
     studio = studio_of(connection)
@@ -117,7 +117,7 @@ async def _first(connection: WebSocket) -> MutableMapping[str, Any]:
         silent.discard(connection)
 
 
-async def _in_its_place(connection: WebSocket, asked: Asked) -> None:
+async def _in_its_place(connection: WebSocket, asked: SessionRequest) -> None:
     """Run the session if there is a place for it, and give the place back."""
     sessions, owner = sessions_of(studio_of(connection)), asked.asked_by
     if sessions.total() >= MOST_SESSIONS or sessions[owner] >= MOST_OF_ONE:
@@ -141,7 +141,7 @@ def sessions_of(studio: Studio) -> Counter[str]:
     return found
 
 
-async def _session(connection: WebSocket, asked: Asked) -> None:
+async def _session(connection: WebSocket, asked: SessionRequest) -> None:
     # It needs no file at all: the pictures come with the messages.
     child = await run_in_threadpool(start, "moireid_studio.live.worker:serve", LIMITS, within=reach())
     tasks: list[asyncio.Task[None]] = []
@@ -172,7 +172,7 @@ async def _leave(child: Child, tasks: list[asyncio.Task[None]]) -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _pictures(connection: WebSocket, child: Child, asked: Asked) -> None:
+async def _pictures(connection: WebSocket, child: Child, asked: SessionRequest) -> None:
     """Pass the browser's pictures to the process, with their time of arrival, until the browser asks for the end."""
     challenged, room, last_s = False, MOST_RATE, time.monotonic()
     looked_s = last_s
@@ -193,7 +193,7 @@ async def _pictures(connection: WebSocket, child: Child, asked: Asked) -> None:
         if data is None:
             wish = _message(message).get("do")
             if wish in ("end", "moved"):
-                await _send(child, End(moved=wish == "moved"))
+                await _send(child, PictureEnd(moved=wish == "moved"))
                 return
             if wish == "challenge" and not challenged:
                 challenged = True
@@ -205,22 +205,22 @@ async def _pictures(connection: WebSocket, child: Child, asked: Asked) -> None:
         claimed_s = claimed_ms / 1000 if math.isfinite(claimed_ms) else math.nan
         if asked.picture is not None:
             await run_in_threadpool(asked.picture, data[CLOCK.size :])
-        await _send(child, Picture(data[CLOCK.size :], now_s, claimed_s))
+        await _send(child, LivePicture(data[CLOCK.size :], now_s, claimed_s))
 
 
-def _prompts(connection: WebSocket, asked: Asked) -> list[Prompt]:
+def _prompts(connection: WebSocket, asked: SessionRequest) -> list[Prompt]:
     """Prompts are drawn at random; a test puts its own in their place."""
     drawn: list[Prompt] | None = getattr(connection.app.state, "live_prompts", lambda _: None)(0.0)
     return drawn or draw_prompts(0.0, pace=CALL if asked.in_call else HERE)
 
 
-async def _events(connection: WebSocket, child: Child, asked: Asked) -> None:
+async def _events(connection: WebSocket, child: Child, asked: SessionRequest) -> None:
     """Pass the process's events to the browser until the process ends; the verdict is written down, with a headline.
 
     The process that reads pictures never learns whose badge it has read.
     """
     told = False
-    with contextlib.suppress(Ended):
+    with contextlib.suppress(ProcessEnd):
         while event := await run_in_threadpool(child.hear):
             told = told or event.get("event") in ("verdict", "error")
             if event.get("event") == "verdict":
@@ -234,7 +234,7 @@ async def _events(connection: WebSocket, child: Child, asked: Asked) -> None:
     await connection.close()
 
 
-def _headline(studio: Studio, event: dict[str, Any], asked: Asked) -> dict[str, str]:
+def _headline(studio: Studio, event: dict[str, Any], asked: SessionRequest) -> dict[str, str]:
     """The verdict in a line, by the names that the registry knows.  Raises: RegistryError as `holder_of`."""
     known = Circumstances(datetime.now(UTC))
     # Whoever has a link learns nothing of other people's badges: the asker's own page says whose was shown.
@@ -244,7 +244,7 @@ def _headline(studio: Studio, event: dict[str, Any], asked: Asked) -> dict[str, 
     return shown(live_headline_of(event, asked.found.badge.name, known))
 
 
-def _note(studio: Studio, asked: Asked, event: dict[str, Any]) -> None:
+def _note(studio: Studio, asked: SessionRequest, event: dict[str, Any]) -> None:
     """Write down the verdict of a session."""
     found, standing = asked.found, asked.found.provenance.standing
     about = {"film_sha256": None, "claim": found.badge.id, "claim_source": found.provenance.source}
@@ -253,7 +253,7 @@ def _note(studio: Studio, asked: Asked, event: dict[str, Any]) -> None:
 
 async def _send(child: Child, message: Any) -> None:
     # A process that has ended reads no more; its last messages are on their way.
-    with contextlib.suppress(Ended):
+    with contextlib.suppress(ProcessEnd):
         await run_in_threadpool(child.send, message)
 
 

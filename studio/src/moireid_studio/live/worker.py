@@ -1,7 +1,8 @@
 """The process of one live session: pictures in, events out.
 
 Each session has its own process, so that a stranger's pictures that break the decoder break only this process.
-It receives `Start`, `Ask`, `Picture` and `End`; it sends the events of `verifier.live`, and: ready, taken, error.
+It receives `Start`, `Ask`, `LivePicture` and `PictureEnd`; it sends the events of `verifier.live`, and ready, taken,
+error.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from moireid.errors import MoireIdError
-from moireid.registry import Claimed
+from moireid.registry import ClaimedBadge
 from moireid.sandbox.child import Talk
 from moireid.sandbox.seal import ProcessLimits
 
@@ -31,7 +32,7 @@ LIMITS = ProcessLimits(memory_bytes=1 << 30, cpu_s=600, file_bytes=0)
 class Start:
     """Whose badge is to be seen, whether in a call's tile, and whether without a challenge the verdict is open."""
 
-    found: Claimed
+    found: ClaimedBadge
     in_call: bool = False
     required: bool = False
 
@@ -45,7 +46,7 @@ class Ask:
 
 
 @dataclass(frozen=True)
-class Picture:
+class LivePicture:
     """A JPEG, with its time of arrival by our clock and the time that the sender claims (s)."""
 
     jpeg: bytes
@@ -54,7 +55,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class End:
+class PictureEnd:
     """The end of the pictures, and the wish for the verdict; moved: because a call's tile is not where it was."""
 
     moved: bool = False
@@ -93,7 +94,7 @@ def _session(talk: Talk, start: Start) -> None:
         talk.tell({"event": "ready"})
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:
-            if isinstance(message, Picture):
+            if isinstance(message, LivePicture):
                 luma = picture(message.jpeg)
                 if start.in_call and size is not None and luma is not None and luma.shape != size:
                     talk.tell(check.moved())

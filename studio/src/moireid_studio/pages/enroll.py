@@ -39,7 +39,7 @@ SD = 2.0
 
 
 @dataclass(frozen=True)
-class Measured:
+class FigureRow:
     """One figure: value, error (two standard deviations) and range in one unit, and its sentence.
 
     low, high: ends of the scale that it is drawn on; wanted: as designed.
@@ -68,7 +68,7 @@ class Measured:
         return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
 
 
-def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
+def measured_words(found: AsBuilt, badge: Badge) -> list[FigureRow]:
     """Beat, gain, twist and offset of one built badge; those that show faults best come first.
 
     Convention and source: module docstring.
@@ -88,7 +88,7 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
     side = ways[0] if offset >= 0 else ways[1]
     gain, gain_error = found.gain_ratio, SD * found.gain_sd
     return [
-        Measured(
+        FigureRow(
             "Beat",
             beat,
             beat_error,
@@ -99,7 +99,7 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
             f"The fringes of the reference row repeat every {beat:.2f} ± {beat_error:.2f} mm; the design has "
             f"{1 / abs(designed):.2f} mm. The difference comes from errors of print scale and lens sheet.",
         ),
-        Measured(
+        FigureRow(
             "Gain",
             gain,
             gain_error,
@@ -108,7 +108,7 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
             "",
             f"They move {gain:.3f} ± {gain_error:.3f} times as far as the optics say.",
         ),
-        Measured(
+        FigureRow(
             "Twist",
             twist,
             twist_error,
@@ -119,7 +119,7 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
             f"The lens sheet is turned by {abs(twist):.3f} ± {twist_error:.3f}° against the lines, "
             f"{'clockwise' if twist >= 0 else 'anticlockwise'}.",
         ),
-        Measured(
+        FigureRow(
             "Offset",
             offset,
             offset_error,

@@ -24,11 +24,11 @@ from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import Fields, picture_fields
 from moireid_studio.issue_jobs import package_of, preview_of, start_badge, start_event
 from moireid_studio.jobs.lists import FOR_ALL, MOST_AT_AN_EVENT, picture_key, understood
-from moireid_studio.jobs.orders import Checked, Order, Wish, checked, read_fields
+from moireid_studio.jobs.orders import BadgeOrder, CheckedOrder, Wish, checked, read_fields
 from moireid_studio.pages.home import render
 from moireid_studio.pages.preview_law import preview_law
 from moireid_studio.pictures import at_hand, keep_pictures, kept_pictures, read_pictures
-from moireid_studio.store.storage import Picture
+from moireid_studio.store.storage import StoredPicture
 from moireid_studio.studio import Studio, studio_of
 
 #: The formats: what they are called, and what they go into; sizes and ranges are said by `FORMATS`.
@@ -66,7 +66,7 @@ def _formats() -> list[tuple[str, str, str]]:
 CHOICES: dict[str, Any] = {"formats": _formats(), "styles": TEMPLATES}
 
 
-def sentences(checked: Checked, format_name: str | None = None) -> list[str]:
+def sentences(checked: CheckedOrder, format_name: str | None = None) -> list[str]:
     """What a person should know before a badge is made: from where it can be read, and how surely."""
     badge = checked.badge
     camera = "in a call, by a camera of 720p" if format_name == "webcam" else "with a phone at 1080p"
@@ -119,7 +119,7 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
     chosen = _Chosen(studio, visitor, sent)
     try:
         chosen.read({what: what for what in OF_ONE})
-        order: Order = read_fields(Order, _texts(sent))
+        order: BadgeOrder = read_fields(BadgeOrder, _texts(sent))
         # What was drawn to be shown is what is issued then.
         order = order if order.payload else order.model_copy(update={"payload": sent.texts.get("drawn", "")})
         with at_hand(chosen.pictures) as files:
@@ -214,7 +214,7 @@ class _Chosen:
     studio: Studio
     visitor: Visitor
     sent: Fields
-    pictures: dict[str, Picture] = field(default_factory=dict)
+    pictures: dict[str, StoredPicture] = field(default_factory=dict)
     #: Where `pictures` are kept; empty where they are not, or where what is kept is not all of them.
     kept: str = ""
 

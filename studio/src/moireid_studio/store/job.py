@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from moireid.provenance import Barred, Standing
+from moireid.provenance import Exclusion, Standing
 
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed")
@@ -23,7 +23,7 @@ Lane = Literal["issue", "judge"]
 
 
 @dataclass(frozen=True)
-class Held:
+class JobCounts:
     """So many jobs of one token: on their way, or waiting and at work."""
 
     owner: str
@@ -53,7 +53,7 @@ class Job:
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
     film_name: str = ""
     claim: str = ""
-    barred: Barred | None = None
+    barred: Exclusion | None = None
     standing: Standing | None = None
     film_sha256: str | None = None
     claimed_id: str | None = None
@@ -106,7 +106,7 @@ def job_of(row: Mapping[str, Any], folder: Path) -> Job:
         folder / row["id"],
         row["role"],
         begun=datetime.fromisoformat(about["begun"]),
-        barred=Barred(**about["barred"]) if about["barred"] else None,
+        barred=Exclusion(**about["barred"]) if about["barred"] else None,
         standing=Standing(**about["standing"]) if about["standing"] else None,
         wish=json.loads(row["wish"]),
         video=row["video"] or "",

@@ -16,7 +16,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, and_, case, delete, func, insert, or_, select, update
 
 from moireid_studio.store.database import PLACES_LOCK, Database, jobs, metadata
-from moireid_studio.store.job import STATES, Held, Job, Lane, State, job_of
+from moireid_studio.store.job import STATES, Job, JobCounts, Lane, State, job_of
 
 #: A holder that was not heard of for so long has lost its jobs; it says that it lives each `BEAT_S`.
 LEASE_S, BEAT_S = 30.0, 5.0
@@ -37,7 +37,7 @@ class Ledger:
         self.holder = secrets.token_hex(8)
         database.make(metadata)
 
-    def admit(self, kind: str, owner: str, role: str, fits: Callable[[list[Held]], bool]) -> Job | None:
+    def admit(self, kind: str, owner: str, role: str, fits: Callable[[list[JobCounts]], bool]) -> Job | None:
         """A new job that receives its film, where its places allow for it; None where they do not."""
         job_id = secrets.token_hex(16)
         job = Job(job_id, kind, owner, self._folder / job_id, role, holder=self.holder)
@@ -217,11 +217,11 @@ class Ledger:
             return [job_of(dict(row), self._folder) for row in connection.execute(select(jobs).where(where)).mappings()]
 
 
-def _held(connection: Connection) -> list[Held]:
+def _held(connection: Connection) -> list[JobCounts]:
     receiving = (jobs.c.state == "receiving").label("receiving")
     query = select(jobs.c.owner, jobs.c.role, receiving, func.count()).where(jobs.c.state.in_(OPEN))
     rows = connection.execute(query.group_by(jobs.c.owner, jobs.c.role, receiving))
-    return [Held(owner, role, bool(coming), count) for owner, role, coming, count in rows]
+    return [JobCounts(owner, role, bool(coming), count) for owner, role, coming, count in rows]
 
 
 def _json(value: Any) -> str | None:

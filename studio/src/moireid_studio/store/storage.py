@@ -221,7 +221,7 @@ SUFFIXES = {b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg"}
 
 
 @dataclass(frozen=True)
-class Picture:
+class StoredPicture:
     """A picture: the name of its file, which is shown and compared and nothing else, and its bytes."""
 
     name: str
@@ -233,20 +233,20 @@ class Picture:
         return next((suffix for begin, suffix in SUFFIXES.items() if self.data.startswith(begin)), "")
 
 
-def pack(packed: zipfile.ZipFile, pictures: Mapping[str, Picture]) -> None:
+def pack(packed: zipfile.ZipFile, pictures: Mapping[str, StoredPicture]) -> None:
     """Put pictures into an archive, with a list of their keys and names."""
     packed.writestr("pictures.json", json.dumps([[key, one.name] for key, one in pictures.items()]))
     for number, one in enumerate(pictures.values()):
         packed.writestr(f"pictures/{number}", one.data)
 
 
-def unpacked(packed: zipfile.ZipFile) -> dict[str, Picture]:
+def unpacked(packed: zipfile.ZipFile) -> dict[str, StoredPicture]:
     """The pictures of an archive that we have made, by key."""
     told = json.loads(packed.read("pictures.json"))
-    return {key: Picture(name, packed.read(f"pictures/{number}")) for number, (key, name) in enumerate(told)}
+    return {key: StoredPicture(name, packed.read(f"pictures/{number}")) for number, (key, name) in enumerate(told)}
 
 
-def written(pictures: Mapping[str, Picture], folder: Path) -> dict[str, Path]:
+def written(pictures: Mapping[str, StoredPicture], folder: Path) -> dict[str, Path]:
     """Write pictures into a new folder; returns their files by key."""
     folder.mkdir()
     files = {}

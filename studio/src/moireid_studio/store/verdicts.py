@@ -50,7 +50,7 @@ verdicts = Table(
 
 
 @dataclass(frozen=True)
-class Given:
+class StoredVerdict:
     """One verdict that was given.
 
     at: UTC, ISO 8601; token: the id of whoever asked, "loopback" where the studio asks for none; kind: verify,
@@ -96,7 +96,7 @@ class Verdicts:
         self._database.close()
 
     def note(self, **given: Any) -> None:
-        """Write one down, as `Given` without its number and time; a job's verdict once.  Raises: RegistryError."""
+        """Save one, as `StoredVerdict` without its number and time; a job's verdict once.  Raises: RegistryError."""
         if self._keep_days == 0:
             return
         insert = postgresql.insert if self._database.shared else sqlite.insert
@@ -120,17 +120,17 @@ class Verdicts:
             about = {"film_sha256": job.film_sha256, "claim": job.claimed_id, "claim_source": job.claim_source}
             self.note_result(job.owner, job.kind, job.result, **about, standing=job.standing, job=job.id)
 
-    def given(self, limit: int, before: int | None = None, since: str | None = None) -> list[Given]:
+    def given(self, limit: int, before: int | None = None, since: str | None = None) -> list[StoredVerdict]:
         """The newest first; before: only those of a lower number; since: only from that time on."""
         query = (
-            select(*(verdicts.c[name] for name in Given.__annotations__))
+            select(*(verdicts.c[name] for name in StoredVerdict.__annotations__))
             .order_by(verdicts.c.number.desc())
             .limit(limit)
         )
         query = query if before is None else query.where(verdicts.c.number < before)
         query = query if since is None else query.where(verdicts.c.at >= since)
         with self._database.reading() as connection:
-            return [Given(**row._mapping) for row in connection.execute(query)]
+            return [StoredVerdict(**row._mapping) for row in connection.execute(query)]
 
     def _remove_old(self, connection: Connection) -> None:
         if self._keep_days is not None:

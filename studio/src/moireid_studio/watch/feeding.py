@@ -19,10 +19,10 @@ from contextlib import suppress
 from typing import Any, BinaryIO
 
 from moireid.errors import MediaError, MoireIdError
-from moireid.sandbox.process import Child, Ended
+from moireid.sandbox.process import Child, ProcessEnd
 from moireid_studio.watch.devices import shots_of
 from moireid_studio.watch.fetching import Addresses
-from moireid_studio.watch.order import PIECE, Data, End, Signal
+from moireid_studio.watch.order import PIECE, Data, Signal, StreamEnd
 from moireid_studio.watch.source import Source
 from moireid_studio.watch.whep import Asking
 
@@ -60,7 +60,7 @@ class Feeder:
 
     def send(self, message: object) -> None:
         """Tell the judge; where it has gone, whoever hears it finds out why."""
-        with self._lock, suppress(Ended):
+        with self._lock, suppress(ProcessEnd):
             self._child.send(message)
 
     def answer(self, told: dict[str, Any]) -> None:
@@ -96,7 +96,7 @@ class Feeder:
             try:
                 work()
             except MoireIdError as error:
-                self.send(End("failed", " ".join(str(error).split())))
+                self.send(StreamEnd("failed", " ".join(str(error).split())))
 
         threading.Thread(target=safely, daemon=True).start()
 
@@ -141,7 +141,7 @@ class Feeder:
             if self._over.is_set():
                 return
             self.send(shot)
-        self.send(End("source"))
+        self.send(StreamEnd("source"))
 
     def _offer(self, sdp: str) -> None:
         assert self._asking is not None

@@ -14,7 +14,7 @@ AHEAD = 8
 
 
 @dataclass(frozen=True)
-class Taken:
+class TimedPicture:
     """A picture, when it was taken by its own clock, and when it came by ours, s."""
 
     picture: Picture
@@ -29,7 +29,7 @@ class Inbox:
     """
 
     def __init__(self, *, waits: bool) -> None:
-        self._waits, self._taken, self._messages = waits, deque[Taken | None](), deque[Any]()
+        self._waits, self._taken, self._messages = waits, deque[TimedPicture | None](), deque[Any]()
         self._room = threading.Condition()
         #: Pictures that came faster than they could be judged.
         self.lost = 0
@@ -40,7 +40,7 @@ class Inbox:
             self._messages.append(message)
             self._room.notify_all()
 
-    def put_picture(self, taken: Taken) -> None:
+    def put_picture(self, taken: TimedPicture) -> None:
         """Leave a picture; a source that waits does so until there is room."""
         with self._room:
             if self._waits:

@@ -21,9 +21,9 @@ from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.live.stream import StreamCheck
 from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason
-from moireid_studio.watch.inbox import Inbox, Taken
-from moireid_studio.watch.order import Data, End, Event, Order, Shot, Signal
-from moireid_studio.watch.readers import Asked, pictures
+from moireid_studio.watch.inbox import Inbox, TimedPicture
+from moireid_studio.watch.order import Data, Event, Shot, Signal, StreamEnd, WatchOrder
+from moireid_studio.watch.readers import RemoteReaders, pictures
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -49,11 +49,11 @@ class Voice:
 def serve(talk: Talk) -> None:
     """Judge one source."""
     order = talk.next()
-    if not isinstance(order, Order):
+    if not isinstance(order, WatchOrder):
         return
     voice = Voice(talk)
     inbox = Inbox(waits=not order.source.live(challenged=order.prompts is not None))
-    asked = Asked(voice.tell)
+    asked = RemoteReaders(voice.tell)
     signals = threading.Thread(target=_listen, args=(talk, inbox, asked), daemon=True)
     with ThreadPoolExecutor(1, "verdict") as aside:
         try:
@@ -65,20 +65,20 @@ def serve(talk: Talk) -> None:
             voice.tell({"event": "error", "text": " ".join(str(error).split())})
 
 
-def _listen(talk: Talk, inbox: Inbox, asked: Asked) -> None:
+def _listen(talk: Talk, inbox: Inbox, asked: RemoteReaders) -> None:
     """Hand on what comes: bytes to the decoder, all else to the judge."""
     while (message := talk.next()) is not None:
         if isinstance(message, Data):
             asked.give(message)
         elif isinstance(message, Shot):
             luma = np.frombuffer(message.luma, np.uint8).reshape(message.size)
-            inbox.put_picture(Taken(Picture(luma), message.claimed_s, message.arrival_s))
+            inbox.put_picture(TimedPicture(Picture(luma), message.claimed_s, message.arrival_s))
         else:
             inbox.put(message)
-    inbox.put(End())
+    inbox.put(StreamEnd())
 
 
-def _begin_source(order: Order, voice: Voice, inbox: Inbox, asked: Asked) -> None:
+def _begin_source(order: WatchOrder, voice: Voice, inbox: Inbox, asked: RemoteReaders) -> None:
     """Begin to decode, for a source whose pictures are made here."""
     kind = order.source.kind
     if kind in ("camera", "screen"):
@@ -92,13 +92,13 @@ def _begin_source(order: Order, voice: Voice, inbox: Inbox, asked: Asked) -> Non
     def decode() -> None:
         try:
             pictures(order.source, asked, inbox, order.patience)
-            inbox.put_last(End("source"))
+            inbox.put_last(StreamEnd("source"))
         except MoireIdError as error:
-            inbox.put_last(End("failed", " ".join(str(error).split())))
+            inbox.put_last(StreamEnd("failed", " ".join(str(error).split())))
         # A thread that dies would leave the judge to wait; whatever a stranger's stream breaks ends the stream alone.
         except Exception as error:  # noqa: BLE001
             words = f"{type(error).__name__}: {' '.join(str(error).split())[:160]}"
-            inbox.put_last(End("failed", f"{order.source.shown} broke its decoder ({words})"))
+            inbox.put_last(StreamEnd("failed", f"{order.source.shown} broke its decoder ({words})"))
 
     threading.Thread(target=decode, daemon=True).start()
 
@@ -106,7 +106,7 @@ def _begin_source(order: Order, voice: Voice, inbox: Inbox, asked: Asked) -> Non
 class Watching:
     """One source from its first picture to the verdict."""
 
-    def __init__(self, order: Order, voice: Voice, inbox: Inbox, aside: Executor) -> None:
+    def __init__(self, order: WatchOrder, voice: Voice, inbox: Inbox, aside: Executor) -> None:
         self._order, self._voice, self._inbox, self._aside = order, voice, inbox, aside
         self._check = self._anew()
         self._size: tuple[int, int] | None = None
@@ -119,19 +119,19 @@ class Watching:
 
     def run(self) -> None:
         """Judge until the source ends, gives nothing more, or the verdict is asked for."""
-        end = End()
+        end = StreamEnd()
         while not self._check.ended:
             item = self._inbox.get(self._patience_s)
-            if isinstance(item, Taken):
+            if isinstance(item, TimedPicture):
                 self._take(item)
             elif isinstance(item, Signal):
                 self._called = True
                 self._peer.hear(item)
-            elif isinstance(item, End):
+            elif isinstance(item, StreamEnd):
                 end = item
                 break
             elif item is None:
-                end = End("silent", f"{self._order.source.shown} gave no picture for {self._patience_s:.0f} s")
+                end = StreamEnd("silent", f"{self._order.source.shown} gave no picture for {self._patience_s:.0f} s")
                 break
             else:
                 self._peer = item
@@ -161,7 +161,7 @@ class Watching:
             check.ask(0.0)
         return check
 
-    def _take(self, taken: Taken) -> None:
+    def _take(self, taken: TimedPicture) -> None:
         """Judge a picture; one of another size begins a new check, unless what came before is a lie."""
         size = taken.picture.shape
         if self._size is None:
@@ -206,7 +206,7 @@ class Watching:
         others = [one for one in event["reasons"] if one["code"] != "cover"]
         return event | {"verdict": "inconclusive", "reasons": [*others, cover.to_json()]}
 
-    def _tell_end(self, end: End) -> None:
+    def _tell_end(self, end: StreamEnd) -> None:
         """The verdict on what came; without any picture, why there is none."""
         if self._size is None:
             self._voice.tell({"event": "error", "text": end.words or f"{self._order.source.shown} gave no picture"})

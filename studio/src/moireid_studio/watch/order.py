@@ -1,6 +1,7 @@
 """What is said between the process that judges and the one that started it.
 
-To the judge: an `Order`, then `Data`, `Shot`, `Signal`, `Ask` and `End`.  Its answers are JSON: events of the check
+To the judge: a `WatchOrder`, then `Data`, `Shot`, `Signal`, `Ask` and `StreamEnd`.  Its answers are JSON: events of the
+check
 (`verifier.live`), and what it asks for:
 
 want     {"want": "open", "number": N, "address": A}: open an address; {"want": "read", "number": N, "most": B};
@@ -15,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-from moireid.provenance import Barred
+from moireid.provenance import Exclusion
 from moireid_studio.watch.source import Source
 
 if TYPE_CHECKING:
@@ -45,12 +46,12 @@ class Patience:
 
 
 @dataclass(frozen=True)
-class Order:
+class WatchOrder:
     """What to judge.  prompts: of a challenge, their times counted from its beginning; None where none is asked for."""
 
     source: Source
     claim: Claim
-    barred: Barred | None = None
+    barred: Exclusion | None = None
     prompts: Sequence[Prompt] | None = None
     patience: Patience = field(default_factory=Patience)
 
@@ -83,7 +84,7 @@ class Signal:
 
 
 @dataclass(frozen=True)
-class End:
+class StreamEnd:
     """The wish for the verdict on what came so far.
 
     why: it was asked for, the source has ended, it gave nothing for a while, or it failed; words: the last two told.

@@ -13,8 +13,8 @@ from typing import Any
 
 from moireid.errors import MediaError
 from moireid.extras import missing_extra
-from moireid_studio.watch.inbox import Inbox, Taken
-from moireid_studio.watch.order import End, Signal
+from moireid_studio.watch.inbox import Inbox, TimedPicture
+from moireid_studio.watch.order import Signal, StreamEnd
 from moireid_studio.watch.readers import small_enough
 
 #: Media of a description: sound and picture of a sender, and some more that are not received.
@@ -53,11 +53,13 @@ class Peer:
             try:
                 await work
             except MediaError as error:
-                self._inbox.put(End("failed", str(error)))
+                self._inbox.put(StreamEnd("failed", str(error)))
             # Whatever a stranger's description makes of the library ends this session alone.
             except Exception as error:  # noqa: BLE001
                 words = " ".join(str(error).split())[:160]
-                self._inbox.put(End("failed", f"the WebRTC session cannot be made ({type(error).__name__}: {words})"))
+                self._inbox.put(
+                    StreamEnd("failed", f"the WebRTC session cannot be made ({type(error).__name__}: {words})")
+                )
 
         asyncio.run_coroutine_threadsafe(safely(), self._loop)
 
@@ -115,14 +117,14 @@ class Peer:
                 arrival_s = time.monotonic()
                 # The sender's clock: it says when the picture was taken, whatever the network does with it.
                 claimed_s = float(decoded.pts * decoded.time_base)
-                self._inbox.put_picture(Taken(small_enough(decoded), claimed_s, arrival_s))
+                self._inbox.put_picture(TimedPicture(small_enough(decoded), claimed_s, arrival_s))
         except self._rtc.mediastreams.MediaStreamError:
-            self._inbox.put(End("source"))
+            self._inbox.put(StreamEnd("source"))
         except MediaError as error:
-            self._inbox.put(End("failed", str(error)))
+            self._inbox.put(StreamEnd("failed", str(error)))
 
     def _on_state(self) -> None:
         state = self._connection.connectionState
         if state in ("failed", "closed"):
             words = "no way between the two ends was found, or it was lost"
-            self._inbox.put(End("failed", words) if state == "failed" else End("source"))
+            self._inbox.put(StreamEnd("failed", words) if state == "failed" else StreamEnd("source"))

@@ -22,7 +22,7 @@ import numpy as np
 from moireid.errors import MediaError
 from moireid.verifier.picture import Picture
 from moireid.verifier.video import FORMATS, OpenedFile, picture_of, squared
-from moireid_studio.watch.inbox import Inbox, Taken
+from moireid_studio.watch.inbox import Inbox, TimedPicture
 from moireid_studio.watch.order import LEAST_SIDE, MOST_PIXELS, PIECE, Data, Patience
 from moireid_studio.watch.source import Source
 
@@ -80,11 +80,11 @@ def is_closed(path: Path) -> bool:
     return False
 
 
-class Refused(OSError):
+class BytesRefusal(OSError):
     """Bytes that the process which started us does not give, with its reason."""
 
 
-class Asked:
+class RemoteReaders:
     """Streams of bytes that the process which started us reads for us, by number.
 
     The decoder's thread asks and waits; another thread hands on what comes (`give`).
@@ -109,7 +109,7 @@ class Asked:
         self._tell(wish)
         answer = self._answers[wish["number"]].get()
         if answer.error is not None:
-            raise Refused(5, answer.error)
+            raise BytesRefusal(5, answer.error)
         self.arrival_s, self.count = answer.arrival_s, self.count + len(answer.content)
         return answer.content
 
@@ -127,7 +127,7 @@ class Asked:
 class AskedStream:
     """One of these streams with what the decoder's library expects: read, close and a name."""
 
-    def __init__(self, asked: Asked, number: int, name: str) -> None:
+    def __init__(self, asked: RemoteReaders, number: int, name: str) -> None:
         self._asked, self._number, self.name = asked, number, name
 
     def read(self, count: int) -> bytes:
@@ -149,7 +149,7 @@ CAMERA = {"protocol_whitelist": "rtsp,rtp,tcp", "rtsp_transport": "tcp", **LIMIT
 HLS = "hls"
 
 
-def pictures(source: Source, asked: Asked, inbox: Inbox, patience: Patience) -> None:
+def pictures(source: Source, asked: RemoteReaders, inbox: Inbox, patience: Patience) -> None:
     """Decode a source into the inbox, until it ends.
 
     Raises: MediaError in a sentence where it cannot be opened, or breaks off.
@@ -162,7 +162,7 @@ def pictures(source: Source, asked: Asked, inbox: Inbox, patience: Patience) -> 
             _decode(container, inbox, _clock(source, asked))
     except av.error.ExitError as error:
         raise MediaError(f"{source.shown} gave nothing for {patience.stall_s:.0f} s") from error
-    except Refused as error:
+    except BytesRefusal as error:
         raise MediaError(f"{error.strerror}; {_advice(source)}") from error
     except (av.error.FFmpegError, OSError, ValueError) as error:
         if source.kind == "pipe" and not asked.count:
@@ -170,7 +170,7 @@ def pictures(source: Source, asked: Asked, inbox: Inbox, patience: Patience) -> 
         raise MediaError(f"{source.shown} cannot be read ({_reason(error)}); {_advice(source)}") from error
 
 
-def _opened(source: Source, asked: Asked, patience: Patience) -> av.container.InputContainer:
+def _opened(source: Source, asked: RemoteReaders, patience: Patience) -> av.container.InputContainer:
     import av
 
     if source.kind == "rtsp":
@@ -205,7 +205,7 @@ def _decode(container: av.container.InputContainer, inbox: Inbox, arrival: Calla
         # Where none has a time, as in a bare stream of H.264, they are counted; a single one without is left out.
         timed = timed or decoded.time is not None
         claimed_s = float(decoded.time) if decoded.time is not None else math.nan if timed else count / fps
-        inbox.put_picture(Taken(small_enough(decoded, stream.sample_aspect_ratio), claimed_s, arrival()))
+        inbox.put_picture(TimedPicture(small_enough(decoded, stream.sample_aspect_ratio), claimed_s, arrival()))
 
 
 def small_enough(decoded: Any, aspect: Any = None) -> Picture:
@@ -225,7 +225,7 @@ def small_enough(decoded: Any, aspect: Any = None) -> Picture:
     return Picture(np.asarray(cv2.resize(picture.whole, whole), np.uint8))
 
 
-def _clock(source: Source, asked: Asked) -> Callable[[], float]:
+def _clock(source: Source, asked: RemoteReaders) -> Callable[[], float]:
     """When the picture that was just decoded came: with the last bytes that were read for it."""
     return (lambda: asked.arrival_s) if source.kind in ("pipe", "http") else time.monotonic
 

@@ -15,13 +15,13 @@ from typing import Any
 from urllib.parse import urlsplit, urlunsplit
 
 from moireid.errors import MediaError, MoireIdError, SpecError
-from moireid.sandbox.process import Child, Ended, start
+from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.watch.feeding import Feeder
-from moireid_studio.watch.order import HARMLESS, End, Event, Order, Signal
+from moireid_studio.watch.order import HARMLESS, Event, Signal, StreamEnd, WatchOrder
 from moireid_studio.watch.source import Source
-from moireid_studio.watch.whip import Door
+from moireid_studio.watch.whip import WhipServer
 
 #: Of the judge: of 4K pictures some wait, and some are in the decoder.
 LIMITS = ProcessLimits(memory_bytes=2 << 30, file_bytes=0)
@@ -42,7 +42,7 @@ class Terms:
     answered: Callable[[str], None] | None = None
 
 
-def watch(order: Order, terms: Terms, stop: threading.Event, tell: Callable[[Event], None]) -> Event:
+def watch(order: WatchOrder, terms: Terms, stop: threading.Event, tell: Callable[[Event], None]) -> Event:
     """Judge a source until it ends, its time is over, or `stop` is set.
 
     Parameters: tell: is told each event as it comes, but the last.
@@ -58,7 +58,7 @@ def watch(order: Order, terms: Terms, stop: threading.Event, tell: Callable[[Eve
     try:
         with _fed(order, terms, child, tell) as feeder:
             found = _heard(child, feeder, terms, stop, tell)
-    except Ended as ended:
+    except ProcessEnd as ended:
         raise _broken(ended, order) from ended
     finally:
         child.kill()
@@ -66,7 +66,7 @@ def watch(order: Order, terms: Terms, stop: threading.Event, tell: Callable[[Eve
     return found | {"sealed": list(child.sealed or ())}
 
 
-def _started(order: Order) -> Child:
+def _started(order: WatchOrder) -> Child:
     films = [Path(order.source.text)] if order.source.kind == "file" else []
     child = start("moireid_studio.watch.judge:serve", LIMITS, within=reach(read=films, network=order.source.ports))
     child.send(replace(order, source=_without_password(order.source)))
@@ -82,7 +82,7 @@ def _without_password(source: Source) -> Source:
 
 
 @contextmanager
-def _fed(order: Order, terms: Terms, child: Child, tell: Callable[[Event], None]) -> Iterator[Feeder]:
+def _fed(order: WatchOrder, terms: Terms, child: Child, tell: Callable[[Event], None]) -> Iterator[Feeder]:
     """What the judge needs of us: its bytes, its pictures, its sender."""
     feeder = Feeder(order.source, child, terms.token)
     try:
@@ -90,7 +90,7 @@ def _fed(order: Order, terms: Terms, child: Child, tell: Callable[[Event], None]
             feeder.send(Signal(terms.offer))
             yield feeder
         elif order.source.kind == "whip":
-            with Door(order.source, terms.token, feeder) as door:
+            with WhipServer(order.source, terms.token, feeder) as door:
                 tell({"event": "waiting", "address": door.address, "token": door.token, "here": door.here})
                 yield feeder
         else:
@@ -111,9 +111,9 @@ def _heard(
         now = time.monotonic()
         if not asked and (stop.is_set() or (last is not None and now > last)):
             asked, last = True, now + VERDICT_S
-            feeder.send(End())
+            feeder.send(StreamEnd())
         elif asked and last is not None and now > last:
-            raise Ended("crash", f"gave no verdict within {VERDICT_S:.0f} s")
+            raise ProcessEnd("crash", f"gave no verdict within {VERDICT_S:.0f} s")
         if told is None:
             continue
         if "event" in told:
@@ -149,11 +149,11 @@ def _checked(told: dict[str, Any]) -> dict[str, Any]:
 
     schema = json.loads(report_schema())
     if not Draft202012Validator(schema).is_valid(told) or not isinstance(told.get("end"), dict):
-        raise Ended("crash", "gave a verdict that is none")
+        raise ProcessEnd("crash", "gave a verdict that is none")
     return told
 
 
-def _digest(order: Order, found: dict[str, Any]) -> str | None:
+def _digest(order: WatchOrder, found: dict[str, Any]) -> str | None:
     """SHA-256 of a file that was read to its end."""
     if order.source.kind != "file" or found["end"]["why"] != "source":
         return None
@@ -161,7 +161,7 @@ def _digest(order: Order, found: dict[str, Any]) -> str | None:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def _broken(ended: Ended, order: Order) -> MoireIdError:
+def _broken(ended: ProcessEnd, order: WatchOrder) -> MoireIdError:
     """The process that judged has gone, in words."""
     if ended.kind == "memory":
         return MediaError(f"{order.source.shown} asks for more memory than a stream may have; send smaller pictures")

@@ -19,7 +19,7 @@ from urllib.parse import urlsplit
 
 from moireid.errors import MediaError
 from moireid.extras import missing_extra
-from moireid_studio.watch.order import End, Signal
+from moireid_studio.watch.order import Signal, StreamEnd
 from moireid_studio.watch.source import Source
 from moireid_studio.watch.whep import MOST_SDP_BYTES, SDP
 
@@ -41,7 +41,7 @@ CORS = {
 }
 
 
-class Door:
+class WhipServer:
     """The server, from `with` to its end.
 
     Parameters: token: that a sender must show; None: one is drawn.
@@ -73,7 +73,7 @@ class Door:
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._server.run, args=([self._socket],), daemon=True)
 
-    def __enter__(self) -> Door:
+    def __enter__(self) -> WhipServer:
         self._thread.start()
         last = time.monotonic() + START_S
         while not self._server.started and self._thread.is_alive() and time.monotonic() < last:
@@ -132,7 +132,7 @@ class Door:
             return refusal
         if not self._taken:
             return _said(404, "No sender is being judged.")
-        self._feeder.send(End("source"))
+        self._feeder.send(StreamEnd("source"))
         return _said(200, "")
 
     def _refused(self, request: Request) -> Response | None:

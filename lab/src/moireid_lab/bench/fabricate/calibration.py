@@ -34,7 +34,7 @@ NOTED_DISTANCE_SD = 0.06
 
 
 @dataclass(frozen=True)
-class Case:
+class PhotoCase:
     """One photograph: the sheet's pitch over its label's, its twist, and where the camera stands."""
 
     lens: str
@@ -44,11 +44,11 @@ class Case:
     aside_deg: float
 
 
-def cases(count: int, seed: int) -> list[Case]:
+def cases(count: int, seed: int) -> list[PhotoCase]:
     """Photographs drawn over what the sheet of instructions allows; the same for the same seed."""
     rng = np.random.default_rng(seed)
     return [
-        Case(
+        PhotoCase(
             lens=("50lpi", "50lpi", "40lpi", "60lpi")[k % 4],
             lens_scale=1 + float(rng.uniform(-0.003, 0.003)),
             twist_deg=float(rng.uniform(-1, 1)),
@@ -59,7 +59,7 @@ def cases(count: int, seed: int) -> list[Case]:
     ]
 
 
-def photograph(chart: Badge, case: Case, seed: int) -> NDArray[np.uint8]:
+def photograph(chart: Badge, case: PhotoCase, seed: int) -> NDArray[np.uint8]:
     """The picture of one case, (height, width) counts."""
     build = Build(
         lens_offset_mm=float(np.random.default_rng(seed).uniform(-0.25, 0.25)),

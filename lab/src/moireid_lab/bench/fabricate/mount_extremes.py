@@ -27,7 +27,7 @@ THIN_PITCH_SHARE = 0.7
 
 
 @dataclass(frozen=True)
-class Case:
+class MountCase:
     """One extreme: its name, the wish for a badge, the lens sheet's thickness where it is no label's, mount figures."""
 
     name: str
@@ -36,7 +36,7 @@ class Case:
     figures: tuple[str, ...] = ()
 
 
-def cases() -> list[Case]:
+def cases() -> list[MountCase]:
     """Boards, sheets, spacers and kerfs at and beyond what can be made, for either front layer."""
     plain = Request("Extreme")
     found = []
@@ -52,15 +52,15 @@ def cases() -> list[Case]:
             ((300.0, 300.0), plain.range_m),
         ):
             name = f"board {size[0]:g}x{size[1]:g} mm"
-            found.append(Case(name, replace(base, size_mm=size, range_m=range_m)))
+            found.append(MountCase(name, replace(base, size_mm=size, range_m=range_m)))
         for kerf in (0.0, 1.0, 5.0):
-            found.append(Case(f"kerf {kerf:g} mm", base, figures=(f"kerf_mm={kerf:g}",)))
+            found.append(MountCase(f"kerf {kerf:g} mm", base, figures=(f"kerf_mm={kerf:g}",)))
     # A thin sheet also has narrow lenses, so it needs a fine printer and a near camera.
     fine = replace(plain, printer_dpi=4800, range_m=(0.4, 1.2))
-    found += [Case(f"sheet {lens_mm:g} mm", fine, lens_mm) for lens_mm in (0.2, 0.3)]
-    found += [Case(f"sheet {lens_mm:g} mm", plain, lens_mm) for lens_mm in (2.5, 4.0, 6.0)]
+    found += [MountCase(f"sheet {lens_mm:g} mm", fine, lens_mm) for lens_mm in (0.2, 0.3)]
+    found += [MountCase(f"sheet {lens_mm:g} mm", plain, lens_mm) for lens_mm in (2.5, 4.0, 6.0)]
     masks = replace(plain, front="mask")
-    found += [Case(f"spacer {gap:g} mm", replace(masks, gap_mm=gap)) for gap in (0.2, 0.5, 1.5, 3.0, 6.0)]
+    found += [MountCase(f"spacer {gap:g} mm", replace(masks, gap_mm=gap)) for gap in (0.2, 0.5, 1.5, 3.0, 6.0)]
     return found
 
 
@@ -87,7 +87,7 @@ def extremes(built: Collection[tuple[str, str, str]] = BUILT) -> list[dict[str, 
     return [row(case, kind, build=(case.name, case.request.front, kind) in built) for case in cases() for kind in KINDS]
 
 
-def row(case: Case, kind: str, *, build: bool) -> dict[str, Any]:
+def row(case: MountCase, kind: str, *, build: bool) -> dict[str, Any]:
     """What becomes of one case with one mount.  Raises: FabricationError where what was planned fails its checks."""
     found: dict[str, Any] = {"case": case.name, "front": case.request.front, "mount": kind}
     clock = time.perf_counter()
@@ -104,7 +104,7 @@ def row(case: Case, kind: str, *, build: bool) -> dict[str, Any]:
     return found | {"outcome": outcome_of(parts), "why": "; ".join(parts.left_out.values())}
 
 
-def planned_case(case: Case, kind: str) -> tuple[Badge, Parts]:
+def planned_case(case: MountCase, kind: str) -> tuple[Badge, Parts]:
     """The badge of a case, and what is made of its mount.  Raises: MoireIdError where it is refused."""
     figures = mount_figures(case.figures)
     with tempfile.TemporaryDirectory() as folder:

@@ -32,7 +32,7 @@ QUICK_DPI = 600
 
 
 @dataclass(frozen=True)
-class Case:
+class PageCase:
     """A wish, and the sheet that it is for where no label names it: pitch and thickness, mm."""
 
     name: str
@@ -40,28 +40,28 @@ class Case:
     sheet_mm: tuple[float, float] | None = None
 
 
-def cases() -> list[Case]:
+def cases() -> list[PageCase]:
     """The table's rows, in its order."""
     wish = Request("Extreme")
-    found = [Case(f"{dpi} dpi", replace(wish, printer_dpi=dpi)) for dpi in (150, 300, 600, 1200, 2400, 4800)]
+    found = [PageCase(f"{dpi} dpi", replace(wish, printer_dpi=dpi)) for dpi in (150, 300, 600, 1200, 2400, 4800)]
     found += [
-        Case("badge of 30 x 30 mm", replace(wish, size_mm=(30.0, 30.0))),
-        Case("badge of 30 x 150 mm", replace(wish, size_mm=(30.0, 150.0))),
-        Case("badge of 300 x 300 mm", replace(wish, size_mm=(300.0, 300.0))),
-        Case("badge of 200 x 280 mm on letter", replace(wish, size_mm=(200.0, 280.0), paper="letter")),
-        Case("sheet of 0.2 mm, 50 LPI", wish, (0.508, 0.2)),
-        Case("sheet of 0.2 mm, 180 LPI", wish, (25.4 / 180, 0.2)),
-        Case("sheet of 0.2 mm, 180 LPI, 600 dpi", replace(wish, printer_dpi=600), (25.4 / 180, 0.2)),
-        Case("sheet of 6 mm, 50 LPI", wish, (0.508, 6.0)),
-        Case("sheet of 6 mm, 10 LPI", wish, (2.54, 6.0)),
+        PageCase("badge of 30 x 30 mm", replace(wish, size_mm=(30.0, 30.0))),
+        PageCase("badge of 30 x 150 mm", replace(wish, size_mm=(30.0, 150.0))),
+        PageCase("badge of 300 x 300 mm", replace(wish, size_mm=(300.0, 300.0))),
+        PageCase("badge of 200 x 280 mm on letter", replace(wish, size_mm=(200.0, 280.0), paper="letter")),
+        PageCase("sheet of 0.2 mm, 50 LPI", wish, (0.508, 0.2)),
+        PageCase("sheet of 0.2 mm, 180 LPI", wish, (25.4 / 180, 0.2)),
+        PageCase("sheet of 0.2 mm, 180 LPI, 600 dpi", replace(wish, printer_dpi=600), (25.4 / 180, 0.2)),
+        PageCase("sheet of 6 mm, 50 LPI", wish, (0.508, 6.0)),
+        PageCase("sheet of 6 mm, 10 LPI", wish, (2.54, 6.0)),
     ]
     for dpi in (600, 1200):
         dot, asked = Printer(dpi).dot_mm, replace(wish, printer_dpi=dpi)
         for whole in (0.508 // dot, 0.508 // dot + 1):
             for off in (-1e-3, 1e-3):
                 dots = f"{whole + off:.3f} dots of {dpi} dpi"
-                found.append(Case(f"lens pitch {dots}", asked, ((whole + off) * dot, 1.0)))
-                found.append(Case(f"printed pitch {dots}", asked, (_lens_for((whole + off) * dot), 1.0)))
+                found.append(PageCase(f"lens pitch {dots}", asked, ((whole + off) * dot, 1.0)))
+                found.append(PageCase(f"printed pitch {dots}", asked, (_lens_for((whole + off) * dot), 1.0)))
     return found
 
 
@@ -72,7 +72,7 @@ def extreme_rows(*, quick: bool) -> list[dict[str, Any]]:
     return [extreme_row(case) for case in cases()]
 
 
-def extreme_row(case: Case, rasters: tuple[str, ...] = ("poppler", "ghostscript")) -> dict[str, Any]:
+def extreme_row(case: PageCase, rasters: tuple[str, ...] = ("poppler", "ghostscript")) -> dict[str, Any]:
     """The outcome of one wish.
 
     Returns: outcome "right" (all of its edges within half a dot, all markers found, identity read off the raster),
@@ -101,7 +101,7 @@ def extreme_row(case: Case, rasters: tuple[str, ...] = ("poppler", "ghostscript"
     return row | {"outcome": "wrong" if not right else "refused" if said else "right"}
 
 
-def settle(case: Case, folder: Path) -> tuple[Case, Badge | None, list[str]]:
+def settle(case: PageCase, folder: Path) -> tuple[PageCase, Badge | None, list[str]]:
     """The wish as granted, its badge (None where advice ran out), and all refusals on the way."""
     said: list[str] = []
     for _ in range(MOST_STEPS):
@@ -116,7 +116,7 @@ def settle(case: Case, folder: Path) -> tuple[Case, Badge | None, list[str]]:
     return case, None, said
 
 
-def follow(case: Case, error: MoireIdError) -> Case:
+def follow(case: PageCase, error: MoireIdError) -> PageCase:
     """The wish changed as an error advises; the same one where it advises nothing."""
     told: dict[str, Any] = error.details
     request = case.request
@@ -135,7 +135,7 @@ def follow(case: Case, error: MoireIdError) -> Case:
     return replace(case, request=request, sheet_mm=sheet)
 
 
-def _with_lens(case: Case, folder: Path) -> Request:
+def _with_lens(case: PageCase, folder: Path) -> Request:
     """The request with the sheet as a lens profile's file, which is not checked here but by who reads it."""
     if case.sheet_mm is None:
         return case.request
@@ -159,14 +159,14 @@ def _lens_for(printed_mm: float) -> float:
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(6):
             # In vector form, which ignores the printer's dots: with dots, the wish may be refused.
-            wish = Case("", replace(Request("Extreme"), form="vector"), (lens_mm, 1.0))
+            wish = PageCase("", replace(Request("Extreme"), form="vector"), (lens_mm, 1.0))
             lens_mm *= printed_mm / design_badge(_with_lens(wish, Path(folder)), PAYLOAD).gratings[0].pitch_mm
     if not 0.5 < lens_mm / printed_mm < 1:
         raise DesignError(f"no lens sheet gives a printed pitch of {printed_mm:g} mm")
     return lens_mm
 
 
-def _in_words(case: Case) -> str:
+def _in_words(case: PageCase) -> str:
     """The wish in words."""
     request, sheet = case.request, case.sheet_mm
     words = f"{request.size_mm[0]:g}x{request.size_mm[1]:g} mm, {request.range_m[0]:g}-{request.range_m[1]:g} m"

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge, Cell, Grating
 from moireid.errors import FabricationError
 from moireid.idcodes import family_named
-from moireid.idcodes.family import CellReading, Decoded
+from moireid.idcodes.family import CellReading, DecodeResult
 from moireid.sheets import MM_PER_INCH
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ class PageReading:
     corner from its place; phase_error_rad: the largest distance of a cell from its nearest place on the circle.
     """
 
-    found: Decoded
+    found: DecodeResult
     markers: tuple[int, ...]
     marker_error_mm: float
     phase_error_rad: float

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
 from moireid.simulate.filming import Show
-from moireid.simulate.forgeries.rear_layer import Shown
+from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Scene
 from moireid.simulate.shots import Edit
@@ -72,7 +72,7 @@ class Filming:
 
 
 @dataclass(frozen=True)
-class Case:
+class ForgeryCase:
     """name: as in the table; genuine: whether it shows a badge as it is; axes: of the badge; make: how it is filmed."""
 
     name: str
@@ -114,9 +114,9 @@ def slid(course: Callable[[Shoot], Motion] = moving) -> Make:
     """
 
     def make(shoot: Shoot) -> Filming:
-        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
             away = np.abs(camera_mm[:, 2:])
-            return Shown(camera_mm / away * away.mean(), camera_mm)
+            return ShownViews(camera_mm / away * away.mean(), camera_mm)
 
         return Filming(course(shoot), show)
 
@@ -161,12 +161,12 @@ def frozen_in_spells(share: float, shift_px: float) -> Make:
         def within(frame: int) -> bool:
             return frame // spell in starts
 
-        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
             held = camera_mm.copy()
             for frame in range(len(held)):
                 if within(frame):
                     held[frame] = held[max(spell * (frame // spell) - 1, 0)]
-            return Shown(held, camera_mm)
+            return ShownViews(held, camera_mm)
 
         return Filming(moving(shoot), show, ShiftedMarkers(shoot.badge, shift_px, within))
 
@@ -180,7 +180,7 @@ def spell(seconds: float) -> Make:
     """
 
     def make(shoot: Shoot) -> Filming:
-        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
             frames = round(seconds * FPS)
             parallax = np.lib.stride_tricks.sliding_window_view(camera_mm[:, 0] / camera_mm[:, 2], frames)
             span = np.ptp(parallax, axis=1)
@@ -188,7 +188,7 @@ def spell(seconds: float) -> Make:
             first = int(shoot.rng.choice(moving_ones))
             held = camera_mm.copy()
             held[first : first + frames] = held[first]
-            return Shown(held, camera_mm)
+            return ShownViews(held, camera_mm)
 
         return Filming(moving(shoot), show)
 
@@ -211,10 +211,10 @@ def decoy(shoot: Shoot) -> Filming:
         after = np.asarray(times_s) * FPS >= cut - 0.5
         return Poses(poses.camera_mm, np.where(after[:, None, None], aside @ poses.rotation, poses.rotation))
 
-    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
         held = camera_mm.copy()
         held[cut:] = held[cut]
-        return Shown(held, camera_mm)
+        return ShownViews(held, camera_mm)
 
     return Filming(motion, show, Decoy(shoot.badge, cut))
 
@@ -225,8 +225,8 @@ def late_on_sweep(seconds: float) -> Make:
     def make(shoot: Shoot) -> Filming:
         motion = one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s)
 
-        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
-            return Shown(motion(np.arange(len(camera_mm)) / fps - seconds).camera_mm, camera_mm)
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
+            return ShownViews(motion(np.arange(len(camera_mm)) / fps - seconds).camera_mm, camera_mm)
 
         return Filming(motion, show)
 
@@ -237,12 +237,12 @@ def drift_on_sweep(shoot: Shoot) -> Filming:
     """Fringes that drift at a constant speed which the forger does not know, on one steady sweep."""
     ratio = float(shoot.rng.uniform(-2.0, 3.0))
 
-    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> ShownViews:
         share = np.linspace(-1, 1, len(camera_mm))
         held = camera_mm.copy()
         ends = camera_mm[-1, 0] - camera_mm[0, 0]
         held[:, 0] = camera_mm[:, 0].mean() + ratio * ends / 2 * share
-        return Shown(held, camera_mm)
+        return ShownViews(held, camera_mm)
 
     return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), show)
 
@@ -278,53 +278,59 @@ def jump_cut(skip_s: float) -> Make:
     return lambda shoot: Filming(with_jump(moving(shoot), shoot.length_s / 2, skip_s=skip_s))
 
 
-def cases() -> list[Case]:
+def cases() -> list[ForgeryCase]:
     """All of them; the counts of photographs are swept."""
     attacks = [
-        Case("one photograph in turns, plain cuts", False, still_in_turns(0.0)),
-        Case("one photograph in turns, gaps", False, still_in_turns(0.5)),
+        ForgeryCase("one photograph in turns, plain cuts", False, still_in_turns(0.0)),
+        ForgeryCase("one photograph in turns, gaps", False, still_in_turns(0.5)),
         *(
-            Case(f"photographs for {hold_s:g} s each, {fps:g} frames a second", False, slides(hold_s, fps))
+            ForgeryCase(f"photographs for {hold_s:g} s each, {fps:g} frames a second", False, slides(hold_s, fps))
             for hold_s, fps in ((0.2, 30.0), (0.25, 12.0), (0.5, 12.0), (0.5, 8.0))
         ),
         *(
-            Case(f"{count} photographs, cross-faded", False, photographs(count))
+            ForgeryCase(f"{count} photographs, cross-faded", False, photographs(count))
             for count in (3, 5, 8, 12, 18, 24, 36, 48, 64, 96)
         ),
         *(
-            Case(f"{count} photographs, nearest", False, photographs(count, blend=False))
+            ForgeryCase(f"{count} photographs, nearest", False, photographs(count, blend=False))
             for count in (8, 16, 24, 48, 96, 192)
         ),
         *(
-            Case(f"{count} photographs, cross-faded, from 1.4 times as far", False, photographs(count, distance_mm=1.4))
+            ForgeryCase(
+                f"{count} photographs, cross-faded, from 1.4 times as far", False, photographs(count, distance_mm=1.4)
+            )
             for count in (12, 24, 48)
         ),
         *(
-            Case(f"{count} photographs from each of two distances, cross-faded", False, photographs(count, distances=2))
+            ForgeryCase(
+                f"{count} photographs from each of two distances, cross-faded", False, photographs(count, distances=2)
+            )
             for count in (3, 5, 8, 12, 18, 24, 36)
         ),
-        Case("one photograph, slid by the law", False, slid()),
-        Case("one photograph, slid by the law, level course", False, slid(level)),
+        ForgeryCase("one photograph, slid by the law", False, slid()),
+        ForgeryCase("one photograph, slid by the law, level course", False, slid(level)),
         *(
-            Case(f"{count} photographs, cross-faded, level course", False, photographs(count, course=level))
+            ForgeryCase(f"{count} photographs, cross-faded, level course", False, photographs(count, course=level))
             for count in (3, 5, 8, 12, 18, 24, 36)
         ),
-        Case("24 photographs, cross-faded, 1.5 frames late", False, photographs(24, late_s=0.05)),
+        ForgeryCase("24 photographs, cross-faded, 1.5 frames late", False, photographs(24, late_s=0.05)),
         *(
-            Case(f"frozen for {100 * share:.0f} % of the frames, markers shifted", False, frozen_in_spells(share, 0.8))
+            ForgeryCase(
+                f"frozen for {100 * share:.0f} % of the frames, markers shifted", False, frozen_in_spells(share, 0.8)
+            )
             for share in (0.25, 0.5)
         ),
-        *(Case(f"frozen for {seconds:g} s", False, spell(seconds)) for seconds in (0.5, 1.0, 2.0)),
-        Case("2 s of badge in a film five times as long", False, short_of_film(2.0, 2.5)),
-        Case("a frozen badge beside a decoy after a true spell", False, decoy),
-        Case("half a second late on one sweep", False, late_on_sweep(0.5)),
-        Case("drift on one sweep", False, drift_on_sweep),
+        *(ForgeryCase(f"frozen for {seconds:g} s", False, spell(seconds)) for seconds in (0.5, 1.0, 2.0)),
+        ForgeryCase("2 s of badge in a film five times as long", False, short_of_film(2.0, 2.5)),
+        ForgeryCase("a frozen badge beside a decoy after a true spell", False, decoy),
+        ForgeryCase("half a second late on one sweep", False, late_on_sweep(0.5)),
+        ForgeryCase("drift on one sweep", False, drift_on_sweep),
         *(
-            Case(f"{count} photographs, cross-faded, two axes, whole", False, photographs(count), "xy")
+            ForgeryCase(f"{count} photographs, cross-faded, two axes, whole", False, photographs(count), "xy")
             for count in (12, 48)
         ),
         *(
-            Case(
+            ForgeryCase(
                 f"{count} photographs, cross-faded, two axes, by grating",
                 False,
                 photographs(count, by_grating=True),
@@ -334,27 +340,29 @@ def cases() -> list[Case]:
         ),
     ]
     honest = [
-        Case("plain", True, lambda shoot: Filming(moving(shoot))),
-        Case("plain, two axes", True, lambda shoot: Filming(moving(shoot)), "xy"),
-        Case("level course", True, lambda shoot: Filming(level(shoot))),
-        Case("one sweep", True, lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))),
-        Case("a hand over 60 % for 0.4 s", True, hand(0.6, 0.4)),
-        Case("a hand over 60 % for 1.5 s", True, hand(0.6, 1.5)),
-        Case(
+        ForgeryCase("plain", True, lambda shoot: Filming(moving(shoot))),
+        ForgeryCase("plain, two axes", True, lambda shoot: Filming(moving(shoot)), "xy"),
+        ForgeryCase("level course", True, lambda shoot: Filming(level(shoot))),
+        ForgeryCase(
+            "one sweep", True, lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))
+        ),
+        ForgeryCase("a hand over 60 % for 0.4 s", True, hand(0.6, 0.4)),
+        ForgeryCase("a hand over 60 % for 1.5 s", True, hand(0.6, 1.5)),
+        ForgeryCase(
             "fingers over 15 %",
             True,
             lambda shoot: Filming(moving(shoot), edit=fingers_on(shoot.badge, 0.15, shoot.seed)),
         ),
-        Case("a caption over one row", True, row_caption),
-        Case("a sticker", True, sticker),
-        Case(
+        ForgeryCase("a caption over one row", True, row_caption),
+        ForgeryCase("a sticker", True, sticker),
+        ForgeryCase(
             "a subtitle in the picture",
             True,
             lambda shoot: Filming(moving(shoot), edit=caption("Live from the conference", (0.5, 0.55), 34)),
         ),
-        Case("a jump cut of 1 s", True, jump_cut(1.0)),
-        Case("a jump cut of 3 s", True, jump_cut(3.0)),
-        Case(
+        ForgeryCase("a jump cut of 1 s", True, jump_cut(1.0)),
+        ForgeryCase("a jump cut of 3 s", True, jump_cut(3.0)),
+        ForgeryCase(
             "a gap of 1 s",
             True,
             lambda shoot: Filming(

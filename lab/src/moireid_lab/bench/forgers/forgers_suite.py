@@ -22,7 +22,7 @@ from moireid.designer import Request, design_badge
 from moireid.simulate.filming import film
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.forgers.cases import Case, Shoot, cases
+from moireid_lab.bench.forgers.cases import ForgeryCase, Shoot, cases
 from moireid_lab.bench.rows import Where, chosen_names, rows_of_cases
 from moireid_lab.bench.verdicts import COLOURS, VERDICTS, told
 
@@ -38,7 +38,7 @@ def badge_of(axes: str) -> Badge:
     return design_badge(Request("Bench", axes=axes), PAYLOAD)
 
 
-def film_case(case: Case, shoot: Shoot, video: Path) -> None:
+def film_case(case: ForgeryCase, shoot: Shoot, video: Path) -> None:
     """Film one case."""
     filming = case.make(shoot)
     film(

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Grating
-from moireid.simulate.forgeries.rear_layer import Shown, SquaredUp
+from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Scene
 
@@ -45,7 +45,7 @@ class Photographs:
     by_grating: bool = False
     distances: int = 1
 
-    def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
+    def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
         """The film that these photographs make of a course."""
         true = camera_mm[:, :2] / np.abs(camera_mm[:, 2:])
         late = motion(np.arange(len(camera_mm)) / fps - self.late_s).camera_mm
@@ -65,7 +65,7 @@ class Photographs:
             pictures = [weight * self._of(table, wanted[frame]) for weight, table in some]
             return np.asarray(sum(pictures[1:], start=pictures[0]) ** 2, np.float32)
 
-        return Shown(held, camera_mm, picture=show)
+        return ShownViews(held, camera_mm, picture=show)
 
     def _of(self, table: Table, wanted: Array) -> Picture:
         return (table.by_grating if self.by_grating else table.whole)(wanted, blend=self.blend)
@@ -116,12 +116,12 @@ class Table:
         return slice(top, bottom), slice(left, right)
 
 
-def still(place_mm: Array) -> Callable[[Scene, Motion, Array, float], Shown]:
+def still(place_mm: Array) -> Callable[[Scene, Motion, Array, float], ShownViews]:
     """One photograph, shown in every frame, wherever the camera is."""
 
-    def shown(scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
+    def shown(scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
         picture = SquaredUp(scene, PX_PER_MM).picture(place_mm)
         held = np.broadcast_to(place_mm, camera_mm.shape)
-        return Shown(held, camera_mm, picture=lambda frame: picture)
+        return ShownViews(held, camera_mm, picture=lambda frame: picture)
 
     return shown

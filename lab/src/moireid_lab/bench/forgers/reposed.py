@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
-from moireid.simulate.forgeries.rear_layer import Shown, SquaredUp
+from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Scene
 
@@ -46,7 +46,7 @@ ROUNDS = 20
 
 
 @dataclass(frozen=True)
-class Reposed:
+class Reposer:
     """What the forger has and does.
 
     count: photographs; blend: cross-fade those around in coded brightness, as editing programs do, else show the
@@ -57,7 +57,7 @@ class Reposed:
     blend: bool = False
     by_field: bool = False
 
-    def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
+    def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
         """The film that these photographs make of a course."""
         del motion, fps
         away = np.abs(camera_mm[:, 2:])
@@ -78,7 +78,7 @@ class Reposed:
                 picture[region] = np.sum(parts, axis=0)
             return np.asarray(picture**2, np.float32)
 
-        return Shown(camera_mm, camera_mm, picture=show)
+        return ShownViews(camera_mm, camera_mm, picture=show)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from moireid.simulate.analytic.accuracy import brightness, difference, estimate_error, strips_of
-from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, Rendered
+from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import Poses, motion_named
@@ -26,7 +26,7 @@ from moireid.simulate.recording.sensor import Sensor, averaged, opened
 from moireid.simulate.scene import Instant, Need, Scene
 from moireid_lab.bench.simulate.scenes import eleven
 
-Frame = Callable[[], Rendered | None]
+Frame = Callable[[], BoardRadiance | None]
 TANGENT, RUNS, MITSUBA_RUNS = 0.2, 9, 3
 #: Few rays, so that a whole picture fits into memory at once.
 FEW_SAMPLES = 4
@@ -117,11 +117,11 @@ def _sensor_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, An
         return []
 
     def frame(background: bool, channels: int = 1) -> Frame:
-        def expose() -> Rendered:
+        def expose() -> BoardRadiance:
             shown = sensor.expose(board, instant.first.rotation[0], 0.0).astype(np.float32) / np.float32(255)
             for _ in range(channels - 1):
                 sensor.expose(board, instant.first.rotation[0], 0.0)
-            return Rendered(shown, np.ones_like(shown), 0, 0)
+            return BoardRadiance(shown, np.ones_like(shown), 0, 0)
 
         # A sensor made anew draws the same noise.
         sensor = Sensor(replace(scene.camera, noise_counts=0.0), seed, need=Need(background=background))
@@ -220,7 +220,7 @@ def rms(figures: list[float | None]) -> float | None:
     return math.sqrt(sum(figure * figure for figure in known) / len(known)) if known else None
 
 
-def _timed(frame: Frame, runs: int) -> tuple[Rendered | None, float]:
+def _timed(frame: Frame, runs: int) -> tuple[BoardRadiance | None, float]:
     """The first picture, and the median of the seconds of further ones."""
     first, took = frame(), []
     for _ in range(runs):

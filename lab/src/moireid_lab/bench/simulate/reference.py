@@ -6,7 +6,7 @@ law is applied in vector form, and the ink under the ray is looked up by asking 
 purpose: about a million rays in a second or two.
 
 Left out, as in the analytic renderer: Fresnel losses, the light's direction, and rays inside the sheet that leave it
-through a neighbouring lens; `Traced.escaped` counts these rays and so shows where they matter.
+through a neighbouring lens; `TracedRadiance.escaped` counts these rays and so shows where they matter.
 
 Convention: board frame, mm, origin at the board's centre, x right, y down, z into the page; apexes at z = -g, page at
 z = 0.  The sheet is turned about z from x towards y, the print is scaled along x and y about the origin.
@@ -46,7 +46,7 @@ class Setup:
 
 
 @dataclass(frozen=True)
-class Traced:
+class TracedRadiance:
     """Radiance of the pixels (N,), NaN where any sight line misses the gratings; and the share of rays that would have
     left the sheet through another lens."""
 
@@ -63,7 +63,7 @@ def trace_pixels(
     rows: NDArray[np.intp],
     *,
     samples: int = SAMPLES,
-) -> Traced:
+) -> TracedRadiance:
     """Trace some pixels of a picture, all of which must lie on a grating.
 
     Parameters: camera_matrix (3, 3) px, pixel centres are whole numbers; camera_mm (3,) the camera's centre; rotation
@@ -83,7 +83,7 @@ def trace_pixels(
         seen, out = see(setup, np.asarray(camera_mm, float), way.reshape(-1, 3))
         radiance[pixels] = seen.reshape(u.shape).mean(axis=1)
         escaped += float(out.sum())
-    return Traced(radiance, escaped / (len(columns) * samples))
+    return TracedRadiance(radiance, escaped / (len(columns) * samples))
 
 
 def see(setup: Setup, origin: Array, way: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -21,7 +21,7 @@ SIDE_MM = 60.0
 
 
 @dataclass(frozen=True)
-class Setting:
+class SceneSetting:
     """One scene: its badge, how it is built, the distance, and the camera's turn about its own sight line."""
 
     name: str
@@ -72,7 +72,7 @@ def board(lens: Lens, rear_pitch_mm: float, axes: str = "x", duty: float = 0.5) 
     return Badge(None, "Bench", page, lens, tuple(gratings), markers)
 
 
-def eleven() -> list[Setting]:
+def eleven() -> list[SceneSetting]:
     """The scenes, from the published prototype's sheet to thick, thin, coarse, masked, turned and far ones."""
     sheet = Lens("lenticular", 0.508, 1.0, 1.56)
     thick, thin = Lens("lenticular", 0.508, 3.0, 1.56), Lens("lenticular", 0.3387, 0.67, 1.56)
@@ -81,15 +81,15 @@ def eleven() -> list[Setting]:
     mask = Lens("mask", 0.508, 1.5, 1.49)
     built = Build(0.13, math.radians(0.25), 1.002, 0.999, print_aspect=0.998)
     return [
-        Setting("prototype, 1 m", board(sheet, 0.52)),
-        Setting("near, 0.3 m", board(sheet, 0.52), distance_mm=300.0),
-        Setting("far, 5 m", board(sheet, 0.52), distance_mm=5000.0, camera=Camera(focal_px=2900.0)),
-        Setting("as built: twist, offset, scale", board(sheet, 0.52), built),
-        Setting("turned in the picture by 30 degrees", board(sheet, 0.52), built, roll_deg=30.0),
-        Setting("both axes", board(sheet, 0.50, "yx"), built, 800.0),
-        Setting("thick sheet, 3 mm", board(thick, 0.52), built),
-        Setting("75 lines an inch, 0.67 mm", board(thin, 0.345), built, 700.0),
-        Setting("40 lines an inch, acrylic", board(coarse, 0.65), distance_mm=1500.0),
-        Setting("out of focus, thin lines", board(flat, 0.52, duty=0.4), built),
-        Setting("line mask", board(mask, 0.52), built),
+        SceneSetting("prototype, 1 m", board(sheet, 0.52)),
+        SceneSetting("near, 0.3 m", board(sheet, 0.52), distance_mm=300.0),
+        SceneSetting("far, 5 m", board(sheet, 0.52), distance_mm=5000.0, camera=Camera(focal_px=2900.0)),
+        SceneSetting("as built: twist, offset, scale", board(sheet, 0.52), built),
+        SceneSetting("turned in the picture by 30 degrees", board(sheet, 0.52), built, roll_deg=30.0),
+        SceneSetting("both axes", board(sheet, 0.50, "yx"), built, 800.0),
+        SceneSetting("thick sheet, 3 mm", board(thick, 0.52), built),
+        SceneSetting("75 lines an inch, 0.67 mm", board(thin, 0.345), built, 700.0),
+        SceneSetting("40 lines an inch, acrylic", board(coarse, 0.65), distance_mm=1500.0),
+        SceneSetting("out of focus, thin lines", board(flat, 0.52, duty=0.4), built),
+        SceneSetting("line mask", board(mask, 0.52), built),
     ]

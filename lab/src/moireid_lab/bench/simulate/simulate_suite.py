@@ -24,13 +24,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.simulate.analytic.accuracy import Difference, Strip, brightness, difference, estimate_error, strips_of
-from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, Rendered
+from moireid.simulate.analytic.accuracy import Difference, PixelStrip, brightness, difference, estimate_error, strips_of
+from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.scene import Camera, Instant, Scene
 from moireid_lab.bench.simulate import left_out
 from moireid_lab.bench.simulate.left_out import left_out_table, rms
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
-from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, TANGENTS, Setting, eleven
+from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, TANGENTS, SceneSetting, eleven
 
 Array = NDArray[np.float64]
 FINE = (64, 4)
@@ -44,11 +44,11 @@ WORK_TANGENTS = (-0.3, 0.05, 0.35)
 
 
 @dataclass(frozen=True)
-class Truth:
+class SceneTruth:
     """One view of one scene: the frame, some strips, and their brightness by the outside tracer."""
 
     instant: Instant
-    strips: list[Strip]
+    strips: list[PixelStrip]
     radiance: list[Array]
     escaped: float
 
@@ -79,7 +79,7 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
     }
 
 
-def truth_of(setting: Setting, tangent: float, *, per_grating: int = 1, budget: int = BUDGET) -> Truth | None:
+def truth_of(setting: SceneSetting, tangent: float, *, per_grating: int = 1, budget: int = BUDGET) -> SceneTruth | None:
     """The outside tracer's picture of strips from the middle of each grating; None where no strip is seen."""
     scene, instant = setting.scene, setting.seen_at(tangent)
     shape = AnalyticRenderer(scene, rays=(1, 1)).render(instant)
@@ -87,7 +87,7 @@ def truth_of(setting: Setting, tangent: float, *, per_grating: int = 1, budget: 
         return None
     height, width = shape.radiance.shape
     strips = strips_of(scene, instant, (shape.left, shape.top, shape.left + width, shape.top + height))
-    some: list[Strip] = []
+    some: list[PixelStrip] = []
     for grating in range(len(scene.badge.gratings)):
         own = [strip for strip in strips if strip.grating == grating]
         first = max(0, (len(own) - per_grating) // 2)
@@ -105,10 +105,10 @@ def truth_of(setting: Setting, tangent: float, *, per_grating: int = 1, budget: 
         )
         for strip in some
     ]
-    return Truth(instant, some, [one.radiance for one in traced], max(one.escaped for one in traced))
+    return SceneTruth(instant, some, [one.radiance for one in traced], max(one.escaped for one in traced))
 
 
-def error_of(picture: Rendered, truth: Truth, contrast: float) -> Difference:
+def error_of(picture: BoardRadiance, truth: SceneTruth, contrast: float) -> Difference:
     """How far a rendered frame is from the truth, at the truth's strips."""
     pairs = [
         (strip, brightness(picture, strip), true) for strip, true in zip(truth.strips, truth.radiance, strict=True)
@@ -116,7 +116,7 @@ def error_of(picture: Rendered, truth: Truth, contrast: float) -> Difference:
     return difference(pairs, contrast)
 
 
-def against_reference(setting: Setting, *, quick: bool) -> dict[str, Any]:
+def against_reference(setting: SceneSetting, *, quick: bool) -> dict[str, Any]:
     """One scene's row: errors at the fine setting, and at the usual one the estimated and the true error."""
     scene = setting.scene
     tangents = [*(TANGENTS[::2] if quick else TANGENTS), STEEP_TANGENT]
@@ -140,7 +140,7 @@ def against_reference(setting: Setting, *, quick: bool) -> dict[str, Any]:
     return found
 
 
-def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int) -> list[dict[str, Any]]:
+def work_precision(setting: SceneSetting, camera_name: str, *, quick: bool, seed: int) -> list[dict[str, Any]]:
     """Seconds and errors of every renderer's settings at one resolution."""
     scene = setting.scene
     truths = [
@@ -148,7 +148,7 @@ def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int
     ]
     runs = QUICK_RUNS if quick else RUNS
     rows = []
-    kinds: list[tuple[str, tuple[int, int], Callable[[], Callable[[Instant], Rendered | None]]]] = []
+    kinds: list[tuple[str, tuple[int, int], Callable[[], Callable[[Instant], BoardRadiance | None]]]] = []
     for rays in SETTINGS:
         kinds.append(("analytic", rays, partial(_analytic, scene, rays)))
     kinds.append(("analytic float64", RAYS, lambda: AnalyticRenderer(scene, rays=RAYS, precision="float64").render))
@@ -168,7 +168,7 @@ def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int
 
 
 def _timed(
-    make: Callable[[], Callable[[Instant], Rendered | None]], truths: list[Truth], runs: int, contrast: float
+    make: Callable[[], Callable[[Instant], BoardRadiance | None]], truths: list[SceneTruth], runs: int, contrast: float
 ) -> dict[str, Any]:
     """Set-up apart: median and spread of the seconds of a frame, and its errors over all views."""
     clock = time.perf_counter()
@@ -219,11 +219,13 @@ def mitsuba_sweep(camera_name: str, *, quick: bool) -> list[tuple[str, tuple[tup
     return [(variant, MITSUBA_SETTINGS if variant == best else few) for variant in variants]
 
 
-def _analytic(scene: Scene, rays: tuple[int, int]) -> Callable[[Instant], Rendered | None]:
+def _analytic(scene: Scene, rays: tuple[int, int]) -> Callable[[Instant], BoardRadiance | None]:
     return AnalyticRenderer(scene, rays=rays).render
 
 
-def _mitsuba(scene: Any, variant: str, samples: int, segments: int, seed: int) -> Callable[[Instant], Rendered | None]:
+def _mitsuba(
+    scene: Any, variant: str, samples: int, segments: int, seed: int
+) -> Callable[[Instant], BoardRadiance | None]:
     from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=samples, segments=segments, variant=variant, seed=seed).render

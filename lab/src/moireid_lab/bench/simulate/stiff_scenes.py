@@ -19,7 +19,7 @@ from moireid.errors import MoireIdError
 from moireid.simulate.analytic.accuracy import estimate_error
 from moireid.simulate.analytic.renderer import AnalyticRenderer
 from moireid.simulate.scene import Build, Camera
-from moireid_lab.bench.simulate.scenes import Setting, board
+from moireid_lab.bench.simulate.scenes import SceneSetting, board
 from moireid_lab.bench.simulate.simulate_suite import error_of, truth_of
 
 RAYS = (32, 2)
@@ -36,7 +36,7 @@ class StiffScene:
     """One case: how its scene is made, and the view tangents across and along the lenses."""
 
     name: str
-    make: Callable[[], Setting]
+    make: Callable[[], SceneSetting]
     tangent: float = 0.2
 
 
@@ -51,11 +51,11 @@ def stiff_scenes() -> list[StiffScene]:
         ),
         *(StiffScene(f"sheet {mm:g} mm", partial(_sheet, mm, 1.56)) for mm in (0.05, 0.2, 3.0, 10.0)),
         *(StiffScene(f"n = {n:g}", partial(_sheet, 2.0, n)) for n in (1.0, 1.02, 1.3, 2.0)),
-        StiffScene("mask in air, n = 1", lambda: Setting("", board(Lens("mask", 0.508, 2.0, 1.0), 0.52))),
-        StiffScene("seven lenses in a pixel", lambda: Setting("", board(SHEET, 0.513), distance_mm=5000.0)),
+        StiffScene("mask in air, n = 1", lambda: SceneSetting("", board(Lens("mask", 0.508, 2.0, 1.0), 0.52))),
+        StiffScene("seven lenses in a pixel", lambda: SceneSetting("", board(SHEET, 0.513), distance_mm=5000.0)),
         StiffScene("no light", lambda: _light(0.0)),
         StiffScene("saturation, ten times white", lambda: _light(10.0)),
-        StiffScene("lenses spread beyond their diameter", lambda: Setting("", _badge(), Build(lens_scale=1.5))),
+        StiffScene("lenses spread beyond their diameter", lambda: SceneSetting("", _badge(), Build(lens_scale=1.5))),
     ]
 
 
@@ -114,30 +114,30 @@ def _badge() -> Any:
     return board(SHEET, 0.52)
 
 
-def _ratio(share: float) -> Setting:
-    return Setting("", board(SHEET, 0.508 * (1.0 + share)))
+def _ratio(share: float) -> SceneSetting:
+    return SceneSetting("", board(SHEET, 0.508 * (1.0 + share)))
 
 
-def _distance(distance_mm: float) -> Setting:
+def _distance(distance_mm: float) -> SceneSetting:
     """Near: an ordinary camera.  Far: one whose pixels see about as much as an ordinary camera's at 2 m."""
     camera = NEAR if distance_mm < 300 else Camera(focal_px=max(1450.0, 0.7 * distance_mm))
-    return Setting("", _badge(), distance_mm=distance_mm, camera=camera)
+    return SceneSetting("", _badge(), distance_mm=distance_mm, camera=camera)
 
 
-def _sheet(thickness_mm: float, refractive_index: float) -> Setting:
+def _sheet(thickness_mm: float, refractive_index: float) -> SceneSetting:
     """A sheet whose pitch suits its thickness: half of it at most the radius that focuses on the back."""
     radius = thickness_mm * (refractive_index - 1.0) / refractive_index
     pitch = min(0.508, 1.4 * radius) if radius > 0 else 0.508
     lens = Lens("lenticular", pitch, thickness_mm, refractive_index)
-    return Setting("", board(lens, pitch * 1.024), distance_mm=600.0 * pitch / 0.508, camera=NEAR)
+    return SceneSetting("", board(lens, pitch * 1.024), distance_mm=600.0 * pitch / 0.508, camera=NEAR)
 
 
-def _light(paper: float) -> Setting:
+def _light(paper: float) -> SceneSetting:
     return _Lit("", _badge(), paper=paper)
 
 
 @dataclass(frozen=True)
-class _Lit(Setting):
+class _Lit(SceneSetting):
     """A setting with paper of another radiance; ink is a fourteenth of it, as ever."""
 
     paper: float = 0.85

@@ -53,7 +53,7 @@ KINDS = (
 
 
 @dataclass(frozen=True)
-class Truth:
+class FilmTruth:
     """Of each frame, (T,): time, phase of the fringes as shown, and the phase that the law says; of the film: the gain
     of the one over the other.
     """
@@ -70,19 +70,19 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Filmed:
+class DecodedFilm:
     """A film, decoded: its frames, their truth, and milliseconds of wall clock and of all threads to decode one."""
 
     kind: Kind
     badge: Badge
     focal_px: float
     frames: list[Frame]
-    truth: Truth
+    truth: FilmTruth
     decode_ms: float
     decode_cpu_ms: float
 
 
-def shoot(kind: Kind, frames: int, seed: int, folder: Path) -> Filmed:
+def shoot(kind: Kind, frames: int, seed: int, folder: Path) -> DecodedFilm:
     """Film with sensor and H.264, and decode; all frames are held in memory, 2 MB each, so that nothing but the
     verifier runs while it is timed.
     """
@@ -96,17 +96,17 @@ def shoot(kind: Kind, frames: int, seed: int, folder: Path) -> Filmed:
     decoded = list(Film(video).frames())
     wall, cpu = time.perf_counter() - clock, time.process_time() - used
     count = 1e3 / len(decoded)
-    return Filmed(kind, badge, camera.focal_px, decoded, truth_of(badge, video), wall * count, cpu * count)
+    return DecodedFilm(kind, badge, camera.focal_px, decoded, truth_of(badge, video), wall * count, cpu * count)
 
 
-def truth_of(badge: Badge, video: Path) -> Truth:
+def truth_of(badge: Badge, video: Path) -> FilmTruth:
     """The truth of a film from the file beside it."""
     with truth_path(video).open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     camera = np.array([[float(row[f"camera_{axis}_mm"]) for axis in "xyz"] for row in rows])
     law = [shown_phase_rad(Scene(badge), badge.gratings[0], place, place, np.zeros(2)) for place in camera]
     times, shown = (np.array([float(row[name]) for row in rows]) for name in ("time_s", "phase_rad"))
-    return Truth(times, shown, np.array(law))
+    return FilmTruth(times, shown, np.array(law))
 
 
 def phase_error_rad(times_s: Array, phase_rad: Array, true_s: Array, true_rad: Array) -> float | None:

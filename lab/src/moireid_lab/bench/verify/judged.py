@@ -15,7 +15,7 @@ from moireid.verifier.session.streaming import Verifier
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedFrames:
     """The verdict on some frames with all that it rests on."""
 
     verdict: Verdict
@@ -57,7 +57,7 @@ class Judged:
         return all(math.isfinite(value) for value in found if isinstance(value, float))
 
 
-def judge_frames(frames: Iterable[Frame], claim: Claim) -> Judged:
+def judge_frames(frames: Iterable[Frame], claim: Claim) -> JudgedFrames:
     """Steps 2 to 8 of `verifier.verify` on frames that are already there."""
     verifier = Verifier(claim, running=False)
     for frame in frames:
@@ -66,4 +66,4 @@ def judge_frames(frames: Iterable[Frame], claim: Claim) -> Judged:
     invariant = invariant_of(chapters)
     identity, built_reasons = identity_of(chapters)
     reasons = invariant.reasons + identity.reasons + built_reasons
-    return Judged(worst(list(reasons)), reasons, invariant, identity.decoded_id, tuple(chapters))
+    return JudgedFrames(worst(list(reasons)), reasons, invariant, identity.decoded_id, tuple(chapters))

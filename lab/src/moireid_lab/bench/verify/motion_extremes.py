@@ -34,7 +34,7 @@ from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film
 from moireid_lab.bench.rows import Where, made_rows
-from moireid_lab.bench.verify.judged import Judged, judge_frames
+from moireid_lab.bench.verify.judged import JudgedFrames, judge_frames
 
 Array = NDArray[np.float64]
 Outcome = Literal["right", "open", "wrong"]
@@ -197,7 +197,7 @@ def read_extreme(case: Extreme, seed: int) -> dict[str, Any]:
     return row | _figures(case, found, badge)
 
 
-def _figures(case: Extreme, found: Judged, badge: Badge) -> dict[str, Any]:
+def _figures(case: Extreme, found: JudgedFrames, badge: Badge) -> dict[str, Any]:
     """What came out."""
     motion, why = found.invariant, found.why
     outcome = outcome_of(case.expected, found.verdict, [reason.code for reason in why])
@@ -263,5 +263,5 @@ def _first_smeared(frames: Iterator[Frame]) -> Iterator[Frame]:
 
 
 def _number(value: float | None) -> float | None:
-    """The figure for JSON, None where it is not finite, which `Judged.finite` reports."""
+    """The figure for JSON, None where it is not finite, which `JudgedFrames.finite` reports."""
     return float(f"{value:.6g}") if value is not None and math.isfinite(value) else None

@@ -33,7 +33,7 @@ from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.published.pipeline import PublishedReader, judge
 from moireid.verifier.session.claim import Claim
 from moireid_lab.bench.rows import Where
-from moireid_lab.bench.verify.films import KINDS, Filmed, Kind, phase_error_rad, shoot
+from moireid_lab.bench.verify.films import KINDS, DecodedFilm, Kind, phase_error_rad, shoot
 from moireid_lab.bench.verify.judged import judge_frames
 from moireid_lab.bench.verify.motion_extremes import chosen, run_extremes
 
@@ -48,7 +48,7 @@ ROOMS = ("bench", "designer", "idcodes", "simulate", "verifier")
 
 
 @dataclass(frozen=True)
-class Setting:
+class EstimatorSetting:
     """Which frames are used, at which share of the film's resolution, and by which estimator; as it stands: ours.
 
     focal length given: by the user.  nothing solved: a usual phone's focal length and shutter are assumed.
@@ -60,16 +60,16 @@ class Setting:
     estimator: str = "ours"
 
 
-DEFAULT = Setting()
+DEFAULT = EstimatorSetting()
 HERE = Where()
 
 
-def settings(*, quick: bool) -> list[Setting]:
+def settings(*, quick: bool) -> list[EstimatorSetting]:
     """All settings: every number of frames at every resolution by our estimator, and the others as films come."""
-    others = [Setting(estimator=name) for name in ESTIMATORS[1:]]
+    others = [EstimatorSetting(estimator=name) for name in ESTIMATORS[1:]]
     if quick:
-        return [DEFAULT, Setting(2), Setting(4), Setting(1, 1 / 2), others[0], others[-1]]
-    return [Setting(every, scale) for scale in SCALES for every in EVERY] + others
+        return [DEFAULT, EstimatorSetting(2), EstimatorSetting(4), EstimatorSetting(1, 1 / 2), others[0], others[-1]]
+    return [EstimatorSetting(every, scale) for scale in SCALES for every in EVERY] + others
 
 
 def run(
@@ -130,7 +130,7 @@ def sweep(
     return [rows[key] for key in keys.values()]
 
 
-def timed(filmed: Filmed, setting: Setting, runs: int) -> dict[str, Any]:
+def timed(filmed: DecodedFilm, setting: EstimatorSetting, runs: int) -> dict[str, Any]:
     """One row: figures of the film, and the time of repeated runs in this process."""
     read = _published if setting.estimator == "published" else _ours
     wall, cpu, row = [], [], dict[str, Any]()
@@ -154,7 +154,7 @@ def timed(filmed: Filmed, setting: Setting, runs: int) -> dict[str, Any]:
     }
 
 
-def used_frames(frames: list[Frame], setting: Setting) -> Iterator[Frame]:
+def used_frames(frames: list[Frame], setting: EstimatorSetting) -> Iterator[Frame]:
     """The frames of a setting, numbered as a film of them would be; shrunk by averaging, which moves no centre."""
     for index, frame in enumerate(frames[:: setting.every]):
         picture = frame.picture
@@ -164,7 +164,7 @@ def used_frames(frames: list[Frame], setting: Setting) -> Iterator[Frame]:
         yield Frame(index, frame.time_s, picture)
 
 
-def _ours(filmed: Filmed, setting: Setting) -> dict[str, Any]:
+def _ours(filmed: DecodedFilm, setting: EstimatorSetting) -> dict[str, Any]:
     """Our verifier's figures of one film."""
     badge, truth = filmed.badge, filmed.truth
     focal_px = filmed.focal_px * setting.scale if setting.estimator == "focal length given" else None
@@ -191,7 +191,7 @@ def _ours(filmed: Filmed, setting: Setting) -> dict[str, Any]:
     }
 
 
-def _published(filmed: Filmed, setting: Setting) -> dict[str, Any]:
+def _published(filmed: DecodedFilm, setting: EstimatorSetting) -> dict[str, Any]:
     """The published pipeline's figures of one film; its phase has no sign, so the better sign is taken."""
     truth, height, width = filmed.truth, *filmed.frames[0].luma.shape
     reader = PublishedReader(filmed.badge, None, (width, height), None)
@@ -230,7 +230,7 @@ def _instead(estimator: str) -> Iterator[None]:
             setattr(owner, name, own)
 
 
-def _summary(setting: Setting, films: list[dict[str, Any]]) -> dict[str, Any]:
+def _summary(setting: EstimatorSetting, films: list[dict[str, Any]]) -> dict[str, Any]:
     """One setting over all films: errors as root mean squares, times as medians over all runs of the true films.
 
     A film without a phase has no error, so errors can be compared only where `right` is all films.

@@ -103,13 +103,13 @@ def cross_fade_of(signal: GratingSignal) -> CrossFade | None:
     # Noise lasts over frames, so a view is seen anew only where the course comes back to it.
     passed = np.bincount(view, weights=np.diff(view, prepend=-1) != 0)
     scattered = float(np.mean(seen(np.abs(overtone - shown[view]) ** 2) / 2 / passed))
-    known = _Known(bent(shown), bent(-typical * seen(lost).astype(complex)), scattered, UNEVEN_SHARE * abs(typical))
+    known = _ViewTable(bent(shown), bent(-typical * seen(lost).astype(complex)), scattered, UNEVEN_SHARE * abs(typical))
     found = (CrossFade(number, *known.shares(bent(typical * form))) for number, form in _forms(seen(place)))
     return max(found, key=lambda one: one.certain)
 
 
 @dataclass(frozen=True)
-class _Known:
+class _ViewTable:
     """What views show, (V,); what a long exposure would add to it; variance of a part of it by noise, and by how much a
     badge's waveform changes by itself."""
 
