@@ -1,8 +1,8 @@
 """Two workers against one, and workers that are killed: run `.venv/bin/python benchmarks/archive_scaling.py`.
 
-films: short clips, 60 frames cut from the films in tests/data/films without coding them anew, each listed under so many
-    names; scored by `evaluation.collect` with our pipeline, as `moireid evaluate --pipeline moireid` does.
-ratio: films a second of two workers over those of one, from the first row to the last, cluster start apart; beside it
+films: short clips, 60 frames cut from the films in tests/data/films without coding them again, each listed under
+    so many names; scored by `evaluation.collect` with our pipeline, as `moireid evaluate --pipeline moireid` does.
+ratio: films a second of two workers over those of one, from the first row to the last, cluster start apart; with it
     figures that other work on the machine hardly changes: CPU seconds for a film, and the mean number of workers that
     were scoring, from the first film to the last row.  The difference of this number to 1 or 2 is the engine's time
     between films.  On free processors, two workers with the same CPU seconds for a film are faster by this number.

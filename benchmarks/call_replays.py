@@ -4,7 +4,7 @@ answered: a person in a call hears the prompts that are read aloud, and follows 
     delay, there and back, goes from 100 to 1,500 ms; 2 % of the pictures are lost; pictures are coded by H.264 at
     1.5 Mbit/s, shown in a tile of 960 px, and coded as JPEG by the asker's page.  Nine of ten should be accepted.
 jumping: the same with a delay that jumps up by a second in the middle.
-replay: somebody plays a film of an earlier answered call, and pauses it until each prompt is heard.  None may be
+replay: an attacker plays a film of an earlier answered call, and pauses it until each prompt comes.  None may be
     accepted.
 --widths 320 480 640: answered calls in tiles of these widths.
 """
@@ -106,8 +106,8 @@ def main() -> None:
     calls += [Call(k, "replay", float(delays[k % len(delays)])) for k in range(given.replays)]
     calls += [Call(k, f"{width} px wide", 0.4, width) for width in given.widths for k in range(2)]
     verdicts: dict[str, Counter[str]] = {}
-    for done, (place, told) in enumerate(run_tasks(held, [Task((one,)) for one in calls], workers=given.workers), 1):
-        call, found = calls[place], told.outcomes[0]
+    for count, (place, done) in enumerate(run_tasks(held, [Task((one,)) for one in calls], workers=given.workers), 1):
+        call, found = calls[place], done.outcomes[0]
         if isinstance(found, LostJob):
             print(f"{call} was lost: {found.why}")
             continue
@@ -117,7 +117,7 @@ def main() -> None:
             f"{found['took_s']:.0f} s" + (f": {found['why']}" if found["verdict"] != "accept" else ""),
             flush=True,
         )
-        print(f"{done} of {len(calls)}", file=sys.stderr)
+        print(f"{count} of {len(calls)}", file=sys.stderr)
     for kind, counted in verdicts.items():
         print(f"{kind:>14}: " + ", ".join(f"{count} {verdict}" for verdict, count in counted.items()))
     print(

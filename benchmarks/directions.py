@@ -1,10 +1,10 @@
 """What directions a badge senses: run `.venv/bin/python benchmarks/directions.py [--axes x hex array] [--forgeries]`.
 
 A camera moves in a straight line, to and fro, in directions 30 degrees apart in the badge's plane, and then as a hand
-did.  Each piece of lens sheet is laid with an offset and a twist of its own.  Printed are the verdict, the identity,
-and the gain of each grating.  With --askew the pieces are laid so many degrees askew, to either side in turns, and the
-badge sways.  With --forgeries a badge of three gratings is forged in all ways, on a slanted course
-and on the hand's.  With --dots: how far the fringe of a cell is off where a turned grating's lines are painted on dots.
+did.  Each piece of lens sheet has an offset and a twist of its own.  Printed are the verdict, the identity, and the
+gain of each grating.  With --askew the pieces are turned by so many degrees, to either side in turns, and the badge
+sways.  With --forgeries a badge of three gratings is forged in all ways, on a slanted trajectory and on the hand's.
+With --dots: how far the fringe of a cell is off where a turned grating's lines are painted on dots.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from moireid.badge import Badge, Cell, Grating
 from moireid.designer import Request, design_badge
 from moireid.frames import bounds_of
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
-from moireid.simulate.forgeries.courses import KINDS
+from moireid.simulate.forgeries.trajectories import KINDS
 from moireid.simulate.motion import Motion, Poses, linear
 from moireid.verifier import Claim, verify
 
 PAYLOAD, RANGE_M = bytes.fromhex("0f5ac3962d784be1"), (0.8, 2.0)
 DISTANCE_MM, FRAMES, FPS, SEED = 1200.0, 180, 30, 3
 #: Offset, mm, and twist of each piece of sheet: a maker is asked for 0.3 degrees.
-LAID = tuple((offset_mm, math.radians(deg)) for offset_mm, deg in ((0.11, 0.15), (-0.2, -0.25), (0.05, 0.28)))
+PIECES = tuple((offset_mm, math.radians(deg)) for offset_mm, deg in ((0.11, 0.15), (-0.2, -0.25), (0.05, 0.28)))
 DIRECTIONS_DEG = (0, 30, 60, 90, 120, 150)
 DPI = (300, 600, 1200)
 #: Axes, and a lens array, which senses x and y at every point.
@@ -60,14 +60,14 @@ def judged(
     motion: Motion,
     folder: Path,
     forge: str | None = None,
-    laid: tuple[tuple[float, float], ...] = LAID,
+    placed: tuple[tuple[float, float], ...] = PIECES,
 ) -> str:
     """One film's outcome as a line."""
     video = folder / "film.mp4"
-    offset_mm, twist_rad = laid[0]
+    offset_mm, twist_rad = placed[0]
     one = badge.lens.kind == "array"
     # The sheet of an array is one piece.
-    pieces = {"lens_offset_mm": offset_mm, "twist_rad": twist_rad} if one else {"laid": laid[: len(badge.gratings)]}
+    pieces = {"lens_offset_mm": offset_mm, "twist_rad": twist_rad} if one else {"pieces": placed[: len(badge.gratings)]}
     build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, **pieces)
     scene = Scene(badge, build, camera_named("phone"))
     film(scene, motion, video, frames=FRAMES, fps=FPS, forge=forge, seed=SEED, overwrite=True)
@@ -116,8 +116,8 @@ def print_askew(badges: dict[str, Badge], degrees: list[float]) -> None:
     sway = motion_named("sway", distance_mm=1000.0, seed=SEED)
     with tempfile.TemporaryDirectory() as name:
         for askew, axes in product(degrees, ("x", "xy", "hex")):
-            laid = tuple((offset, math.copysign(math.radians(askew), twist)) for offset, twist in LAID)
-            print(f"{askew:g}°  {axes:<5}{judged(badges[axes], sway, Path(name), laid=laid)}", flush=True)
+            placed = tuple((offset, math.copysign(math.radians(askew), twist)) for offset, twist in PIECES)
+            print(f"{askew:g}°  {axes:<5}{judged(badges[axes], sway, Path(name), placed=placed)}", flush=True)
 
 
 def main() -> None:
@@ -125,7 +125,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--axes", nargs="+", choices=KINDS_OF_BADGE, default=KINDS_OF_BADGE)
     parser.add_argument("--forgeries", action="store_true", help="forge the badge of three gratings instead")
-    parser.add_argument("--askew", nargs="+", type=float, metavar="DEG", help="lay the pieces askew instead")
+    parser.add_argument("--askew", nargs="+", type=float, metavar="DEG", help="turn the pieces by these angles instead")
     parser.add_argument("--dots", action="store_true", help="paint turned lines on dots instead")
     asked = parser.parse_args()
     badges = {axes: badge_of(axes) for axes in KINDS_OF_BADGE}

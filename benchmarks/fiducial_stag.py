@@ -13,7 +13,7 @@ from moireid.badge import Markers
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 #: Four words of STag's set HD11 with the corner that its detector names first, clockwise from the top left; and where
-#: the dots of a quarter stand: radius in units of the marker's half, and angle.
+#: the dots of a quarter are: radius in units of the marker's half, and angle.
 STAG = {
     16482: ("010100001010010111111001110010010100101001011000", 1),
     4662: ("110010111110010110000000110101111100110111000011", 2),

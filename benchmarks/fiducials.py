@@ -261,11 +261,11 @@ def _smallest(video: Path, form: str, kind: str, sizes_px: Sequence[float]) -> N
         films = [_film(video, small, far_m, begun_s=begun_s, focal_px=focal_px) for begun_s in COURSES]
         share = np.mean([page is not None for made in films for page in _seen(made, fiducial).tracked])
         if share >= FORMAT_SHARE:
-            told = f"{size_mm:.1f} mm ({size_px:g} px), {share:.3f} tracked"
+            result = f"{size_mm:.1f} mm ({size_px:g} px), {share:.3f} tracked"
             break
     else:
-        told = f"none of up to {size_mm:.1f} mm ({sizes_px[-1]:g} px)"
-    print(f"format {form} {kind}, {far_m:g} m: {told}; as made {own_mm:.1f} mm", flush=True)
+        result = f"none of up to {size_mm:.1f} mm ({sizes_px[-1]:g} px)"
+    print(f"format {form} {kind}, {far_m:g} m: {result}; as made {own_mm:.1f} mm", flush=True)
 
 
 def _painted(made: Filmed, paint: Paint | None) -> Filmed:
@@ -296,8 +296,8 @@ def _followed(made: Filmed, registrar: PageRegistrar, found: list[Array | None])
     for frame, start in zip(made.frames, found, strict=True):
         last = tracked[-1] if tracked else None
         tries = [page for page in (last, start) if page is not None]
-        told = (registrar.register(frame.picture, page, template.at(page)) for page in tries)
-        tracked.append(next((one.homography for one in told if one is not None), None))
+        pages = (registrar.register(frame.picture, page, template.at(page)) for page in tries)
+        tracked.append(next((one.homography for one in pages if one is not None), None))
     return tracked, 1e3 * (time.process_time() - begun) / len(made.frames)
 
 

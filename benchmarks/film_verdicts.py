@@ -15,7 +15,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.simulate.cameras import CAMERAS, camera_named
 from moireid.simulate.filming import film
-from moireid.simulate.forgeries.courses import KINDS
+from moireid.simulate.forgeries.trajectories import KINDS
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import CODECS, RECIPES
 from moireid.simulate.scene import Build, Scene

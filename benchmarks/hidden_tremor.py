@@ -2,8 +2,8 @@
 
 A measured run of a hand, from several moments on, before a badge at 1.1 m, filmed at 15, 30 and 60 frames a second by a
 rolling shutter of 12 ms; corners with 0.05 px of noise, without pictures.  Printed are root mean squares over films,
-along x and y together: by how much the course of the parallax is too wide or too narrow, its error bar, the error of
-single poses, and what is told of that; with the rows' slack, and without it.
+along x and y together: by how much the parallax spreads too widely or too narrowly, its error bar, the error of
+single poses, and the estimate of that error; with the rows' slack, and without it.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def corners(page_mm: Array, times_s: Array, start_s: float, rng: np.random.Gener
 
 
 def figures(page_mm: Array, fps: int, start_s: float) -> Array:
-    """Error of the course's width, its error bar, error of a pose, and what is told of it; along x and y, (4, 2)."""
+    """Error of the parallax's spread, its error bar, error of a pose, and the estimate of it; along x and y, (4, 2)."""
     times = np.arange(int(SECONDS * fps)) / fps
     points, true = corners(page_mm, times, start_s, np.random.default_rng(1))
     fit = fit_camera(points, page_mm, times, SIZE)
@@ -63,13 +63,15 @@ def main() -> None:
     """One line a frame rate, with slack and without."""
     page_mm = marker_corners_mm(design_badge(Request("Bench"), bytes(range(8))).markers).reshape(-1, 2)
     usual = self_calibration.LEAST_HIDDEN
-    print(f"{'frames/s':>9}{'slack':>7}{'width off':>11}{'error bar':>11}{'pose off':>10}{'told':>8}")
+    print(f"{'frames/s':>9}{'slack':>7}{'width off':>11}{'error bar':>11}{'pose off':>10}{'stated':>8}")
     for fps in RATES:
         for slack in (True, False):
             self_calibration.LEAST_HIDDEN = usual if slack else OFF
             films = np.array([figures(page_mm, fps, start_s) for start_s in STARTS_S])
-            off, bar, pose, told = np.sqrt((films**2).mean(axis=(0, 2)))
-            print(f"{fps:>9}{'yes' if slack else 'no':>7}{off:>11.3f}{bar:>11.3f}{pose:>10.4f}{told:>8.4f}", flush=True)
+            off, bar, pose, stated = np.sqrt((films**2).mean(axis=(0, 2)))
+            print(
+                f"{fps:>9}{'yes' if slack else 'no':>7}{off:>11.3f}{bar:>11.3f}{pose:>10.4f}{stated:>8.4f}", flush=True
+            )
 
 
 if __name__ == "__main__":

@@ -221,10 +221,10 @@ def run(folder: Path, numbers: list[int], workers: int) -> None:
                 worker.give(number, hostile(films, number))
             while busy:
                 for place, worker in enumerate(busy):
-                    told = worker.outcome()
-                    if told is None or worker.number is None:
+                    outcomes = worker.outcome()
+                    if outcomes is None or worker.number is None:
                         continue
-                    outcome, cpu_s, peak_mb = told
+                    outcome, cpu_s, peak_mb = outcomes
                     number, kind = worker.number, KINDS[worker.number % len(KINDS)]
                     writer.writerow([number, kind, outcome, f"{cpu_s:.3f}", f"{peak_mb:.0f}"])
                     stream.flush()

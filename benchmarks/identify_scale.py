@@ -2,9 +2,9 @@
 
 Registries of ten and of many are built the normal way (`registry_scale.py`), unless they lie in `--folder`; a million
 take ten minutes of processor time and 5 GB.  Then, in turn, cold processes identify a film of 4 s, 1080p at 30 frames a
-second, of an enrolled badge, and of one that nobody holds: CPU seconds, peak of memory, and their ratios to ten people.
-Last the three look-ups alone, in processes that have loaded all else: the layouts, an id, and the people whose ids
-share a part with a broken reading.
+second, of an enrolled badge, and of one that is not enrolled: CPU seconds, peak of memory, and their ratios to ten
+people.  Last the three look-ups alone, in processes that have loaded all else: the layouts, an id, and the people whose
+ids share a part with a broken reading.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def built(folder: Path, count: int) -> str:
 
 
 def filmed_other(folder: Path) -> Path:
-    """A film of a badge of the same layout that nobody there holds."""
+    """A film of a badge of the same layout that is not enrolled there."""
     path, kind = folder / "other.mp4", Kind()
     if not path.exists():
         scene = Scene(OTHER, Build(), kind.camera())
@@ -71,7 +71,7 @@ def cold(film: Path, url: str) -> tuple[int, float, float]:
 
 
 @contextmanager
-def told(label: str) -> Iterator[None]:
+def print_time(label: str) -> Iterator[None]:
     """Print the milliseconds that the body takes, on the clock and of the processor."""
     wall, cpu = time.perf_counter(), time.process_time()
     yield
@@ -83,11 +83,11 @@ def look_ups(url: str) -> None:
     """What a reading asks a registry, each by itself."""
     with open_registry(url, create=False) as registry:
         registry.standing()
-        with told("layouts"):
+        with print_time("layouts"):
             registry.layouts()
-        with told("an id"):
+        with print_time("an id"):
             registry.by_id(str(BADGE.id))
-        with told("ids that share a part"):
+        with print_time("ids that share a part"):
             registry.ids_alike({place: id_of(7)[4 * place : 4 * place + 4] for place in range(4)})
 
 
@@ -104,7 +104,7 @@ def main() -> None:
         folder.mkdir(parents=True, exist_ok=True)
         os.environ["MOIREID_KEYS"] = str(folder / "keys")
         urls = {count: built(folder, count) for count in (FEW, many)}
-        films = {"enrolled": filmed(Kind(), folder), "of nobody": filmed_other(folder)}
+        films = {"enrolled": filmed(Kind(), folder), "not enrolled": filmed_other(folder)}
         print(f"{'':<34}{'exit':>6}{'CPU s':>8}{'MB':>8}{'CPU ratio':>11}")
         for what, film_path in films.items():
             runs: dict[int, list[tuple[int, float, float]]] = {count: [] for count in urls}

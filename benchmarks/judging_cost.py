@@ -1,7 +1,7 @@
 """Error against run time of a judgement: run `.venv/bin/python benchmarks/judging_cost.py [--films N] [--keep DIR]`.
 
 True films of natural motion (`natural_films.py`, whose kept tracks are used) are judged with fewer and fewer blocks of
-frames: with the third harmonic, which tells of photographs, and with the rivals' shares; and by the odds of the phase
+frames: with the third harmonic, which detects photographs, and with the rivals' shares; and by the odds of the phase
 alone (the fundamental), as each few seconds of a film are.  Printed is the
 processor time of a film and a frame, the verdicts that differ from those by all frames, and how far the score is off.
 """

@@ -1,11 +1,11 @@
-"""A few true photographs of a badge, all laid over each other: run `.venv/bin/python benchmarks/laid_over.py`.
+"""A few true photographs of a badge, superposed: run `.venv/bin/python benchmarks/laid_over.py`.
 
 N photographs are taken evenly over one turn of the fringes.  Each frame shows all of them, each as strongly as the
 fringes' place asks: (1 + 2 a cos(place - its own)) / N.  Then the fundamental is right in any place, over any number of
 turns, and blurred ones have no third harmonic that could betray them.  With 2 b cos(3 (place - its own)) added, five
 are right in the third harmonic too: such films are known to pass, at a lower contrast.  The badge is turned on the
-spot, so that the fringes tell nothing of its distance.  Printed is what becomes of each film, of which no other should
-be accepted, and of a true film on each course, which should be.
+spot, so that the fringes do not show its distance.  Printed is what becomes of each film, of which no other should
+be accepted, and of a true film on each trajectory, which should be.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ TANGENTS = np.linspace(-1.2, 1.2, 4801)
 
 
 @dataclass(frozen=True)
-class Laid:
+class Superposition:
     """count: of photographs, 0 for a true film; strength: a; third: b; turns: of the fringes, over which the badge is
     turned."""
 
@@ -51,21 +51,21 @@ class Laid:
         """In a few words."""
         blurred = f", blurred over {self.blur_mm:g} mm" if self.blur_mm else ""
         third = f" and {self.third:g}" if self.third else ""
-        what = f"{self.count} laid over, strength {self.strength:g}{third}{blurred}" if self.count else "a true film"
+        what = f"{self.count} superposed, strength {self.strength:g}{third}{blurred}" if self.count else "a true film"
         return f"{what}, {self.turns:g} turns, {self.metres:g} m"
 
 
 ALL = (
-    *(Laid(3, metres) for metres in (1.0, 2.0)),
-    *(Laid(3, 2.5, 0.5, turns=turns) for turns in (0.3, 0.6, 1.0)),
-    Laid(3, 1.0, turns=0.3),
-    *(Laid(3, metres, strength, 8.6) for metres in (1.0, 1.4) for strength in (0.5, 1.0)),
-    Laid(3, 1.0, blur_mm=8.6, turns=0.3),
-    *(Laid(5, 2.5, strength) for strength in (0.5, 1.0)),
-    *(Laid(6, 2.0, turns=turns) for turns in (0.5, 1.0)),
-    *(Laid(count, 2.0, 0.5) for count in (4, 7, 8)),
-    *(Laid(count, metres, 0.25, third=0.25) for count in (5, 7) for metres in (1.0, 2.0)),
-    *(Laid(0, metres, turns=turns) for metres in (1.0, 2.0, 2.5) for turns in (0.3, 1.0)),
+    *(Superposition(3, metres) for metres in (1.0, 2.0)),
+    *(Superposition(3, 2.5, 0.5, turns=turns) for turns in (0.3, 0.6, 1.0)),
+    Superposition(3, 1.0, turns=0.3),
+    *(Superposition(3, metres, strength, 8.6) for metres in (1.0, 1.4) for strength in (0.5, 1.0)),
+    Superposition(3, 1.0, blur_mm=8.6, turns=0.3),
+    *(Superposition(5, 2.5, strength) for strength in (0.5, 1.0)),
+    *(Superposition(6, 2.0, turns=turns) for turns in (0.5, 1.0)),
+    *(Superposition(count, 2.0, 0.5) for count in (4, 7, 8)),
+    *(Superposition(count, metres, 0.25, third=0.25) for count in (5, 7) for metres in (1.0, 2.0)),
+    *(Superposition(0, metres, turns=turns) for metres in (1.0, 2.0, 2.5) for turns in (0.3, 1.0)),
 )
 
 
@@ -75,11 +75,11 @@ def phases_of(badge: Badge) -> Array:
     return np.asarray(law.phase_rad(TANGENTS, np.zeros_like(TANGENTS)))
 
 
-def turned_on_the_spot(badge: Badge, laid: Laid, seed: int) -> Motion:
+def turned_on_the_spot(badge: Badge, case: Superposition, seed: int) -> Motion:
     """The badge is turned to and fro before a camera that never looks quite at its middle."""
     order = np.argsort(phases_of(badge))
-    half = np.arctan(abs(np.interp(np.pi * laid.turns, phases_of(badge)[order], TANGENTS[order])))
-    distance = 1000 * laid.metres
+    half = np.arctan(abs(np.interp(np.pi * case.turns, phases_of(badge)[order], TANGENTS[order])))
+    distance = 1000 * case.metres
 
     def motion(times_s: Array) -> Poses:
         t = 2 * np.pi * np.asarray(times_s)
@@ -96,33 +96,33 @@ def turned_on_the_spot(badge: Badge, laid: Laid, seed: int) -> Motion:
     return motion
 
 
-def photographs(scene: Scene, laid: Laid) -> tuple[Array, list[Array]]:
+def photographs(scene: Scene, case: Superposition) -> tuple[Array, list[Array]]:
     """The fringes' phase in each photograph, rad, and the photographs, coded as pictures are."""
     phases = phases_of(scene.badge)
     order = np.argsort(phases)
-    taken = 2 * np.pi * (np.arange(laid.count) - (laid.count - 1) / 2) / laid.count
+    taken = 2 * np.pi * (np.arange(case.count) - (case.count - 1) / 2) / case.count
     flat = SquaredUp(scene, PX_PER_MM)
-    places = [np.array([np.interp(at, phases[order], TANGENTS[order]), 0.0, -1.0]) * 1000 * laid.metres for at in taken]
+    places = [np.array([np.interp(at, phases[order], TANGENTS[order]), 0.0, -1.0]) * 1000 * case.metres for at in taken]
     pictures = [np.sqrt(flat.picture(place)) for place in places]
-    if laid.blur_mm:
+    if case.blur_mm:
         left, top, *_ = scene.badge.outline_mm
         x0, y0, x1, y1 = np.rint(PX_PER_MM * np.subtract(scene.badge.gratings[0].rect_mm, (left, top) * 2)).astype(int)
-        width = round(PX_PER_MM * laid.blur_mm)
+        width = round(PX_PER_MM * case.blur_mm)
         for picture in pictures:
             field = np.ascontiguousarray(picture[y0:y1, x0:x1])
             picture[y0:y1, x0:x1] = cv2.blur(field, (width, 1), borderType=cv2.BORDER_REFLECT)
     return taken, pictures
 
 
-def laid_over(laid: Laid) -> Show:
+def superposed(case: Superposition) -> Show:
     """What shows them in a film, as `simulate.filming.film` takes it."""
 
     def show(scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
-        taken, pictures = photographs(scene, laid)
+        taken, pictures = photographs(scene, case)
         place = np.interp(camera_mm[:, 0] / np.abs(camera_mm[:, 2]), TANGENTS, phases_of(scene.badge))
         away = place[:, None] - taken
-        shares = (1 + 2 * laid.strength * np.cos(away) + 2 * laid.third * np.cos(3 * away)) / laid.count
-        straight = np.tile([0.0, 0.0, -1000 * laid.metres], (len(camera_mm), 1))
+        shares = (1 + 2 * case.strength * np.cos(away) + 2 * case.third * np.cos(3 * away)) / case.count
+        straight = np.tile([0.0, 0.0, -1000 * case.metres], (len(camera_mm), 1))
 
         def picture(frame: int) -> NDArray[np.float32]:
             mixed = sum(share * one for share, one in zip(shares[frame], pictures, strict=True))
@@ -133,25 +133,25 @@ def laid_over(laid: Laid) -> Show:
     return show
 
 
-def judged(job: tuple[Laid, int]) -> str:
+def judged(job: tuple[Superposition, int]) -> str:
     """Make one film; a line on what becomes of it."""
-    laid, seed = job
+    case, seed = job
     badge = badge_of("x")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         film(
             Scene(badge, Build.typical(seed), CAMERA),
-            turned_on_the_spot(badge, laid, seed),
+            turned_on_the_spot(badge, case, seed),
             path,
             frames=FRAMES,
             fps=FPS,
-            show=laid_over(laid) if laid.count else None,
+            show=superposed(case) if case.count else None,
             seed=seed,
             crf=CRF,
         )
         report = verify(path, Claim(badge, badge.id))
     why = ", ".join(reason.code for reason in report.reasons if reason.level in ("fail", "undecided"))
-    return f"{laid.name:<58} seed {seed}: {report.verdict} {why}"
+    return f"{case.name:<58} seed {seed}: {report.verdict} {why}"
 
 
 def main() -> None:
@@ -161,7 +161,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="processes; default: 2")
     arguments = parser.parse_args()
     with ProcessPoolExecutor(arguments.jobs) as pool:
-        for line in pool.map(judged, [(laid, seed) for laid in ALL for seed in range(1, arguments.seeds + 1)]):
+        for line in pool.map(judged, [(case, seed) for case in ALL for seed in range(1, arguments.seeds + 1)]):
             print(line, flush=True)
 
 

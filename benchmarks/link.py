@@ -1,9 +1,9 @@
-"""Does the link budget tell the truth: run `.venv/bin/python benchmarks/link.py [--formats F ...] [--films N]`.
+"""Is the link budget right: run `.venv/bin/python benchmarks/link.py [--formats F ...] [--films N]`.
 
 Badges of each format are filmed by each receiver, in films of eight seconds of a body's swaying and of camera and badge
 moved against each other, where the budget promises to read 99, 50 and 1 of 100 films.  Printed is how many it promises,
 how many were read, how many were accepted, and the median phase error of a cell, promised and measured.  A few films a
-row are too few to tell a promise from a rate, so the last lines add all formats up, for each receiver and promise.
+row are too few to compare a promise with a rate, so the last lines add all formats up, for each receiver and promise.
 Outside tests may film the same badges with another renderer.
 """
 

@@ -3,9 +3,10 @@
 A film of a badge in a hand is pushed at its own pace, as a camera's frames come, with running verdicts made aside, as
 the live check makes them.  Pictures lie ready, at 1080p or reduced to 720p.  Times of single frames are printed, from a
 second after the badge is found: on the clock, and on the clock less the time for which a frame waited for a processor
-that other programs, or the verdict, had (Linux alone tells that).  The best of some rounds, frame by frame and without
-verdicts, is what following the badge takes by itself.  The film is shown forwards and backwards until it is longer than
-a chapter, so that the judging of one is among the times; CPU milliseconds of all threads are told beside them.
+that other programs, or the verdict, had (Linux alone reports that).  The best of some rounds, frame by frame and
+without verdicts, is what following the badge takes by itself.  The film is shown forwards and backwards until it is
+longer than a chapter, so that the judging of one is among the times; CPU milliseconds of all threads are printed with
+them.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, load_badge
-from moireid.verifier import CameraFilm, Claim, Frame, Verifier
+from moireid.verifier import Claim, Film, Frame, Verifier
 from moireid.verifier.session.chapters import CHAPTER_FRAMES
 
 HEIGHTS = (720, 1080)
@@ -50,7 +51,7 @@ def simulated(folder: Path) -> tuple[Path, Path]:
 def pictures(film: Path, height: int) -> list[Frame]:
     """Grey frames of a film, reduced to a height."""
     made = []
-    for frame in CameraFilm(film).frames():
+    for frame in Film(film).frames():
         luma = frame.luma
         if luma.shape[0] > height:
             size = (round(luma.shape[1] * height / luma.shape[0]), height)
@@ -67,7 +68,7 @@ def to_and_fro(frames: list[Frame]) -> list[Frame]:
 
 
 def waited_s() -> float:
-    """Seconds for which this thread was ready and had no processor; nan where the system does not tell."""
+    """Seconds for which this thread was ready and had no processor; nan if the system does not report it."""
     return int(WAITED.read_text().split()[1]) / 1e9 if WAITED.exists() else np.nan
 
 

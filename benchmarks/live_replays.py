@@ -5,7 +5,7 @@ films: a person before a webcam follows a challenge with a true badge: traced fr
 own: some go through `LiveCheck` with the challenge that they answer, and should be accepted.
 replay: it is played to a fresh challenge, begun at the moment that suits this best, which the replayer knows before:
     paused on its first picture till then, or without its beginning.  None may be accepted.
-stall: once in the challenge the connection stands still for so long: pictures on their way come late, the page drops
+stall: once in the challenge the connection stalls for so long: pictures on their way come late, the page drops
     those that it would have to queue (six ahead), and the check must not reject.  But a film answers each prompt when
     it was planned; where the stall delays a prompt, the answer comes too soon, and is rejected for that.
 """
@@ -67,12 +67,12 @@ def scored(clip: Clip) -> dict[str, Any]:
     film: Iterable[bytes] = (
         cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes() for picture in pictures
     )
-    told = {}
+    results = {}
     stall_at_s = chance.uniform(before[0].at_s, before[-1].at_s)
     if not clip.replay_alone:
         film = list(film)
         timed = [(k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(film)]
-        told = {
+        results = {
             f"stall {stall_s:g}": checked(badge, stalled(timed, stall_at_s, stall_s), before) for stall_s in STALLS_S
         } | {"own": checked(badge, timed, before)}
     # The replayer knows the prompts in advance, and the best moment to start the clip.
@@ -80,10 +80,10 @@ def scored(clip: Clip) -> dict[str, Any]:
     seen = course_of(course, before, length_s=length_s, seed=clip.number)
     shifts = np.arange(SEEN_S - before[0].at_s, fresh[-1].at_s - before[0].at_s, 0.25)
     best_s = max(shifts, key=lambda shift_s: (passes_in_order(seen, fresh, shift_s), -abs(shift_s)))
-    told["replay"] = checked(
+    results["replay"] = checked(
         badge, ((k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(begun_at(film, round(best_s * FPS)))), fresh
     )
-    return told
+    return results
 
 
 def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
@@ -96,7 +96,7 @@ def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
 
 
 def stalled(timed: Sequence[Picture], at_s: float, stall_s: float) -> list[Picture]:
-    """The film over a connection that stands still once: what was sent comes after it, what was not sent is dropped."""
+    """The film over a connection that stalls once: what was sent comes after it, what was not sent is dropped."""
     sent = [
         (taken, at_s + stall_s if at_s <= arrived < at_s + stall_s else arrived, coded)
         for taken, arrived, coded in timed
@@ -140,11 +140,11 @@ def main() -> None:
     given = asked.parse_args()
     verdicts: dict[str, Counter[str]] = {}
     followed: Counter[int] = Counter()
-    for done, (place, told) in enumerate(
+    for count, (place, done) in enumerate(
         run_tasks(scored, [Task((Clip(k, k >= given.controls),)) for k in range(given.films)], workers=given.workers),
         start=1,
     ):
-        found = told.outcomes[0]
+        found = done.outcomes[0]
         if isinstance(found, LostJob):
             print(f"film {place} was lost: {found.why}")
             continue
@@ -153,7 +153,7 @@ def main() -> None:
             verdicts.setdefault(kind, Counter())[verdict] += 1
             if (verdict == "accept") is (kind == "replay") or (kind == "own" and verdict != "accept"):
                 print(f"film {place}, {kind}: {verdict} after {judged} prompts: {why}", flush=True)
-        print(f"{done} of {given.films}", file=sys.stderr)
+        print(f"{count} of {given.films}", file=sys.stderr)
     for kind, found in verdicts.items():
         print(f"{kind:>10}: " + ", ".join(f"{count} {verdict}" for verdict, count in found.items()))
     print(

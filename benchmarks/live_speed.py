@@ -70,7 +70,7 @@ def pushed(badge: Badge, pictures: list[np.ndarray]) -> None:
         check.finish()
         cpu = time.process_time() - cpu
     rate = len(pictures) / wall
-    print(f"push: {rate:.0f} frames a second, running verdicts beside it: {len(events)}")
+    print(f"push: {rate:.0f} frames a second, running verdicts meanwhile: {len(events)}")
     # As the frames come, each second has its verdict; here it is made in place.
     check, now, times = LiveCheck(Claim(badge, badge.id)), 0.0, []
     cpu, events = time.process_time(), []
@@ -81,10 +81,10 @@ def pushed(badge: Badge, pictures: list[np.ndarray]) -> None:
         times.append(time.process_time() - one)
     cpu = time.process_time() - cpu
     print(f"push, a verdict each second: {cpu / len(pictures) * FPS:.2f} processor seconds a second at {FPS:g} frames")
-    told = [t for t in times if t > 0.1]
+    judging = [t for t in times if t > 0.1]
     print(
         f"  a frame {1000 * statistics.median(times):.1f} ms in the middle, a running verdict "
-        f"{1000 * statistics.median(told):.0f} ms"
+        f"{1000 * statistics.median(judging):.0f} ms"
     )
     status = [event for event in events if event["event"] == "status"]
     moved = next((e["time_s"] for e in status if e["reasons"][0]["level"] == "pass"), None)
@@ -94,7 +94,7 @@ def pushed(badge: Badge, pictures: list[np.ndarray]) -> None:
     else:
         print(
             f"verdict: accepted {accepted - moved:.1f} s after the first verdict that saw enough motion, and made "
-            f"within {1.0 + max(told):.1f} s of any frame"
+            f"within {1.0 + max(judging):.1f} s of any frame"
         )
 
 

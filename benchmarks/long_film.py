@@ -1,7 +1,7 @@
 """An hour of film: memory by the minute, and processor time: run `.venv/bin/python benchmarks/long_film.py`.
 
 A badge swaying at 1 m for 12 s, 1080p at 30 frames a second, its packets copied one loop after another (`--minutes`);
-where a loop ends the badge jumps.  One process of its own verifies the film and tells its memory as it goes; another
+where a loop ends the badge jumps.  One process of its own verifies the film and reports its memory as it goes; another
 decodes it and does nothing else.  CPU seconds are those of all threads, imports apart.
 """
 
@@ -25,8 +25,8 @@ from moireid.verifier import Claim, verify
 from moireid.verifier.video import Film
 
 FPS, ONCE_S = 30, 12.0
-#: Memory is told after so many frames: two minutes.
-TOLD_FRAMES = 120 * FPS
+#: Memory is noted after so many frames: two minutes.
+NOTE_FRAMES = 120 * FPS
 
 
 def resident_mb() -> float:
@@ -53,7 +53,7 @@ def verified(film: Path, badge_path: Path) -> dict[str, Any]:
     course: list[tuple[int, float]] = []
 
     def progress(read: int, expected: int | None) -> None:
-        if read % TOLD_FRAMES == 0:
+        if read % NOTE_FRAMES == 0:
             course.append((read, resident_mb()))
 
     cpu, wall = time.process_time(), time.perf_counter()

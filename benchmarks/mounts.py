@@ -1,10 +1,10 @@
 """What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--mount KIND] [--pictures FOLDER]`.
 
 Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
-once with supports wherever the slicer asks for them below 44 degrees from level.  Told are the time, the plastic, how
-much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it; of a snap-in holder
-also the strain of a catch as the badge passes, and the force that pushes a badge out.  Formats are those of people's
-holders; where a mount cannot be made for one, the reason stands in its row.
+once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the time, the plastic,
+how much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it; of a snap-in
+holder also the strain of a catch as the badge passes, and the force that pushes a badge out.  Formats are those of
+people's holders; where a mount cannot be made for one, its row gives the reason.
 
 With --pictures, each mount is also drawn as it lies on the bed, seen from above and from below.
 """
@@ -49,7 +49,7 @@ SUPPORTS = ("--support-material", "--support-material-auto", "--support-material
 
 
 def sliced(stl: Path, *more: str) -> tuple[float, str]:
-    """Filament in g and the time that the slicer tells.  Raises: CalledProcessError where it fails."""
+    """Filament in g and the time that the slicer reports.  Raises: CalledProcessError where it fails."""
     gcode = stl.with_suffix(".gcode")
     options = [word for name, value in PRINTER.items() for word in (f"--{name}", value)]
     command = ["prusa-slicer", "--export-gcode", *options, *more, "--output", str(gcode), str(stl)]

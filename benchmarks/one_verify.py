@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from moireid.badge import load_badge
-from moireid.verifier import CameraFilm, Claim, Frame, Verifier
+from moireid.verifier import Claim, Film, Frame, Verifier
 from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import worst
 from moireid.verifier.session.badge_session import reasons_of
@@ -55,13 +55,13 @@ def measured(film: Path, claim: Claim, every: int, shrink: int, runs: int) -> di
     for _ in range(runs):
         cpu, clock = time.process_time(), time.perf_counter()
         verifier = Verifier(claim, running=False)
-        for frame in used(CameraFilm(film).frames_ahead(), every, shrink):
+        for frame in used(Film(film).frames_ahead(), every, shrink):
             verifier.push(frame)
         chapters = verifier.finish()
         invariant, verdict = invariant_of(chapters), worst(list(reasons_of(chapters)))
         costs.append((time.process_time() - cpu, time.perf_counter() - clock))
     peak, begun = peak_mb(), time.process_time()
-    frames = sum(1 for _ in CameraFilm(film).frames())
+    frames = sum(1 for _ in Film(film).frames())
     return {
         "cpu_s": min(cpu for cpu, _ in costs),
         "wall_s": min(wall for _, wall in costs),

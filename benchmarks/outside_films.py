@@ -1,12 +1,12 @@
 """Films by an outside tracer, judged: run `.venv/bin/python benchmarks/outside_films.py [--formats a7,a6] [--clips N]`.
 
-Badges are made by the command `print-your-badge`, in each format, lying and standing, plain and with all that templates
-wear, with squares and with a thin frame; each is filmed twice by `outside`, which shares nothing with
+Badges are made by the command `print-your-badge`, in each format, landscape and portrait, plain and with all that
+templates wear, with squares and with a thin frame; each is filmed twice by `outside`, which shares nothing with
 `moireid.simulate`, at distances that fill the range that the badge itself states, and judged by `moireid.verifier`.
-Printed is, for each format, how many films were accepted, left open and rejected, how many identities of 64 bits were
-read, and the gain furthest from 1; then each film that was not accepted and read, with what makes it again: `--formats
-F --only K` beside the same `--clips` and `--seed`, with `--keep DIR` to look at it.  With `--forgeries`, thirteen lies
-about badges of each format instead.
+Printed is, for each format, how many films were accepted, inconclusive and rejected, how many identities of 64 bits
+were read, and the gain furthest from 1; then each film that was not accepted and read, with what makes it again:
+`--formats F --only K` with the same `--clips` and `--seed`, with `--keep DIR` to look at it.  With `--forgeries`,
+thirteen lies about badges of each format instead.
 
 Every draw follows from `--seed`, the format and the film's number.
 """
@@ -41,7 +41,7 @@ from outside.rows import Row, add, known, table
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
 FRAMES, FPS, PER_BADGE = 240, 30, 2
 LINES = ["--line", "Reporter · Example News", "--line", "Accredited until 31 Dec 2026"]
-#: What badges wear, in turns; LOGO and PORTRAIT stand for files.
+#: What badges wear, in turns; LOGO and PORTRAIT are replaced by files.
 WEAR: tuple[tuple[str, ...], ...] = (
     ("--orientation", "landscape"),
     ("--orientation", "portrait", "--template", "conference", "--logo", "LOGO", *LINES, "--colour", "#134e8c"),
@@ -91,7 +91,7 @@ def issued(task: Task, folder: Path) -> str:
     wish = WEAR[task.badge % len(WEAR)] if task.front is None else FRONTS[task.front]
     payload = rng.bytes(8).hex()
     words = [str(_picture(word, folder)) if word in ("LOGO", "PORTRAIT") else word for word in wish]
-    for each, told in ((words, " ".join(wish)), (words[:2], f"{wish[:2]} for want of room")):
+    for each, wear in ((words, " ".join(wish)), (words[:2], f"{wish[:2]} for want of room")):
         command = [
             str(PROGRAM),
             f"Guest {task.badge}",
@@ -106,7 +106,7 @@ def issued(task: Task, folder: Path) -> str:
             [*command, *each, "--out", str(folder / "badge"), "--json"], capture_output=True, text=True, check=False
         )
         if done.returncode == 0:
-            return told
+            return wear
     raise RuntimeError(f"{task.format}: {done.stderr.strip()}")
 
 
@@ -150,7 +150,7 @@ def made(task: Task, folder: Path) -> dict[str, Any]:
     begun = time.process_time()
     places = film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
     tangents = -places[:, 0] / places[:, 2]
-    told = {
+    facts = {
         "wear": wear,
         "distance_m": round(distance_m, 3),
         "motion": motion,
@@ -158,8 +158,8 @@ def made(task: Task, folder: Path) -> dict[str, Any]:
         "film_s": time.process_time() - begun,
         "tan_u": (float(tangents.min()), float(tangents.max())),
     }
-    note.write_text(json.dumps(told), encoding="utf-8")
-    return told
+    note.write_text(json.dumps(facts), encoding="utf-8")
+    return facts
 
 
 def judged(task: Task) -> Row:
@@ -169,7 +169,7 @@ def judged(task: Task) -> Row:
 
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(task.keep or scratch) / _name(task)
-        told = made(task, folder)
+        facts = made(task, folder)
         badge = load_badge(folder / "badge" / "badge.json")
         begun = time.process_time()
         report = verify(folder / "film.mp4", Claim(badge, badge.id))
@@ -185,13 +185,13 @@ def judged(task: Task) -> Row:
         read=report.identity.decoded_id == badge.id,
         wrong=report.identity.decoded_id not in (None, badge.id),
         gain=found["invariant"].get("gain_ratio"),
-        reasons=[_told(reason) for reason in found["reasons"] if reason["level"] != "pass"],
+        reasons=[_reason_text(reason) for reason in found["reasons"] if reason["level"] != "pass"],
         verify_s=verify_s,
         tracked=found["frames"]["tracked"],
         front=task.front,
         correlation=found["invariant"].get("correlation"),
         window_correlation=found["invariant"].get("window_correlation_mean"),
-        **told,
+        **facts,
     )
 
 
@@ -199,7 +199,7 @@ def _name(task: Task) -> str:
     return "_".join(str(word) for word in (task.format, task.number, task.forge or task.front) if word is not None)
 
 
-def _told(reason: dict[str, Any]) -> str:
+def _reason_text(reason: dict[str, Any]) -> str:
     """A reason as code, what was measured and the limit."""
     return f"{reason['code']}[{reason['level']}] {reason.get('measured')} / {reason.get('limit')}"
 
@@ -226,7 +226,7 @@ def tasks(arguments: argparse.Namespace) -> list[Task]:
         else:
             found += [Task(name, k, k // PER_BADGE, float(spread[k]), **common) for k in range(clips)]
     wanted = set(arguments.only)
-    # All formats, and all kinds, go on together, so that a run that is stopped tells of each.
+    # All formats, and all kinds, go on together, so that a run that is stopped has films of each.
     steps = len(KINDS) if arguments.forgeries else arguments.clips
     turn = 2 if arguments.forgeries else 0
     found.sort(key=lambda task: (task.number - turn * FORMATS.index(task.format)) % steps)
@@ -248,7 +248,7 @@ def main() -> None:
     parser.add_argument(
         "--keep",
         metavar="DIR",
-        help="keep badges, films, courses and reports there; films kept there are judged anew, not made anew",
+        help="keep badges, films, trajectories and reports there; films kept there are judged again, not made again",
     )
     parser.add_argument(
         "--rows", type=Path, metavar="FILE", help="append a line of JSON for each film; known ones are not made again"

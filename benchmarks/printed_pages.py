@@ -63,12 +63,12 @@ def main() -> None:
     for aspect in ASPECTS:
         measured = [measure(fed(track, aspect)) for track in films]
         found = [judge_invariant(one) for one in measured]
-        told = Counter(one.verdict for one in found)
+        verdicts = Counter(one.verdict for one in found)
         off = np.median([abs((one.gain_ratio or np.nan) - 1) for one in found])
         bar = np.median([one.gain_sd or np.nan for one in found])
         missed = np.median([abs(np.log(one.camera.print_aspect) - aspect) for one in measured])
         print(
-            f"{aspect:>+8.1%}{told['accept']:>10}{told['inconclusive']:>6}{told['reject']:>10}"
+            f"{aspect:>+8.1%}{verdicts['accept']:>10}{verdicts['inconclusive']:>6}{verdicts['reject']:>10}"
             f"{off:>12.3f}{bar:>11.3f}{missed:>12.3%}",
             flush=True,
         )

@@ -1,6 +1,6 @@
 """Films that an editor or a call program recut: run `.venv/bin/python benchmarks/recut_films.py`.
 
-The outside films of a true badge and of half its gain (tests/data/films) are cropped aside, laid as a tile into a
+The outside films of a true badge and of half its gain (tests/data/films) are cropped off-centre, placed as a tile in a
 larger picture, or stretched, and coded again.  Printed is what becomes of each, and how far the camera that was solved
 is from the film's own: 1450 px, the optical axis in the middle of the uncut picture.
 """
@@ -30,7 +30,7 @@ Luma = NDArray[np.uint8]
 @dataclass(frozen=True)
 class Recut:
     """A part (left, top, width, height) of the picture, scaled to `scaled`, at `place` in a picture of `size`; flag:
-    the pixels' aspect that the file tells.
+    the pixels' aspect that the file states.
     """
 
     name: str

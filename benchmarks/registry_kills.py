@@ -2,8 +2,8 @@
 
 A process enrolls, revokes, signs checkpoints and publishes bundles, by chance and without a pause, until it is killed
 at a random moment.  After each kill: the registry must be sound and hold every checkpoint that was written; checkpoint
-and bundle must be whole, the old ones or the new ones; and the registry must stand where it was seen last, or beyond.
-A new registry is begun after every 50 kills, so that audits stay short.
+and bundle must be whole, the old ones or the new ones; and the registry must be in the state that was seen last, or a
+later one.  A new registry is begun after every 50 kills, so that audits stay short.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ KILLS_EACH, LIFE_S = 50, 0.3
 
 
 def work(folder: str, first: Badge, seed: int, begun: object) -> None:
-    """Write without a pause, until somebody kills this process."""
+    """Write without a pause, until this process is killed."""
     chance = random.Random(seed)
     batch.CHUNK = 3
     with open_registry(f"sqlite:///{folder}/people.sqlite3", create=False) as registry:

@@ -80,7 +80,7 @@ def id_of(number: int) -> str:
 
 
 def progress(done: int, total: int | None) -> None:
-    """Say how far a long run is, where somebody looks on."""
+    """Say how far a long run is, if someone watches."""
     if sys.stderr.isatty():
         print(f"\r{done:>10,} of {total or 0:,}", end="", file=sys.stderr)
 

@@ -2,10 +2,10 @@
 
 Run `.venv/bin/python benchmarks/reposed.py [--films N]`.
 
-A forger lays photographs of a true badge over a course that he did not choose (`bench/forgers/reposed.py`): the
-nearest, or those around cross-faded; taken whole, or field by field.  For each kind of badge, way, course and distance
-the fewest photographs are searched with which one of N films is accepted: doubled until one is, then narrowed down.  A
-count that is never accepted is told as more than the last one tried.
+A forger puts photographs of a true badge over a trajectory that he did not choose (`bench/forgers/reposed.py`): the
+nearest, or those around cross-faded; taken whole, or field by field.  For each kind of badge, way, trajectory and
+distance the fewest photographs are searched with which one of N films is accepted: doubled until one is, then narrowed
+down.  A count that is never accepted is printed as more than the last one tried.
 """
 
 from __future__ import annotations
@@ -105,9 +105,9 @@ def main() -> None:
         for case, count, true in pool.map(fewest, [(case, asked.films) for case in cases]):
             way = "cross-faded" if case.blend else "nearest"
             taken = "field by field" if case.by_field else "whole"
-            told = f"more than {MOST}" if count is None else str(count)
+            least = f"more than {MOST}" if count is None else str(count)
             print(
-                f"{case.axes:<8}{way:<14}{taken:<16}{case.course:<12}{case.metres:>5g}{told:>14}  "
+                f"{case.axes:<8}{way:<14}{taken:<16}{case.course:<12}{case.metres:>5g}{least:>14}  "
                 f"{'accepted' if true else 'not accepted'}",
                 flush=True,
             )

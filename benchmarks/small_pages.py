@@ -62,9 +62,9 @@ def main() -> None:
     print(f"{'page, mm':<11}{'m':>5}{'crf':>5}{'accepted':>10}{'open':>6}{'rejected':>10}{'median':>9}{'worst':>7}")
     for (name, metres), crf in product(PLACES, QUALITIES):
         found = [judged(badges[name], metres, crf, seed) for seed in range(1, films + 1)]
-        told, ratios = Counter(verdict for verdict, _ in found), [ratio for _, ratio in found]
+        verdicts, ratios = Counter(verdict for verdict, _ in found), [ratio for _, ratio in found]
         print(
-            f"{name:<11}{metres:>5g}{crf:>5}{told['accept']:>10}{told['inconclusive']:>6}{told['reject']:>10}"
+            f"{name:<11}{metres:>5g}{crf:>5}{verdicts['accept']:>10}{verdicts['inconclusive']:>6}{verdicts['reject']:>10}"
             f"{np.nanmedian(ratios):>9.2f}{np.nanmax(ratios):>7.2f}",
             flush=True,
         )

@@ -1,7 +1,7 @@
 """The films of `verify_speed.py`: what phones film on good days and on bad ones, and what shows no badge at all.
 
 The outside films lie in tests/data/films.  The others are of our own simulator: 4 seconds, or 240 frames where there
-are more a second.  A `Room` of boxes and shelves, as textured as a real one, stands where no badge is to be seen.
+are more a second.  A `Room` of boxes and shelves, as textured as a real one, fills the films without a badge.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What a command costs before and beside its work: run `.venv/bin/python benchmarks/start_up.py [--repeats N]`.
+"""What a command costs in addition to its work: run `.venv/bin/python benchmarks/start_up.py [--repeats N]`.
 
 Each command runs in a process of its own, cold but for the disk's cache.  CPU seconds are those of all threads; of both
-figures the best run is printed, as others only show what else the machine did, and the median beside it.  The film is
+figures the best run is printed, as others only show what else the machine did, with the median.  The film is
 the first two seconds of the outside film at 1 m.  Last come the packages whose modules take most of the time to load.
 """
 

@@ -152,10 +152,10 @@ def _free_port() -> int:
 
 def _ready(port: int) -> bool:
     try:
-        told = httpx.get(f"http://127.0.0.1:{port}/readyz", timeout=10).json()
+        state = httpx.get(f"http://127.0.0.1:{port}/readyz", timeout=10).json()
     except httpx.HTTPError:
         return False
-    return bool(told["ready"] and told["needs"]["scheduler"])
+    return bool(state["ready"] and state["needs"]["scheduler"])
 
 
 def _until(holds: Any, seconds: float) -> None:
@@ -167,7 +167,7 @@ def _until(holds: Any, seconds: float) -> None:
 
 
 class Visitor:
-    """Whoever sends films: to one studio after the other, and again where none answers."""
+    """A client that sends films: to one studio after the other, and again if none answers."""
 
     def __init__(self, ports: Sequence[int], tokens: Sequence[str], film: bytes, claim: str) -> None:
         self._homes = [f"http://127.0.0.1:{port}" for port in ports]
@@ -188,7 +188,7 @@ class Visitor:
                 bearer = self._bearers[number % len(self._bearers)]
                 answer = self._client.post(f"{home}/api/jobs", headers=bearer, **form)
             except httpx.HTTPError:
-                # It may have come, though nobody said so.
+                # It may have arrived, though no answer came.
                 self.sent_again += 1
                 continue
             if answer.status_code == 202:
@@ -216,16 +216,16 @@ class Visitor:
             time.sleep(0.2)
 
     def all_over(self, ids: Sequence[str], each: Any = lambda ended: None) -> dict[str, dict[str, Any]]:
-        """Every job's end; each: told how many have ended, as it changes."""
+        """Every job's end; each: called with the number of ended jobs whenever it changes."""
         ended: dict[str, dict[str, Any]] = {}
         while len(ended) < len(ids):
             for job_id in ids:
-                if job_id not in ended and (told := self.look(job_id)).get("state", "lost") in (
+                if job_id not in ended and (job := self.look(job_id)).get("state", "lost") in (
                     "done",
                     "failed",
                     "lost",
                 ):
-                    ended[job_id] = told
+                    ended[job_id] = job
                     each(len(ended))
             time.sleep(0.5)
         return ended
@@ -268,14 +268,14 @@ def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float
     ended = visitor.all_over(ids)
     seconds = time.monotonic() - begun
     print(f"killed: {', '.join(down)}; {count} uploads over after {seconds:.0f} s")
-    print(f"states: {dict(Counter(told.get('state', 'lost') for told in ended.values()))}")
-    print(f"problems: {dict(Counter(str((told.get('problem') or {}).get('code')) for told in ended.values()))}")
+    print(f"states: {dict(Counter(job.get('state', 'lost') for job in ended.values()))}")
+    print(f"problems: {dict(Counter(str((job.get('problem') or {}).get('code')) for job in ended.values()))}")
     found = record(cluster.database)
     by_job, by_film = Counter(row.job for row in found), Counter(row.film_sha256 for row in found)
     often = Counter(min(by_job[one], 2) for one in ids)
     print(f"in the record: {often[1]} of {count} jobs once, {often[2]} more than once, {often[0]} never")
     twice = sum(many > 1 for many in by_film.values())
-    print(f"films in the record: {len(by_film)}, {twice} twice; {visitor.sent_again} sent again, as nobody answered")
+    print(f"films in the record: {len(by_film)}, {twice} twice; {visitor.sent_again} sent again for want of an answer")
 
 
 def speed(
@@ -291,7 +291,7 @@ def speed(
             begun = time.monotonic()
             with ThreadPoolExecutor(ASKERS) as pool:
                 ids = list(pool.map(visitor.upload, range(2_000_000, 2_000_000 + count)))
-            states = Counter(told["state"] for told in visitor.all_over(ids).values())
+            states = Counter(job["state"] for job in visitor.all_over(ids).values())
             rates.append(count / (time.monotonic() - begun))
             print(f"  {workers} worker(s): {rates[-1]:.2f} films/s, {dict(states)}, load {os.getloadavg()[0]:.1f}")
     print(f"  two workers are {rates[1] / rates[0]:.2f} times as fast as one")
@@ -300,11 +300,11 @@ def speed(
 def prepared(folder: Path, database: str) -> tuple[list[str], bytes, str]:
     """A registry with a badge, and the storage that takes its time; returns tokens, a film, and whose badge it is."""
     packages = folder / "packages"
-    told = packages / "slowfs-1.dist-info"
-    told.mkdir(parents=True)
+    info = packages / "slowfs-1.dist-info"
+    info.mkdir(parents=True)
     (packages / "slowfs.py").write_text(SLOW)
-    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: slowfs\nVersion: 1\n")
-    (told / "entry_points.txt").write_text("[fsspec.specs]\nslow = slowfs:Slow\n")
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: slowfs\nVersion: 1\n")
+    (info / "entry_points.txt").write_text("[fsspec.specs]\nslow = slowfs:Slow\n")
     os.environ["MOIREID_KEYS"], os.environ["MOIREID_SEEN"] = str(folder / "keys"), str(folder / "seen.sqlite3")
     init = [word.replace(DATABASE, database) for word in SERVICES["init"]["command"]]
     subprocess.run([str(Path(sys.executable).parent / init[0]), *init[1:]], check=True, capture_output=True)

@@ -1,10 +1,10 @@
-"""A studio beside those who hold it up: run `.venv/bin/python benchmarks/studio_flood.py [--silent 1100]`.
+"""A studio under clients that block it: run `.venv/bin/python benchmarks/studio_flood.py [--silent 1100]`.
 
 Starts the studio by its command, with 1,024 open files as most systems allow, and opens against it, at once,
 
 - connections that say nothing, and come again as soon as they are ended;
 - uploads of films that come at 100 bytes a second, by the tokens of two verifiers;
-- and true uploads of small films beside them, by another verifier, one after the other by several askers.
+- and true uploads of small films at the same time, by another verifier, one after the other by several askers.
 
 Prints how the true ones were answered and how long they took, how long an upload that crawls held its place, and what
 the server wrote to its log.
@@ -112,7 +112,7 @@ async def crawling(port: int, token: str, film: bytes, held: list[float]) -> Non
 async def true(port: int, token: str, films: Path, count: int) -> list[tuple[int, float]]:
     """True uploads: status and seconds of each."""
     film, name = (films / "long.mp4").read_bytes(), load_badge(films / "badge.json").name
-    waiting, told = list(range(count)), list[tuple[int, float]]()
+    waiting, answers = list(range(count)), list[tuple[int, float]]()
     async with httpx.AsyncClient(headers={"Authorization": f"Bearer {token}"}, timeout=120) as client:
 
         async def asker() -> None:
@@ -128,10 +128,10 @@ async def true(port: int, token: str, films: Path, count: int) -> list[tuple[int
                 except httpx.HTTPError as error:
                     status = 0
                     print(f"no answer: {type(error).__name__}")
-                told.append((status, time.monotonic() - begun))
+                answers.append((status, time.monotonic() - begun))
 
         await asyncio.gather(*(asker() for _ in range(ASKERS)))
-    return told
+    return answers
 
 
 async def flooded(port: int, tokens: list[str], films: Path, given: argparse.Namespace) -> None:
@@ -142,15 +142,15 @@ async def flooded(port: int, tokens: list[str], films: Path, given: argparse.Nam
     others = [asyncio.create_task(silent(port, ended)) for _ in range(given.silent)]
     others += [asyncio.create_task(crawling(port, tokens[1 + k % 2], film, held)) for k in range(given.crawling)]
     await asyncio.sleep(given.before)
-    told = await true(port, tokens[0], films, given.true)
+    answers = await true(port, tokens[0], films, given.true)
     await asyncio.sleep(given.after)
     for task in others:
         task.cancel()
     await asyncio.gather(*others, return_exceptions=True)
-    alone, beside = ([seconds for _, seconds in some] for some in (quiet, told))
-    print(f"true uploads: {dict(Counter(status for status, _ in told))} (0: no answer)")
+    alone, loaded = ([seconds for _, seconds in some] for some in (quiet, answers))
+    print(f"true uploads: {dict(Counter(status for status, _ in answers))} (0: no answer)")
     print(
-        f"median {statistics.median(beside):.2f} s, longest {max(beside):.2f} s; alone {statistics.median(alone):.2f} s"
+        f"median {statistics.median(loaded):.2f} s, longest {max(loaded):.2f} s; alone {statistics.median(alone):.2f} s"
     )
     print(f"silent connections: {dict(ended)}")
     print(f"uploads that crawled were ended {len(held)} times, after {max(held, default=0):.1f} s at most")

@@ -9,7 +9,7 @@ Starts the studio by its command, asks it over HTTP on this machine, and prints
 - what hostile uploads (`benchmarks/hostile_files.py`) do: answers by status, memory of the server and of the process
   that others are forked from, and files left, before, meanwhile and after.
 
-On a busy machine all wall times are longer, so the load average is printed beside them.
+On a busy machine all wall times are longer, so the load average is printed with them.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def overhead(client: httpx.Client, server: psutil.Process, films: Path, pairs: i
     content, claim = film.read_bytes(), {"claim": badge.name}
     verify(film, Claim(badge, badge.id))
     upload(client, content, **claim).raise_for_status()
-    stated, beside, cpu = [], [], []
+    stated, in_process, cpu = [], [], []
     for _ in range(pairs):
         begun, cpu_s = time.perf_counter(), processor_s(server)
         answer = upload(client, content, **claim)
@@ -95,11 +95,11 @@ def overhead(client: httpx.Client, server: psutil.Process, films: Path, pairs: i
         cpu_s = processor_s(server) - cpu_s
         begun, own_s = time.perf_counter(), time.process_time()
         verify(film, Claim(badge, badge.id))
-        beside.append(1000 * (api_s - (time.perf_counter() - begun)))
+        in_process.append(1000 * (api_s - (time.perf_counter() - begun)))
         cpu.append(1000 * (cpu_s - (time.process_time() - own_s)))
     for name, found in (
         ("the time that the report states", stated),
-        ("a verify in this process", beside),
+        ("a verify in this process", in_process),
         ("that, in processor time", cpu),
     ):
         low, middle, high = statistics.quantiles(found, n=4)
@@ -112,8 +112,8 @@ def at_once(client: httpx.Client, film: Path) -> None:
     begun = time.perf_counter()
     with ThreadPoolExecutor(AT_ONCE) as pool:
         answers = list(pool.map(lambda _: upload(client, content, badge=text), range(AT_ONCE)))
-    told = Counter((answer.status_code, answer.json().get("verdict")) for answer in answers)
-    print(f"{AT_ONCE} uploads at once in {time.perf_counter() - begun:.1f} s: {dict(told)}")
+    counts = Counter((answer.status_code, answer.json().get("verdict")) for answer in answers)
+    print(f"{AT_ONCE} uploads at once in {time.perf_counter() - begun:.1f} s: {dict(counts)}")
 
 
 def memory(server: psutil.Process) -> str:
@@ -126,16 +126,16 @@ def memory(server: psutil.Process) -> str:
 def attacked(client: httpx.Client, server: psutil.Process, folder: Path, count: int) -> None:
     """Hostile uploads, some at a time."""
     films, text = spoilt_from(folder / "films"), (folder / "films" / "badge.json").read_text()
-    jobs, told = folder / "studio" / "jobs", Counter[str]()
+    jobs, answered = folder / "studio" / "jobs", Counter[str]()
     print(f"before: {memory(server)}; {len(list(jobs.iterdir()))} folders of jobs")
     with ThreadPoolExecutor(ASKERS) as pool:
         for step in range(STEPS):
             numbers = range(step * count // STEPS, (step + 1) * count // STEPS)
             for answer in pool.map(lambda number: upload(client, hostile(films, number), badge=text), numbers):
                 body = answer.json()
-                told[f"{answer.status_code} {body.get('verdict') or body['code']}"] += 1
+                answered[f"{answer.status_code} {body.get('verdict') or body['code']}"] += 1
             print(f"after {numbers.stop}: {memory(server)}", flush=True)
-    print(f"answers: {', '.join(f'{name} {number}' for name, number in sorted(told.items()))}")
+    print(f"answers: {', '.join(f'{name} {number}' for name, number in sorted(answered.items()))}")
     left = list(jobs.rglob("*"))
     print(f"after: {len(left)} files or folders of jobs; health {client.get('/api/health').json()['status']}")
 

@@ -126,7 +126,7 @@ def cases(make: Maker) -> Iterator[tuple[str, Callable[[str], None]]]:
 
 
 def _read(video: Path, scene: Scene) -> Filmed:
-    """A film of the simulator with the poses beside it."""
+    """A film of the simulator with its poses."""
     rows = np.genfromtxt(truth_path(video), delimiter=",", names=True)
     camera_mm = np.column_stack([rows[f"camera_{axis}_mm"] for axis in "xyz"])
     rotation = np.column_stack([rows[f"r{i}{j}"] for i in (1, 2, 3) for j in (1, 2, 3)]).reshape(-1, 3, 3)
@@ -321,7 +321,7 @@ def _at(place: tuple[float, float], made: Filmed, room: Room) -> Iterator[Pictur
 
 
 def _nothing_row(name: str, badge: Badge) -> None:
-    """Time a frame of a film that shows a background alone, and the first one, beside what the two searches of a frame
+    """Time a frame of a film that shows a background alone, and the first one, next to what the two searches of a frame
     and of its mirror image take that are made without looking for small markers.
     """
     sensor, view, finder = Sensor(CAMERA, SEED), SceneTracker(badge), MarkerFinder(badge.markers)

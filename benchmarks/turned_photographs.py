@@ -38,7 +38,7 @@ MOVED_FRAMES = 24
 class Show:
     """order: numbers of the photographs of one round; step_s: time of a frame, and of each seventh one; hold: frames
     for which each photograph stays, at least and at most; turn_deg: the outermost photographs' turn; mixed: whether one
-    cross-faded frame stands between two; moved_px: by how much the first two are moved in the picture at the end;
+    cross-faded frame is between two; moved_px: by how much the first two are moved in the picture at the end;
     faded: whether all frames are cross-faded, along a calm course."""
 
     order: tuple[int, ...]

@@ -137,7 +137,7 @@ def knee_of(settings: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def plot(sweeps: dict[str, list[dict[str, Any]]], settings: list[dict[str, Any]]) -> Any:
-    """Cost of each sweep with the error beside it, then error against run time."""
+    """Cost of each sweep with its error, then error against run time."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -148,13 +148,13 @@ def plot(sweeps: dict[str, list[dict[str, Any]]], settings: list[dict[str, Any]]
         places = [one["place"] for one in found]
         axes.loglog(places, [one["cpu_s"] for one in found], "o-", color="#12406b", label="verify, CPU s")
         axes.loglog(places, [one["decode_s"] for one in found], "s--", color="#5a6673", label="decoding, CPU s")
-        beside = axes.twinx()
-        beside.set_yscale("log")
+        right_axis = axes.twinx()
+        right_axis.set_yscale("log")
         key = "gain_error" if name == "length" else "error_rad"
         errors = [math.nan if one[key] is None else abs(one[key]) for one in found]
         words = "error of the gain" if name == "length" else "phase error, rad"
-        beside.plot(places, errors, "^:", color="#c2571a", label=words)
-        beside.set_ylabel(words, color="#c2571a", fontsize=8)
+        right_axis.plot(places, errors, "^:", color="#c2571a", label=words)
+        right_axis.set_ylabel(words, color="#c2571a", fontsize=8)
         axes.set_xlabel(f"{name}: {SWEEPS[name][0]}")
         axes.legend(fontsize=7, loc="upper left", frameon=False)
     axes = panels.flat[len(sweeps)]

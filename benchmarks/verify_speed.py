@@ -2,7 +2,7 @@
 
 Measured as the time that four more loops of a film cost: a verify of 5 loops less one of 1, over the decoding of 5
 loops less that of 1.  So start, camera and verdict of a short film do not count, but frames do.  Packets are copied one
-loop after another with their times moved on, so nothing is coded anew, and where a loop ends the badge jumps.
+loop after another with their times moved on, so nothing is coded again, and where a loop ends the badge jumps.
 CPU seconds are those of all threads.  Each film has a process of its own, whose peak of memory is printed.
 
 The films are those of `speed_films.py`; the low bit rate of the outside films is the hard case here, as decoding costs

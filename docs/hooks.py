@@ -37,7 +37,7 @@ API = """# Python
 Each room of the library has a face: the names that its `__init__` exports. Import from there.
 This page is made from their docstrings. [For the developer](../how-to/developer.md) shows them at work.
 """
-#: Modules that have no face of their own, and what of them is for everybody.
+#: Modules that have no face of their own, and what of them is public.
 GROUND = {"moireid.badge": ["Badge", "load_badge"]}
 FACES = ("designer", "fabrication", "simulate", "verifier", "attest", "calibration", "registry", "idcodes", "errors")
 FIELDS = """# {title}
@@ -45,10 +45,10 @@ FIELDS = """# {title}
 {text}
 
 This page is made from the JSON Schema that moireid ships and checks every file against ({where}).
-A field in **bold** must be there. `[]` stands for each entry of a list.
+A field in **bold** must be there. `[]` means each entry of a list.
 """
 TABLE = "\n| field | type | meaning |\n|---|---|---|\n"
-BADGE_TEXT = """The file that says all that is printed on one badge. Whoever has it can print the badge, so keep it as
+BADGE_TEXT = """The file that says all that is printed on one badge. Anyone with it can print the badge, so keep it as
 you would keep a key. Lengths are in millimetres of the page: origin top left, x to the right, y down."""
 REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys
 are only added. So a program must pass over the keys that it does not know. A figure is null where nothing was
@@ -121,8 +121,8 @@ def _faces() -> Iterator[str]:
 
 def _fields(schema: str, title: str, text: str, where: str) -> str:
     """A page of a shipped schema: a table of its fields, and one for each object within."""
-    told = json.loads((HOUSE / "schema" / f"{schema}.schema.json").read_text(encoding="utf-8"))
-    return FIELDS.format(title=title, text=text, where=where) + "".join(_tables(told, told, ""))
+    document = json.loads((HOUSE / "schema" / f"{schema}.schema.json").read_text(encoding="utf-8"))
+    return FIELDS.format(title=title, text=text, where=where) + "".join(_tables(document, document, ""))
 
 
 def _tables(node: dict[str, Any], root: dict[str, Any], path: str) -> Iterator[str]:

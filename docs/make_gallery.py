@@ -62,7 +62,7 @@ VERDICTS = {
 MOVING = {"film": ("", "true"), "fake": (" --forge gain_low", "forged: half as far")}
 #: The two films of `make demo`: names, titles, and how they are forged.
 SHOWN = {"true": ("Real badge", ""), "forged": ("Forged: a still picture of the badge", " --forge frozen")}
-#: Badges to wear, one a template: options beside the logo and the portrait.
+#: Badges to wear, one a template: options in addition to the logo and the portrait.
 WORN = {
     "plain": '"Grace Hopper" --payload cdbbf82898d52ed1 --line Guest',
     "conference": '"Ada Lovelace" --payload 7097c67b0fafc59b --line "Keynote" --line "Analytical Engines Ltd"',
@@ -89,10 +89,10 @@ def main() -> None:
     words = ["## Badges\n", '<div class="pair" markdown>']
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        words += [_badge(work, name, *told) for name, told in PRINTED.items()]
+        words += [_badge(work, name, *entry) for name, entry in PRINTED.items()]
         words += ["</div>\n", "## Moving\n", _moving(work)]
         words += ["## Verdicts\n", "Thick: where the law puts the fringes. Thin: where they were seen.\n"]
-        words += [_verdict(work, name, told) for name, told in VERDICTS.items()]
+        words += [_verdict(work, name, text) for name, text in VERDICTS.items()]
         _side_by_side(work)
         _report(work)
         _worn(work)
@@ -113,7 +113,7 @@ def _run(command: str, *, codes: tuple[int, ...] = (0,)) -> str:
     return done.stdout
 
 
-def _badge(work: Path, name: str, wish: str, told: str) -> str:
+def _badge(work: Path, name: str, wish: str, text: str) -> str:
     _run(f"print-your-badge {wish} --out {work / name} --mount none")
     with Image.open(work / name / "preview.png") as picture:
         small = picture.convert("L").resize(
@@ -123,12 +123,12 @@ def _badge(work: Path, name: str, wish: str, told: str) -> str:
     whose = shlex.split(wish)[0]
     return (
         f"<figure markdown>![The badge of {whose}](gallery/{name}.png){{ loading=lazy }}"
-        f"<figcaption markdown>{told}<br>`print-your-badge {wish}`</figcaption></figure>"
+        f"<figcaption markdown>{text}<br>`print-your-badge {wish}`</figcaption></figure>"
     )
 
 
 def _worn(work: Path) -> None:
-    """A badge in each template beside one another, and one that moves."""
+    """A badge in each template side by side, and one that moves."""
     (work / "logo.svg").write_text(LOGO, encoding="utf-8")
     # Free of rights; it comes with scikit-image.
     Image.fromarray(data.astronaut()[0:290, 110:342]).save(work / "face.png")
@@ -155,7 +155,7 @@ def _worn(work: Path) -> None:
 
 
 def _moving(work: Path) -> str:
-    """A true and a forged film of the same motion beside each other, as one moving picture."""
+    """A true and a forged film of the same motion side by side, as one moving picture."""
     shown = []
     for name, (forge, _) in MOVING.items():
         film = work / f"{name}.mp4"
@@ -178,12 +178,12 @@ def _moving(work: Path) -> str:
     )
     return (
         "The same motion before a simulated webcam, twice. Left a true badge; right a forged one, whose fringes go "
-        "half as far. Can you tell?\n\n![Two films of a badge that sways: the fringes of the left one travel further]"
+        "half as far. Can you see it?\n\n![Two films of a badge that sways: the fringes of the left one travel further]"
         "(gallery/moving.webp){ loading=lazy }\n"
     )
 
 
-def _verdict(work: Path, name: str, told: str) -> str:
+def _verdict(work: Path, name: str, text: str) -> str:
     command = f"moireid verify {FILMS}/{name}.mp4 --badge {FILMS}/badge.json"
     said = _run(f"{command} --report {work / name}", codes=(0, 1, 3))
     page = (work / name / "report.html").read_text(encoding="utf-8")
@@ -193,7 +193,7 @@ def _verdict(work: Path, name: str, told: str) -> str:
     _write_svg(f"{name}.svg", _by_day(base64.b64decode(found[1]).decode()))
     verdict = {"ACCEPT": "Accepted", "REJECT": "Rejected"}[said.split(":")[0]]
     return (
-        f"### {verdict}: {name}.mp4\n\n{told}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
+        f"### {verdict}: {name}.mp4\n\n{text}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
         f"\n\n```text\n{command}\n{said}```\n"
     )
 

@@ -18,9 +18,9 @@ def main(source: str, badge_json: str, seconds: float = 30.0) -> str:
     check, camera = StreamCheck(Claim(badge, badge.id), live=live), cv2.VideoCapture(int(source) if live else source)
     begun = time.monotonic()
     while (now := time.monotonic()) - begun < seconds and (picture := camera.read()[1]) is not None:
-        told_s = camera.get(cv2.CAP_PROP_POS_MSEC) / 1000
-        # When it was taken: by the film or by the camera's driver; some tell nothing, and then it is when it came.
-        taken_s = told_s if told_s > 0 or not live else now
+        stated_s = camera.get(cv2.CAP_PROP_POS_MSEC) / 1000
+        # When it was taken, by the film or by the camera's driver; if that gives no time, when it came.
+        taken_s = stated_s if stated_s > 0 or not live else now
         for event in check.push(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), taken_s, now):
             print(f"{event['time_s']:6.1f} s  {event['verdict']}")
     return str(check.finish()["verdict"])

@@ -1,9 +1,9 @@
-"""Judge everybody in a room of Janus, an open conferencing server, and post the verdicts.
+"""Judge everyone in a room of Janus, an open conferencing server, and post the verdicts.
 
     python 06_judge_a_room.py http://127.0.0.1:8088/janus 1234 --registry sqlite:///people.sqlite3 --post http://…
 
 The agent joins the room and sends nothing.  Each participant's video goes by WebRTC from the server to a process of its
-own, without files or keys, and is held against the badge that the registry has for the name in the room.
+own, without files or keys, and is compared with the badge that the registry has for the name in the room.
 """
 
 import argparse
@@ -59,12 +59,12 @@ class Room:
 class Agent:
     """Judges each participant for some seconds."""
 
-    def __init__(self, room: Room, registry: str, seconds: float, told: str | None) -> None:
-        self.room, self.registry, self.seconds, self.told = room, registry, seconds, told
+    def __init__(self, room: Room, registry: str, seconds: float, platform: str | None) -> None:
+        self.room, self.registry, self.seconds, self.platform = room, registry, seconds, platform
         self.names: dict[int, str] = {}
 
     def run(self) -> None:
-        """Join, and judge whoever is there or comes."""
+        """Join, and judge each person who is there or comes."""
         own = self.room.attach()
         self.room.send(own, {"request": "join", "ptype": "publisher", "display": "moireid"})
         for handle, data, offer in self.room.events():
@@ -97,16 +97,16 @@ class Agent:
         self.post(name, verdict)
 
     def post(self, name: str, event: dict[str, Any]) -> None:
-        """Tell the platform what is known of a participant by now."""
+        """Send to the platform what is known of a participant so far."""
         why = [one["text"] for one in event.get("reasons", ()) if one["level"] in ("fail", "undecided")]
         said = {"name": name, "event": event["event"], "verdict": event.get("verdict"), "why": event.get("text") or why}
         print(json.dumps(said), flush=True)
-        if self.told:
-            post(self.told, said)
+        if self.platform:
+            post(self.platform, said)
 
 
 def main() -> None:
-    """Judge a room until somebody stops it."""
+    """Judge a room until the program is stopped."""
     wish = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     wish.add_argument("address")
     wish.add_argument("room", type=int)

@@ -45,7 +45,7 @@ verdict() {
 
 echo "This takes about a minute; the first time Numba compiles as well, which takes another."
 
-step "Print: design a badge for Ada, and one for Grace. Each is a page of lines to lay under a lenticular sheet."
+step "Print: design a badge for Ada, and one for Grace. Each is a page of lines to put under a lenticular sheet."
 run 0 print-your-badge "Ada Lovelace" --out demo/ada --overwrite
 run 0 print-your-badge "Grace Hopper" --out demo/grace --mount none --overwrite
 result "demo/ada holds the page to print, instructions, and a mount to 3D-print or to laser-cut"
@@ -79,7 +79,7 @@ rm demo/said.txt
 cat <<END
 
 Done. Look at, in this order:
-  demo/true_and_forged.mp4         both films side by side, and how the fringes move in each (or the .png beside it)
+  demo/true_and_forged.mp4         both films side by side, and how the fringes move in each (or the .png next to it)
   demo/report/report.html          why the true film is accepted; demo/report-forged/report.html: why the other is not
   demo/ada/preview.png             how the built badge looks
   demo/ada/badge.pdf               the page to print at 100 %; demo/ada/assembly.pdf says how to build the badge

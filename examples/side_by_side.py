@@ -134,7 +134,7 @@ def write_still(path: Path, sides: list[Side]) -> None:
 
 
 def main(out: Path, words: list[str]) -> None:
-    """Write the film and, beside it, the still."""
+    """Write the film and, next to it, the still."""
     sides = [Side.read(*words[:3]), Side.read(*words[3:])]
     write_film(out, sides)
     write_still(out.with_suffix(".png"), sides)

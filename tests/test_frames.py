@@ -182,7 +182,7 @@ def test_the_pictures_of_turned_gratings_are_the_independent_tracer_s(hexagonal:
         print_scale=1.003,
         print_aspect=0.994,
         lens_scale=1.001,
-        laid=((0.0, 0.0), (0.1, 0.004), (-0.2, -0.003)),
+        pieces=((0.0, 0.0), (0.1, 0.004), (-0.2, -0.003)),
     )
     camera = Camera(1920, 1080, 1450.0, shutter_s=0.0)
     place = np.array([[140.0, -80.0, -1000.0]])

@@ -17,7 +17,7 @@ import moireid
 import moireid_lab
 import moireid_studio
 from moireid.cli.simulate_cmd import FORGERIES
-from moireid.simulate.forgeries.courses import KINDS
+from moireid.simulate.forgeries.trajectories import KINDS
 
 ROOTS = [Path(package.__file__).parent for package in (moireid, moireid_studio, moireid_lab) if package.__file__]
 #: `build123d` alone takes 5 s to import, so no module of ours may import these where it is merely loaded.

@@ -1,11 +1,11 @@
 """An outside tracer: films of a printed badge that share nothing with `moireid.simulate`.
 
 What judges films must not be tested by the renderer of its own authors alone.  This one takes the page as a picture,
-`badge.pdf` rasterised, and of `badge.json` what somebody who builds the badge knows: the board's outline, the lens
-sheet, and where it is laid.  Rays go through the true shape of each lens.  It never imports the simulator, the phase
-law or the lenticule's table of `moireid`; a test holds that.
+`badge.pdf` rasterised, and of `badge.json` what the builder of the badge knows: the board's outline, the lens
+sheet, and where it is placed.  Rays go through the true shape of each lens.  It never imports the simulator, the phase
+law or the lenticule's table of `moireid`; a test checks this.
 
-page.py      the page as a raster, and the sheets that are laid on it
+page.py      the page as a raster, and the sheets placed on it
 build.py     what goes wrong when a badge is printed and put together
 lens.py      one ray through a cylinder lens or a round lens, by Snell's law
 motion.py    where badge and camera are: a wearer who sways, a camera that walks, a measured hand

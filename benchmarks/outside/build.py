@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from outside.page import Page
 
-#: Largest errors: of a hand that lays the sheet, of the printer's feed, and of the sheet's pitch as sold.
+#: Largest errors: of a hand that places the sheet, of the printer's feed, and of the sheet's pitch as sold.
 OFFSET_MM, TWIST_DEG, SCALE, ASPECT, PITCH = 0.3, 0.15, 3e-3, 5e-4, 2e-3
 
 

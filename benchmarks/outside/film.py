@@ -1,4 +1,4 @@
-"""A page, a build, a camera and a course, into an H.264 file; beside it the course, as CSV."""
+"""A page, a build, a camera and a trajectory, into an H.264 file, with the trajectory as CSV."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CODER = {
 
 @dataclass(frozen=True)
 class Shoot:
-    """How long, how fast, how coarsely coded, by which chance, and which lie, if any."""
+    """Length, frame rate, quality of coding, seed, and which lie, if any."""
 
     frames: int = 240
     fps: int = 30
@@ -46,7 +46,7 @@ class Shoot:
 
 
 class Tracer:
-    """Frames of one badge by one camera on one course."""
+    """Frames of one badge by one camera on one trajectory."""
 
     def __init__(self, page: Page, build: Build, camera: Camera, course: Course, shoot: Shoot) -> None:
         """Draw what stays the same through the film."""
@@ -65,7 +65,7 @@ class Tracer:
         self.rays = camera.rays()
         self.shade = falloff(camera, self.rays)
         self.wall, self.pool, self.curve = wall(rng), noise_pool(rng), video_curve()
-        # A pixel's own square is a twelfth of a square in variance, beside the optics' blur.
+        # A pixel's own square is a twelfth of a square in variance, in addition to the optics' blur.
         blur = float(np.hypot(camera.blur_px, 12**-0.5))
         count = NEAR_SAMPLES if distance_mm / camera.focal_px < NEAR * page.lens.pitch_mm else LENS_SAMPLES
         self.sets = offsets(count, blur, rng), offsets(PAPER_SAMPLES, blur, rng)
@@ -128,7 +128,7 @@ class Tracer:
         return int(low[0]), int(low[1]), int(high[0]), int(high[1])
 
     def _fill(self, t: float) -> None:
-        """The wall behind, which stands still in the world."""
+        """The wall behind, which is fixed in the world."""
         pitch, yaw, roll, x, y, _ = self.course.gaze(t)
         far = abs(float(self.course.gaze(0.0)[5])) * WALL_FAR
         f = self.camera.focal_px
@@ -139,7 +139,7 @@ class Tracer:
 
 
 def film(page: Page, build: Build, camera: Camera, course: Course, path: Path, shoot: Shoot) -> NDArray[np.float64]:
-    """Write the film, and its course as CSV; give the camera's place in the badge's frame in each frame, (T, 3), mm."""
+    """Write the film, and its trajectory as CSV.  Returns: the camera's place in the badge's frame, (T, 3), mm."""
     import av
 
     tracer = Tracer(page, build, camera, course, shoot)

@@ -44,7 +44,7 @@ def through_cylinder(s, ds, dt, edge, pitch, radius, thickness, index):
 def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness, index):
     """As `through_cylinder` for `count` rays: s and t become where they land, share what passes.
 
-    No branch stands in the loop, so that a processor does several rays at a time; a ray passes over `STEPS` lenses at
+    The loop has no branch, so that a processor does several rays at a time; a ray passes over `STEPS` lenses at
     most, which is enough up to slopes of one.
     """
     for k in range(count):

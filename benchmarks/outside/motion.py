@@ -57,7 +57,7 @@ def _rotation(six: Array) -> Rotation:
 
 
 def course(kind: str, distance_mm: float, seconds: float, rng: np.random.Generator) -> Course:
-    """One of `KINDS`, or `walk`, at about that distance, with a tremor, and a badge that hangs a little askew."""
+    """One of `KINDS`, or `walk`, at about that distance, with a tremor, and a badge that hangs at a slight angle."""
     hang = np.array([rng.uniform(-8, 8), rng.uniform(-4, 4), rng.uniform(-3, 3)]) * math.pi / 180
     if kind == "sway":
         badge, camera = _swaying(distance_mm, hang, rng), _held(distance_mm, rng)
@@ -116,7 +116,7 @@ def _swaying(distance_mm: float, hang: Array, rng: np.random.Generator) -> Six:
 
 
 def _breathing(hang: Array, rng: np.random.Generator) -> Six:
-    """A wearer who stands."""
+    """A wearer who stays still."""
     sizes = np.array([math.radians(1.0), math.radians(1.5), math.radians(0.5), 3.0, 1.5, 2.0])
     return _added(_waves(rng, sizes, 0.3), np.array([*hang, 0, 0, 0]), _tremor(rng, 0.05, 0.3))
 
@@ -125,7 +125,7 @@ def _held(distance_mm: float, rng: np.random.Generator) -> Six:
     """A camera held still by a hand, not quite level, not quite in the middle."""
     aim = [rng.uniform(-0.06, 0.06), rng.uniform(-0.1, 0.1), rng.uniform(-0.05, 0.05)]
     place = np.array([*aim, 0.04 * distance_mm * rng.normal(), 0.05 * distance_mm * rng.normal(), -distance_mm])
-    # It looks at the badge from where it stands, but for what its aim is off.
+    # It looks at the badge from where it is, except for the error of its aim.
     place[:2] += np.arctan2([place[4], -place[3]], distance_mm)
     return _added(place, _tremor(rng, 0.25, 2.0))
 

@@ -1,7 +1,7 @@
-"""The page as a raster, and the sheets that are laid on it.
+"""The page as a raster, and the sheets placed on it.
 
 Of `badge.json` only what a builder knows is read: outline, lens sheet, and rectangles and axes of the fields.
-Source: `docs/how-to/wear.md` and the assembly sheet for what is laid where; pdfium for the raster.
+Source: `docs/how-to/wear.md` and the assembly sheet for what is placed where; pdfium for the raster.
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ def trace(
             hx, hy, wide = _footprint(rx, ry, a, b, focal)
             if abs(hx) > half_x + wide or abs(hy) > half_y + wide:
                 continue
-            # A ray aslant meets the crowns, which lie before the page, elsewhere.
+            # A ray at an angle meets the crowns, which are in front of the page, elsewhere.
             covered = _sheet_at(hx, hy, sheets, wide + lens[0])
             chosen = lens_set if covered >= 0 else paper_set
             above = lens[0] if covered >= 0 else 0.0
@@ -176,7 +176,7 @@ def _pose(places, turns, at, out):
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def _seen(count, work, covered, above, sheets, lens, is_round, fine, coarse, size, behind):
-    """The sum over samples that lie on a sheet, on paper or beside the badge, where they see what is behind."""
+    """The sum over samples on a sheet, on paper or outside the badge, where they see what is behind."""
     x, y, ex, ey = work[0], work[1], work[2], work[3]
     half_x, half_y = size[2], size[3]
     fx, fy = size[0] * coarse.shape[1] / fine.shape[0], size[1] * coarse.shape[0] / fine.shape[1]

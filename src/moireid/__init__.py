@@ -1,14 +1,19 @@
 """moireid: print a moiré badge, film it, and check that its fringes obey the optics and whose badge it is.
 
-badge.py       the frozen Badge and its JSON             idcodes/     payload <-> line spacing
-profiles.py    lens sheets, printers, papers             designer/    name, lens, printer, range -> Badge
-optics.py      the phase law in closed form              fabrication/ Badge -> PDF and mount
-lenticule.py   the trace that calibrates the law         simulate/    Badge -> film, true or forged
-errors.py      the error tree                            verifier/    film -> report and verdict
-files.py       files written whole or not at all         registry/    who was issued which badge
-lazy.py        packages that load modules on demand      calibration/ photographs of a pitch test -> lens profile
-sheets.py      lens sheets as they are sold              attest/      verdicts signed, and checked by others
-lens_array.py  the same for round lenses                 cli/         the two programs
+badge.py         the frozen Badge and its JSON           errors.py     the error tree
+profiles.py      lens sheets and printers by name        files.py      files written whole or not at all
+sheets.py        lens sheets as they are sold            lazy.py       packages that load modules on demand
+optics.py        the phase law in closed form            extras.py     the sentence for a missing optional package
+lenticule.py     ray tracing, and the law's table        sandbox/      work in a process without rights
+frames.py        the frame of a grating                  idcodes/      payload <-> line spacing
+dots.py          lines on a printer's dots               artwork/      what a badge's page looks like
+fiducials.py     four squares, or a thin coded frame     designer/     name, lens, printer, range -> Badge
+names.py         invisible letters; lines of namesakes   fabrication/  Badge -> PDF and mount
+asbuilt.py       figures of one built badge              simulate/     Badge -> film, true or forged
+provenance.py    where a claim comes from                verifier/     film -> report and verdict
+result_cache.py  rows of figures kept in a file          registry/     who was issued which badge
+calibration/     photographs of a pitch test -> profile  attest/       verdicts signed, and checked by others
+cli/             the two programs
 """
 
 __version__ = "0.1.0"

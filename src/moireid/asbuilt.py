@@ -1,8 +1,8 @@
 """AsBuilt: figures of one built badge, measured from films at enrolment.
 
 Markers are printed with the lines, so everything is in page units: the beat of the reference cell (the ratio of page to
-lens pitch), the gain, and how the sheet lies on the page.  A film shows neither true millimetres nor print scale and
-lens pitch separately; a ruler's reading of the scale bar may be recorded too.
+lens pitch), the gain, and how the sheet is placed on the page.  A film shows neither true millimetres nor print scale
+and lens pitch separately; a ruler's reading of the scale bar may be recorded too.
 
 Convention: phases as `moireid.verifier.identity.cell_phase.Field`; every figure with its standard deviation.
 """
@@ -23,7 +23,7 @@ class AsBuilt:
     """Figures of one built badge.
 
     beat_frequency_per_mm: of the reference cell, signed, cycles per mm of page, camera far away; offset_rad: fringe
-    phase in the middle of the first grating at zero parallax, which depends on how the sheet was laid;
+    phase in the middle of the first grating at zero parallax, which depends on how the sheet was placed;
     twist_rad_per_mm: slope of that phase along the lenses; gain_ratio: measured over predicted motion; captures: number
     of films used; measured_scale: a ruler's reading over the printed length, or None.
     """

@@ -79,9 +79,9 @@ def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) 
 def on_dots(badge: Badge) -> dict[str, Any] | None:
     """Errors of every cell of a badge by rounding to dots, as in badge.json: `columns`, and rows in `cells`.
 
-    A turned grating is left out: its lines cross the dots aslant, so over a cell their edges lie evenly about their
-    places.  On dots that are inked by their centres, or wherever they are touched, the fringe of a cell of 5 mm is then
-    off by 0.001 rad at 600 dpi and 0.005 rad at 300 (`benchmarks/directions.py`).
+    A turned grating is left out: its lines cross the dots at an angle, so over a cell their edges are spread evenly
+    about their places.  On dots that are inked by their centres, or wherever they are touched, the fringe of a cell of
+    5 mm is then off by 0.001 rad at 600 dpi and 0.005 rad at 300 (`benchmarks/directions.py`).
 
     Returns: None for a badge that does not say how it is printed, or that leaves the dots to the printer.
     """

@@ -1,4 +1,4 @@
-"""What a badge prints so that a film shows where its page lies: four squares, or a thin coded frame.
+"""What a badge prints so that a film shows where its page is: four squares, or a thin coded frame.
 
 Convention: lengths in mm; page coordinates as in `badge`.
 """
@@ -40,7 +40,7 @@ class Markers:
 
 @dataclass(frozen=True)
 class CodedFrame:
-    """A thin dark frame around the gratings, whose notches tell which way up it is, and what page it is.
+    """A thin dark frame around the gratings, whose notches show which way up it is, and what page it is.
 
     rect_mm: its outer border; line_mm: width of its line; notches_mm: rectangles within the line that are left white.
     """

@@ -23,7 +23,7 @@ def read_regular(path: Path, most_bytes: int) -> bytes:
 
     Raises: OSError where it cannot be read, and for a pipe or device, which has no end or would be waited for.
     """
-    # Looked at before it is opened: opening a pipe waits for whoever writes it.
+    # Looked at before it is opened: opening a pipe waits for its writer.
     if not stat.S_ISREG(path.stat().st_mode):
         raise OSError(errno.EINVAL, "not a regular file")
     with path.open("rb") as file:
@@ -36,7 +36,7 @@ def planned(
     """Check that every output can be written, before the work that makes it.
 
     Parameters: make_folders: create missing folders; otherwise nothing on the disk changes; kept: files that the work
-    reads, which no output may replace, by whatever name; None stands for none.
+    reads, which no output may replace, by whatever name; None: no file.
     Raises: SpecError if a file exists and `overwrite` is false, if it is one of those kept, or if its folder cannot be
     created or written.
     """
@@ -74,7 +74,7 @@ def _could_be_made(folder: Path) -> None:
 
 @contextmanager
 def whole_file(path: Path, *, private: bool = False) -> Iterator[Path]:
-    """Yield a temporary path beside `path`, with its suffix; on success it is renamed to `path`, otherwise removed.
+    """Yield a temporary path next to `path`, with its suffix; on success it is renamed to `path`, otherwise removed.
 
     The temporary file keeps the suffix, because writers choose their format by it.
     Parameters: private: only the file's owner may read it, from its first byte on.

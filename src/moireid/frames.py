@@ -7,7 +7,7 @@ the page's frame turned by that angle from x towards y (y points down) about the
     first  =  (x - x0) cos + (y - y0) sin + x0,    second = -(x - x0) sin + (y - y0) cos + y0,
 
 with (x0, y0) half the page's width and height.  So a number of 0 is the axis "x", and rectangles of a turned grating
-and of its cells lie in this frame: a piece of lens sheet, cut along and across its lenses and laid at an angle.
+and of its cells are given in this frame: a piece of lens sheet, cut along and across its lenses and placed at an angle.
 Rectangles of an "x" or "y" grating are the page's, (x0, y0, x1, y1); `own_rect` gives any of them in own order.
 Source: rotation of the plane.  For "x" and "y" every figure comes out exactly as it went in.
 """
@@ -118,5 +118,5 @@ def axis_from_json(axis: Any) -> Axis:
 
 
 def axis_words(axis: Axis) -> str:
-    """The direction in words, as it stands after "along"."""
+    """The direction in words, as it follows "along"."""
     return axis if isinstance(axis, str) else f"{axis:g}°"

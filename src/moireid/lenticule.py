@@ -1,22 +1,19 @@
-"""Ray tracing through one lenticule, and the table of the phase law made from it.
+"""Ray tracing through one lens of a sheet, and the table of the phase law made from it.
 
 A pixel that covers many lenses sees the mean of the printed lines over all rays through one lens. For lines of pitch
 p_r that mean turns the fringe phase by arg H and dims the fringe by |H|, where H = <exp(2 pi i s / p_r)> and s is how
 far along x from the lens's axis each ray lands.  `view_response` traces H; `ViewLaw` tabulates it over view directions,
-because a verifier needs it at every frame.
+because a verifier needs it at every frame.  Rays are traced by `trace_mm` through a lenticule, and by `landed_mm`
+through a lens of a fly's-eye sheet, a square array of spherical lenses.  A lenticule shifts the page with one parallax,
+a round lens with both; so each point of the picture then depends on both parallaxes.
 Less light passes a lens's flank than its top (Fresnel's equations), so rays are weighted by the share that passes: this
 changes the phase by 0.003 rad at a view tangent of 0.3 and by 0.02 at 0.7, and makes the law 1 % flatter beyond.
 Not modelled here: light that leaves a lenticule through its neighbour's flank after refraction (beyond 65 degrees), and
 the directions of the lamp.
 
-Ray tracing through one lens of a fly's-eye sheet: a square array of spherical lenses over a page of dots.
-
-Where a cylinder lens shifts the page with one parallax, a round lens shifts it with both.  So a page whose lines cross
-shows crossed fringes, and each of its points depends on both parallaxes: nothing in the picture is of one direction.
-
-Convention: as `moireid.lenticule`: the apex plane is z = 0, z into the page, lens 0 has its axis at (0, 0); a lens is
-the square of one pitch around its axis.
-Source: intersection with a sphere and Snell's law in three dimensions.
+Convention: the apex plane is z = 0, z into the page; lens 0 has its axis at x = 0, a round one at (0, 0); a round lens
+is the square of one pitch around its axis.
+Source: intersection with a cylinder or sphere and Snell's law in three dimensions.
 """
 
 from __future__ import annotations
@@ -45,7 +42,7 @@ def landed_mm(lens: Lens, start_x: Array, start_y: Array, tan_x: Array, tan_y: A
     Parameters: arrays that broadcast together; mm and tangents.
     Convention: module docstring; NaN for a ray that misses every lens that it may meet.
     Returns: mm, mm and cosine, each of the broadcast shape.
-    Source: module docstring; the nearer root as in `lenticule.trace_mm`.
+    Source: module docstring; the nearer root as in `trace_mm`.
     """
     assert lens.radius_mm is not None
     x, y, tx, ty = (np.array(part, float) for part in np.broadcast_arrays(start_x, start_y, tan_x, tan_y))
@@ -73,7 +70,7 @@ def landed_mm(lens: Lens, start_x: Array, start_y: Array, tan_x: Array, tan_y: A
 
 
 def array_response(lens: Lens, rear_pitch_mm: float, tan_x: Array, tan_y: Array) -> NDArray[np.complex128]:
-    """Complex response of an array to lines across x of that pitch, as `lenticule.view_response`.
+    """Complex response of an array to lines across x of that pitch, as `view_response`.
 
     Parameters: tan_x, tan_y of one shape.
     Source: average over the rays of one lens, uniform on the apex plane, weighted by `optics.passed_share`.
@@ -94,7 +91,7 @@ def array_response(lens: Lens, rear_pitch_mm: float, tan_x: Array, tan_y: Array)
 #: the number of rays: 1e-3 rad at 512 (a test checks it).
 RAYS = 512
 #: The table covers view tangents up to this (63 degrees); up to here all light leaves through its own lens.  Frames
-#: beyond it are not used (`verifier.fringes.predicted_phase.within_law`).
+#: beyond it are not used (`verifier.fringes.phase.within_law`).
 MAX_TANGENT = 2.0
 
 
@@ -209,7 +206,7 @@ def between_bumps(bumps: Array, row: Array, column: Array) -> Array:
 
 
 def _near(place: Array, last: int) -> tuple[NDArray[np.int64], tuple[Array, ...]]:
-    """The first of the four bumps over each place, and how high each of them stands there."""
+    """The first of the four bumps over each place, and the height of each of them there."""
     before = np.clip(place.astype(int), 0, last - 1)
     t = place - before
     square, cube = t * t, t * t * t

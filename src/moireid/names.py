@@ -1,4 +1,4 @@
-"""Names: letters of them that nobody sees, and the line below a name that tells namesakes apart.
+"""Names: their invisible letters, and the line below a name that distinguishes namesakes.
 
 With hidden letters one name passes for another.  Allowed are the few that a script or a picture letter is spelled
 with: joiners where RFC 5892 has them (Persian, Indic scripts), variation selectors of Mongolian, and both after signs
@@ -49,7 +49,7 @@ UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
 
 
 def hidden_letters(name: str) -> list[str]:
-    """The letters of a name that nobody sees and that it is not spelled with.
+    """The invisible letters of a name that its spelling does not need.
 
     Returns: their Unicode names, each once, in the order of the name; directional marks are among them.
     """
@@ -63,7 +63,7 @@ def hidden_words(name: str) -> str | None:
     if not found:
         return None
     more = f" and {len(found) - 3} more" if len(found) > 3 else ""
-    return f"holds letters that nobody sees ({', '.join(found[:3])}{more})"
+    return f"holds invisible letters ({', '.join(found[:3])}{more})"
 
 
 def unprintable(text: str) -> bool:
@@ -75,7 +75,7 @@ def unprintable(text: str) -> bool:
 
 
 def line_fault(line: object) -> str | None:
-    """Why something cannot stand below a name, as a part of a sentence; None where it can."""
+    """Why something cannot be printed below a name, as a part of a sentence; None where it can."""
     if not isinstance(line, str):
         return "is no text"
     if len(line) > NAME_LIMIT:
@@ -102,7 +102,7 @@ def _spells(name: str, place: int) -> bool:
 
 
 def _joins(name: str, place: int) -> bool:
-    """Whether a joiner stands where it changes how letters or picture letters are drawn."""
+    """Whether a joiner is at a place where it changes how letters or picture letters are drawn."""
     import idna
 
     pictures = name[:place].rstrip(LOOKS)[-1:], name[place + 1 : place + 2]
@@ -116,8 +116,8 @@ def _joins(name: str, place: int) -> bool:
 
 
 def line_of(print_data: Mapping[str, Any] | None) -> str | None:
-    """The first line below the name on a badge, which tells people of one name apart; None where there is none, or none
-    of plain text: whoever wrote the badge's file could have put anything there.
+    """The first line below the name on a badge, which distinguishes people of one name; None where there is none, or
+    none of plain text: the writer of a badge's file can put anything there.
 
     Parameters: print_data: `Badge.print`, whose key "lines" holds the lines from above to below.
     """
@@ -150,6 +150,6 @@ def named_by(claim: str) -> list[tuple[str, str]]:
     return [(name, line) for name, line in pairs if name and line]
 
 
-def told_apart(badge_id: str, line: str | None) -> str:
+def id_with_line(badge_id: str, line: str | None) -> str:
     """An id with the line on its badge, for a list of namesakes."""
     return badge_id if line is None else f"{badge_id} ({line[:60]})"

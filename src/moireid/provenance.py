@@ -10,7 +10,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 
 Source = Literal["registry", "file", "bundle"]
-#: Rounds of PBKDF2 behind a seal: 0.4 ms of a processor for each guess, whoever guesses.
+#: Rounds of PBKDF2 behind a seal: each guess costs 0.4 ms of processor time, on any side.
 SEAL_ROUNDS = 1000
 
 
@@ -19,8 +19,8 @@ class Standing:
     """A registry as a check found it.
 
     fingerprint: of its authority, 32 hex digits; head: its log's last entry, SEQUENCE:HASH; expires: until when a
-    bundle of it counts, None for the registry itself; new: nothing of this authority was seen before, and nobody said
-    that it is the right one; remembered: this state could be kept, so that an earlier one will be noticed.
+    bundle of it counts, None for the registry itself; new: nothing of this authority was seen before, and no one
+    confirmed that it is the right one; remembered: this state could be kept, so that an earlier one will be noticed.
     """
 
     fingerprint: str
@@ -36,7 +36,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Seal:
-    """An identity that can be recognised and not read: whoever has read it from a film can tell that it is this one.
+    """An identity that can be recognised but not read: a reader of a film can check that its identity is this one.
 
     salt: 16 bytes, drawn for this seal alone; digest: 32 bytes.
     Source: PBKDF2 with HMAC-SHA256 (RFC 8018, section 5.2) of the identity's bytes.
@@ -59,7 +59,7 @@ class Seal:
 class Provenance:
     """Where the claimed badge and its name come from.
 
-    source: "registry" where an authority signed them, "bundle" where it signed them in a bundle, "file" where somebody
+    source: "registry" where an authority signed them, "bundle" where it signed them in a bundle, "file" where a person
     handed them over; file_name: the name in such a file, where the registry holds its identity under another one;
     alike: name and id of enrolled people whose names are others and look like the claimed one; standing: of the
     registry, None where none was asked; line: below the name, where the claim chose among people of one name by it, and
@@ -74,7 +74,7 @@ class Provenance:
     others: int = 0
 
 
-#: What is known of a badge.json that somebody hands over.
+#: What is known of a badge.json that a user supplies.
 FROM_FILE = Provenance("file")
 
 

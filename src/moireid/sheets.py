@@ -87,7 +87,7 @@ def sheet_lens(pitch_mm: float, thickness_mm: float, refractive_index: float) ->
     focused_mm = thickness_mm * (refractive_index - 1.0) / refractive_index
     if thickness_mm < least_mm:
         raise SpecError(
-            f"thickness_mm={thickness_mm:g} is less than the lenses of {pitch_mm:.4g} mm stand high; give what a "
+            f"thickness_mm={thickness_mm:g} is less than the height of lenses of {pitch_mm:.4g} mm pitch; give what a "
             f"calliper reads, in mm, {least_mm:.2g} or more",
             least_mm=least_mm,
             most_pitch_mm=thickness_mm / LEAST_RADIUS_RATIO,
@@ -98,7 +98,7 @@ def sheet_lens(pitch_mm: float, thickness_mm: float, refractive_index: float) ->
 
 # --- How far can fringes move under a sheet as sold? -----------------------------------------------------------------
 
-#: Sheets of one nominal pitch: 60 and 62 lines per inch are laid over each other's lines in practice.
+#: Sheets of one nominal pitch: in practice a sheet of 60 lines per inch is placed over lines for 62, and the reverse.
 SAME_PITCH_SHARE = 0.04
 #: Between sheet and page: at most this much of air, or of clear adhesive (films of 25 to 200 um; index of acrylates).
 MOST_GAP_MM = 0.2

@@ -35,12 +35,12 @@ def test_an_svg_is_drawn_in_its_shape_and_colours(tmp_path: Path) -> None:
     pixels = np.asarray(picture)
     assert pixels[500, 500].tolist() == [0xC0, 0x10, 0x20, 255]
     assert pixels[500, 1500].tolist() == [0x10, 0x20, 0xC0, 255]
-    # Beside the circle there is nothing.
+    # Outside the circle there is nothing.
     assert pixels[10, 1990, 3] == 0
 
 
 @pytest.mark.parametrize(
-    ("inside", "told"),
+    ("inside", "message"),
     [
         ("<script>1</script>", "holds a script"),
         ("<text>Press</text>", "turn text into paths"),
@@ -61,9 +61,9 @@ def test_an_svg_is_drawn_in_its_shape_and_colours(tmp_path: Path) -> None:
         ("<rect", "is no SVG"),
     ],
 )
-def test_what_a_logo_may_not_hold_is_refused(tmp_path: Path, inside: str, told: str) -> None:
-    """Catches: a file of a stranger that runs, reaches out, reads beside itself, or is drawn for hours."""
-    with pytest.raises(SpecError, match=told):
+def test_what_a_logo_may_not_hold_is_refused(tmp_path: Path, inside: str, message: str) -> None:
+    """Catches: an untrusted file that runs code, opens addresses, reads files next to it, or is drawn for hours."""
+    with pytest.raises(SpecError, match=message):
         load_picture(svg(tmp_path, inside), "logo")
 
 
@@ -96,7 +96,7 @@ def test_what_takes_long_to_draw_is_stopped(tmp_path: Path, monkeypatch: pytest.
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's own memory")
-def test_a_drawing_takes_no_more_memory_than_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_drawing_takes_no_more_memory_than_its_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: see-through layers within each other that take the whole machine's memory."""
     nested = '<g opacity=".9"><rect width="90" height="90"/><rect width="9" height="9"/>' * 60 + "</g>" * 60
     assert load_picture(svg(tmp_path, nested), "logo").width

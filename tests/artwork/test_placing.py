@@ -1,4 +1,4 @@
-"""Where pieces stand: never over what is read, nor over each other, on any badge that a template can be asked for."""
+"""Where pieces are placed: never over what is read, nor over each other, on any badge that a template can serve."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_a_long_identity_and_a_long_name_have_room(content: Artwork) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rect", "told"),
+    ("rect", "message"),
     [
         ([0.05, 0.05, 0.3, 0.3], "covers the upper left marker and its white border; free are, in mm"),
         ([0.3, 0.5, 0.6, 0.7], "covers the fringes and the lens sheet over them"),
@@ -91,11 +91,11 @@ def test_a_long_identity_and_a_long_name_have_room(content: Artwork) -> None:
         ([0.0, 0.5, 0.02, 0.6], "covers the fringes and the lens sheet over them"),
     ],
 )
-def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: list[float], told: str) -> None:
+def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: list[float], message: str) -> None:
     """Catches: a template of somebody's own that spoils the badge in silence."""
     place = {"what": "name", "at": rect}
     own = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
-    with pytest.raises(SpecError, match=told):
+    with pytest.raises(SpecError, match=message):
         pieces_of(badge_for(own, "a6", "landscape"), Look(own, Artwork()))
     free = areas_of(badge_for(own, "a6", "landscape"))["upper"]
     board = badge_for(own, "a6", "landscape").outline_mm
@@ -115,7 +115,9 @@ def test_a_board_without_room_for_a_template_says_what_works() -> None:
     x0, _, x1, y1 = badge.markers.rect_mm
     # Every format leaves a frame room; a frame up to the board's edge, made by hand, does not.
     high = replace(badge.markers, rect_mm=(x0, badge.outline_mm[1] + 4, x1, y1))
-    words = r"no area head; .*, or take --markers squares, beside which there is room, or name another area .foot, .*$"
+    words = (
+        r"no area head; .*, or take --markers squares, which leave room next to them, or name another area .foot, .*$"
+    )
     with pytest.raises(SpecError, match=words):
         pieces_of(replace(badge, markers=high), Look(known, Artwork()))
     assert pieces_of(badge_for(known, "cr80", "landscape"), Look(known, Artwork()))
@@ -146,7 +148,7 @@ def test_a_qr_code_on_a_colour_has_white_around_it(apart: bool) -> None:
 
 
 def test_words_that_would_be_too_small_are_refused() -> None:
-    """Catches: a line in letters that nobody can read."""
+    """Catches: a line in letters that no one can read."""
     known = template_named("plain")
     badge = with_lines(badge_for(known, "cr80", "landscape"), ["Senior " * 11] * 4)
     with pytest.raises(SpecError, match=r"has no room on this badge.*shorten it"):

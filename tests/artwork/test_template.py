@@ -26,7 +26,7 @@ unit = "mm"
 """
 
 
-def test_every_shipped_template_serves_boards_that_lie_and_that_stand() -> None:
+def test_every_shipped_template_serves_landscape_and_portrait_boards() -> None:
     """Catches: a template that names an unknown piece or area, and one that the command does not offer."""
     assert wear_options.TEMPLATES == TEMPLATES
     for name in TEMPLATES:
@@ -60,7 +60,7 @@ def place(**keys: object) -> BadgeTemplate:
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "message"),
     [
         ({"what": "nmae"}, r"own: portrait.place 1.what must list pieces out of name, .* got 'nmae'"),
         ({"area": "middle"}, "place 1.area 'middle' is not known; choose one of head"),
@@ -73,9 +73,9 @@ def place(**keys: object) -> BadgeTemplate:
         ({"align": ["left"]}, "align .* is not known"),
     ],
 )
-def test_a_fault_is_named_with_its_place_and_what_is_allowed(keys: dict[str, object], told: str) -> None:
+def test_a_fault_is_named_with_its_place_and_what_is_allowed(keys: dict[str, object], message: str) -> None:
     """Catches: a slip that is skipped in silence, or ends in a traceback."""
-    with pytest.raises(SpecError, match=told):
+    with pytest.raises(SpecError, match=message):
         place(**keys)
 
 

@@ -1,4 +1,4 @@
-"""What was given and is not shown is told, and nothing else.  Beside each test: what it would catch."""
+"""What was given and is not shown is reported, and nothing else.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ def badge_for(look: Look, orientation: str) -> Badge:
 
 @pytest.mark.parametrize("orientation", ORIENTATIONS)
 @pytest.mark.parametrize("name", TEMPLATES)
-def test_each_picture_is_shown_or_told(name: str, orientation: str, content: Artwork) -> None:
+def test_each_picture_is_shown_or_reported(name: str, orientation: str, content: Artwork) -> None:
     """Catches: a picture that is lost without a word, or called lost though it is there."""
     look = Look(template_named(name), content)
     badge = badge_for(look, orientation)
     shown = [piece for piece in pieces_of(badge, look) if piece.kind == "picture"]
-    told = unworn(badge, look)
-    lost = [what for what in ("logo", "portrait") if any(f"shows no {what}" in note for note in told)]
+    notes = unworn(badge, look)
+    lost = [what for what in ("logo", "portrait") if any(f"shows no {what}" in note for note in notes)]
     assert len(shown) + len(lost) == 2
     colours = {piece.colour for piece in pieces_of(badge, look) if piece.kind == "ground"}
-    assert (look.accent in colours) or any("the colour is not used" in note for note in told)
+    assert (look.accent in colours) or any("the colour is not used" in note for note in notes)
     assert unworn(badge, Look(look.template, Artwork())) == []
 
 
@@ -43,7 +43,7 @@ def test_a_template_that_shows_it_is_named(content: Artwork) -> None:
     assert note == "the template conference shows no portrait, so it is left out; plain and newsroom show one"
 
 
-def test_a_line_that_has_no_place_is_told() -> None:
+def test_a_line_that_has_no_place_is_reported() -> None:
     """Catches: a second line that a template with room for one alone swallows."""
     places = [{"what": "name", "area": "head"}, {"what": "line1", "area": "foot"}]
     template = template_of({"landscape": {"head": 0.3, "foot": 0.2, "place": places}}, "ours.toml")
@@ -51,12 +51,12 @@ def test_a_line_that_has_no_place_is_told() -> None:
     badge = with_lines(badge_for(look, "landscape"), ("Keynote", "Analytical Engines"))
     assert unworn(badge, look) == [
         "the template ours.toml does not show the line 'Analytical Engines'",
-        "the template ours.toml does not show the identity, so only badge.json tells which badge this is",
+        "the template ours.toml does not show the identity, so only badge.json states which badge this is",
     ]
 
 
 def test_a_colour_counts_as_shown_only_where_something_is_coloured() -> None:
-    """Catches: a place that would be coloured if the person had what stands there."""
+    """Catches: a place that would be coloured if the person had its pieces."""
     places = [{"what": ["name", "line1"], "area": "head"}, {"what": ["qr", "id"], "area": "foot"}]
     template = template_of({"landscape": {"head": 0.3, "foot": 0.2, "place": places}}, "ours.toml")
     look = Look(template, Artwork(colour=(1.0, 0.0, 0.0)))

@@ -1,4 +1,4 @@
-"""The process that judges has no key, and what it says is not believed.  Beside each test: what it would catch."""
+"""The process that judges has no key, and its answers are checked.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def order_of(film: Path, **more: Any) -> JudgingOrder:
 
 
 def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str, Any]) -> None:
-    """Catches: another verdict by another way; a report's page that is forgotten; progress that nobody sees."""
+    """Catches: another verdict by another way; a report's page that is forgotten; progress that is not shown."""
     seen: list[tuple[int, int | None]] = []
     order = order_of(
         film, detectors=(("lips", 0.5),), pictures=True, barred=Exclusion("revoked", "2026-05-03T08:00:00Z", "lost")
@@ -53,15 +53,15 @@ def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str,
         ("refuse", MediaError, "no film"),
     ],
 )
-def test_a_process_that_fails_is_told_in_a_sentence(asked: str, error: type[MoireIdError], words: str) -> None:
+def test_a_process_that_fails_is_reported_in_a_sentence(asked: str, error: type[MoireIdError], words: str) -> None:
     """Catches: a traceback, or a wait without an end, where a film breaks its reader."""
     with pytest.raises(error, match=words) as caught:
-        talk_with(WORK, (asked,), Path("film.mp4"), lambda told: None)
+        talk_with(WORK, (asked,), Path("film.mp4"), lambda message: None)
     assert "\n" not in str(caught.value)
 
 
 def test_an_error_of_the_work_keeps_its_kind() -> None:
-    """Catches: a badge that this version cannot read told as a damaged film; a kind that a process makes up."""
+    """Catches: a badge that this version cannot read reported as a damaged film; a kind that a process makes up."""
     kinds = {
         "CodeError": CodeError,
         "MissingExtraError": errors.MissingExtraError,
@@ -69,7 +69,7 @@ def test_an_error_of_the_work_keeps_its_kind() -> None:
         "__doc__": MediaError,
     }
     for kind, wanted in kinds.items():
-        assert type(credentials._ours(credentials.Ended(kind, "why", ours=True))) is wanted
+        assert type(credentials._ours(credentials.ProcessEnd(kind, "why", ours=True))) is wanted
 
 
 def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,11 +78,11 @@ def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, monke
     for report in ({"input": {"sha256": "0" * 64}}, {"input": None}, {}, [1]):
 
         def hostile(
-            work: str, message: Any, path: Path, answer: Callable[[dict[str, Any]], Any], told: Any = report
+            work: str, message: Any, path: Path, answer: Callable[[dict[str, Any]], Any], result: Any = report
         ) -> None:
             # What the process is given holds no key: neither its file nor its content.
             assert not re.search(rb"PRIVATE|\.pem|Ed25519|Elliptic", pickle.dumps(message))
-            answer({"result": told})
+            answer({"result": result})
 
         monkeypatch.setattr(credentials, "talk_with", hostile)
         with pytest.raises(MediaError, match="changed while it was judged"):

@@ -1,4 +1,4 @@
-"""Is a signed verdict what it was, of which film, and by whom?  Beside each test: what it would catch."""
+"""Is a signed verdict what it was, of which film, and by whom?  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def changed(text: str, change: Callable[[dict[str, Any]], None]) -> str:
 
 
 def checked(path: Path, *options: str | Path) -> Result:
-    """Run the command, which tells of whatever is wrong in a sentence."""
+    """Run the command, which reports each fault in a sentence."""
     done = CliRunner().invoke(moireid, ["attest", "check", str(path), *map(str, options)])
     assert "Traceback" not in done.output and "inside moireid" not in done.output, done.output
     return done
@@ -54,17 +54,17 @@ def envelope(tmp_path: Path, key: SigningKey, sign: Sign) -> Path:
     return path
 
 
-def test_it_is_told_who_judged_what_when_and_against_which_registry(envelope: Path, film: Path, tmp_path: Path) -> None:
+def test_it_says_who_judged_what_when_and_against_which_registry(envelope: Path, film: Path, tmp_path: Path) -> None:
     """Catches: a check that only says yes, a registry that is not named, a key that counts as known unasked."""
     done = checked(envelope, "--film", film, "--key", tmp_path / "pub.pem")
     assert done.exit_code == 0 and done.output.startswith("HOLDS: film.mp4 was judged ACCEPT"), done.output
     for words in ("the given film is that film", "it is the key that you gave", "signer's own clock", "moireid 0."):
         assert words in done.output
     assert "of authority " + "ab" * 16 in done.output
-    told = json.loads(checked(envelope, "--json").stdout)
-    assert told["holds"] and told["verdict"] == "accept" and told["film"]["same"] is None
-    assert told["time"]["source"] == "signer's own clock" and told["time"]["at"] == told["time"]["attested_at"]
-    assert told["signer"]["expected"] is None and told["registry"]["head"].startswith("2:")
+    printed = json.loads(checked(envelope, "--json").stdout)
+    assert printed["holds"] and printed["verdict"] == "accept" and printed["film"]["same"] is None
+    assert printed["time"]["source"] == "signer's own clock" and printed["time"]["at"] == printed["time"]["attested_at"]
+    assert printed["signer"]["expected"] is None and printed["registry"]["head"].startswith("2:")
 
 
 def test_a_key_that_is_only_in_the_file_proves_nothing_and_that_is_said(tmp_path: Path, sign: Sign) -> None:
@@ -116,8 +116,8 @@ def flipped(text: str, part: str, place: int) -> str:
 
 
 @pytest.mark.parametrize("kind", ["ed25519", "p256"])
-def test_one_byte_is_told_by_its_place(kind: str, sign: Sign, film: Path, tmp_path: Path) -> None:
-    """Catches: a change that passes, and one that is told as another: of the film, of the report, of the signature."""
+def test_one_changed_byte_is_reported_by_its_part(kind: str, sign: Sign, film: Path, tmp_path: Path) -> None:
+    """Catches: a change that passes, and one reported as another: of the film, of the report, of the signature."""
     text = sign(SigningKey(new_key(kind)))
     size = len(base64.b64decode(json.loads(text)["payload"]))
     for part, places in (("report", (0, size // 2, size - 1)), ("signature", (0, 9, 40, 63))):
@@ -144,8 +144,8 @@ def test_every_letter_of_the_signature_s_text_counts(envelope: Path) -> None:
     assert fault.part == "signature"
 
 
-def test_another_key_and_another_signer_s_certificate_are_told(tmp_path: Path, sign: Sign, film: Path) -> None:
-    """Catches: a certificate of the same key laid beside the signature, which names somebody else."""
+def test_another_key_and_another_signer_s_certificate_are_reported(tmp_path: Path, sign: Sign, film: Path) -> None:
+    """Catches: a certificate of the same key put next to the signature, which names another person."""
     key = certified_key(tmp_path / "key.pem", "p256")
     text = sign(load_signing_key(tmp_path / "key.pem"))
     thief = new_key("p256")
@@ -167,7 +167,7 @@ def test_another_key_and_another_signer_s_certificate_are_told(tmp_path: Path, s
     )
 
 
-def test_a_report_signed_again_by_another_is_told_by_the_key_alone(
+def test_a_report_signed_again_by_another_is_detected_by_the_key_alone(
     envelope: Path, tmp_path: Path, key: SigningKey, sign: Sign
 ) -> None:
     """Catches: trust in the key that lies in the file where one is given: anybody can sign a better verdict."""
@@ -183,10 +183,10 @@ def _again(document: dict[str, Any], payload: Any, key: SigningKey) -> None:
     content = payload if isinstance(payload, bytes) else json.dumps(payload).encode()
     made = Envelope(content, document["payloadType"], {})
     made.sign(CryptoSigner(key.private))
-    told = made.to_dict()
-    told["signatures"][0]["payloadSha256"] = hashlib.sha256(content).hexdigest()
-    document["payload"] = told["payload"]
-    document["signatures"][0] |= told["signatures"][0]
+    signed = made.to_dict()
+    signed["signatures"][0]["payloadSha256"] = hashlib.sha256(content).hexdigest()
+    document["payload"] = signed["payload"]
+    document["signatures"][0] |= signed["signatures"][0]
 
 
 def _statement(document: dict[str, Any]) -> dict[str, Any]:
@@ -195,11 +195,11 @@ def _statement(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def _put(document: dict[str, Any], value: Any, *place: str) -> dict[str, Any]:
-    told = inner = copy.deepcopy(_statement(document))
+    statement = inner = copy.deepcopy(_statement(document))
     for name in place[:-1]:
         inner = inner[name]
     inner[place[-1]] = value
-    return told
+    return statement
 
 
 Hostile = Callable[[dict[str, Any], SigningKey], Any]
@@ -276,10 +276,10 @@ def test_a_hostile_envelope_gives_a_sentence(name: str, envelope: Path, key: Sig
     spoil(document, key)
     (tmp_path / "hostile.json").write_text(json.dumps(document))
     done = checked(tmp_path / "hostile.json", "--json")
-    told = json.loads(done.stdout)
-    assert done.exit_code == 1 and not told["holds"]
-    assert "verdict" not in told or part == "timestamp" or name.startswith("digest")
-    assert [fault["part"] for fault in told["faults"]] == [part], told
+    printed = json.loads(done.stdout)
+    assert done.exit_code == 1 and not printed["holds"]
+    assert "verdict" not in printed or part == "timestamp" or name.startswith("digest")
+    assert [fault["part"] for fault in printed["faults"]] == [part], printed
     done = checked(tmp_path / "hostile.json")
     assert done.exit_code == 1 and done.output.startswith("DOES NOT HOLD") and len(done.output) < 900
 

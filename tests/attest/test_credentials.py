@@ -1,4 +1,4 @@
-"""The verdict as content credentials, read by c2pa's own reader.  Beside each test: what it would catch."""
+"""The verdict as content credentials, read by c2pa's own reader.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -16,16 +16,15 @@ import pytest
 
 from kit.coded_films import first_frames
 from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates
-from moireid.attest import credentials, load_signing_key
+from moireid.attest import credentials, film_credentials, load_signing_key
 from moireid.attest.credentials import (
     check_credentials_key,
     credentials_path,
-    may_carry,
     talk_with,
-    with_carried,
     write_credentials,
 )
 from moireid.attest.credentials_work import LABEL, read
+from moireid.attest.film_credentials import may_carry, with_carried
 from moireid.attest.keys import SigningKey
 from moireid.attest.statement import attested
 from moireid.badge import load_badge
@@ -90,7 +89,7 @@ def test_an_embedded_verdict_is_in_a_new_film(here: Path, judged: dict[str, Any]
 
 @pytest.fixture
 def open_report(film: Path) -> Report:
-    """Of a film that is too short to tell."""
+    """Of a film that is too short for a verdict."""
     badge = load_badge(Path(__file__).parents[1] / "data" / "films" / "badge.json")
     short = first_frames(film, film.with_name("short.mp4"), 12)
     found = verify(short, Claim(badge))
@@ -101,7 +100,7 @@ def open_report(film: Path) -> Report:
 def test_carried_credentials_are_a_note_and_never_a_reason(
     here: Path, judged: dict[str, Any], key: SigningKey, open_report: Report
 ) -> None:
-    """Catches: a verdict that rises, or falls, by what a file says of itself; damaged credentials told as sound."""
+    """Catches: a verdict that rises, or falls, by what a file says of itself; damaged credentials reported as sound."""
     assert with_carried(open_report, here) is open_report
     write_credentials(attested(judged, key), here, "embed", key)
     made = here.with_name("film.c2pa.mp4")
@@ -149,9 +148,9 @@ def test_without_the_extra_a_film_is_judged_all_the_same(
     here: Path, open_report: Report, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a verify that fails where c2pa-python is not installed."""
-    monkeypatch.setattr(credentials, "find_spec", lambda name: None)
-    monkeypatch.setattr(credentials, "read", lambda film: {"state": "Valid", "signer": "", "verdict": None})
-    assert credentials.with_carried(open_report, here) is open_report
+    monkeypatch.setattr(film_credentials, "find_spec", lambda name: None)
+    monkeypatch.setattr(film_credentials, "read", lambda film: {"state": "Valid", "signer": "", "verdict": None})
+    assert with_carried(open_report, here) is open_report
 
 
 def test_a_film_that_carries_credentials_keeps_them(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
@@ -160,8 +159,8 @@ def test_a_film_that_carries_credentials_keeps_them(here: Path, judged: dict[str
     write_credentials(report, here, "embed", key)
     made = here.with_name("film.c2pa.mp4")
     write_credentials(report, made, "embed", key)
-    told = json.loads(c2pa.Reader(made.with_name("film.c2pa.c2pa.mp4")).json())
-    assert len(told["manifests"]) == 2
+    store = json.loads(c2pa.Reader(made.with_name("film.c2pa.c2pa.mp4")).json())
+    assert len(store["manifests"]) == 2
 
 
 def test_the_key_signs_nothing_but_credentials(
@@ -204,7 +203,7 @@ def test_one_signature_is_given_and_the_file_is_read_by_another_process(
 
 
 @pytest.mark.parametrize("name", ["film.mkv", "film", "film.txt"])
-def test_a_film_that_can_hold_none_is_told(name: str, here: Path, judged: dict[str, Any], tmp_path: Path) -> None:
+def test_a_film_that_can_hold_none_is_reported(name: str, here: Path, judged: dict[str, Any], tmp_path: Path) -> None:
     """Catches: a traceback of the library for a container that it does not know."""
     certified_key(tmp_path / "key.pem", "p256")
     key = load_signing_key(tmp_path / "key.pem")

@@ -1,4 +1,4 @@
-"""Signed verdicts, read by others: the formats are what their specifications say.  Beside each: what it catches."""
+"""Signed verdicts read by other programs, as their specifications say.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def test_an_envelope_is_verified_by_others(kind: str, sign: Callable[..., str], 
     for name, content in files.items():
         (tmp_path / name).write_bytes(content)
     command = [needs("openssl"), "pkeyutl", "-verify", "-pubin", "-inkey", "pub.pem", "-rawin", "-in", "pae"]
-    told = subprocess.run([*command, "-sigfile", "sig"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert told.returncode == 0 and "Verified Successfully" in told.stdout, told.stderr
+    done = subprocess.run([*command, "-sigfile", "sig"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "Verified Successfully" in done.stdout, done.stderr
     theirs = SSlibKey.from_crypto(key.public_key())
     assert list(Envelope.from_dict(envelope).verify([theirs], 1)) == [theirs.keyid]
 
@@ -58,13 +58,13 @@ def test_the_statement_is_one_of_in_toto(sign: Callable[..., str], film: Path, j
     """Catches: a predicate that is not the report as it is printed, a digest of something else than the film."""
     envelope = json.loads(sign(SigningKey(new_key("ed25519"))))
     assert envelope["payloadType"] == "application/vnd.in-toto+json"
-    told = json.loads(base64.b64decode(envelope["payload"]))
-    assert told["_type"] == "https://in-toto.io/Statement/v1" and told["predicateType"].endswith(":2")
+    statement = json.loads(base64.b64decode(envelope["payload"]))
+    assert statement["_type"] == "https://in-toto.io/Statement/v1" and statement["predicateType"].endswith(":2")
     digest = hashlib.sha256(film.read_bytes()).hexdigest()
-    assert told["subject"] == [{"name": "film.mp4", "digest": {"sha256": digest}}]
-    own = told["predicate"].pop("attested")
-    assert set(own) == {"at", "signer"} and told["predicate"].pop("registry")["head"].startswith("2:")
-    assert told["predicate"] == {name: value for name, value in judged.items() if name != "registry"}
+    assert statement["subject"] == [{"name": "film.mp4", "digest": {"sha256": digest}}]
+    own = statement["predicate"].pop("attested")
+    assert set(own) == {"at", "signer"} and statement["predicate"].pop("registry")["head"].startswith("2:")
+    assert statement["predicate"] == {name: value for name, value in judged.items() if name != "registry"}
 
 
 def test_a_report_that_is_none_is_not_signed(sign: Callable[..., str]) -> None:
@@ -126,7 +126,7 @@ BAD_KEYS = bad_keys()
 
 @pytest.mark.parametrize("name", BAD_KEYS)
 def test_what_is_no_key_is_refused(name: str, tmp_path: Path) -> None:
-    """Catches: a traceback of the library, a key of a kind that nobody can check, a certificate of another."""
+    """Catches: a traceback of the library, a key of a kind that no one can check, a certificate of another."""
     content, words = BAD_KEYS[name]
     path = tmp_path / "key.pem"
     path.write_bytes(content)

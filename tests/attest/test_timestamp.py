@@ -1,4 +1,4 @@
-"""Time stamps by an authority that the test starts itself.  Beside each test: what it would catch."""
+"""Time stamps by an authority that the test starts itself.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def test_a_stamp_is_believed_of_a_known_authority_alone(
     command = ["attest", "check", str(tmp_path / "verdict.json"), "--film", str(film)]
     done = CliRunner().invoke(moireid, [*command, "--authority", str(root)])
     assert done.exit_code == 0 and "by the time stamp of the given authority" in done.output, done.output
-    told = json.loads(CliRunner().invoke(moireid, [*command, "--authority", str(root), "--json"]).stdout)["time"]
-    assert told["source"] == "time stamp" and told["at"] == told["stamped_at"]
-    stamped = datetime.fromisoformat(told["stamped_at"])
+    printed = json.loads(CliRunner().invoke(moireid, [*command, "--authority", str(root), "--json"]).stdout)["time"]
+    assert printed["source"] == "time stamp" and printed["at"] == printed["stamped_at"]
+    stamped = datetime.fromisoformat(printed["stamped_at"])
     assert abs((datetime.now(UTC) - stamped).total_seconds()) < 60
     alone = CliRunner().invoke(moireid, command)
     assert alone.exit_code == 0 and "signer's own clock" in alone.output and "is not believed" in alone.output
@@ -70,14 +70,14 @@ def _parts(text: str, authorities: tuple = ()) -> list[str]:
 
 
 def test_the_stamp_is_read_by_openssl_too(authority: tuple[str, Path], sign: Sign, tmp_path: Path) -> None:
-    """Catches: a stamp of something else than the signature's own bytes, which nobody else could check."""
+    """Catches: a stamp of something else than the signature's own bytes, which no one else could check."""
     url, root = authority
     found = opened(sign(SigningKey(new_key("ed25519")), lambda signature: ask_for_stamp(url, signature)).encode())
     (tmp_path / "sig").write_bytes(found.signature)
     (tmp_path / "r.tsr").write_bytes(found.timestamp or b"")
     command = [needs("openssl"), "ts", "-verify", "-data", "sig", "-in", "r.tsr", "-CAfile", str(root)]
-    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert told.returncode == 0 and "Verification: OK" in told.stdout + told.stderr
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "Verification: OK" in done.stdout + done.stderr
 
 
 def test_a_changed_stamp_never_counts(authority: tuple[str, Path]) -> None:
@@ -98,7 +98,7 @@ def test_a_changed_stamp_never_counts(authority: tuple[str, Path]) -> None:
 @pytest.mark.parametrize(
     ("answer", "words"), [(b"", "no time stamp"), (b"<html>", "no time stamp"), (None, "of another request")]
 )
-def test_an_authority_that_does_not_stamp_is_told(
+def test_an_authority_that_does_not_stamp_is_reported(
     authority: tuple[str, Path], tmp_path: Path, answer: bytes | None, words: str
 ) -> None:
     """Catches: whatever a server says put into the envelope; a stamp that is played again."""
@@ -111,7 +111,7 @@ def test_an_authority_that_does_not_stamp_is_told(
 
 
 @pytest.mark.parametrize("url", ["file:///etc/passwd", "http://127.0.0.1:1/", "http://[", "no address"])
-def test_an_address_that_answers_nothing_is_told(url: str) -> None:
+def test_an_address_that_answers_nothing_is_reported(url: str) -> None:
     """Catches: a file of this machine sent for a stamp, a traceback of the network."""
     with pytest.raises(SpecError, match="time authority"):
         ask_for_stamp(url, b"signature")
@@ -153,8 +153,8 @@ def test_a_verdict_from_before_a_theft_keeps_its_worth(
         assert published.exit_code == 0, published.output
         command[-2:] = ["--bundle", str(tmp_path / "b")]
     later = runner.invoke(moireid, [*command, "--json"])
-    told = json.loads(later.stdout)
+    printed = json.loads(later.stdout)
     # It was stamped a second before it was revoked.
-    assert later.exit_code == 0 and told["badge_now"]["code"] == "revoked" and not told["badge_now"]["counts"]
+    assert later.exit_code == 0 and printed["badge_now"]["code"] == "revoked" and not printed["badge_now"]["counts"]
     blind = runner.invoke(moireid, [word for word in command if word not in ("--authority", str(root))])
     assert blind.exit_code == 1 and "no time stamp of a known authority" in " ".join(blind.output.split())

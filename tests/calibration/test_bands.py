@@ -1,4 +1,4 @@
-"""Bands of a chart against the formula that made them.  Beside each test: what it would catch."""
+"""Bands of a chart against the formula that made them.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_readable_bands_show_the_lens_within_their_error_bars(chart, rng):
     assert all(abs(reading.fringes) < 2.5 for reading in readings if not reading.readable)
 
 
-def test_parts_tell_their_phase_and_place(chart, rng):
+def test_parts_have_their_phase_and_place(chart, rng):
     """Catches: phases of another view, or with the sign of the page's other side."""
     readings = read_bands(views_of(chart, 1.0007 / chart.lens.pitch_mm, 0.0, rng), chart)
     for reading in (one for one in readings if one.readable):

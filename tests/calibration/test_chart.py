@@ -63,7 +63,7 @@ def test_every_band_has_a_dark_line_on_the_common_middle():
         assert np.abs(centres - middle).min() < 1e-9
 
 
-def test_charts_and_badges_are_told_apart_by_their_markers():
+def test_charts_and_badges_are_distinguished_by_their_markers():
     """Catches: a badge, or the chart of another sheet, that is read as this chart."""
     ids = [set(design_chart(ChartRequest(lens=lens)).markers.ids) for lens in ("40lpi", "50lpi", "60lpi", "75lpi")]
     together = set.union({0, 1, 2, 3}, *ids)
@@ -72,7 +72,7 @@ def test_charts_and_badges_are_told_apart_by_their_markers():
 
 @pytest.mark.parametrize(("paper", "most"), [("a4", 19), ("letter", 17)])
 def test_too_many_or_no_steps_are_refused_with_what_fits(paper, most):
-    """Catches: bands too thin to be told apart, a chart of one band, advice that is refused in its turn."""
+    """Catches: bands too thin to be distinguished, a chart of one band, advice that is refused in its turn."""
     for steps in (0, -3, most + 1, 10**9):
         with pytest.raises(DesignError, match=f"1 to {most}") as refused:
             design_chart(ChartRequest(paper=paper, steps=steps))
@@ -94,8 +94,8 @@ def test_printers_from_300_to_4800_dpi_draw_every_sheet(dpi, tmp_path):
 
 
 @pytest.mark.parametrize(("lens", "paper", "steps"), SHEETS)
-def test_numbers_and_pitches_stand_left_and_right_of_their_bands(lens, paper, steps, tmp_path):
-    """Catches: labels left out, off by one, off the page, on the lines, or beside another band."""
+def test_numbers_and_pitches_are_left_and_right_of_their_bands(lens, paper, steps, tmp_path):
+    """Catches: labels left out, off by one, off the page, on the lines, or next to another band."""
     chart = design_chart(ChartRequest(lens=lens, paper=paper, steps=steps))
     print_chart(chart, tmp_path)
     sheet = page(tmp_path / PDF)
@@ -111,15 +111,15 @@ def test_numbers_and_pitches_stand_left_and_right_of_their_bands(lens, paper, st
         assert not text.get_text_bounded(left=x0, right=x1, bottom=height - y1, top=height - y0).strip()
 
 
-def test_the_page_tells_how_to_read_it(tmp_path):
+def test_the_page_explains_how_to_read_it(tmp_path):
     """Catches: a distance that is not the one asked for, instructions lost, scale bars lost, words over the markers."""
     chart = design_chart(ChartRequest(distance_m=1.4))
     print_chart(chart, tmp_path)
     sheet = page(tmp_path / PDF)
     text, height = sheet.get_textpage(), sheet.get_height()
     words = " ".join(text.get_text_bounded().split())
-    for told in ("50 lines per inch", "1.4 m", "Close one eye", "all light", "--band", "150 mm", "100 %"):
-        assert told in words
+    for sentence in ("50 lines per inch", "1.4 m", "Close one eye", "all light", "--band", "150 mm", "100 %"):
+        assert sentence in words
     half = chart.markers.size_mm / 2
     for x, y in chart.markers.centers_mm:
         left, right, top, bottom = ((v * 72 / 25.4) for v in (x - half, x + half, y - half, y + half))

@@ -1,4 +1,4 @@
-"""A sheet's thickness from the fringes' motion.  Beside each test: what it would catch."""
+"""A sheet's thickness from the fringes' motion.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from moireid.simulate import Build, Scene, film, motion_named
 
 
 def test_gain_and_thickness_are_each_other_s_inverse():
-    """Catches: thickness in proportion to the gain, 5 % off for thin sheets; a thickness told of an impossible gain."""
+    """Catches: thickness in proportion to the gain, 5 % off for thin sheets; a thickness from an impossible gain."""
     chart = design_chart(ChartRequest("75lpi"))
     pitch = chart.gratings[0].pitch_mm
     own = effective_gap_mm(chart.lens, pitch)
@@ -29,7 +29,7 @@ def test_gain_and_thickness_are_each_other_s_inverse():
 
 
 def test_a_profile_of_a_thin_sheet_is_read_back(tmp_path):
-    """Catches: a thin sheet whose cylinders do not meet as it is read; a film that tells nothing changing the label."""
+    """Catches: a thin sheet whose cylinders do not meet as it is read; a film without a result changing the label."""
     profile = LensProfile("mine", lens_named("75lpi"), 1e-4, {"how": "a test"})
     assert with_thickness(profile, Thickness(why="still")) is profile
     thin = with_thickness(profile, Thickness(0.457, 0.012))
@@ -39,7 +39,7 @@ def test_a_profile_of_a_thin_sheet_is_read_back(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_film_of_the_chart_tells_how_thick_the_sheet_is(tmp_path: Path):
+def test_a_film_of_the_chart_gives_the_sheet_s_thickness(tmp_path: Path):
     """Catches: the label's thickness kept; the design's gain expected of a sheet that is to be measured."""
     chart = design_chart(ChartRequest("75lpi"))
     print_chart(chart, tmp_path)
@@ -48,5 +48,5 @@ def test_a_film_of_the_chart_tells_how_thick_the_sheet_is(tmp_path: Path):
     wish = [tmp_path / "a.mp4", "--chart", tmp_path / JSON, "--out", tmp_path / "my.json", "--distance", "1", "--json"]
     ran = CliRunner().invoke(moireid, ["calibrate", *map(str, wish)])
     assert ran.exit_code == 0, ran.output
-    told = json.loads(ran.stdout)
-    assert abs(told["thickness_mm"] - 0.457) < 3 * told["thickness_sd_mm"] < 0.1
+    printed = json.loads(ran.stdout)
+    assert abs(printed["thickness_mm"] - 0.457) < 3 * printed["thickness_sd_mm"] < 0.1

@@ -341,7 +341,7 @@ def test_claims_that_nobody_answers_to_are_refused(
     """Catches: the first of two namesakes taken; a claim matched by its beginning, in another case, or as a pattern."""
     film = str(films / "genuine_1.0m.mp4")
     for claim in ("Nobody", "", "ada lovelace", "Ada", "Ada%", "0102030405", "*", "a\nb"):
-        assert "nobody named" in refused("verify", film, "--claim", claim, "--registry", REGISTRY, "--json")
+        assert "no one named" in refused("verify", film, "--claim", claim, "--registry", REGISTRY, "--json")
     both = refused("verify", film, "--claim", "Bob", "--registry", REGISTRY)
     assert BOBS[0] in both and BOBS[1] in both
     assert "either" in refused("verify", film)
@@ -536,7 +536,7 @@ def test_registry_commands_refuse_what_is_not_there(refused: Callable[..., str],
     (tmp_path / "file").write_text("mine")
     assert "no registry" in refused("registry", "list", "--registry", "sqlite:///none.sqlite3", "--json")
     assert "no registry" in refused("registry", "list", "--json")
-    assert "nobody named" in refused("registry", "show", "Nobody", "--registry", REGISTRY, "--json")
+    assert "no one named" in refused("registry", "show", "Nobody", "--registry", REGISTRY, "--json")
     assert BOBS[0] in refused("registry", "show", "Bob", "--registry", REGISTRY, "--json")
     assert "cannot be used" in refused("registry", "list", "--registry", "sqlite:///file")
     assert "cannot be made" in refused("registry", "init", "--registry", "sqlite:///file/x/people.sqlite3")

@@ -1,4 +1,4 @@
-"""Badges under a lens array: two gratings in one field.  Beside each test: what it would catch."""
+"""Badges under a lens array: two gratings in one field.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 

@@ -135,8 +135,8 @@ def test_cells_tile_the_gratings_and_everything_lies_on_the_board(wish: Request)
         assert board[0] < x - half and x + half < board[2] and board[1] < y - half and y + half < board[3]
         # OpenCV asks for a white module around a marker.
         for grating in badge.gratings:
-            beside = grating.rect_mm[1] - (y + half) if k < 2 else (y - half) - grating.rect_mm[3]
-            assert beside >= module
+            white = grating.rect_mm[1] - (y + half) if k < 2 else (y - half) - grating.rect_mm[3]
+            assert white >= module
     (x0, y0), (x1, y1), (x2, y2), (x3, y3) = badge.markers.centers_mm
     assert x0 == x3 < x1 == x2 and y0 == y1 < y2 == y3
     assert x1 - x0 - 2 * half >= 2 * module
@@ -196,7 +196,7 @@ def test_reference_band_of_the_short_code_is_near_the_prototypes_ratio(wish: Req
 
 @pytest.mark.parametrize("axes", ["x", "xy"])
 def test_the_long_code_has_as_much_parity_as_payload_and_check(axes: str) -> None:
-    """Catches: cells too few to mend a finger over the badge: half of the word is parity, or nearly.
+    """Catches: cells too few to correct a finger over the badge: half of the word is parity, or nearly.
 
     A word is eight payload bytes, five of check, and parity; four cells make a byte.
     """
@@ -262,7 +262,7 @@ def test_payloads_of_every_length_find_their_family() -> None:
         design_badge(Request("A", family="pitch"), PAYLOAD)
 
 
-def test_explanation_tells_the_badges_own_figures(ada: Badge) -> None:
+def test_explanation_gives_the_badges_own_figures(ada: Badge) -> None:
     """Catches: an explanation of the defaults, or of the wish, in place of the badge."""
     rows = dict(explain(ada))
     (grating,) = ada.gratings
@@ -413,7 +413,7 @@ def test_payloads_spread_over_all_bits() -> None:
 
 
 def test_an_identity_is_as_long_as_its_place_asks() -> None:
-    """Catches: 64 bits where nobody looks for twins, 128 that the range cannot carry, and a length that nobody told."""
+    """Catches: 64 bits where no registry looks for twins, 128 that the range cannot carry, a length without a note."""
     long = drawn_badge(Request("A"), None, None)
     assert (long.badge.payload_bits, long.note) == (128, None)
     short = drawn_badge(Request("A", size_mm=(60.0, 66.0), range_m=(0.3, 1.6)), None, None)
@@ -463,7 +463,7 @@ def test_a_list_draws_once_for_each_person() -> None:
     assert again[0] not in ids and again[1:] == ids[1:]
 
 
-def test_identities_made_from_names_are_told() -> None:
+def test_identities_made_from_names_are_recognised() -> None:
     """Catches: an old badge that passes as a secret one, and a drawn one that is called old.
 
     Golden: first bytes of SHA-256 over "moireid/spacing/0/Ada Lovelace" and its like, by sha256sum.
@@ -631,6 +631,6 @@ def test_what_is_no_size_is_refused(text: str) -> None:
 
 
 def test_a_chart_is_not_explained_as_a_badge() -> None:
-    """Catches: an assertion, or an index error, where a board has no code to tell of."""
+    """Catches: an assertion, or an index error, where a board has no code to explain."""
     with pytest.raises(SpecError, match="carries no code"):
         explain(design_chart(ChartRequest()))

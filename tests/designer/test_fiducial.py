@@ -1,4 +1,4 @@
-"""Badges with a coded frame in place of squares.  Beside each test: what it would catch."""
+"""Badges with a coded frame in place of squares.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The link budget: closed forms, and the films that it was measured on.  Beside each test: what it would catch."""
+"""The link budget: closed forms, and the films that it was measured on.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lists as spreadsheets save them.  Beside each test: the wrong implementation it catches."""
+"""Lists as spreadsheets save them.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def test_a_line_that_names_the_separator_is_no_row() -> None:
     assert [row for row, _ in read_list(b"sep=;\r\nname;line\r\nAda;Speaker\r\n").rows] == [2]
 
 
-def test_windows_1252_is_taken_and_told() -> None:
-    """Catches: a guess that nobody hears of; one that is told without a name to judge it by."""
+def test_windows_1252_is_accepted_with_a_note() -> None:
+    """Catches: a guess without a note; a note without a name to judge it by."""
     listed = read_list(ROWS.encode("cp1252"), source="people.csv")
     assert listed.rows[0][1]["name"] == "Zoë Müller"
     assert listed.note and "Windows-1252" in listed.note and "row 2 has 'Zoë Müller'" in listed.note
@@ -70,19 +70,21 @@ def test_what_cannot_be_read_is_refused_with_its_row(data: bytes, words: str) ->
         read_list(data)
 
 
-def test_namesakes_are_told_apart_by_their_lines() -> None:
-    """Catches: a line that is read and lost; a warning about people who are told apart, or none about twins."""
+def test_namesakes_are_distinguished_by_their_lines() -> None:
+    """Catches: a line that is read and lost; a warning about people whose lines differ, or none about twins."""
     people = parse_people(b"name,line1,line2\nAna Silva,Reporter,News\nAna Silva,,Editor\n").people
     assert [one.note for one in design_people(people, Request("Everybody"))] == [None, None]
     people = parse_people(b"name,role\nAna Silva,Reporter\nAna Silva,Editor\nAna Silva,Editor\n").people
-    told = list(design_people(people, Request("Everybody")))
-    assert [line_of(one.badge.print) for one in told if one.badge] == ["Reporter", "Editor", "Editor"]
-    assert [one.note for one in told[:2]] == [None, None]
-    assert told[2].note and told[2].note.startswith("rows 3 and 4 bear the name 'Ana Silva' and the line 'Editor'")
+    results = list(design_people(people, Request("Everybody")))
+    assert [line_of(one.badge.print) for one in results if one.badge] == ["Reporter", "Editor", "Editor"]
+    assert [one.note for one in results[:2]] == [None, None]
+    assert results[2].note and results[2].note.startswith(
+        "rows 3 and 4 bear the name 'Ana Silva' and the line 'Editor'"
+    )
 
 
-def test_a_note_or_fault_of_a_name_stands_at_its_row() -> None:
-    """Catches: a warning for the whole list alone; a refusal that tells no row."""
+def test_a_note_or_fault_of_a_name_is_at_its_row() -> None:
+    """Catches: a warning for the whole list alone; a refusal that names no row."""
 
     def said(name: str) -> str | None:
         if name == "Eve":
@@ -90,6 +92,6 @@ def test_a_note_or_fault_of_a_name_stands_at_its_row() -> None:
         return "a letter is left out" if name == "Bo" else None
 
     people = [PersonRow(row, name, "") for row, name in enumerate(("Ada", "Bo", "Eve"), start=2)]
-    told = list(design_people(people, Request("Everybody"), name_note=said))
-    assert [one.name_note for one in told] == [None, "a letter is left out", None]
-    assert str(told[2].fault) == "row 4 of the list ('Eve'): no font"
+    results = list(design_people(people, Request("Everybody"), name_note=said))
+    assert [one.name_note for one in results] == [None, "a letter is left out", None]
+    assert str(results[2].fault) == "row 4 of the list ('Eve'): no font"

@@ -96,7 +96,7 @@ def test_a_badge_that_no_seal_opens_for_is_nobody_s(film, ada, tmp_path, monkeyp
         opened.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
         opened.publish(tmp_path / "bundle", specimen_of, days=7)
     told = shown(film, "Sarah Example", "--bundle", tmp_path / "bundle")
-    assert told.startswith("REJECT: Genuine, but nobody's in this bundle, not Sarah Example's")
+    assert told.startswith("REJECT: Genuine, but held by no one in this bundle, and not Sarah Example's")
 
 
 def test_a_verdict_by_a_bundle_is_signed_and_shown(film, registry, ada, tmp_path, monkeypatch):
@@ -162,12 +162,12 @@ def test_a_bundle_finds_whose_badge_it_is(film, registry, ada, tmp_path):
 
 
 def test_nobody_of_a_bundle_is_told_so(film, registry, tmp_path):
-    """Catches: "nobody's in this registry", which nobody asked; two places that are asked at once."""
+    """Catches: "held by no one in this registry", which was not asked; two places that are asked at once."""
     other = tmp_path / "other.sqlite3"
     with open_registry(f"sqlite:///{other}", create=True) as few:
         few.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
         few.publish(tmp_path / "few", specimen_of, days=7)
     code, told, _ = identified(film, "--bundle", tmp_path / "few")
-    assert code == 1 and "nobody's in this bundle" in told
+    assert code == 1 and "held by no one in this bundle" in told
     code, _, said = identified(film, "--bundle", tmp_path / "few", "--registry", f"sqlite:///{other}")
     assert code == 2 and "leave one of them out" in said

@@ -30,7 +30,7 @@ def test_three_directions_judge_a_vertical_motion_that_one_leaves_open(tmp_path:
     verdicts = {}
     for axes in ("x", "hex"):
         badge = design_badge(Request("Ada", axes=axes, range_m=(0.8, 2.0)), PAYLOAD)
-        build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, laid=LAID[: len(badge.gratings)])
+        build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, pieces=LAID[: len(badge.gratings)])
         video = tmp_path / f"{axes}.mp4"
         film(Scene(badge, build, camera_named("phone")), vertical, video, frames=150, fps=30, seed=3)
         report = verify(video, Claim(badge, badge.id))

@@ -108,9 +108,10 @@ def _is_command(typed: str) -> bool:
     command: click.Command = moireid
     rest = words[1:] if words[0] == "moireid" else ["print", *words[1:]]
     while isinstance(command, click.Group) and rest and not rest[0].startswith("-"):
-        if rest[0] not in command.commands:
+        found = command.get_command(click.Context(command), rest[0])
+        if found is None:
             return False
-        command, rest = command.commands[rest[0]], rest[1:]
+        command, rest = found, rest[1:]
     options = {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)}
     options |= {"--help", "--version"}
     return all(word.split("=")[0] in options for word in rest if word.startswith("--"))
@@ -121,7 +122,7 @@ def test_every_file_that_is_named_is_there() -> None:
     gone = []
     for page in PAGES + READ_THERE:
         named = sorted(set(re.findall(r"`([\w./-]+\.(?:py|js|sh|toml|lock)\b)", page.read_text(encoding="utf-8"))))
-        places = (ROOT, ROOT / "src", ROOT / "src" / "moireid")
+        places = (ROOT, ROOT / "src", ROOT / "src" / "moireid", ROOT / "studio" / "src", ROOT / "lab" / "src")
         gone += [f"{page.name}: {name}" for name in named if not any((place / name).exists() for place in places)]
     assert gone == []
 
@@ -140,7 +141,8 @@ def _codes() -> Iterator[str]:
     """Every code of a `Reason` or of an audit's finding that stands in the source as a word."""
     for path in (ROOT / "src" / "moireid").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            makes = isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in ("Reason", "Fault", "tell")
+            name = ast.unparse(node.func).split(".")[-1] if isinstance(node, ast.Call) else ""
+            makes = isinstance(node, ast.Call) and name in ("Reason", "Fault", "report")
             code: ast.AST | None = node.args[0] if makes and node.args else None
             # The codes of an enrolment's comparison stand in a table there.
             if isinstance(node, ast.Constant) and path.stem == "compare_built":

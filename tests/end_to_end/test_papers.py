@@ -43,7 +43,10 @@ def test_the_citation_is_one_and_of_this_version() -> None:
 def named(group: click.Group = moireid, path: str = "") -> dict[str, list[str]]:
     """Each command with the names of its options, and of its arguments in capitals."""
     found: dict[str, list[str]] = {}
-    for name, command in group.commands.items():
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        assert command is not None
         words = f"{path} {name}".strip()
         if isinstance(command, click.Group):
             found |= named(command, words)

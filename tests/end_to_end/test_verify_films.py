@@ -311,9 +311,9 @@ def test_a_file_makes_nobody_an_accepted_person(ada, ada_film, tmp_path):
     edited.write_text(replace(ada, name="Grace Hopper").to_json(), encoding="utf-8")
     outcome = run("verify", ada_film, "--badge", edited, "--report", tmp_path / "report")
     assert outcome.exit_code == 0 and outcome.stdout.startswith("ACCEPT: Genuine, and the badge of the file\n")
-    assert "Grace Hopper's" not in outcome.stdout and "Nobody vouches for the name" in outcome.stdout
+    assert "Grace Hopper's" not in outcome.stdout and "No one vouches for the name" in outcome.stdout
     page = html.unescape((tmp_path / "report" / "report.html").read_text(encoding="utf-8"))
-    assert "named 'Grace Hopper' (from a file, not from a registry)" in page and "Nobody vouches" in page
+    assert "named 'Grace Hopper' (from a file, not from a registry)" in page and "No one vouches" in page
     assert "Grace Hopper's" not in page
     kept = json.loads((tmp_path / "report" / "report.json").read_text(encoding="utf-8"))
     assert kept["claim_source"] == "file" and {"claim_source", "copyable"} <= {one["code"] for one in kept["reasons"]}

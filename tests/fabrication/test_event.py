@@ -1,4 +1,4 @@
-"""Badges for many people.  Beside each test: the wrong implementation it catches."""
+"""Badges for many people.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 

@@ -43,21 +43,21 @@ def words_of(pdf: Path) -> str:
     return text
 
 
-def test_what_cannot_be_made_is_left_out_and_told(tmp_path: Path) -> None:
+def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     """Catches: a good printed mount refused for the acrylic's sake, a part that is missing without a word, an assembly
-    sheet of parts that nobody has."""
+    sheet of parts that do not exist."""
     out = tmp_path / "out"
     outcome = run("Ada", "--out", out, "--front", "mask", "--gap", "6", "--json")
     assert outcome.exit_code == 0, outcome.output
     assert names(out) == SHEETS | set(PRINTED_FILES) | {"stack.glb"}
-    told = [line for line in outcome.stderr.splitlines() if line.startswith("note:")]
+    notes = [line for line in outcome.stderr.splitlines() if line.startswith("note:")]
     assert (
-        len(told) == 1
-        and "no acrylic stack was made" in told[0]
-        and "give a spacer (--gap) of 3.9 mm or less" in told[0]
+        len(notes) == 1
+        and "no acrylic stack was made" in notes[0]
+        and "give a spacer (--gap) of 3.9 mm or less" in notes[0]
     )
     document = json.loads(outcome.stdout)
-    assert list(document["left_out"]) == ["acrylic"] and document["left_out"]["acrylic"] in told[0]
+    assert list(document["left_out"]) == ["acrylic"] and document["left_out"]["acrylic"] in notes[0]
     assert set(document["files"]) == names(out) and "kerf_mm" not in document["mount_figures"]
     words = words_of(out / "assembly.pdf")
     assert "mount.stl" in words and "acrylic.dxf" not in words and "M3" not in words
@@ -86,7 +86,7 @@ def json_badge(folder: Path) -> Path:
 
 
 def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
-    """Catches: an old mount beside a new badge that it does not fit, and a stranger's file taken for an old one."""
+    """Catches: an old mount next to a new badge that it does not fit, and a stranger's file taken for an old one."""
     for name in (*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb", "badge.json", "holiday.jpg", "mount.obj"):
         (tmp_path / name).write_text("older")
     outcome = run("Ada", "--out", tmp_path, "--mount", "none", "--overwrite", "--json")
@@ -98,7 +98,7 @@ def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
 
 
 def test_a_file_of_a_mounts_name_in_a_strangers_folder_stays(tmp_path: Path) -> None:
-    """Catches: somebody's mount.stl deleted by --overwrite, though no badge or event ever lay beside it."""
+    """Catches: somebody's mount.stl deleted by --overwrite, though the folder never had a badge or event."""
     (tmp_path / "mount.stl").write_text("mine")
     people = tmp_path / "people.csv"
     people.write_text("name\nAda\n")
@@ -194,7 +194,7 @@ def limited(kilobytes: int) -> Callable[[], None]:
 
 
 @pytest.mark.parametrize("kilobytes", [20, pytest.param(100, marks=pytest.mark.slow)])
-def test_a_disk_that_fills_up_is_told_in_one_sentence(kilobytes: int, tmp_path: Path) -> None:
+def test_a_disk_that_fills_up_is_reported_in_one_sentence(kilobytes: int, tmp_path: Path) -> None:
     """Catches: a traceback, a kernel that stops in silence, a cut file that is kept.
 
     badge.pdf is larger than 20 kB; of the larger limit only a CAD kernel's files are in want.
@@ -251,7 +251,7 @@ def test_impossible_figures_leave_no_folder(options: list[str], words: str, tmp_
 
 @pytest.mark.slow
 def test_an_event_has_one_mount_for_all(tmp_path: Path) -> None:
-    """Catches: a mount for each of a hundred people, one that nobody asked for, an assembly sheet that knows none."""
+    """Catches: a mount for each of a hundred people, one that was not asked for, an assembly sheet that knows none."""
     people = tmp_path / "people.csv"
     people.write_text("name\nAda\nGrace\n")
     small = ["--people", people, "--size", "90x110", "--range", "0.5-0.9", "--json"]

@@ -78,7 +78,7 @@ def test_words_of_two_payloads_differ_in_three_symbols_at_least(rng: np.random.G
 
 
 @pytest.mark.parametrize("payload", PAYLOADS, ids=bytes.hex)
-def test_every_single_wrong_symbol_is_mended(payload: bytes) -> None:
+def test_every_single_wrong_symbol_is_corrected(payload: bytes) -> None:
     """Catches: positions that the decoder cannot reach, and a count of corrections that is not one."""
     word = list(encode_word(payload))
     for place, wrong in itertools.product(range(WORD_SYMBOLS), range(16)):
@@ -90,13 +90,13 @@ def test_every_single_wrong_symbol_is_mended(payload: bytes) -> None:
 def test_every_one_or_two_erased_symbols_are_filled_in_and_three_are_not(payload: bytes) -> None:
     """Catches: an erased symbol taken for a zero that was read, erasures not counted, a guess at three."""
     word = encode_word(payload)
-    for count, mended in ((1, True), (2, True), (3, False)):
+    for count, corrected in ((1, True), (2, True), (3, False)):
         for places in itertools.combinations(range(WORD_SYMBOLS), count):
             read = [None if place in places else symbol for place, symbol in enumerate(word)]
-            assert decode_word(read) == ((payload, count) if mended else None)
+            assert decode_word(read) == ((payload, count) if corrected else None)
 
 
-def test_one_wrong_symbol_beside_an_erased_one_is_never_taken_for_the_payload(rng: np.random.Generator) -> None:
+def test_one_wrong_and_one_erased_symbol_are_never_taken_for_the_payload(rng: np.random.Generator) -> None:
     """Catches: a decoder that goes beyond its two parity symbols (2 errors + erasures <= 2)."""
     payload = PAYLOADS[0]
     word = encode_word(payload)
@@ -131,7 +131,7 @@ def test_random_words_are_accepted_as_rarely_as_the_code_allows(
     erased: int, expected: float, rng: np.random.Generator
 ) -> None:
     """Catches: a check byte that is not held against the payload (0.59), a code that corrects nothing (1.5e-5), and one
-    erased symbol beside one wrong one "mended" though two parity symbols cannot (0.0025 in place of 0.00024).
+    erased symbol with one wrong one "corrected" though two parity symbols cannot (0.0025 in place of 0.00024).
 
     Of the 16^10 words, each of 16^8 code words takes its 150 neighbours along; an erased symbol leaves one parity
     symbol, which is spent on being held against, and two leave none.  The check byte passes one in 256.
@@ -248,7 +248,7 @@ def test_a_camera_near_by_moves_no_symbol() -> None:
 
 
 def test_reading_does_not_look_at_the_pitches_of_the_badge_it_is_given() -> None:
-    """Catches: a decoder that peeks at the claimed badge and so finds what it is told to find."""
+    """Catches: a decoder that peeks at the claimed badge and so finds what is claimed."""
     mine, claimed = written(PAYLOADS[0]), written(PAYLOADS[2])
     assert read(ideal(mine), claimed).payload == PAYLOADS[0]
 
@@ -261,8 +261,8 @@ def test_mirrored_fringes_do_not_read_as_the_payload() -> None:
 
 
 @pytest.mark.parametrize("band", [0, 3, 5, 10])
-def test_a_band_read_as_its_neighbour_is_mended_and_counted(band: int) -> None:
-    """Catches: corrections that are made but not told."""
+def test_a_band_read_as_its_neighbour_is_corrected_and_counted(band: int) -> None:
+    """Catches: corrections that are made but not reported."""
     bands = written(PAYLOADS[0], step=-0.004)
     symbol = encode_word(PAYLOADS[0])[band - (band > 4)]
     decoded = read(off(ideal(bands), band, by=-0.004 if symbol < 15 else 0.004), bands)
@@ -277,7 +277,7 @@ def test_a_reading_near_the_point_of_confusion_is_erased(steps: float, kept: boo
     assert (decoded.payload, decoded.unclear, decoded.corrected) == (PAYLOADS[0], int(not kept), int(not kept))
 
 
-def test_margin_tells_how_far_the_middle_symbol_is_from_confusion() -> None:
+def test_margin_measures_how_far_the_middle_symbol_is_from_confusion() -> None:
     """Catches: a margin of the best symbol, or one that a single bad band spoils."""
     bands = written(PAYLOADS[0], step=-0.004)
     for moved, margin in ((4, 1.0), (6, 0.5)):
@@ -401,7 +401,7 @@ def spoilt(word: bytes, places: np.ndarray, rng: np.random.Generator) -> bytes:
     return bytes(out)
 
 
-def test_half_the_parity_of_unknown_errors_is_mended(long_word: WordCode, rng: np.random.Generator) -> None:
+def test_half_the_parity_of_unknown_errors_is_corrected(long_word: WordCode, rng: np.random.Generator) -> None:
     """Catches: a code weaker than its parity, a count of corrections that is none, errors only where doubt is."""
     payload = rng.bytes(long_word.payload_bytes)
     word = long_word.encode(payload)
@@ -423,7 +423,7 @@ def test_nearly_all_the_parity_of_unread_bytes_is_filled_in(long_word: WordCode,
         assert (found[0] if found else None) == expected
 
 
-def test_doubts_mend_more_than_half_the_parity(rng: np.random.Generator) -> None:
+def test_doubts_help_to_correct_more_than_half_the_parity(rng: np.random.Generator) -> None:
     """Catches: doubts that are not looked at, or looked at the wrong way round: the surest bytes erased first."""
     code, payload = WordCode(8, 26), rng.bytes(8)
     word = code.encode(payload)
@@ -443,7 +443,7 @@ def test_random_long_words_are_never_accepted(rng: np.random.Generator) -> None:
             assert code.decode(word, rng.random(code.word_bytes).tolist()) is None
 
 
-def test_errors_beside_erasures_beyond_capacity_are_not_mended(rng: np.random.Generator) -> None:
+def test_errors_with_erasures_beyond_capacity_are_not_corrected(rng: np.random.Generator) -> None:
     """Catches: the library's habit of mending more than 2 errors + erasures <= parity promise."""
     code, payload = WordCode(8, 17), rng.bytes(8)  # four bytes of parity, so two at most are erased
     word = code.encode(payload)
@@ -539,7 +539,7 @@ def test_phases_are_quarters_of_a_turn_and_neighbours_differ_in_one_bit() -> Non
 
 
 def test_a_common_turn_of_all_phases_spells_nothing() -> None:
-    """Catches: phases taken against their own mean, which would make a sheet laid over elsewhere another identity."""
+    """Catches: phases taken against their own mean, which would make a shifted sheet another identity."""
     badge = design(bytes(range(8)))
     readings = cell_readings(badge)
     turned = [[replace(r, phase_rad=r.phase_rad + math.pi / 2) for r in row] for row in readings]
@@ -548,7 +548,7 @@ def test_a_common_turn_of_all_phases_spells_nothing() -> None:
     assert LONG.read(whole, badge.gratings).payload == bytes(range(8))
 
 
-def test_noise_within_the_budget_is_read_and_doubt_is_told(rng: np.random.Generator) -> None:
+def test_noise_within_the_budget_is_read_and_doubt_is_reported(rng: np.random.Generator) -> None:
     """Catches: a margin or a count of unclear cells that says nothing: at 0.3 rad an eighth of the cells is unclear."""
     payload = rng.bytes(8)
     badge = design(payload)
@@ -564,7 +564,7 @@ def test_noise_within_the_budget_is_read_and_doubt_is_told(rng: np.random.Genera
         assert (decoded.unclear > 5) == (sd == 0.3)
 
 
-def test_unread_cells_are_erased_and_too_many_are_told(rng: np.random.Generator) -> None:
+def test_unread_cells_are_erased_and_too_many_are_reported(rng: np.random.Generator) -> None:
     """Catches: a cell under glare read as symbol 0; NaN that makes a symbol."""
     payload = rng.bytes(8)
     badge = design(payload)
@@ -579,7 +579,7 @@ def test_unread_cells_are_erased_and_too_many_are_told(rng: np.random.Generator)
 
 
 def test_reading_cells_does_not_look_at_the_lines_of_the_badge_it_is_given() -> None:
-    """Catches: a decoder that peeks at the claimed badge and so finds what it is told to find."""
+    """Catches: a decoder that peeks at the claimed badge and so finds what is claimed."""
     mine, claimed = design(bytes(range(8))), design(bytes(8))
     decoded = LONG.read(cell_readings(mine), claimed.gratings)
     assert decoded.payload == bytes(range(8)) and decoded.beats_agree

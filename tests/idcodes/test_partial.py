@@ -1,4 +1,4 @@
-"""A word beyond mending, held against people who are known.  Beside each test: the wrong implementation it catches."""
+"""A word that cannot be corrected, compared with known people.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_chance_of_a_wrong_person_bounds_what_strangers_reach(rng):
     assert spoilt(bytes(8), [], lost=tuple(range(20, 26))).wrong_person(20) >= 1e9 * 256.0**-13
 
 
-def test_one_person_is_told_from_a_word_that_cannot_be_mended(rng):
+def test_one_person_is_identified_by_a_word_that_cannot_be_corrected(rng):
     """Catches: the nearest person whatever the distance; a person found though two parts of the id are wrong."""
     ids = [rng.bytes(8).hex() for _ in range(200)]
     payload = bytes.fromhex(ids[17])
@@ -86,7 +86,7 @@ def test_one_person_is_told_from_a_word_that_cannot_be_mended(rng):
 
 
 @pytest.mark.parametrize("why", ["revoked", "stranger", "beats", "nothing", "other length"])
-def test_nobody_is_told_where_it_may_not_be(why, rng):
+def test_no_one_is_identified_where_it_is_not_allowed(why, rng):
     """Catches: a revoked person found by the back door; a stranger taken for somebody; beats left out."""
     ids = [rng.bytes(8).hex() for _ in range(50)]
     payload = bytes.fromhex(ids[3])
@@ -101,7 +101,7 @@ def test_nobody_is_told_where_it_may_not_be(why, rng):
     assert (outcome.finding, outcome.found_id) == ("inconclusive", None)
 
 
-def test_a_decoded_id_under_another_s_beats_is_nobody(rng):
+def test_a_decoded_id_under_another_s_beats_identifies_no_one(rng):
     """Catches: beats that only a claim is held against."""
     badge_id = rng.bytes(8).hex()
     outcome = found_among(People([badge_id]), None, decoded_id=badge_id, beats_agree=False)
@@ -124,7 +124,7 @@ def test_somebody_with_a_chosen_id_is_never_taken_for_another():
         assert found_among(people, word).found_id is None
 
 
-def test_two_who_are_both_near_are_nobody(rng):
+def test_two_who_are_both_near_identify_no_one(rng):
     """Catches: the first of several candidates taken."""
     ids = [rng.bytes(8) for _ in range(2)]
     both = PartialWord(CODE, tuple(CODE.encode(ids[0])), lambda found: True)

@@ -18,7 +18,7 @@ CODES = [WordCode(8, 26), WordCode(16, 42), WordCode(8, 16)]
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_every_number_of_wrong_bytes_that_is_promised_is_mended(code, rng):
+def test_every_number_of_wrong_bytes_that_is_promised_is_corrected(code, rng):
     """Catches: parity miscounted, positions counted from the other end."""
     payload = rng.bytes(code.payload_bytes)
     word = code.encode(payload)
@@ -30,7 +30,7 @@ def test_every_number_of_wrong_bytes_that_is_promised_is_mended(code, rng):
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_doubtful_bytes_are_erased_so_that_more_are_mended(code, rng):
+def test_doubtful_bytes_are_erased_so_that_more_are_corrected(code, rng):
     """Catches: doubts that are not looked at, or sorted the wrong way round."""
     payload = rng.bytes(code.payload_bytes)
     wrong = code.parity_bytes - SPARE_PARITY

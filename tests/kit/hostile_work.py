@@ -46,7 +46,7 @@ def questions(talk: Talk) -> None:
     """Write down how many questions were answered."""
     task = talk.next()
     for number in range(1000):
-        talk.tell({"ask": {"holds": f"{number:04x}"}})
+        talk.send({"ask": {"holds": f"{number:04x}"}})
         talk.next()
         (Path(task.folder) / "answered").write_text(str(number + 1))
 
@@ -57,7 +57,7 @@ def two_signatures(talk: Talk) -> None:
     claim = base64.b64encode(b"\x84\x6aSignature1 of any film").decode()
     got = []
     for _ in range(2):
-        talk.tell({"sign": claim})
+        talk.send({"sign": claim})
         got.append(talk.next())
     asked.output.write_bytes(b"".join(got))
 
@@ -65,17 +65,17 @@ def two_signatures(talk: Talk) -> None:
 def forged_file(talk: Talk) -> None:
     """Ask for one signature, hide it in the file, and say that all is well."""
     asked = talk.next()
-    talk.tell({"sign": base64.b64encode(b"\x84\x6aSignature1 of any film").decode()})
+    talk.send({"sign": base64.b64encode(b"\x84\x6aSignature1 of any film").decode()})
     asked.output.write_bytes(talk.next())
-    talk.tell({"state": "Valid", "verdict": asked.report})
+    talk.send({"state": "Valid", "verdict": asked.report})
 
 
 def no_text(talk: Talk) -> None:
     talk.next()
-    talk.tell({"sign": 5})
+    talk.send({"sign": 5})
 
 
 def _say(talk: Talk, what: dict[str, object]) -> None:
     talk.next()
-    talk.tell(what)
+    talk.send(what)
     time.sleep(1000)

@@ -30,12 +30,12 @@ def act(talk: Talk) -> None:
     """Do what is asked, by name."""
     while (asked := talk.next()) is not None:
         name, *given = asked
-        if name == "tell":
+        if name == "describe":
             where = {"folder": tempfile.gettempdir(), "pid": os.getpid(), "parent": os.getppid()}
-            talk.tell(where | {"json": json.__file__, "threads": os.environ.get("OPENCV_FOR_THREADS_NUM")})
+            talk.send(where | {"json": json.__file__, "threads": os.environ.get("OPENCV_FOR_THREADS_NUM")})
         elif name == "grow":
             bytearray(given[0])
-            talk.tell({"grown": given[0]})
+            talk.send({"grown": given[0]})
         elif name == "write":
             (Path(tempfile.gettempdir()) / "large").write_bytes(bytes(given[0]))
         elif name == "spin":

@@ -124,6 +124,6 @@ def act(talk: Talk) -> None:
     while (asked := talk.next()) is not None:
         name, *given = asked
         try:
-            talk.tell({"done": ACTS[name](*given)})
+            talk.send({"done": ACTS[name](*given)})
         except (OSError, KeyError, subprocess.SubprocessError) as error:
-            talk.tell({"refused": type(error).__name__, "errno": getattr(error, "errno", None)})
+            talk.send({"refused": type(error).__name__, "errno": getattr(error, "errno", None)})

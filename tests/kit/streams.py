@@ -52,7 +52,7 @@ def prototype() -> Badge:
 def watched(
     source: str,
     *,
-    tell: Callable[[dict[str, Any]], None] = lambda event: None,
+    notify: Callable[[dict[str, Any]], None] = lambda event: None,
     stop: threading.Event | None = None,
     patience: Patience = QUICK,
     seconds: float = 60.0,
@@ -60,7 +60,7 @@ def watched(
 ) -> dict[str, Any]:
     """The verdict's event on a source, held against the board of the films."""
     order = WatchOrder(source_of(source), Claim(prototype()), patience=patience, **more)
-    return watch(order, Terms(seconds), stop or threading.Event(), tell)
+    return watch(order, Terms(seconds), stop or threading.Event(), notify)
 
 
 class Handler(http.server.SimpleHTTPRequestHandler):

@@ -124,10 +124,10 @@ def test_cut_tail_is_found_unless_the_head_is_cut_too(url, registry):
     forge = "UPDATE authority SET head_seq = 4, head_hash = :hash, head_signature = :signature"
     tamper(url, forge, hash=last["hash"], signature=last["signature"])
     assert found(registry) == [("head_signature", None)]
-    # Whoever kept the head of that moment has put back the whole of an earlier state, which was sound.
+    # A person who kept the head of that moment has put back the whole of an earlier state, which was sound.
     tamper(url, forge, hash=old["head_hash"], signature=old["head_signature"])
     assert found(registry) == [] and registry.find("Bo").revoked_at is None
-    # Only what is known elsewhere tells.
+    # Only what is known elsewhere shows it.
     assert found(registry, noted) == []
     assert found(registry, newest) == [("rolled_back", "5")]
 
@@ -181,7 +181,7 @@ def test_public_key_put_in_another_ones_place_is_found(url, registry, ids, tmp_p
     with open_registry(url, create=False) as opened:
         codes = [code for code, _ in found(opened)]
     assert codes == ["entry_signature"] * 5 + ["head_signature"] + ["record_signature"] * 2
-    # The one that was open goes on with the key it knows, and tells.
+    # The one that was open goes on with the key that it knows, and reports it.
     assert found(registry) == [("public_key", None)]
 
 

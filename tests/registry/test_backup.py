@@ -1,4 +1,4 @@
-"""A registry and its key backed up and restored elsewhere.  Beside each test: the wrong implementation it catches."""
+"""A registry and its key backed up and restored elsewhere.  Each test says what it catches."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_a_backup_is_restored_elsewhere_and_one_that_is_too_old_is_noticed(
     way: str, path: Path, keys: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a backup without what writing needs; a restored registry that is not sound; a lost revocation that
-    nobody notices; a user's memory that a restore does not touch.
+    no one notices; a user's memory that a restore does not touch.
     """
     url = f"sqlite:///{path}"
     with open_registry(url, create=True) as registry:
@@ -93,8 +93,8 @@ def test_a_backup_without_its_key_can_be_read_and_not_written(
     (tmp_path / "backup" / "keys").mkdir()
     elsewhere, new_keys = restore(way, tmp_path / "backup", tmp_path / "new machine")
     monkeypatch.setenv("MOIREID_KEYS", str(new_keys))
-    told = CliRunner().invoke(moireid, ["registry", "revoke", "Ada", "--reason", "lost", "--registry", elsewhere])
-    assert told.exit_code == 2 and f"{fingerprint}.pem" in told.stderr and "bring that file" in told.stderr
+    done = CliRunner().invoke(moireid, ["registry", "revoke", "Ada", "--reason", "lost", "--registry", elsewhere])
+    assert done.exit_code == 2 and f"{fingerprint}.pem" in done.stderr and "bring that file" in done.stderr
     with open_registry(elsewhere, create=False) as registry:
         assert registry.audit().sound and registry.fingerprint == fingerprint
     assert list(new_keys.iterdir()) == []

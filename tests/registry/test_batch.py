@@ -1,4 +1,4 @@
-"""Many badges at once.  Beside each test stands the wrong implementation it would catch."""
+"""Many badges at once.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def run(*command: object, code: int = 0) -> Result:
     return done
 
 
-def told(*command: object, code: int = 0) -> dict:
+def run_json(*command: object, code: int = 0) -> dict:
     """What a command says with --json: one object on stdout and nothing else there."""
     return json.loads(run(*command, "--json", code=code).stdout)
 
@@ -33,24 +33,24 @@ def told(*command: object, code: int = 0) -> dict:
 def test_the_whole_way(url, badge_file, tmp_path, keys):
     """Catches: a command that asks, a missing key of the contract, an exit code of another meaning."""
     to = ("--registry", url)
-    made = told("registry", "init", *to)
+    made = run_json("registry", "init", *to)
     assert made["badges"] == 0 and made["key"] == str(next(keys.iterdir()))
-    assert told("registry", "init", *to) == made
+    assert run_json("registry", "init", *to) == made
     assert str(made["key"]) in run("registry", "init", *to).stdout
-    issued = told("enroll", badge_file, *to)
+    issued = run_json("enroll", badge_file, *to)
     badge_id = badge_of("Ada").id
     assert (issued["id"], issued["name"], issued["revoked_at"]) == (badge_id, "Ada", None)
-    assert told("enroll", badge_file, *to) == issued
-    assert told("registry", "list", *to)["badges"] == [
+    assert run_json("enroll", badge_file, *to) == issued
+    assert run_json("registry", "list", *to)["badges"] == [
         {k: v for k, v in issued.items() if k not in ("registry", "notes")}
     ]
-    noted = told("registry", "audit", *to)
+    noted = run_json("registry", "audit", *to)
     assert (noted["sound"], noted["badges"], noted["entries"], noted["findings"]) == (True, 1, 2, [])
     with open_registry(url, create=False) as registry:
         registry.store_as_built(badge_id, '{"tilt_rad": 0.01}')
-    revoked = told("registry", "revoke", "Ada", "--reason", "lost", *to)
+    revoked = run_json("registry", "revoke", "Ada", "--reason", "lost", *to)
     assert revoked["revoked_reason"] == "lost" and revoked["revoked_at"].endswith("Z")
-    shown = told("registry", "show", badge_id.upper(), *to)
+    shown = run_json("registry", "show", badge_id.upper(), *to)
     assert shown["badge"] == json.loads(badge_file.read_text()) and shown["as_built"] == {"tilt_rad": 0.01}
     assert (shown["revoked_reason"], shown["fingerprint"]) == ("lost", made["fingerprint"])
     again = run("enroll", badge_file, *to)
@@ -68,18 +68,18 @@ def test_export_and_import(url, badge_file, tmp_path, keys):
     to, copy = ("--registry", url), ("--registry", f"sqlite:///{tmp_path / 'copy.sqlite3'}")
     run("enroll", badge_file, *to)
     out = tmp_path / "people.json"
-    assert told("registry", "export", out, *to)["badges"] == 1
+    assert run_json("registry", "export", out, *to)["badges"] == 1
     assert "--overwrite" in run("registry", "export", out, *to, code=2).stderr
     assert "1 badges" in run("registry", "export", out, *to, "--overwrite").stdout
-    done = told("registry", "import", out, *copy)
+    done = run_json("registry", "import", out, *copy)
     assert (done["added"], done["changed"], done["unchanged"]) == (1, 0, 0)
     assert "0 badges are new, 0 changed, 1 as before" in run("registry", "import", out, *copy).stdout
     assert len(list(keys.iterdir())) == 1
     next(keys.iterdir()).unlink()
     assert "can only be read" in run("registry", "import", out, *copy).stdout
     assert "so it can only be read" in run("registry", "init", *copy).stdout
-    assert told("registry", "init", *copy)["key"] is None
-    assert told("registry", "audit", *copy)["head"] == told("registry", "audit", *to)["head"]
+    assert run_json("registry", "init", *copy)["key"] is None
+    assert run_json("registry", "audit", *copy)["head"] == run_json("registry", "audit", *to)["head"]
     out.write_text(out.read_text()[:-100])
     assert "nothing was imported" in run("registry", "import", out, *copy, code=2).stderr
     assert "cannot be read" in run("registry", "import", tmp_path / "none.json", *copy, code=2).stderr
@@ -92,7 +92,7 @@ def test_audit_that_finds_something(url, badge_file):
     with open_registry(url, create=False) as registry:
         registry.enroll_many(badge_of("Bo", bytes([k, 0, 0])) for k in range(30))
     tamper(url, "UPDATE badges SET issued_at = '2001-01-01T00:00:00Z'")
-    seen = told("registry", "audit", *to, code=1)
+    seen = run_json("registry", "audit", *to, code=1)
     assert (seen["sound"], seen["found"], len(seen["findings"])) == (False, 31, 31)
     assert set(seen["findings"][0]) == {"code", "text", "subject"}
     text = run("registry", "audit", *to, code=1).stdout

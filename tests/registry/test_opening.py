@@ -1,4 +1,4 @@
-"""Opening a registry, and a database that fails.  Beside each test stands the wrong implementation it would catch."""
+"""Opening a registry, and a database that fails.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_driver_that_is_not_installed(monkeypatch):
 
 
 @pytest.mark.parametrize("url", ["postgresql+psycopg://ada:s3cret@h/p?sslpassword=s3cret", "pg://ada:s3cret@h:port/p"])
-def test_password_is_not_told(url, monkeypatch):
+def test_password_is_not_shown(url, monkeypatch):
     """Catches: a password in an error message, from where it reaches logs."""
     monkeypatch.setitem(sys.modules, "psycopg", None)
     with pytest.raises((RegistryError, MissingExtraError)) as caught:
@@ -164,7 +164,7 @@ def test_other_schema_version_is_refused(url, change, found, create):
 
 
 @pytest.mark.parametrize("create", [False, True])
-def test_version_1_is_told_what_to_do(path, create):
+def test_version_1_gets_a_hint_what_to_do(path, create):
     """Catches: taking the unsigned registry of before for another program's, or making it half a signed one."""
     with sqlite3.connect(path) as raw:
         raw.execute("CREATE TABLE badges (id TEXT PRIMARY KEY, badge_json TEXT)")
@@ -223,7 +223,7 @@ def test_enroll_waits_for_another_writer(path):
 
 
 def test_a_new_registry_and_its_export_are_their_owners_alone(path, tmp_path):
-    """Catches: badges that anybody with an account on the machine can print; a journal that tells them."""
+    """Catches: badges that anybody with an account on the machine can print; a journal that shows them."""
     was = os.umask(0o022)
     try:
         with open_registry(url_of(path), create=True) as registry:

@@ -1,4 +1,4 @@
-"""The registry: who was issued which badge.  Beside each test stands the wrong implementation it would catch."""
+"""The registry: who was issued which badge.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from kit.registries import badge_of, url_of
 from moireid.badge import badge_from_json
 from moireid.errors import RegistryError, SpecError
 from moireid.names import named_by
-from moireid.registry import claimed, claims, open_registry, store
-from moireid.registry.face import reading
+from moireid.registry import claimed, claims, open_registry, queries, store
 from moireid_studio.jobs.claims import find_claimed
 from moireid_studio.problems import Refusal
 
@@ -27,8 +26,8 @@ ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 
 def test_exported_names():
     names = (
-        "Audit Batch Claimed Finding Holder Import LookAlikeWarning People Record Registry claimed claimed_by_file "
-        "default_url holder_of import_registry open_registry"
+        "Audit BadgeHolder Batch ClaimedBadge Finding Import LookAlikeWarning People Record Registry claimed "
+        "claimed_by_file default_url holder_of import_registry open_registry"
     )
     assert moireid.registry.__all__ == names.split()
 
@@ -98,7 +97,7 @@ def test_id_of_somebody_else_is_refused(registry):
 
 
 def test_another_badge_of_the_same_name_and_id_is_refused(registry):
-    """Catches: idempotence by id and name alone, which would let a badge of another pitch stand for the issued one."""
+    """Catches: idempotence by id and name alone, which would let a badge of another pitch pass for the issued one."""
     kept = registry.enroll(badge_of("Ada"))
     with pytest.raises(RegistryError, match=r"already to 'Ada' with another badge"):
         registry.enroll(badge_of("Ada", lens="60lpi"))
@@ -113,7 +112,7 @@ def test_badge_without_id_is_refused(registry):
 
 
 @pytest.mark.parametrize("name", ["", "  ", "A\x00da", "A\nda", "A\ud800da"])
-def test_name_that_nobody_can_claim_is_refused(registry, name):
+def test_name_that_no_one_can_claim_is_refused(registry, name):
     """Catches: a UnicodeEncodeError of the driver; an entry that no claim would ever find."""
     with pytest.raises(RegistryError, match="plain name"):
         registry.enroll(replace(badge_of("Ada"), name=name))
@@ -165,7 +164,7 @@ def test_names_match_exactly(registry, claim):
 def test_ligatures_and_wide_letters_stay_apart(registry):
     """Catches: NFKC, under which two different names would be one."""
     registry.enroll(badge_of("\uff21da"))
-    with pytest.raises(RegistryError, match="nobody named"):
+    with pytest.raises(RegistryError, match="no one named"):
         registry.find("Ada")
 
 
@@ -188,7 +187,7 @@ def test_two_people_of_one_name(registry):
 
 
 def test_people_of_one_name_are_chosen_by_their_lines(registry):
-    """Catches: lines that are not listed, a claim by line that finds nobody, the wrong one, or one of two; a comma
+    """Catches: lines that are not listed, a claim by line that finds no one, the wrong one, or one of two; a comma
     within a name; somebody whose very name is another's name and line taken for that one."""
     lines = {"0a0a0a": "Reporter", "0b0b0b": "Editor", "0c0c0c": "Editor", "0d0d0d": None}
     for badge_id, line in lines.items():
@@ -200,9 +199,9 @@ def test_people_of_one_name_are_chosen_by_their_lines(registry):
     with pytest.raises(RegistryError, match="2 people") as caught:
         registry.find("Silva, Ana, Editor")
     assert caught.value.details["ids"] == ["0b0b0b", "0c0c0c"]
-    for nobody in ("Silva, Ana, reporter", "Silva, Reporter", "Silva"):
-        with pytest.raises(RegistryError, match="nobody named"):
-            registry.find(nobody)
+    for claim in ("Silva, Ana, reporter", "Silva, Reporter", "Silva"):
+        with pytest.raises(RegistryError, match="no one named"):
+            registry.find(claim)
     registry.enroll(badge_of("Silva, Ana, Reporter", bytes.fromhex("0e0e0e")))
     with pytest.raises(RegistryError, match="2 people") as caught:
         registry.find("Silva, Ana, Reporter")
@@ -221,9 +220,9 @@ def test_a_long_claim_is_refused_before_it_is_split(registry):
     assert len(named_by("a," * 200)) <= 16 and ("a,b", "c") in named_by("a,b,c")
 
 
-def test_nobody_is_chosen_by_a_line_that_looks_like_a_namesake_s(registry):
+def test_no_one_is_chosen_by_a_line_that_looks_like_a_namesake_s(registry):
     """Catches: Cyrillic letters or another case in a line that choose the forger's badge without a word, or that are
-    given as advice; a choice that does not tell of the others."""
+    given as advice; a choice that does not mention the others."""
     lines = {"0a0a0a": "Reporter", "0b0b0b": "Rep\u043erter", "0c0c0c": "Editor"}
     for badge_id, line in lines.items():
         registry.enroll(replace(badge_of("Ana Silva", bytes.fromhex(badge_id)), print={"lines": [line]}))
@@ -269,7 +268,7 @@ def test_name_that_is_its_own_id(registry):
 
 def test_records_are_ordered_and_complete_across_pages(registry, monkeypatch):
     """Catches: paging by name alone, which drops or repeats people of one name at a page's edge."""
-    monkeypatch.setattr(reading, "PAGE", 3)
+    monkeypatch.setattr(queries, "PAGE", 3)
     names = ["Bo"] * 5 + ["Al"] * 2 + ["Cy"] * 2
     pairs = [(name, bytes([200 - k, 0, k])) for k, name in enumerate(names)]
     for name, payload in pairs:
@@ -281,14 +280,14 @@ def test_records_are_ordered_and_complete_across_pages(registry, monkeypatch):
 
 def test_records_are_streamed(registry, monkeypatch):
     """Catches: reading the whole table for the first record."""
-    monkeypatch.setattr(reading, "PAGE", 2)
+    monkeypatch.setattr(queries, "PAGE", 2)
     for k in range(6):
         registry.enroll(badge_of("Ada", bytes([0, 0, k])))
-    queries = []
-    event.listen(registry._ledger.engine, "before_cursor_execute", lambda *args: queries.append(args[2]))
+    statements = []
+    event.listen(registry._ledger.engine, "before_cursor_execute", lambda *args: statements.append(args[2]))
     stream = registry.records()
     assert next(stream).id == "000000"
-    assert len([query for query in queries if query.startswith("SELECT badges")]) == 1
+    assert len([query for query in statements if query.startswith("SELECT badges")]) == 1
     assert len(list(stream)) == 5
 
 
@@ -303,7 +302,7 @@ def test_enrolling_while_listing(path):
 
 
 def test_layouts_are_one_badge_each(registry):
-    """Catches: a badge per record, or layouts told apart by name or id."""
+    """Catches: a badge per record, or layouts distinguished by name or id."""
     assert registry.layouts() == []
     wide = {"size_mm": (170.0, 180.0)}
     enrolled = [badge_of("Ada"), badge_of("Bo"), badge_of("Cy", **wide), badge_of("Di", **wide), badge_of("Ed")]
@@ -346,9 +345,9 @@ def test_ids_alike_are_found_by_indexes(path):
     assert not [step for step in plan if step.startswith("SCAN")]
 
 
-def test_parts_that_very_many_share_tell_nobody(registry, monkeypatch):
+def test_parts_that_very_many_share_identify_no_one(registry, monkeypatch):
     """Catches: a million ids that were counted up, all of them compared with one spoilt reading."""
-    monkeypatch.setattr(reading, "MOST_ALIKE", 2)
+    monkeypatch.setattr(queries, "MOST_ALIKE", 2)
     for number in range(3):
         registry.enroll(badge_of(f"Person {number}", number.to_bytes(8, "big")))
     assert registry.ids_alike({0: "0000"}) == [] and registry.ids_alike({3: "0002"}) == ["0000000000000002"]

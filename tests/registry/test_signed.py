@@ -1,4 +1,4 @@
-"""Keys, signatures, revocation, measured figures.  Beside each test stands the wrong implementation it would catch."""
+"""Keys, signatures, revocation, measured figures.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from cryptography.hazmat.primitives.serialization import load_pem_private_key
 
 from kit.registries import badge_of, rows_of, state_of, tamper, url_of
 from moireid.errors import RegistryError
+from moireid.registry import changes, open_registry, store
 from moireid.registry import keys as keys_module
-from moireid.registry import open_registry, store
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
-from moireid.registry.face import deciding
 from moireid.registry.keys import ENTRY, HEAD, RECORD, new_key
 
 # Keys.
@@ -158,8 +157,8 @@ def test_canonical_json_is_one_text():
 
 
 @pytest.mark.parametrize("content", ["text", b"", b"no zlib", pack("x") + b"more", pack("x" * 99)[:-1], None, 7])
-def test_what_was_not_packed_is_told(content):
-    """Catches: zlib.error and TypeError out of a damaged column; a tail that nobody looks at."""
+def test_what_was_not_packed_is_reported(content):
+    """Catches: zlib.error and TypeError out of a damaged column; a tail that no one checks."""
     with pytest.raises(ValueError, match="document"):
         unpack(content)
     assert unpack(pack("é")) == "é"
@@ -173,7 +172,7 @@ def test_document_that_would_fill_the_memory_is_refused(monkeypatch):
         unpack(pack("x" * 100_000))
 
 
-# Tampering is told on reading.
+# Tampering is reported on reading.
 
 FORGED = pack(canonical_json(json.loads(badge_of("Ada", bytes(3)).to_json())))
 
@@ -195,7 +194,7 @@ FORGED = pack(canonical_json(json.loads(badge_of("Ada", bytes(3)).to_json())))
         "signature = 'é'",
     ],
 )
-def test_changed_record_is_told(url, registry, change):
+def test_changed_record_is_reported(url, registry, change):
     """Catches: a column that is not signed: a row edited by hand that would let Eve pass with Ada's badge."""
     ada = registry.enroll(badge_of("Ada"))
     assert tamper(url, f"UPDATE badges SET {change}", forged=FORGED, nothing=b"{}") == 1
@@ -213,7 +212,7 @@ def test_changed_record_is_told(url, registry, change):
             read()
 
 
-def test_unrevoking_by_putting_back_an_older_row_is_told(url, registry):
+def test_unrevoking_by_putting_back_an_older_row_is_reported(url, registry):
     """Catches: looking at the row's own signature alone: this one was valid once."""
     registry.enroll(badge_of("Ada"))
     (old,) = rows_of(url, "SELECT * FROM badges")
@@ -223,7 +222,7 @@ def test_unrevoking_by_putting_back_an_older_row_is_told(url, registry):
         registry.find("Ada")
 
 
-def test_another_authoritys_record_is_told(url, registry, tmp_path):
+def test_another_authoritys_record_is_reported(url, registry, tmp_path):
     """Catches: checking a signature against a key that came with the record."""
     registry.enroll(badge_of("Ada"))
     eve = url_of(tmp_path / "eve.sqlite3")
@@ -238,7 +237,7 @@ def test_another_authoritys_record_is_told(url, registry, tmp_path):
 
 
 @pytest.mark.parametrize("key", ["", "00" * 31, "zz" * 32])
-def test_public_key_that_is_none_is_told(url, key):
+def test_public_key_that_is_none_is_reported(url, key):
     """Catches: cryptography's ValueError on opening."""
     open_registry(url, create=True).close()
     tamper(url, "UPDATE authority SET public_key = :key", key=key)
@@ -266,7 +265,7 @@ def test_revocation_is_for_good(registry, monkeypatch):
     ada = registry.enroll(badge_of("Ada"))
     registry.enroll(badge_of("Bo"))
     assert (ada.revoked_at, ada.revoked_reason) == (None, None)
-    for module in (store, deciding):
+    for module in (store, changes):
         monkeypatch.setattr(module, "utc_now", lambda: "2030-01-02T03:04:05Z")
     revoked = registry.revoke(ada.id.upper(), " lost on the train ")
     assert revoked == replace(ada, revoked_at="2030-01-02T03:04:05Z", revoked_reason="lost on the train")
@@ -285,7 +284,7 @@ def test_reason_that_says_nothing_is_refused(registry, reason):
     registry.enroll(badge_of("Ada"))
     with pytest.raises(RegistryError, match="plain words"):
         registry.revoke("Ada", reason)
-    with pytest.raises(RegistryError, match="nobody named"):
+    with pytest.raises(RegistryError, match="no one named"):
         registry.revoke("Bo", "lost")
 
 
@@ -295,12 +294,12 @@ def test_reason_that_says_nothing_is_refused(registry, reason):
 def test_newest_measured_figures_are_kept(registry, monkeypatch):
     """Catches: figures that are not signed with the record, or that change the badge; an entry for nothing new."""
     ada = registry.enroll(badge_of("Ada"))
-    for module in (store, deciding):
+    for module in (store, changes):
         monkeypatch.setattr(module, "utc_now", lambda: "2030-01-02T03:04:05Z")
     first = registry.store_as_built(ada.id.upper(), '{"tilt_rad": 0.01, "of": ["é", 1e-7]}')
     assert first == replace(ada, as_built='{"of":["é",1e-07],"tilt_rad":0.01}', as_built_at="2030-01-02T03:04:05Z")
     head = registry.head()
-    for module in (store, deciding):
+    for module in (store, changes):
         monkeypatch.setattr(module, "utc_now", lambda: "2031-01-02T03:04:05Z")
     assert registry.store_as_built(ada.id, '{"of": ["é", 0.0000001],\n "tilt_rad": 0.01}') == first
     assert registry.head() == head

@@ -1,4 +1,4 @@
-"""Badges that stop to count, and count again.  Beside each test: what it would catch."""
+"""Badges that stop to count, and count again.  Each test says what it catches."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def test_a_suspended_badge_counts_for_nothing_until_it_is_reinstated(full):
     full.by("Eve").reinstate(before.id)
     assert claimed(full, "Zo\u00eb").barred is None and People(full).holds(before.id)
     assert full.find("Zo\u00eb") == before
-    told = [(entry.action, entry.actor) for entry in full.entries(before.id, 2)]
-    assert told == [("reinstate", "Eve"), ("suspend", "Bob")] and full.audit().sound
+    done = [(entry.action, entry.actor) for entry in full.entries(before.id, 2)]
+    assert done == [("reinstate", "Eve"), ("suspend", "Bob")] and full.audit().sound
 
 
 def test_a_revocation_is_graver_than_a_suspension(full):
@@ -71,7 +71,7 @@ def test_what_changes_nothing_is_refused(full):
 
 
 def test_a_suspension_that_was_taken_out_is_found(full, url):
-    """Catches: a column beside the signed text, which whoever has the database can clear."""
+    """Catches: a column outside the signed text, which anyone with the database can clear."""
     full.suspend("Ada", "mislaid")
     tamper(url, "UPDATE badges SET suspended_at = NULL, suspended_reason = NULL")
     assert [one.code for one in full.audit().findings] == ["record_signature"]
@@ -104,7 +104,7 @@ def test_an_export_of_version_2_is_taken_in(full, target, exported, tmp_path):
 
 
 def test_two_registries_that_grew_apart_keep_the_suspension(full, target, exported, tmp_path):
-    """Catches: a union by which whoever imports last lifts what the other suspended."""
+    """Catches: a union by which the last import lifts the other's suspension."""
     import_registry(exported, target)
     full.suspend("Ada", "mislaid")
     with open_registry(target, create=False) as other:
@@ -130,7 +130,7 @@ def test_a_bundle_says_it_and_older_programs_refuse_that_bundle(full, tmp_path):
         assert bundle.claimed("Ada").barred == claimed(full, "Ada").barred and bundle.claimed("Zo\u00eb").barred is None
         holder = bundle.holder_of(badge_of("Ada").id)
         assert holder and holder.barred and not BundlePeople(bundle).holds(badge_of("Ada").id)
-    # Its first line is not signed: an older program that is told that this is one of version 1 must see that it is not.
+    # Its first line is not signed: an older program that reads that this is one of version 1 must see that it is not.
     later.write_bytes(whole.replace(b"bundle 2 ", b"bundle 1 ", 1))
     with pytest.raises(RegistryError, match="not that of its origin"):
         Bundle(later)
@@ -155,20 +155,20 @@ def test_a_registry_of_version_3_is_brought_to_this_one(full, url):
 
 
 def test_the_commands_suspend_and_reinstate(path: Path) -> None:
-    """Catches: a command that does not reach the registry, or a record that does not tell of it."""
+    """Catches: a command that does not reach the registry, or a record that does not show it."""
     with open_registry(url_of(path), create=True) as registry:
         registry.enroll(badge_of("Ada"))
 
-    def told(*words: str, code: int = 0) -> str:
+    def run(*words: str, code: int = 0) -> str:
         result = CliRunner().invoke(moireid, ["registry", *words, "--registry", url_of(path)])
         assert result.exit_code == code, result.output
         return result.output
 
-    assert "is suspended since 20" in told("suspend", "Ada", "--reason", "mislaid")
-    assert ": mislaid" in told("show", "Ada") and "Ada  suspended 20" in told("list")
-    assert "suspended already" in told("suspend", "Ada", "--reason", "x", code=2)
-    assert json.loads(told("reinstate", "Ada", "--json"))["suspended_at"] is None
-    assert "suspended" not in told("show", "Ada") + told("list")
+    assert "is suspended since 20" in run("suspend", "Ada", "--reason", "mislaid")
+    assert ": mislaid" in run("show", "Ada") and "Ada  suspended 20" in run("list")
+    assert "suspended already" in run("suspend", "Ada", "--reason", "x", code=2)
+    assert json.loads(run("reinstate", "Ada", "--json"))["suspended_at"] is None
+    assert "suspended" not in run("show", "Ada") + run("list")
 
 
 def test_a_badge_counts_through_its_last_day_and_no_longer(registry, monkeypatch):
@@ -235,7 +235,7 @@ def test_the_day_goes_with_exports_unions_bundles_and_proofs(full, url, target, 
 
 
 def test_since_when_a_revoked_badge_is_compromised(full, target, tmp_path):
-    """Catches: a day that is not signed or not told; one by which older films count again; a day to come."""
+    """Catches: a day that is not signed or not shown; one by which older films count again; a day to come."""
     for day in ("2090-01-01", "yesterday", "20260501"):
         with pytest.raises(SpecError, match="day of compromise"):
             full.revoke("Ada", "stolen", day)

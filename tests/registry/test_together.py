@@ -1,4 +1,4 @@
-"""Several processes at once.  Beside each test stands the wrong implementation it would catch."""
+"""Several processes at once.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_two_processes_lose_nothing(url, keys):
 
 
 def test_two_processes_that_want_the_same_ids(url, keys):
-    """Catches: looking before writing, by which both would be told that the id is theirs."""
+    """Catches: looking before writing, by which both would learn that the id is theirs."""
     badge = badge_of("Ada")
     lists = [[renamed(badge, who, k) for k in range(30)] for who in ("Al", "Bo")]
     outcomes = _run_together(url, keys, lists)
@@ -66,10 +66,10 @@ def test_two_processes_that_want_the_same_ids(url, keys):
         holders = {int(record.id, 16): record.name for record in registry.records()}
     assert sorted(holders) == list(range(30))
     for outcome in outcomes:
-        (who,) = {told for told in outcome if told in ("Al", "Bo")} or {""}
-        for k, told in enumerate(outcome):
-            assert (told == who) == (holders[k] == who)
-            assert told == who or f"already to {holders[k]!r}" in told
+        (who,) = {text for text in outcome if text in ("Al", "Bo")} or {""}
+        for k, text in enumerate(outcome):
+            assert (text == who) == (holders[k] == who)
+            assert text == who or f"already to {holders[k]!r}" in text
 
 
 def test_kill_leaves_old_or_new_state(url, keys, rng):
@@ -79,11 +79,11 @@ def test_kill_leaves_old_or_new_state(url, keys, rng):
     badges = [renamed(badge, f"Al {k:03}", k) for k in range(150)]
     context = prepared()
     for _ in range(4):
-        told = context.Queue()
-        process = context.Process(target=enroll_batch, args=(url, str(keys), badges, told))
+        queue = context.Queue()
+        process = context.Process(target=enroll_batch, args=(url, str(keys), badges, queue))
         process.start()
         for _ in range(int(rng.integers(1, 8))):
-            told.get(timeout=120)
+            queue.get(timeout=120)
         time.sleep(rng.uniform(0, 0.03))
         process.kill()
         process.join(timeout=30)

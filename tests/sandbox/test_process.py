@@ -1,4 +1,4 @@
-"""Processes within limits, begun as a program and by a fork.  Beside each test: the wrong implementation it catches."""
+"""Processes within limits, begun as a program and by a fork.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def begin(request: pytest.FixtureRequest, server: ForkServer, tmp_path: Path) ->
         child.kill()
 
 
-def told(child: Child, *asked: Any) -> dict[str, Any]:
+def ask(child: Child, *asked: Any) -> dict[str, Any]:
     child.send(asked)
     answer = child.hear(60)
     assert answer is not None
@@ -60,7 +60,7 @@ def told(child: Child, *asked: Any) -> dict[str, Any]:
 
 def end_of(child: Child, *asked: Any) -> tuple[str, str, bool]:
     with pytest.raises(ProcessEnd) as ended:
-        told(child, *asked)
+        ask(child, *asked)
     return ended.value.kind, ended.value.words, ended.value.ours
 
 
@@ -69,9 +69,9 @@ def test_it_talks_has_its_own_folder_and_leaves_nothing(begin: Begin, tmp_path: 
     (tmp_path / "json.py").write_text("raise SystemExit('this is not the package')")
     monkeypatch.chdir(tmp_path)
     child = begin()
-    where = told(child, "tell")
+    where = ask(child, "describe")
     assert Path(where["folder"]).parent == tmp_path and not where["json"].startswith(str(tmp_path))
-    assert child.hear(0.0) is None and told(child, "tell")["pid"] == where["pid"]
+    assert child.hear(0.0) is None and ask(child, "describe")["pid"] == where["pid"]
     child.kill()
     child.kill()
     assert not psutil.pid_exists(where["pid"]) and [path.name for path in tmp_path.iterdir()] == ["json.py"]
@@ -93,7 +93,7 @@ def test_it_talks_has_its_own_folder_and_leaves_nothing(begin: Begin, tmp_path: 
         (("end",), "done", ""),
     ],
 )
-def test_how_it_ended_is_told(begin: Begin, asked: tuple[Any, ...], kind: str, words: str) -> None:
+def test_how_it_ended_is_reported(begin: Begin, asked: tuple[Any, ...], kind: str, words: str) -> None:
     """Catches: limits that are not held, faults that are mixed up, words of a process that bring its starter down."""
     found, said, ours = end_of(begin(), *asked)
     assert found == kind and words in said and ours == (kind in ("MediaError", "done"))
@@ -110,16 +110,16 @@ def test_what_it_says_is_never_unpickled(begin: Begin, tmp_path: Path) -> None:
 
 
 def test_time_of_the_processor_is_limited_and_memory_that_is_allowed_is_given(begin: Begin) -> None:
-    """Catches: a process that nobody waits for any more and that works on; a limit that counts what it held before."""
+    """Catches: a process that works on though no one waits for it; a limit that counts what it held before."""
     child = begin(ProcessLimits(256 << 20, cpu_s=1))
-    assert told(child, "grow", 200 << 20) == {"grown": 200 << 20}
+    assert ask(child, "grow", 200 << 20) == {"grown": 200 << 20}
     assert end_of(child, "spin") == ("crash", "ended by itself (by SIGKILL)", False)
 
 
 def test_one_that_hangs_is_ended_from_another_thread(begin: Begin) -> None:
     """Catches: a wait without end for a process that was ended meanwhile."""
     child = begin()
-    pid = told(child, "tell")["pid"]
+    pid = ask(child, "describe")["pid"]
     child.send(("hang",))
     assert child.hear(0.1) is None
     threading.Timer(0.2, child.kill).start()
@@ -129,12 +129,12 @@ def test_one_that_hangs_is_ended_from_another_thread(begin: Begin) -> None:
     assert not psutil.pid_exists(pid)
 
 
-def test_one_that_promises_a_message_or_reads_none_holds_nobody_up(begin: Begin) -> None:
+def test_one_that_promises_a_message_or_reads_none_does_not_block_its_starter(begin: Begin) -> None:
     """Catches: a wait for the rest of a message, or for a reader, that lasts as long as a hostile process likes."""
     large = bytes(1 << 24)
     for asked, wait in (("promise", lambda child: child.hear(0.3)), ("hang", lambda child: child.send(large, 0.3))):
         child, found = begin(), list[object]()
-        assert told(child, "tell")
+        assert ask(child, "describe")
         child.send((asked,))
 
         def waited(child: Child = child, wait: Callable[[Child], object] = wait, found: list[object] = found) -> None:
@@ -150,23 +150,23 @@ def test_one_that_promises_a_message_or_reads_none_holds_nobody_up(begin: Begin)
         child.kill()
 
 
-def test_a_message_that_comes_in_parts_is_heard_whole(begin: Begin) -> None:
+def test_a_message_that_comes_in_parts_is_received_whole(begin: Begin) -> None:
     """Catches: what came before a wait ran out, lost; two messages in one piece taken for one."""
     child = begin()
     for body in (b'{"a": 1}', b'{"b": "' + b"x" * 60_000 + b'"}', b'{"c": 3}'):
         child.send(("raw", body))
-    heard: list[str] = []
+    received: list[str] = []
     last = time.monotonic() + 60
-    while len(heard) < 3 and time.monotonic() < last:
-        heard += child.hear(0.0) or {}
-    assert heard == ["a", "b", "c"]
+    while len(received) < 3 and time.monotonic() < last:
+        received += child.hear(0.0) or {}
+    assert received == ["a", "b", "c"]
 
 
 def test_a_program_keeps_to_one_thread() -> None:
     """Catches: a decoder that takes the processors of other workers."""
     child = start(WORK, ROOMY)
     try:
-        assert told(child, "tell")["threads"] == "1"
+        assert ask(child, "describe")["threads"] == "1"
     finally:
         child.kill()
 
@@ -175,11 +175,11 @@ def test_a_fork_server_that_has_gone_is_started_again(tmp_path: Path) -> None:
     """Catches: a studio that judges no film any more after one bad moment; processes that outlive it."""
     server = ForkServer(WORK)
     first = server.fork(ROOMY, tmp_path)
-    where = told(first, "tell")
+    where = ask(first, "describe")
     psutil.Process(where["parent"]).kill()
     assert end_of(first, "hang")[0] == "crash"
     second = server.fork(ROOMY, tmp_path)
-    assert told(second, "tell")["parent"] != where["parent"]
+    assert ask(second, "describe")["parent"] != where["parent"]
     second.kill()
     server._drop()
     assert list(tmp_path.iterdir()) == []
@@ -191,7 +191,7 @@ from moireid.sandbox.process import ForkServer, start
 from moireid.sandbox.seal import ProcessLimits
 limits, server = ProcessLimits(1 << 28), ForkServer({WORK!r})
 for child in (start({WORK!r}, limits), server.fork(limits)):
-    child.send(("tell",))
+    child.send(("describe",))
     print(child.hear(60)["pid"], flush=True)
     child.send(("hang",))
 os.kill(os.getpid(), 9)
@@ -199,7 +199,7 @@ os.kill(os.getpid(), 9)
 
 
 def test_it_ends_with_the_one_who_started_it(tmp_path: Path) -> None:
-    """Catches: processes that work on when nobody waits for them any more."""
+    """Catches: processes that work on when no one waits for them any more."""
     path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(TESTS)])
     environment = os.environ | {"PYTHONPATH": path, "TMPDIR": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", KILLED], env=environment, capture_output=True, text=True)

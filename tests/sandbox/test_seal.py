@@ -1,4 +1,4 @@
-"""A sealed process is asked to do what a hostile film would.  Beside each test: the wrong implementation it catches."""
+"""A sealed process is asked to do what a hostile film would.  Each test names the fault that it catches."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def begin(request: pytest.FixtureRequest, place: Place) -> Iterator[Begin]:
     server._drop()
 
 
-def told(child: Child, *asked: Any) -> dict[str, Any]:
+def ask(child: Child, *asked: Any) -> dict[str, Any]:
     child.send(asked)
     answer = child.hear(60)
     assert answer is not None
@@ -119,15 +119,15 @@ def crimes(place: Place) -> list[tuple[Any, ...]]:
 
 
 def test_nothing_of_what_a_hostile_film_wants_can_be_done(begin: Begin, place: Place) -> None:
-    """Catches: a seal that is told and does not hold, one that later threads escape, one that lets a thing through."""
+    """Catches: a seal that is reported and does not hold, one that threads escape, one that lets a thing through."""
     child = begin(reach(read=[place.film]))
     for crime in crimes(place):
-        answer = told(child, *crime)
+        answer = ask(child, *crime)
         assert answer.get("errno") in (errno.EPERM, errno.EACCES), (crime, answer)
     assert child.sealed == tuple(MEANS) and missing(child.sealed) is None
     assert place.other.read_text() == "content of other.mp4"
-    # A program in its own place, which could not be told of afterwards.
-    assert told(child, "exec")["errno"] == errno.EPERM
+    # A program that replaces this process, after which it could not report anything.
+    assert ask(child, "exec")["errno"] == errno.EPERM
 
 
 def test_the_same_works_where_nothing_is_sealed(begin: Begin, place: Place) -> None:
@@ -135,25 +135,25 @@ def test_the_same_works_where_nothing_is_sealed(begin: Begin, place: Place) -> N
     child = begin(None)
     for crime in crimes(place):
         if crime[0] != "ptrace":
-            assert "done" in told(child, *crime), crime
+            assert "done" in ask(child, *crime), crime
     assert child.sealed is None
 
 
 def test_what_old_kernels_leave_open_the_filter_refuses(begin: Begin, place: Place) -> None:
     """Catches: signals by a file's owner (Landlock knows them since its version 6), and a film that is emptied by
-    whoever may read it (since version 3): both refused by the filter, whose answer comes first.
+    a process that may read it (since version 3): both refused by the filter, whose answer comes first.
     """
     child = begin(reach(read=[place.film]))
-    assert told(child, "signal by a file", os.getpid())["errno"] == errno.EPERM
-    assert told(child, "empty", str(place.film))["errno"] == errno.EPERM
+    assert ask(child, "signal by a file", os.getpid())["errno"] == errno.EPERM
+    assert ask(child, "empty", str(place.film))["errno"] == errno.EPERM
     assert place.film.read_text() == "content of film.mp4"
     # Twice: the second time the file is there, and is emptied rightly.
-    assert told(child, "scratch") == told(child, "scratch") == {"done": "1"}
+    assert ask(child, "scratch") == ask(child, "scratch") == {"done": "1"}
 
 
-@pytest.mark.parametrize(("version", "told_files"), [(2, False), (3, True)])
-def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_told(
-    monkeypatch: pytest.MonkeyPatch, version: int, told_files: bool
+@pytest.mark.parametrize(("version", "reported"), [(2, False), (3, True)])
+def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_reported(
+    monkeypatch: pytest.MonkeyPatch, version: int, reported: bool
 ) -> None:
     """Catches: "opens no file but its film" said where the filter is missing, and a reader may empty what it reads."""
 
@@ -165,64 +165,64 @@ def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_told(
     monkeypatch.setattr(sealing, "_no_new_privileges", lambda: True)
     monkeypatch.setattr(sealing.os, "listdir", lambda path: ["1"])
     monkeypatch.setattr("landlockpy.abi_version", lambda: version)
-    assert (sealing.FILES in sealing.seal(Reach(), "/tmp")) is told_files
+    assert (sealing.FILES in sealing.seal(Reach(), "/tmp")) is reported
 
 
 def test_the_network_opens_one_port_and_nothing_else(begin: Begin, place: Place) -> None:
     """Catches: a stream's reader that reaches this machine's services, other ports, files or programs."""
     child = begin(reach(read=[place.film], network=(place.tcp,)))
-    assert told(child, "tcp", place.tcp) == told(child, "udp", place.udp) == {"done": "sent"}
+    assert ask(child, "tcp", place.tcp) == ask(child, "udp", place.udp) == {"done": "sent"}
     for crime in (one for one in crimes(place) if one[0] not in ("tcp", "udp", "listen")):
-        answer = told(child, *crime)
+        answer = ask(child, *crime)
         assert answer.get("errno") in (errno.EPERM, errno.EACCES), (crime, answer)
     assert child.sealed == tuple(MEANS)
     if landlockpy.abi_version() >= LANDLOCKED_NETWORK:
-        assert told(child, "listen")["errno"] == errno.EACCES
+        assert ask(child, "listen")["errno"] == errno.EACCES
         other = begin(reach(read=[place.film], network=()))
-        assert told(other, "tcp", place.tcp)["errno"] == errno.EACCES
-        assert told(other, "udp", place.udp) == {"done": "sent"}
+        assert ask(other, "tcp", place.tcp)["errno"] == errno.EACCES
+        assert ask(other, "udp", place.udp) == {"done": "sent"}
 
 
 def test_what_its_work_needs_it_can_do(begin: Begin, place: Place) -> None:
     """Catches: a seal that no film can be judged within."""
     child = begin(reach(read=[place.film], write=[place.folder / "scratch"]))
-    assert told(child, "read", str(place.film)) == {"done": "content of film.mp4"}
-    assert told(child, "scratch")["done"] == "1" and told(child, "numpy")["done"] == "200.0"
-    assert "done" in told(child, "threads") and told(child, "read", "/proc/self/statm")["done"]
-    assert told(child, "write", str(place.folder / "scratch" / "frame.jpg"))["done"] == "1"
+    assert ask(child, "read", str(place.film)) == {"done": "content of film.mp4"}
+    assert ask(child, "scratch")["done"] == "1" and ask(child, "numpy")["done"] == "200.0"
+    assert "done" in ask(child, "threads") and ask(child, "read", "/proc/self/statm")["done"]
+    assert ask(child, "write", str(place.folder / "scratch" / "frame.jpg"))["done"] == "1"
 
 
 def test_its_environment_holds_nothing_private(begin: Begin, place: Place) -> None:
-    """Catches: a database's password, or the place of the keys, in the environment of whoever decodes."""
+    """Catches: a database's password, or the place of the keys, in the environment of the process that decodes."""
     child = begin(reach(read=[place.film]))
     for name in ("PGPASSWORD", "MOIREID_KEYS"):
-        assert told(child, "variable", name)["refused"] == "KeyError"
-        assert told(child, "own environment", name) == {"done": "False"}
-    assert told(child, "variable", "PATH")["done"] == os.environ["PATH"]
+        assert ask(child, "variable", name)["refused"] == "KeyError"
+        assert ask(child, "own environment", name) == {"done": "False"}
+    assert ask(child, "variable", "PATH")["done"] == os.environ["PATH"]
 
 
 def test_keys_within_what_may_be_read_stay_closed(begin: Begin, place: Place) -> None:
-    """Catches: keys that lie beside a collection of films, or anywhere, given away with what is above them; passwords
+    """Catches: keys that are next to a collection of films, or anywhere, given away with what is above them; passwords
     in the environment of others, which is a file as well.
     """
     for above in (place.folder, "/"):
         child = begin(reach(read=[above]))
-        assert told(child, "read", str(place.other))["done"]
-        assert told(child, "read", str(place.key))["errno"] == errno.EACCES
-        assert told(child, "write", str(place.other))["errno"] == errno.EACCES
-        assert told(child, "environment", os.getpid())["errno"] in (errno.EACCES, errno.EPERM, errno.ENOENT)
+        assert ask(child, "read", str(place.other))["done"]
+        assert ask(child, "read", str(place.key))["errno"] == errno.EACCES
+        assert ask(child, "write", str(place.other))["errno"] == errno.EACCES
+        assert ask(child, "environment", os.getpid())["errno"] in (errno.EACCES, errno.EPERM, errno.ENOENT)
 
 
-def test_a_film_that_lies_beside_the_keys_is_read_all_the_same(begin: Begin, place: Place) -> None:
-    """Catches: a film in the program's own data folder that nobody can have judged; its neighbours given with it."""
+def test_a_film_next_to_the_keys_can_be_read(begin: Begin, place: Place) -> None:
+    """Catches: a film in the program's own data folder that cannot be judged; its neighbours opened with it."""
     film = place.key.with_name("film.mp4")
-    film.write_text("beside the key")
+    film.write_text("next to the key")
     child = begin(reach(read=[film]))
-    assert told(child, "read", str(film)) == {"done": "beside the key"}
-    assert told(child, "read", str(place.key))["errno"] == errno.EACCES
+    assert ask(child, "read", str(film)) == {"done": "next to the key"}
+    assert ask(child, "read", str(place.key))["errno"] == errno.EACCES
 
 
-BESIDE = """
+SCRIPT = """
 import sys
 from moireid.sandbox.seal import ProcessLimits
 from moireid.sandbox.process import start
@@ -238,12 +238,12 @@ child.kill()
 
 
 def test_a_script_does_not_open_its_own_folder(tmp_path: Path) -> None:
-    """Catches: a key beside a script, which a film may read since Python imports from a script's folder; a folder that
+    """Catches: a key next to a script, which a film may read since Python imports from a script's folder; a folder that
     is closed although the work's packages lie there.
     """
     names = [tmp_path / name for name in ("film.mp4", "key.pem", "script.py")]
     for name in names:
-        name.write_text(BESIDE)
+        name.write_text(SCRIPT)
     path = os.pathsep.join(str(folder) for folder in (SOURCE, TESTS))
     done = subprocess.run(
         [sys.executable, *map(str, (names[2], *names[:2]))],
@@ -265,7 +265,7 @@ def test_all_but_what_is_closed_is_open(tmp_path: Path) -> None:
     assert open_parts(f"{closed}/deep", [closed]) == [] and open_parts(closed, [closed]) == []
 
 
-def test_what_does_not_hold_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_does_not_hold_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a system without these means called sealed."""
     assert sealing.seal.__module__ and missing(()) is not None
     assert missing(("no_new_privileges", "files")) == "could reach the network, programs and other processes"

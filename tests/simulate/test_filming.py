@@ -22,7 +22,7 @@ from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.renderer import AnalyticRenderer
 from moireid.simulate.filming import TRUTH_COLUMNS, film, truth_path
-from moireid.simulate.forgeries.courses import false_camera
+from moireid.simulate.forgeries.trajectories import false_camera
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Instant, Scene

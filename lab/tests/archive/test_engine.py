@@ -64,8 +64,8 @@ def test_a_job_that_crashes_hangs_or_eats_memory_loses_itself_alone(tmp_path: Pa
     lost = [one for one in done.outcomes if isinstance(one, LostJob)]
     assert [one.fault for one in lost] == ["crash", "crash", "memory", "program", "time"]
     words = " / ".join(one.why for one in lost)
-    for told in ("SIGSEGV", "exit code 7", "than the 1000 MB", "LookupError: nothing there", "than the 2 s"):
-        assert told in words
+    for part in ("SIGSEGV", "exit code 7", "than the 1000 MB", "LookupError: nothing there", "than the 2 s"):
+        assert part in words
     assert set(begun(log).values()) == {1} and len(begun(log)) == len(faults)
     for line in notes(log):
         with pytest.raises(ProcessLookupError):
@@ -91,7 +91,7 @@ def killing(log: Path, kills: list[int], stop: threading.Event, most: int) -> No
 @pytest.mark.slow
 def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone(tmp_path: Path):
     """Catches: rows that die with their worker, films finished before that are done again, a child that outlives its
-    worker and does its film beside the other, workers that the cluster drops as they are away when it looks.
+    worker and does its film together with the other, workers that the cluster drops as they are away when it looks.
     """
     log, kills, stop = tmp_path / "log", list[int](), threading.Event()
     killer = threading.Thread(target=killing, args=(log, kills, stop, 5))
@@ -171,8 +171,8 @@ def test_an_interrupt_of_a_terminal_ends_a_run_soon_and_silently(tmp_path: Path,
             time.sleep(0.02)
         processes = own.children(recursive=True)
         os.killpg(process.pid, signal.SIGINT)
-        told, wrong = process.communicate(timeout=20)
-    assert (told, wrong, process.returncode) == ("interrupted\n", "", 0)
+        printed, wrong = process.communicate(timeout=20)
+    assert (printed, wrong, process.returncode) == ("interrupted\n", "", 0)
     assert psutil.wait_procs(processes, timeout=5)[1] == []
 
 
@@ -197,13 +197,13 @@ def started(*command: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
 @contextmanager
 def deployment(folder: Path) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
     """A scheduler started apart: its address and process."""
-    told = folder / "scheduler.json"
+    note = folder / "scheduler.json"
     with started("scheduler", "--port", "0", *near(folder), folder=folder) as scheduler:
         last = time.monotonic() + 60
-        while not told.exists() or not told.read_text():
+        while not note.exists() or not note.read_text():
             assert time.monotonic() < last
             time.sleep(0.05)
-        yield json.loads(told.read_text())["address"], scheduler
+        yield json.loads(note.read_text())["address"], scheduler
 
 
 def near(folder: Path) -> tuple[str, ...]:
@@ -211,9 +211,9 @@ def near(folder: Path) -> tuple[str, ...]:
 
 
 @pytest.mark.slow
-def test_a_scheduler_started_apart_gives_the_same_and_its_end_is_told(tmp_path: Path, monkeypatch):
+def test_a_scheduler_started_apart_gives_the_same_and_its_end_is_reported(tmp_path: Path, monkeypatch):
     """Catches: work that only this program's own processes can import, a run that waits for ever for a scheduler that
-    has gone, for workers that do not come or for one that stands still, processes of a broken-off run left at work.
+    has gone, for workers that do not come or for one that hangs, processes of a broken-off run left at work.
     """
     log, film = tmp_path / "log", tmp_path / "film.txt"
     film.write_text("shown")
@@ -254,13 +254,13 @@ def test_a_scheduler_started_apart_gives_the_same_and_its_end_is_told(tmp_path: 
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tcp://", "gopher://there:1"])
-def test_an_address_where_no_scheduler_answers_is_told_in_one_sentence(tmp_path: Path, address: str, monkeypatch):
+def test_an_address_where_no_scheduler_answers_is_reported_in_one_sentence(tmp_path: Path, address: str, monkeypatch):
     """Catches: a traceback of another package, a wait without end."""
     monkeypatch.setattr("moireid_lab.archive.engine.CONNECT_S", 0.5)
-    with pytest.raises(SpecError, match="no Dask scheduler answers at") as told:
+    with pytest.raises(SpecError, match="no Dask scheduler answers at") as refused:
         list(run_tasks(act, stubs(tmp_path / "log", 2, 0), scheduler=address))
     assert re.match(
-        rf"no Dask scheduler answers at '{re.escape(address)}' \(.+\); give tcp://HOST:PORT", str(told.value)
+        rf"no Dask scheduler answers at '{re.escape(address)}' \(.+\); give tcp://HOST:PORT", str(refused.value)
     )
 
 

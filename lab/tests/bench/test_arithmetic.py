@@ -1,4 +1,4 @@
-"""The benches' own arithmetic, on rows made of numbers.  Beside each test: the wrong implementation it catches."""
+"""The benches' own arithmetic, on rows made of numbers.  Each test states the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_rows_that_are_kept_are_not_filmed_again(tmp_path, monkeypatch, rng):
 
 def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
     """Catches: rows out of order, rows thrown away with one that was lost, a lost one that holds as a row, a step that
-    is not told.
+    is not reported.
     """
     lost = {"b"}
 

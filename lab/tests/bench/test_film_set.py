@@ -1,4 +1,4 @@
-"""Sets of films from a plan.  Beside each test: the wrong implementation it catches."""
+"""Sets of films from a plan.  Each test states the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path,
 @pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_path: Path):
-    """Catches: half a film that is taken for one; a truth without its film that stands in the way for ever."""
+    """Catches: half a film that is taken for one; a truth without its film that is in the way for ever."""
     folder = tmp_path / "set"
     command = ("film-set", plan, "--out", folder, "--workers", "1")
     assert ran(*command).exit_code == 0
@@ -136,15 +136,15 @@ def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
 
 
 @pytest.mark.usefixtures("here")
-def test_a_film_that_cannot_be_made_is_told_and_the_others_are_kept(plan: Path, tmp_path: Path):
+def test_a_film_that_cannot_be_made_is_reported_and_the_others_are_kept(plan: Path, tmp_path: Path):
     """Catches: a fault of one film that ends the run; a list that lacks it without a word."""
     plan.write_text(
         "badge,motion,distance,frames\nada.json,linear,1,2\nada.json,course.csv,0.2,60\nada.json,sway,1,2\n"
     )
     through = "\n".join(f"{t / 4},0,0,{-1000 + 1500 * (t == 2)},0,0,0,1" for t in range(5))
     (tmp_path / "course.csv").write_text("t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n" + through)
-    told = ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1")
-    assert told.exit_code == 2 and "1 of 3 films cannot be made, first 0002 (the camera touches" in told.output
+    done = ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1")
+    assert done.exit_code == 2 and "1 of 3 films cannot be made, first 0002 (the camera touches" in done.output
     assert sorted(path.name for path in (tmp_path / "set").glob("*.mp4")) == ["0001.mp4", "0003.mp4"]
     assert not (tmp_path / "set" / "films.csv").exists()
     (tmp_path / "set" / "films.csv").write_text("an older list")
@@ -157,7 +157,7 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
     # As a spreadsheet writes it, with a mark at its beginning and an empty column.
     plan.write_bytes(b"\xef\xbb\xbfbadge,\r\nada.json,\r\n")
     assert read_plan(plan)[0].wish == FilmOptions()
-    told = {"out", "overwrite", "json", "explain"}
+    no_columns = {"out", "overwrite", "json", "explain"}
     options = [opt[2:] for one in simulate_command.params for opt in one.opts if opt.startswith("--")]
     cells = {
         "motion": "sway",
@@ -176,7 +176,7 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
         "effect": "zoom",
         "backend": "mitsuba",
     }
-    columns = [name for name in options if name not in told]
+    columns = [name for name in options if name not in no_columns]
     plan.write_text(f"badge,{','.join(columns)}\nada.json,{','.join(cells.get(name, '9') for name in columns)}\n")
     wish = read_plan(plan)[0].wish
     assert all(getattr(wish, name) != getattr(FilmOptions(), name) for name in FilmOptions.__dataclass_fields__)
@@ -200,7 +200,7 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
         ("badge,name\nada.json,A\nada.json,a\n", "2 films 'a'"),
         ("badge\nada.json,1\n", "2 cells"),
         ("badge,motion\nada.json,gone.csv\n", "gone.csv cannot be read"),
-        ("badge\nnobody.json\n", "nobody.json"),
+        ("badge\nmissing.json\n", "missing.json"),
         ("badge,forge\nada.json,--out=x\n", "line 2"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The paper's tables on our films.  Beside each test: the wrong implementation it catches."""
+"""The paper's tables on our films.  Each test states the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_films_without_a_published_score_are_counted_and_in_no_mean(tmp_path: Pa
         for a, b in ((found, found), (nothing, nothing))
     ]
     result = {"suite": "published", "courses": 3, "paper": PAPER, "rows": rows}
-    told = TABLES["published"](result)
-    assert "0.950 ± 0.071" in told and "1/1/1" in told and "(0 in the paper): 2;" in told and "nan" not in told
-    assert max(map(len, told.splitlines())) <= 125
+    text = TABLES["published"](result)
+    assert "0.950 ± 0.071" in text and "1/1/1" in text and "(0 in the paper): 2;" in text and "nan" not in text
+    assert max(map(len, text.splitlines())) <= 125
     PLOTS["published"](result).savefig(tmp_path / "plot.svg")

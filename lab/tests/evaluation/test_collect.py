@@ -66,7 +66,7 @@ def lost(monkeypatch: pytest.MonkeyPatch) -> dict[str, Fault]:
 
 
 def run(manifest: Path, badge: Badge, pipelines: tuple[Any, ...] = ("moireid",), **options: Any) -> list[ScoredFilm]:
-    """Score by the stub, into `results` beside the manifest; one worker if nothing else is said."""
+    """Score by the stub, into `results` next to the manifest; one worker by default."""
     entries = read_manifest(manifest, badge=badge).entries
     given = {"workers": 1, "limits": QUICK, "work": score} | options
     return collect(entries, pipelines, kept=manifest.parent / "results", **given)
@@ -86,10 +86,10 @@ def table_of(folder: Path) -> list[dict[str, Any]]:
 
 def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge, ada: Badge, lost: dict[str, Fault]):
     """Catches: films scored twice, another film's, claim's or program's row taken, a fault that is tried for ever or
-    never, old rows beside new ones.
+    never, old rows next to new ones.
     """
 
-    def stop(*told: int) -> None:
+    def stop(*steps: int) -> None:
         raise KeyboardInterrupt
 
     films = (("a.txt", "0 aa"), ("b.txt", "0 bb"), ("c.txt", "0 unreadable cc"))
@@ -98,10 +98,10 @@ def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge,
     with pytest.raises(KeyboardInterrupt):
         run(manifest, prototype, BOTH, progress=stop)
     assert begun(tmp_path) == ["a.txt moireid", "a.txt published"] and len(table_of(tmp_path)) == 2
-    told: list[tuple[int, ...]] = []
-    scored = run(manifest, prototype, BOTH, progress=lambda *figures: told.append(figures))
+    steps: list[tuple[int, ...]] = []
+    scored = run(manifest, prototype, BOTH, progress=lambda *figures: steps.append(figures))
     assert begun(tmp_path) == [f"{name}.txt {pipeline}" for name in "bc" for pipeline in BOTH]
-    assert told == [(2, 3, 1, 1), (3, 3, 2, 1)]
+    assert steps == [(2, 3, 1, 1), (3, 3, 2, 1)]
     rows = {(one.entry.name, one.pipeline): one.row for one in scored}
     assert [rows[name, "moireid"]["fault"] for name in ("a.txt", "b.txt", "c.txt")] == [None, "crash", "film"]
     assert rows["a.txt", "published"]["score"] == 3.0 and rows["b.txt", "moireid"]["verdict"] == "failed"
@@ -110,7 +110,7 @@ def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge,
     assert begun(tmp_path) == []
     run(manifest, prototype, BOTH, retry=True)
     assert begun(tmp_path) == ["b.txt moireid", "b.txt published"]
-    # A film that changed replaces its rows; another claim's stand beside them.
+    # A film that changed replaces its rows; those of another claim are kept next to them.
     run(manifest_of(tmp_path, ("a.txt", "0 more aaa"), *films[1:]), prototype, BOTH)
     assert begun(tmp_path) == ["a.txt moireid", "a.txt published"] and len(table_of(tmp_path)) == 6
     run(manifest, ada)
@@ -169,11 +169,11 @@ def test_results_can_be_read_at_any_time_of_a_run(
     schema = pq.read_schema(files[0])
     assert schema.names == list(COLUMNS) and schema.field("score").type == pa.float64()
     assert {name: schema.field(name).metadata[b"description"].decode() for name in COLUMNS} == {
-        name: told for name, (_, told) in COLUMNS.items()
+        name: text for name, (_, text) in COLUMNS.items()
     }
 
 
-def test_how_far_and_how_fast_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+def test_how_far_and_how_fast_is_reported(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """Catches: rows of an earlier run counted as this one's speed, talk on stdout, a bar's signs in a log."""
     monkeypatch.setattr(rate, "LINE_S", 0.0)
     now = iter([10.0, *[12.0] * 3, *[20.0] * 9])
@@ -222,10 +222,10 @@ def test_a_run_that_is_killed_loses_no_finished_row(tmp_path: Path, prototype: B
     process.wait()
     assert children and psutil.wait_procs(children, timeout=last - time.monotonic())[1] == []
     finished = len(table_of(tmp_path))
-    told: list[tuple[int, ...]] = []
-    assert len(run(manifest, prototype, progress=lambda *now: told.append(now))) == 12
+    steps: list[tuple[int, ...]] = []
+    assert len(run(manifest, prototype, progress=lambda *now: steps.append(now))) == 12
     # The last number says how many films were reused from the run before.
-    assert 4 <= finished < 12 and told[-1] == (12, 12, 0, finished)
+    assert 4 <= finished < 12 and steps[-1] == (12, 12, 0, finished)
 
 
 def test_the_film_is_scored_where_it_was_fetched_to(films: Path, prototype: Badge, tmp_path: Path):

@@ -1,4 +1,4 @@
-"""Scores of other detectors beside ours.  Beside each test: what it would catch."""
+"""Scores of other detectors next to ours.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.evaluation.collect import ScoredFilm
-from moireid_lab.evaluation.detectors import beside, read_detectors
+from moireid_lab.evaluation.detectors import read_detectors, with_detectors
 from moireid_lab.evaluation.rows import failed_row
 from moireid_lab.evaluation.summary import summarise
 from moireid_lab.evaluation.table import table
@@ -42,15 +42,15 @@ def listed(folder: Path, *lines: str) -> Path:
     return path
 
 
-def test_a_detector_stands_beside_ours_on_the_same_films(tmp_path: Path) -> None:
-    """Catches: a detector of fakes taken for one of genuineness; ours on all films beside its few; a score that turns
+def test_a_detector_is_compared_with_ours_on_the_same_films(tmp_path: Path) -> None:
+    """Catches: a detector of fakes taken for one of genuineness; ours on all films next to its few; a score that turns
     up in the verdicts.
     """
     lines = ("video,detector,fake_score", "a.mp4,lips,0.1", "c.mp4,lips,0.9", "b.mp4,eyes,0.5", "c.mp4,eyes,0.2")
     scores = read_detectors(listed(tmp_path, *lines), [one.entry for one in FILMS])
     assert scores == {"lips": {2: -0.1, 4: -0.9}, "eyes": {3: -0.5, 4: -0.2}}
     plain = summarise(FILMS, seed=0)
-    document = json.loads(json.dumps(beside(plain, FILMS, scores, seed=0), allow_nan=False))
+    document = json.loads(json.dumps(with_detectors(plain, FILMS, scores, seed=0), allow_nan=False))
     lips, eyes = document["detectors"]["lips"], document["detectors"]["eyes"]
     assert (lips["films"], lips["without_score"]) == (4, 2)
     assert lips["scored_films"]["auc"] == 1.0 and eyes["scored_films"]["auc"] == 0.0
@@ -68,9 +68,9 @@ def test_a_detector_without_a_name_and_with_a_score_that_rises(tmp_path: Path) -
     """Catches: the sign turned round for every list; a detector of forged films alone that breaks the figures."""
     scores = read_detectors(listed(tmp_path, "VIDEO, score", "c.mp4, 0.25", "", "d.mp4,-1e3"), [o.entry for o in FILMS])
     assert scores == {"detector": {4: 0.25, 5: -1000.0}}
-    found = beside(summarise(FILMS, seed=0), FILMS, scores, seed=0)["detectors"]["detector"]
+    found = with_detectors(summarise(FILMS, seed=0), FILMS, scores, seed=0)["detectors"]["detector"]
     assert "missing" in found["scored_films"] and "auc" not in found["scored_films"]
-    assert "no part of a verdict" in table(beside(summarise(FILMS, seed=0), FILMS, scores, seed=0))
+    assert "no part of a verdict" in table(with_detectors(summarise(FILMS, seed=0), FILMS, scores, seed=0))
 
 
 @pytest.mark.parametrize(

@@ -148,7 +148,7 @@ def test_exact_bounds_are_those_of_the_tables():
 
 
 def test_the_cost_of_ratios_is_that_of_known_gaussians(rng):
-    """Catches: ratios taken to another base, sides swapped, a calibration that is told as none, ties set apart.
+    """Catches: ratios taken to another base, sides swapped, a calibration that is reported as none, ties set apart.
 
     Where the natural logarithm of the ratio is normal with mean ±m and variance 2 m, it is its own likelihood ratio.
     """
@@ -185,7 +185,7 @@ def test_accuracy_at_every_threshold_is_counted():
 
 
 def written(folder: Path, *rows: str, header: str = "video,label,claim,group") -> Path:
-    """A manifest beside some files that stand for films."""
+    """A manifest next to some files in place of films."""
     for name in ("a.mp4", "b.mp4"):
         (folder / name).write_bytes(name.encode())
     path = folder / "films.csv"
@@ -309,14 +309,14 @@ def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: 
         "sora": "all genuine",
     }
     assert ours["verdicts"]["genuine"]["accept"]["films"] == 2 and ours["verdicts"]["forged"]["reject"]["films"] == 3
-    told = table(document)
-    assert "0.845" in told and "0.870 ± 0.140" in told and "paper, other films" in told and "nan" not in told
+    text = table(document)
+    assert "0.845" in text and "0.870 ± 0.140" in text and "paper, other films" in text and "nan" not in text
     for path in write_plots(document, tmp_path):
         assert path.read_text(encoding="utf-8").rstrip().endswith("</svg>")
 
 
-def test_attacks_are_told_by_their_kind_and_the_worst_of_them(tmp_path: Path):
-    """Catches: kinds averaged into one rate, open films taken for caught or for accepted, a worst kind by its films."""
+def test_attacks_are_reported_by_their_kind_and_the_worst_of_them(tmp_path: Path):
+    """Catches: kinds averaged into one rate, inconclusive films taken for caught or accepted, a wrong worst kind."""
     films = (
         *[("g", "genuine", 0.9)] * 3,
         ("g", "genuine", 0.1),
@@ -327,7 +327,7 @@ def test_attacks_are_told_by_their_kind_and_the_worst_of_them(tmp_path: Path):
         ("g", "forged", -2.0),
     )
     made = collection(*films)
-    # The forged film of no kind is left open, and one of the late ones failed.
+    # The forged film of no kind is inconclusive, and one of the late ones failed.
     made[-2].row["verdict"], made[8].row["verdict"] = "inconclusive", "accept"
     made[10].row["verdict"] = "failed"
     document = json.loads(json.dumps(summarise(made, seed=0), allow_nan=False))
@@ -350,8 +350,8 @@ def test_attacks_are_told_by_their_kind_and_the_worst_of_them(tmp_path: Path):
     limits = {name: document["pipelines"][name]["at_limit"] for name in ("moireid", "published")}
     assert limits["moireid"]["accuracy"] == pytest.approx(8 / 11)
     assert limits["published"]["balanced_accuracy"] == pytest.approx(0.5)
-    told = table(document)
-    assert "APCER, greatest of any kind" in told and "BPNRR" in told and "Cllr" in told
+    text = table(document)
+    assert "APCER, greatest of any kind" in text and "BPNRR" in text and "Cllr" in text
     assert {path.name for path in write_plots(document, tmp_path)} >= {"accuracy.svg", "tippett.svg"}
 
 
@@ -426,7 +426,7 @@ def test_a_manifest_in_error_leaves_nothing_behind(tmp_path: Path, films: Path):
 
 
 @pytest.mark.parametrize("more", [["--scheduler", "nonsense"], ["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"]])
-def test_a_scheduler_that_cannot_be_used_is_told(tmp_path: Path, films: Path, more: list[str]):
+def test_a_scheduler_that_cannot_be_used_is_reported(tmp_path: Path, films: Path, more: list[str]):
     """Catches: a traceback of another package, films scored here when they were to be scored there."""
     manifest = written(tmp_path, "a.mp4,genuine,,", "b.mp4,forged,,")
     command = ["evaluate", str(manifest), "--badge", str(films / "badge.json"), "--out", str(tmp_path / "out"), *more]

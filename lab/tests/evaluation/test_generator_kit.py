@@ -1,4 +1,4 @@
-"""The kit for who has a video generator.  Beside each test: the wrong implementation it catches."""
+"""The kit for a user of a video generator.  Each test states the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def table_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def fill_in(kit: Path, *told: dict[str, str]) -> None:
-    """Say of the first clips what became of them."""
+def fill_in(kit: Path, *cells: dict[str, str]) -> None:
+    """Enter the outcomes of the first clips."""
     rows = table_of(kit / "clips.csv")
-    rows = [row | more for row, more in zip(rows, told, strict=False)] + rows[len(told) :]
+    rows = [row | more for row, more in zip(rows, cells, strict=False)] + rows[len(cells) :]
     with (kit / "clips.csv").open("w", encoding="utf-8", newline="") as file:
         lines = csv.DictWriter(file, rows[0])
         lines.writeheader()
@@ -79,9 +79,9 @@ def test_kept_clips_come_into_the_list_that_evaluate_reads(kit: Path, films: Pat
         {"generator": "gen-2", "outcome": "discarded", "reason": "badge gone"},
     )
     for _ in range(2):  # Once more changes nothing.
-        told = ran("list", kit, "--json")
-        assert told.exit_code == 0, told.output
-    assert json.loads(told.stdout)["generators"] == [
+        done = ran("list", kit, "--json")
+        assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["generators"] == [
         {"generator": "gen-1", "made": 2, "kept": 1, "discarded": {"no motion": 1}},
         {"generator": "gen-2", "made": 1, "kept": 0, "discarded": {"badge gone": 1}},
     ]
@@ -92,7 +92,7 @@ def test_kept_clips_come_into_the_list_that_evaluate_reads(kit: Path, films: Pat
 
 
 @pytest.mark.parametrize(
-    ("told", "words"),
+    ("cells", "words"),
     [
         ({"outcome": "fine"}, "outcome 'fine'"),
         ({"outcome": "kept"}, "names the generator ''"),
@@ -101,17 +101,17 @@ def test_kept_clips_come_into_the_list_that_evaluate_reads(kit: Path, films: Pat
         ({"outcome": "discarded", "generator": "a"}, "without a reason"),
     ],
 )
-def test_a_table_that_cannot_be_used_is_told_by_its_line(kit: Path, told: dict[str, str], words: str):
+def test_a_table_that_cannot_be_used_is_reported_by_its_line(kit: Path, cells: dict[str, str], words: str):
     """Catches: a clip that falls out of the yield in silence, a list that evaluate then refuses."""
     before = (kit / "films.csv").read_text()
-    fill_in(kit, told)
+    fill_in(kit, cells)
     refused = ran("list", kit)
     assert refused.exit_code == 2 and "line 2 of" in refused.stderr and words in refused.stderr
     assert (kit / "films.csv").read_text() == before
 
 
 def test_a_picture_is_cut_to_shape_and_never_stretched():
-    """Catches: a round thing made oval, the corner taken for the middle, an upright film laid flat."""
+    """Catches: a round thing made oval, the corner taken for the middle, an upright film turned by a right angle."""
     for high, wide in ((1080, 1920), (1920, 1080), (480, 640)):
         y, x = np.mgrid[:high, :wide]
         disc = (np.hypot(x - (wide - 1) / 2, y - (high - 1) / 2) < 100).astype(np.uint8) * 255

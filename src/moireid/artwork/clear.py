@@ -1,9 +1,10 @@
-"""What of a board must stay clear, and the areas that are free.
+"""The parts of a board that must stay clear, and the areas that are free.
 
-The verifier reads the markers with the white about them, the fringes, and the white beside their borders.  A lens
-sheet lies over the whole width of the board there, and is cut by hand.
+The verifier reads the markers with the white around them, the fringes, and the white next to their borders.  At the
+fringes a lens sheet covers the whole width of the board, and it is cut by hand.
 
-Convention: page mm.  The figures are those of the verifier, which this room does not import; a test holds them equal.
+Convention: page mm.  The figures are those of the verifier, which this package does not import; a test keeps them
+    equal.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ MARKER_MODULES, MODULES_A_SIDE = 1.05, 6
 FRAME_LINES, FRAME_LEAST_MM = 2.0, 1.5
 #: White around a grating, mm (`verifier.tracking.borders.REACH_MM`).
 GRATING_MM = 2.0
-#: Between pieces and the white about markers; a ground may be cut off so far beyond the board's edge.
+#: Between pieces and the white around markers; how far a ground reaches beyond the board's edge, where it is cut.
 AIR_MM, BLEED_MM = 0.5, 1.5
-#: A lower area holds nothing.
+#: An area of less height is not used, mm.
 LEAST_MM = 2.0
 
 
 def clear_zones(badge: Badge) -> list[tuple[str, Rect]]:
-    """What nothing may cover, by name for people."""
+    """The rectangles that nothing may cover, each with its name for messages."""
     if isinstance(badge.markers, CodedFrame):
         return [("coded frame, its white border and what is within", _framed(badge.markers))]
     half = badge.markers.size_mm * (0.5 + MARKER_MODULES / MODULES_A_SIDE)
@@ -90,9 +91,9 @@ def _areas_about(board: Rect, frame: CodedFrame) -> dict[str, Rect]:
 
 
 def check_clear(badge: Badge, rect: Rect, whose: str) -> None:
-    """Check that a piece leaves clear what is read, and lies on the board.
+    """Check that a piece does not cover what is read, and is on the board.
 
-    Parameters: whose: what stands there, for the message.
+    Parameters: whose: name of the piece, for the message.
     Raises: SpecError that names what is covered and the free areas in mm from the board's corner.
     """
     x0, y0, x1, y1 = badge.outline_mm
@@ -110,7 +111,7 @@ def check_clear(badge: Badge, rect: Rect, whose: str) -> None:
 
 
 def _on_page(badge: Badge, grating: Grating) -> Rect:
-    """The upright rectangle around a grating, which may be turned."""
+    """The upright rectangle around a grating, which may be rotated."""
     return bounds_of(badge.frame_of(grating).corners_mm(own_rect(grating.axis, grating.rect_mm)))
 
 

@@ -1,7 +1,7 @@
-"""What a list of people says of their looks: the columns logo, portrait, colour, and line, line1 … line4.
+"""The columns of a list of people that say how each badge looks: logo, portrait, colour, and line, line1 … line4.
 
 Paths are relative to the list's folder and stay below it, since a list may come from elsewhere: it must not print other
-files of this machine.  An empty cell leaves what holds for all.
+files of this machine.  Where a cell is empty, the look of the whole list is used.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def lines_in(cells: Mapping[str, str]) -> list[str]:
 
 
 def look_in(cells: Mapping[str, str], look: Look, folder: Path) -> Look:
-    """The look of a row: that of all, with the row's own pictures and colour.
+    """The look of a row: that of the whole list, with the row's own pictures and colour.
 
     Raises: SpecError as `content_of`, and for a file that is not below the folder.
     """
@@ -41,7 +41,7 @@ def dressed(
 ) -> tuple[Badge, Look | None]:
     """A badge of a list with its lines, and its look.
 
-    Parameters: look, lines: what holds for all.
+    Parameters: look, lines: those of the whole list, used where a row has none.
     Raises: SpecError as `content_of` and `content.with_lines`, and for pictures on a board that has no template.
     """
     if look is None and (named := next((column for column in PICTURES if cells.get(column)), None)):

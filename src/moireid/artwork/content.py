@@ -1,7 +1,7 @@
-"""What one person wears beside the name: logo, portrait and colour; and the lines below it, which the badge holds.
+"""What one badge shows apart from the name: logo, portrait and colour; and the lines below the name.
 
-The lines stand in `Badge.print` ("lines"), since they tell people of one name apart.  Pictures are kept by their paths
-and loaded when they are drawn, since a list of people may name thousands.
+The lines are in `Badge.print` ("lines"), since they distinguish people of one name.  Pictures are stored as paths and
+loaded when they are drawn, since a list of people may name thousands.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def _loaded(path: Path, what: str) -> Image.Image:
 
 
 def forget_pictures() -> None:
-    """Keep no loaded picture, in a program that goes on for long and sees those of many."""
+    """Drop all loaded pictures, in a long-running program that serves many users."""
     _loaded.cache_clear()
     picture_of.cache_clear()
 

@@ -1,12 +1,10 @@
-"""Logos and portraits: PNG, JPEG and SVG files, checked before they are loaded.
+"""The pictures of a badge: logos and portraits from files, and the QR code of its id.
 
-Pictures are printed as rasters, logos in SVG too: at `DRAWN_DPI` no printer shows the difference, and page and preview
-show the same.
+Files are PNG, JPEG or SVG, and are checked before they are loaded.  Pictures are printed as rasters, logos in SVG too:
+with `MOST_SIDE_PX` pixels a side no printer shows the difference, and page and preview show the same.
 
-The QR code of an identity.
-
-It says `moireid:` and the id, which stands on the badge in letters too, so it tells no secret and proves nothing: who
-scans it knows what to look up.
+The QR code says `moireid:` and the id.  The id is on the badge in letters too, so the code holds no secret and proves
+nothing: it only shows which id to look up.
 """
 
 from __future__ import annotations
@@ -103,7 +101,7 @@ QUIET_MODULES = 4
 
 
 def words_of(badge_id: str) -> str:
-    """What the code says."""
+    """The text of the QR code."""
     return f"moireid:{badge_id}"
 
 
@@ -111,7 +109,7 @@ def words_of(badge_id: str) -> str:
 def modules_of(badge_id: str) -> Sequence[Sequence[bool]]:
     """The modules of the code without its white border, True where dark; square, row by row from the top.
 
-    Source: ISO/IEC 18004 by segno, at level M, which mends 15 %.
+    Source: ISO/IEC 18004 by segno, at level M, which corrects 15 %.
     """
     import segno
 

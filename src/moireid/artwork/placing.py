@@ -1,8 +1,6 @@
-"""Template, badge and content → pieces with their places, page mm.
+"""Template, badge and content → pieces with their places, page mm; and notes about content that is not shown.
 
 Convention: a piece's rectangle is the room that it has; words are set within it when they are drawn.
-
-What somebody gave for a badge, and the template does not show.
 """
 
 from __future__ import annotations
@@ -24,7 +22,8 @@ if TYPE_CHECKING:
 
 #: Pieces that are words; the others are pictures.
 WORDS = {"name", "words", "lines", "line1", "line2", "line3", "line4", "id"}
-#: A picture beside words is at most this share of the row; between pieces is this share of its height, within bounds.
+#: A picture next to words takes at most this share of the row's width; the gap between pieces is this share of the
+#: row's height, within bounds.
 PICTURE_SHARE, GAP_SHARE, MOST_GAP_MM, LEAST_GAP_MM = 0.4, 0.2, 5.0, 1.5
 #: Pieces keep this share of their place's height to its upper and lower edge; more within a ground or between rules.
 AIR_SHARE, INSET_SHARE = 0.06, 0.15
@@ -35,7 +34,7 @@ OUTER_SHARE = 0.36
 
 @dataclass(frozen=True)
 class Look:
-    """What one badge wears: its template and content; corner_mm: radius of the board's corners as it is worn."""
+    """How one badge looks: its template and content; corner_mm: radius of the board's corners as it is worn."""
 
     template: BadgeTemplate
     content: Artwork
@@ -162,7 +161,9 @@ def _rect_of(badge: Badge, place: Place, areas: dict[str, Rect], where: str) -> 
         if place.area not in areas:
             ways = ["give a template of your own more head or foot"]
             ways += (
-                ["take --markers squares, beside which there is room"] if isinstance(badge.markers, CodedFrame) else []
+                ["take --markers squares, which leave room next to them"]
+                if isinstance(badge.markers, CodedFrame)
+                else []
             )
             ways += [f"name another area ({', '.join(areas)})"] if areas else []
             raise SpecError(f"{where}: this board has no area {place.area}; {', or '.join(ways)}")
@@ -221,19 +222,19 @@ def _piece(badge: Badge, look: Look, place: Place, what: str, rect: Rect, ground
         return ArtPiece("qr", rect)
     if what in ("logo", "portrait"):
         return ArtPiece("picture", rect, picture=look.content.picture(what))
-    told: dict[str, Any] = {"align": place.align, "points": place.points, "colour": letters_on(ground)}
+    style: dict[str, Any] = {"align": place.align, "points": place.points, "colour": letters_on(ground)}
     if ground == PAPER:
-        told["colour"] = INK
+        style["colour"] = INK
     if what == "id":
-        return ArtPiece("id", rect, **told)
+        return ArtPiece("id", rect, **style)
     if what == "name":
-        return ArtPiece("words", rect, name=badge.name, **told)
+        return ArtPiece("words", rect, name=badge.name, **style)
     if what == "words":
-        return ArtPiece("words", rect, name=badge.name, lines=lines, **told)
+        return ArtPiece("words", rect, name=badge.name, lines=lines, **style)
     if what == "lines":
-        return ArtPiece("words", rect, lines=lines, **told)
-    told["colour"] = readable(look.accent, ground)
-    return ArtPiece("words", rect, lines=(lines[int(what[4:]) - 1],), **told)
+        return ArtPiece("words", rect, lines=lines, **style)
+    style["colour"] = readable(look.accent, ground)
+    return ArtPiece("words", rect, lines=(lines[int(what[4:]) - 1],), **style)
 
 
 def _shape(look: Look, what: str) -> float:
@@ -254,9 +255,9 @@ _PICTURES = ("logo", "portrait")
 
 
 def unworn(badge: Badge, look: Look) -> list[str]:
-    """A sentence for each picture, line or colour that was given and is not shown; and where no name or id is."""
+    """A sentence for each picture, line or colour that was given and is not shown, and for a missing name or id."""
     shown, template = shown_pieces(badge, look), f"the template {look.template.name}"
-    told = [
+    notes = [
         f"{template} shows no {what}, so it is left out{_instead(badge, look, what)}"
         for what in _PICTURES
         if look.shows(badge, what) and what not in shown
@@ -264,21 +265,21 @@ def unworn(badge: Badge, look: Look) -> list[str]:
     lines = lines_of(badge)
     if lines and not shown & {"lines", "words"}:
         missing = [line for number, line in enumerate(lines, start=1) if f"line{number}" not in shown]
-        told += [f"{template} does not show the line {line[:60]!r}" for line in missing]
+        notes += [f"{template} does not show the line {line[:60]!r}" for line in missing]
     if look.content.colour is not None and "colour" not in shown:
-        told.append(f"{template} has nothing in colour, so the colour is not used")
+        notes.append(f"{template} has nothing in colour, so the colour is not used")
     if not shown & {"name", "words"}:
-        told.append(f"{template} does not show the name")
+        notes.append(f"{template} does not show the name")
     if not shown & {"id", "qr"}:
-        told.append(f"{template} does not show the identity, so only badge.json tells which badge this is")
-    return told
+        notes.append(f"{template} does not show the identity, so only badge.json states which badge this is")
+    return notes
 
 
 def shown_pieces(badge: Badge, look: Look) -> set[str]:
     """The pieces that the badge shows, and "colour" where one of its places has an accent."""
     places = worn_places(badge, look)
     shown = {what for place in places for what in place.what if look.shows(badge, what)}
-    # A line that stands alone is lettered in the accent.
+    # A line with a place of its own is printed in the accent colour.
     accent = bool(shown & {"line1", "line2", "line3", "line4"})
     accent = accent or any(place.ground != "none" or place.rule != "none" for place in places)
     return shown | ({"colour"} if accent else set())

@@ -1,8 +1,8 @@
-"""Logos in SVG: refused where they ask for more than lines and colours, and drawn by resvg.
+"""Logos in SVG: refused where they need more than lines and colours, and drawn by resvg.
 
-resvg runs no scripts.  What would make a logo differ from machine to machine (letters that need a font, files beside
-it), reach out (links), or take hours (filters, copies of copies) is refused before it is drawn.  What takes long all
-the same (hundreds of see-through layers) is stopped: the drawing is made in a process of its own.
+resvg runs no scripts.  A logo is refused before it is drawn if it would differ from machine to machine (letters that
+need a font, other files next to it), open network addresses (links), or take hours (filters, copies of copies).  A logo
+that still takes too long (hundreds of transparent layers) is stopped: it is drawn in a process of its own.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def draw_svg(data: bytes, whose: str, longer_px: int) -> bytes:
     Raises: SpecError for what is no SVG, for what this module refuses, and for what takes over `MOST_SECONDS`.
     """
     sides = _sides_px(data, whose, longer_px)
-    # -P: a file beside the user's logo must not be taken for the program that draws.
+    # -P: a file next to the user's logo must not be imported as the program that draws.
     command = [sys.executable, "-P", "-c", _DRAW, *map(str, sides), str(MOST_MEMORY_BYTES)]
     try:
         done = subprocess.run(command, input=data, capture_output=True, timeout=MOST_SECONDS, check=False)
@@ -75,7 +75,7 @@ def draw_svg(data: bytes, whose: str, longer_px: int) -> bytes:
 
 
 def draw_svg_here(data: bytes, whose: str, longer_px: int) -> bytes:
-    """The same in this process, for one that was started for it, within limits; its parent stops it.
+    """The same in this process, which was started for it within limits, and which its parent stops.
 
     Raises: SpecError as `draw_svg`, but for time.
     """
@@ -96,8 +96,8 @@ def too_slow(whose: str) -> SpecError:
     )
 
 
-def _undrawn(whose: str, told: str) -> SpecError:
-    return SpecError(f"{whose} cannot be drawn ({told.strip()[-80:]}); save it as a plain SVG, or as PNG")
+def _undrawn(whose: str, reason: str) -> SpecError:
+    return SpecError(f"{whose} cannot be drawn ({reason.strip()[-80:]}); save it as a plain SVG, or as PNG")
 
 
 def _sides_px(data: bytes, whose: str, longer_px: int) -> tuple[int, int]:
@@ -176,7 +176,7 @@ def _check_copies(root: ElementTree.Element, whose: str) -> None:
 
 
 def _pointed_at(element: ElementTree.Element) -> list[str]:
-    """What an element draws beside its content, by id: copies, cuts (clip paths) and colours that run (gradients)."""
+    """The ids of what an element draws apart from its content: copies, clip paths and gradients."""
     names = [name for value in element.attrib.values() for name in _POINTED_AT.findall(value)]
     if _plain(element.tag) == "use":
         names += [value[1:] for key, value in element.attrib.items() if _plain(key) == "href"]

@@ -1,9 +1,9 @@
-"""Template files: what of a badge stands where, for boards that lie and boards that stand.
+"""Template files: which piece of a badge is placed where, for landscape and portrait boards.
 
 A template is a TOML or JSON file.  It says how much of the board's height is left above and below the fringes, and
 lists places.  A place is one of the free areas of the board (`clear.areas_of`), or a rectangle of its own in shares of
-the board or in mm from its upper left corner.  What is to stand in it is listed from left to right; pieces that a
-person does not have leave their room to the others.
+the board or in mm from its upper left corner.  Its pieces are listed from left to right; where a badge lacks a piece,
+the others get its room.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class BadgeTemplate:
     sides: dict[Orientation, Side]
 
     def side(self, width_mm: float, height_mm: float) -> Side:
-        """The side for a board; a square one lies.  Raises: SpecError where the template has none for it."""
+        """The side for a board; a square one is landscape.  Raises: SpecError where the template has none for it."""
         orientation: Orientation = "landscape" if width_mm >= height_mm else "portrait"
         if orientation not in self.sides:
             other = "portrait" if orientation == "landscape" else "landscape"
@@ -120,7 +120,7 @@ def _shipped(name: str) -> BadgeTemplate:
 
 
 def template_of(document: object, name: str) -> BadgeTemplate:
-    """The template of a file's content; `name` stands in messages.  Raises: SpecError that names the key."""
+    """The template of a file's content; `name` is used in messages.  Raises: SpecError that names the key."""
     table = _table(document, name, {"words", "colour", "landscape", "portrait"})
     sides: dict[Orientation, Side] = {}
     for orientation in ("landscape", "portrait"):

@@ -1,11 +1,12 @@
-"""Verdicts that travel: signed by whoever judged, and checked by anyone later.
+"""Signed verdicts: the verifier's user signs a report, and anyone can check it later.
 
-keys.py              private keys with certificates, public keys, and how they are named
-statement.py         what is signed: an in-toto statement about a film, with the report in it
+keys.py              private keys with certificates, public keys, their fingerprints
+statement.py         what is signed: an in-toto statement about a film, with the report in it; strict reading of JSON
 envelope.py          the signed statement as a DSSE envelope
 timestamp.py         time stamps of an RFC 3161 authority
-checking.py          does an envelope hold, and of which film?
-credentials.py       the verdict as content credentials (C2PA)
+checking.py          checks of an envelope: signature, key, report, time stamp, certificates and film
+credentials.py       the process that judges a film without the key; the verdict as content credentials (C2PA)
+film_credentials.py  the content credentials that a film carries already, as a note in the report
 credentials_work.py  the process that reads and writes content credentials, without the key
 
 The process that has the key never decodes a film.

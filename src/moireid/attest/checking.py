@@ -1,4 +1,4 @@
-"""Does a signed verdict hold, and of which film is it?  In numbered steps.
+"""Checks whether a signed verdict is valid, and of which film it is, in numbered steps.
 
 1. Open the envelope.
 2. Is the signature the key's over the report?
@@ -45,7 +45,7 @@ class CheckResult:
     ----------
     faults : tuple of Broken
         What does not hold; empty where all does.
-    opened : Opened or None
+    opened : EnvelopeParts or None
         The envelope; None where it cannot be opened.
     report : dict or None
         The report as it was signed; None where nothing in it can be believed.
@@ -58,9 +58,9 @@ class CheckResult:
     film_given : bool
         Whether a film was compared.
     asked : bool
-        Whether a registry was asked what became of the badge.
-    barred : Barred or None
-        Why the badge does not count any more; None where it does, or none was asked.
+        Whether a registry was asked for the badge's present state.
+    barred : Exclusion or None
+        Why the badge is no longer valid; None where it is valid, or no registry was asked.
     """
 
     faults: tuple[Broken, ...]
@@ -84,7 +84,7 @@ class CheckResult:
         Returns
         -------
         dict
-            `holds`, `faults`, and of a report that can be believed who judged what, when, with what.
+            `holds`, `faults`, `signer`; and if the report can be believed, what was judged, when and with what result.
         """
         document: dict[str, Any] = {
             "holds": self.holds,
@@ -93,22 +93,22 @@ class CheckResult:
         }
         if self.report is None:
             return document
-        told = self.report
+        report = self.report
         wrong = {fault.part for fault in self.faults}
         return document | {
-            "verdict": told["verdict"],
+            "verdict": report["verdict"],
             "film": {
                 "name": self.film_name,
-                "sha256": told["input"]["sha256"],
+                "sha256": report["input"]["sha256"],
                 "same": "film" not in wrong if self.film_given else None,
             },
-            "badge": told["badge"],
+            "badge": report["badge"],
             "badge_now": self._now(),
-            "claim_source": told["claim_source"],
-            "registry": told["registry"],
-            "moireid": told["moireid"],
-            "time": self._time(told["attested"]["at"]),
-            "report": told,
+            "claim_source": report["claim_source"],
+            "registry": report["registry"],
+            "moireid": report["moireid"],
+            "time": self._time(report["attested"]["at"]),
+            "report": report,
         }
 
     def _signer(self) -> dict[str, Any] | None:
@@ -146,24 +146,24 @@ class CheckResult:
 
 
 def held_against(found: CheckResult, barred: Exclusion | None) -> CheckResult:
-    """Hold a verdict against what became of its badge since.
+    """Compare a verdict with the present state of its badge.
 
     Parameters
     ----------
-    found : Checked
+    found : CheckResult
         What `check` found.
-    barred : Barred or None
-        Why the badge does not count any more, as a registry or a bundle says; None where it does.
+    barred : Exclusion or None
+        Why the badge is no longer valid, as a registry or a bundle says; None where it is valid.
 
     Returns
     -------
-    Checked
+    CheckResult
         With a fault where nothing proves that the verdict is older than that.
 
     Notes
     -----
-    Source: a signer can set the own clock back, and a thief can film with it; only a time stamp of an authority that is
-    believed shows that film and verdict were there before.
+    Source: a signer can set their own clock back, and a thief can film the badge.  Only a time stamp of a trusted
+    authority shows that film and verdict existed before.
     """
     found = replace(found, asked=True, barred=barred)
     if barred is None or found.report is None:
@@ -181,10 +181,10 @@ def held_against(found: CheckResult, barred: Exclusion | None) -> CheckResult:
 
 
 def _counted_until(barred: Exclusion) -> datetime:
-    """The moment from which on the badge counts for nothing."""
-    told = datetime.fromisoformat(barred.since or barred.at)
-    told = told if told.tzinfo else told.replace(tzinfo=UTC)
-    return told + timedelta(days=1) if barred.code == "expired" else told
+    """The moment from which on the badge is no longer valid."""
+    end = datetime.fromisoformat(barred.since or barred.at)
+    end = end if end.tzinfo else end.replace(tzinfo=UTC)
+    return end + timedelta(days=1) if barred.code == "expired" else end
 
 
 def check(
@@ -203,13 +203,13 @@ def check(
     film : Path, optional
         The film that it should be of.
     key : PublicKey, optional
-        The key by which it should be signed; None: the one in the envelope, which proves nothing of its holder.
+        The key by which it should be signed; None: the one in the envelope, which does not prove who its holder is.
     authorities : tuple of x509.Certificate
-        Certificates of the time authority to be believed, the root among them.
+        Certificates of the trusted time authority, the root among them.
 
     Returns
     -------
-    Checked
+    CheckResult
         With every fault that was found.
 
     Raises
@@ -248,9 +248,9 @@ def _signature_faults(found: EnvelopeParts) -> list[Broken]:
     if not found.signed_by(found.key):
         if not found.payload_as_noted:
             return [Broken("report", "The report was changed after it was signed.")]
-        return [Broken("signature", "The signature is not that of the key beside it: one of the two was changed.")]
+        return [Broken("signature", "The signature is not of the key next to it: one of the two was changed.")]
     if not found.payload_as_noted:
-        return [Broken("envelope", "The digest beside the signature was changed; report and signature were not.")]
+        return [Broken("envelope", "The digest next to the signature was changed; report and signature were not.")]
     return []
 
 

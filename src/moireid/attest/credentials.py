@@ -1,17 +1,12 @@
-"""The verdict as content credentials (C2PA).
+"""Films judged in a process without the signing key, and the verdict as content credentials (C2PA).
 
-All reading and writing of films is done by c2pa-python in processes that never have the key.  One writes, and gets one
-signature, of the one claim that it makes.  Another, which has seen nothing of the first but the file, reads that back.
+Judging: the process decodes an untrusted film.  The signing process starts it, receives its report as JSON, ends it,
+and only then signs.
+
+Writing credentials: c2pa-python reads and writes films in processes that never have the key.  The first one writes, and
+gets one signature, for the one claim that it makes.  The second one has received nothing from the first but the file,
+and reads that back.
 Convention: the assertion `credentials_work.LABEL` holds the report, as `statement.attested` gives it.
-
-A film judged in a process that never has the signing key.
-
-The process decodes what a stranger sent.  Whoever signs starts it, hears its report as JSON, ends it, and only then
-signs.
-
-The content credentials that a film carries, as a note in the report.
-
-They say who vouches for a file, and nothing of the badge.  So they never count for a film, nor against it.
 """
 
 from __future__ import annotations
@@ -29,7 +24,8 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from securesystemslib.signer import CryptoSigner
 
 from moireid import errors
-from moireid.attest.credentials_work import CredentialRequest, read
+from moireid.attest.credentials_work import CredentialRequest
+from moireid.attest.film_credentials import with_carried
 from moireid.attest.keys import SigningKey, certificate_pem, holder
 from moireid.errors import MediaError, MoireIdError, SpecError
 from moireid.extras import missing_extra
@@ -39,67 +35,16 @@ from moireid.sandbox.child import Talk
 from moireid.sandbox.process import ProcessEnd, start
 from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
-from moireid.verifier.reasons import Reason
 from moireid.verifier.report.page import NAME, Pictures, pictures_of
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.session.result import Report
 from moireid.verifier.video import OpenedFile
-
-#: More top-level boxes than this are not looked through: a fragmented film has some for each second.
-MOST_BOXES = 100_000
-
-
-def with_carried(report: Report, film: Path) -> Report:
-    """A report with a note of the credentials that its film carries; as it was where there are none.
-
-    Without c2pa-python they are not looked for.
-    """
-    if not may_carry(film) or find_spec("c2pa") is None or (found := read(film)) is None:
-        return report
-    state = found["state"]
-    who = f"signed by {found['signer']!r}" if found["signer"] else "without a signer's name"
-    words = {
-        "Trusted": "they hold, and their certificate is trusted",
-        "Valid": "they hold, by a certificate that is on no trust list known here",
-    }.get(state, "they do not hold: the film or they were changed")
-    text = f"The film carries content credentials, {who}; {words}. They are no part of the verdict."
-    note = Reason("content_credentials", "note", state, None, "", text)
-    return replace(report, reasons=(*report.reasons, note))
-
-
-def may_carry(film: Path) -> bool:
-    """Whether a film may carry credentials; an MP4 or QuickTime file without the box that they lie in does not.
-
-    Loading c2pa-python takes longer than this look at the boxes.
-    Source: C2PA specification 2.2, A.5.1: in files of the ISO base media format credentials lie in a `uuid` box beside
-        `moov`; so does the XMP that points to them elsewhere.
-    """
-    with film.open("rb") as stream:
-        end = stream.seek(0, 2)
-        place = 0
-        for box in range(MOST_BOXES):
-            stream.seek(place)
-            head = stream.read(16)
-            if head[4:8] == b"uuid" or (box == 0 and head[4:8] != b"ftyp"):
-                return True
-            size = int.from_bytes(head[:4])
-            if size == 1:
-                size = int.from_bytes(head[8:])
-            # A size of 0 is that of a last box, which reaches to the end.
-            place += size or end - place
-            if place >= end:
-                return False
-            if 0 < size < 8:
-                return True
-    return True
-
 
 #: Six times what a 1080p film takes, so that one of 4K passes.
 MEMORY_BYTES = 4 << 30
-#: Greatest size of one answer: a report's pictures, or its signals as text.  Whoever signs does so for one film.
+#: Greatest size of one answer: a report's pictures, or its signals as text.  A signing process judges one film only.
 ANSWER_BYTES = 32 << 20
 #: Least time between two reports of progress, s.
-TELL_S = 0.1
+PROGRESS_S = 0.1
 
 
 @dataclass(frozen=True)
@@ -118,7 +63,7 @@ class JudgingOrder:
 class JudgedReport:
     """A report as JSON; with the pictures and the signals of its page where they were asked for.
 
-    sealed: what held of the seal of the process that judged, as in `sandbox.seal.MEANS`.
+    sealed: the parts of the seal that held for the process that judged, as in `sandbox.seal.MEANS`.
     """
 
     report: dict[str, Any]
@@ -132,22 +77,22 @@ def judged_apart(order: JudgingOrder, progress: Callable[[int, int | None], None
 
     Raises: MoireIdError as `verifier.verify` does; MediaError where the process fails, or the film changed meanwhile.
     """
-    # By this process, as the other one may be in a stranger's hands.
+    # By this process, as an attacker may control the other one.
     try:
         before = OpenedFile(order.video).sha256()
     except OSError as error:
         raise MediaError(f"film {order.video} cannot be read ({error.strerror}); check its name and rights") from error
     found: dict[str, Any] = {}
 
-    def hear(told: dict[str, Any]) -> None:
-        if "progress" in told:
-            progress(*told["progress"])
-        found.update(told)
+    def receive(message: dict[str, Any]) -> None:
+        if "progress" in message:
+            progress(*message["progress"])
+        found.update(message)
 
-    sealed = talk_with("moireid.attest.apart:judge", order, order.video, hear)
+    sealed = talk_with("moireid.attest.credentials:judge", order, order.video, receive)
     report = found["result"] if isinstance(found.get("result"), dict) else {}
     if not isinstance(report.get("input"), dict) or report["input"].get("sha256") != before:
-        raise MediaError(f"{order.video} changed while it was judged; give a film that nobody writes to any more")
+        raise MediaError(f"{order.video} changed while it was judged; give a film that no program writes to any more")
     return JudgedReport(report, _pictures(found), str(found.get("signals", "")), sealed)
 
 
@@ -159,11 +104,11 @@ def talk_with(
     written: Sequence[Path] = (),
     read: Sequence[Path] = (),
 ) -> tuple[str, ...]:
-    """Start a sealed process for some work on a film, and answer what it says until it has ended.
+    """Start a sealed process for some work on a film, and answer its messages until it has ended.
 
-    Parameters: work: `module:function`; answer: gives what is sent back, None for nothing; written: files that are
-        there, and that it may write; read: that it may read beside the film.
-    Returns: what held of the seal.
+    Parameters: work: `module:function`; answer: returns what is sent back, None for nothing; written: existing files
+        that it may write; read: files that it may read apart from the film.
+    Returns: the parts of the seal that held.
     Raises: MoireIdError that the work raised; MediaError where the process fails.
     """
     if os.name == "nt":
@@ -177,7 +122,7 @@ def talk_with(
     try:
         child.send(message)
         while True:
-            if (told := child.hear()) is not None and (back := answer(told)) is not None:
+            if (message := child.hear()) is not None and (back := answer(message)) is not None:
                 child.send(back)
     except ProcessEnd as ended:
         if ended.kind == "done":
@@ -200,22 +145,22 @@ def judge(talk: Talk) -> None:
     from moireid.verifier.session.film import verify
 
     order: JudgingOrder = talk.next()
-    told_s = 0.0
+    sent_s = 0.0
 
     def progress(done: int, of: int | None) -> None:
-        nonlocal told_s
-        if time.monotonic() - told_s >= TELL_S:
-            told_s = time.monotonic()
-            talk.tell({"progress": [done, of]})
+        nonlocal sent_s
+        if time.monotonic() - sent_s >= PROGRESS_S:
+            sent_s = time.monotonic()
+            talk.send({"progress": [done, of]})
 
     made = verify(order.video, order.claim, barred=order.barred, overlap=order.overlap, progress=progress)
     report = replace(with_carried(made, order.video), detectors=order.detectors)
-    talk.tell({"result": report.to_json()})
+    talk.send({"result": report.to_json()})
     if order.pictures:
         drawn = pictures_of(report)
         files = {name: base64.b64encode(content).decode() for name, content in drawn.files.items()}
-        talk.tell({"files": files, "plots": list(drawn.plots), "frame_s": drawn.frame_s})
-        talk.tell({"signals": signals_csv(report)})
+        talk.send({"files": files, "plots": list(drawn.plots), "frame_s": drawn.frame_s})
+        talk.send({"signals": signals_csv(report)})
 
 
 def _pictures(found: dict[str, Any]) -> Pictures:
@@ -238,17 +183,17 @@ TO_BE_SIGNED = b"\x84\x6aSignature1"
 SOUND = ("Valid", "Trusted")
 UNTRUSTED = (
     "the certificate of {holder!r} is on no trust list that is known here. Programs will say that its signer is "
-    "unknown: whoever has that key signed this verdict, and its issuer alone can say who that is"
+    "unknown: the holder of that key signed this verdict, and its issuer alone can say who that is"
 )
 
 
 def credentials_path(film: Path, form: Form) -> Path:
-    """Where credentials are written: beside the film, and never over it."""
+    """Where credentials are written: next to the film, and never over it."""
     return film.with_suffix(".c2pa") if form == "sidecar" else film.with_name(f"{film.stem}.c2pa{film.suffix}")
 
 
 def check_credentials_key(key: SigningKey) -> None:
-    """Raise where a key cannot sign content credentials.
+    """Check that a key can sign content credentials.
 
     Raises: MissingExtraError without c2pa-python; SpecError where the key has no certificate of an authority.
     """
@@ -285,16 +230,16 @@ def write_credentials(report: dict[str, Any], film: Path, form: Form, key: Signi
 def _one_signature(film: Path, key: SigningKey) -> Callable[[dict[str, Any]], bytes | None]:
     """Signs the first claim that a process asks for.
 
-    A process in a stranger's hands could ask for a signature under a verdict of its own.  It gets one at most; and that
-    is kept only where it is of the credentials that another process reads in the file.
+    A process that an attacker controls could ask for a signature under a false verdict.  It gets one signature at most,
+    and that is kept only if another process reads the true verdict in the signed file.
     """
     asked: list[object] = []
 
-    def answer(told: dict[str, Any]) -> bytes | None:
-        if "sign" not in told:
+    def answer(message: dict[str, Any]) -> bytes | None:
+        if "sign" not in message:
             return None
-        asked.append(told["sign"])
-        claim = _claim(told["sign"])
+        asked.append(message["sign"])
+        claim = _claim(message["sign"])
         if len(asked) > 1 or not claim.startswith(TO_BE_SIGNED):
             raise MediaError(f"the process that read {film} asks for another signature than one of its credentials")
         return bytes.fromhex(CryptoSigner(key.private).sign(claim).signature)
@@ -303,7 +248,7 @@ def _one_signature(film: Path, key: SigningKey) -> Callable[[dict[str, Any]], by
 
 
 def _claim(said: object) -> bytes:
-    """What a process wants signed; empty where it said what cannot be read."""
+    """The claim that a process wants signed; empty where its message cannot be read."""
     try:
         return base64.b64decode(said) if isinstance(said, str) else b""
     except ValueError:

@@ -1,6 +1,6 @@
 """The process that reads and writes content credentials, without the key.
 
-Nothing here opens an address: credentials that lie elsewhere are not fetched.
+Nothing here opens a network address: credentials that are stored elsewhere are not fetched.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def write(talk: Talk) -> None:
     asked: CredentialRequest = talk.next()
 
     def sign(claim: bytes) -> bytes:
-        talk.tell({"sign": base64.b64encode(claim).decode()})
+        talk.send({"sign": base64.b64encode(claim).decode()})
         answer: bytes = talk.next()
         return answer
 
@@ -75,10 +75,10 @@ def write(talk: Talk) -> None:
 
 
 def read_back(talk: Talk) -> None:
-    """The work of another process: tell what is read in the file that the first one wrote."""
+    """The work of another process: send what is read in the file that the first one wrote."""
     asked: CredentialRequest = talk.next()
     aside = asked.form == "sidecar"
-    talk.tell((read(asked.film, asked.output.read_bytes()) if aside else read(asked.output)) or {})
+    talk.send((read(asked.film, asked.output.read_bytes()) if aside else read(asked.output)) or {})
 
 
 def read(film: Path, manifest: bytes | None = None) -> dict[str, Any] | None:
@@ -92,14 +92,14 @@ def read(film: Path, manifest: bytes | None = None) -> dict[str, Any] | None:
         with film.open("rb") as stream:
             reader = c2pa.Reader(_format(film), stream, manifest, context=c2pa.Context.from_dict(SETTINGS))
             active = reader.get_active_manifest() or {}
-            state, told = reader.get_validation_state(), json.loads(reader.crjson())
+            state, store = reader.get_validation_state(), json.loads(reader.crjson())
     except (c2pa.C2paError.ManifestNotFound, c2pa.C2paError.NotSupported):
         return None
     except c2pa.C2paError:
         return {"state": "Unreadable", "signer": "", "verdict": None}
     signature = active.get("signature_info") or {}
     # The reader's other outputs turn some lists of numbers into texts.
-    manifests = [one for one in told["manifests"] if one["label"] == active.get("label")]
+    manifests = [one for one in store["manifests"] if one["label"] == active.get("label")]
     return {
         "state": state,
         "signer": str(signature.get("common_name") or signature.get("issuer") or "")[:200],

@@ -1,7 +1,7 @@
-"""The signed statement as a DSSE envelope: made with one signature, and opened with suspicion.
+"""The signed statement as a DSSE envelope: made with one signature, and read strictly.
 
-Beside the signature stand the public key, its certificates, a time stamp, and the digest of the payload.  Nothing of
-that is signed, and nothing of it is believed: it serves to check without a key at hand, and to name what was changed.
+Next to the signature the envelope has the public key, its certificates, a time stamp, and the digest of the payload.
+These are not signed, so they prove nothing.  They allow a check without a key at hand, and show which part was changed.
 Source: DSSE v1 (https://github.com/secure-systems-lab/dsse), by securesystemslib.
 """
 
@@ -46,10 +46,10 @@ class Broken(Exception):
 
 @dataclass(frozen=True)
 class EnvelopeParts:
-    """An envelope's parts, spelled as they should be; nothing is checked against anything yet.
+    """An envelope's parts, each well-formed; the signature and the digest are not checked yet.
 
-    payload: the signed bytes; signature: over them; key: the one that lies beside; certificates: the key's own, then
-    those above; timestamp: an RFC 3161 response (DER) or None; payload_sha256: as noted beside.
+    payload: the signed bytes; signature: over them; key: the public key next to it; certificates: the key's own, then
+    those above; timestamp: an RFC 3161 response (DER) or None; payload_sha256: the digest next to the signature.
     """
 
     payload: bytes
@@ -61,7 +61,7 @@ class EnvelopeParts:
 
     @property
     def payload_as_noted(self) -> bool:
-        """Whether the payload has the digest that is noted beside the signature."""
+        """Whether the payload has the digest that is next to the signature."""
         return hashlib.sha256(self.payload).hexdigest() == self.payload_sha256
 
     def signed_by(self, key: PublicKey) -> bool:
@@ -83,7 +83,7 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
     payload : bytes
         The statement, as `statement.statement` gives it.
     key : SigningKey
-        Signs, and is named with its certificates.
+        The private key; its public half and its certificates go into the envelope.
     stamp : callable, optional
         Gives an RFC 3161 response for the signature's bytes.
 
@@ -100,15 +100,15 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
     envelope = Envelope(payload, PAYLOAD_TYPE, {})
     signature = envelope.sign(CryptoSigner(key.private))
     raw = bytes.fromhex(signature.signature)
-    beside: dict[str, Any] = {
+    unsigned: dict[str, Any] = {
         "publicKey": public_pem(key.public),
         "certificates": [certificate_pem(one) for one in key.chain],
         "payloadSha256": hashlib.sha256(payload).hexdigest(),
     }
     if stamp is not None:
-        beside["timestamp"] = base64.b64encode(stamp(raw)).decode()
+        unsigned["timestamp"] = base64.b64encode(stamp(raw)).decode()
     document = envelope.to_dict()
-    document["signatures"][0] |= beside
+    document["signatures"][0] |= unsigned
     text = json.dumps(document, indent=1) + "\n"
     if not opened(text.encode()).signed_by(key.public):
         raise SpecError("the envelope that was made does not hold; that is an error of moireid, please report it")
@@ -142,7 +142,7 @@ def opened(content: bytes) -> EnvelopeParts:
     signature = document["signatures"][0]
     key = _key(signature.get("publicKey"))
     if signature.get("keyid") != SSlibKey.from_crypto(key).keyid:
-        raise Broken("signature", "The key's name beside the signature is not that of the key there.")
+        raise Broken("signature", "The key's name next to the signature is not that of the key there.")
     return EnvelopeParts(
         _decoded("report", document["payload"], "The report"),
         _decoded("signature", signature.get("sig"), "The signature"),
@@ -161,15 +161,15 @@ def _decoded(part: str, text: object, name: str) -> bytes:
 
 
 def _key(text: object) -> PublicKey:
-    """The key that lies beside the signature; its text must be as `public_pem` writes it."""
+    """The key next to the signature; its text must be as `public_pem` writes it."""
     try:
         if not isinstance(text, str):
             raise ValueError("no text")
         key = serialization.load_pem_public_key(text.encode())
     except (ValueError, UnsupportedAlgorithm) as error:
-        raise Broken("signature", "The public key beside the signature was changed, or is missing.") from error
+        raise Broken("signature", "The public key next to the signature was changed, or is missing.") from error
     if not isinstance(key, PublicKey) or not is_known(key):
-        raise Broken("signature", "The public key beside the signature is neither Ed25519 nor ECDSA on P-256.")
+        raise Broken("signature", "The public key next to the signature is neither Ed25519 nor ECDSA on P-256.")
     return key
 
 

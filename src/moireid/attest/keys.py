@@ -176,12 +176,12 @@ def certificate_digest(certificate: x509.Certificate) -> str:
 
 
 def holder(certificate: x509.Certificate) -> str:
-    """Whom a certificate names, on its issuer's word."""
+    """The holder that a certificate names, as its issuer states it."""
     return _named(certificate.subject)
 
 
 def issuer(certificate: x509.Certificate) -> str:
-    """Who issued a certificate, on its own word."""
+    """The issuer that a certificate names."""
     return _named(certificate.issuer)
 
 
@@ -189,7 +189,7 @@ def chain_fault(chain: tuple[x509.Certificate, ...], key: PublicKey, at: datetim
     """What is wrong with a chain of certificates, in a few words; None where it holds together.
 
     Parameters: at: the moment at which each must be valid, with time zone.
-    Convention: it is the word of the last one's issuer, of whom nothing is known here.
+    Convention: only the chain is checked.  Whether the issuer of its last certificate is trusted is not known here.
     """
     if not chain:
         return None

@@ -1,10 +1,11 @@
 """What is signed: an in-toto statement (v1) whose subject is the film and whose predicate is the report.
 
-Convention: the predicate is what `verify --json` prints, with the object `attested`: when, and by which key.  So
-whoever reads reports reads this one too.
-Source: in-toto attestation framework, Statement v1 (https://in-toto.io/Statement/v1).
+Also the strict reading of JSON and base64 from untrusted files: text that readers could understand in different ways is
+refused, and so is text that would exhaust memory or stack.
 
-JSON from strangers, read strictly: one meaning for every reader, and no way to exhaust this one.
+Convention: the predicate is what `verify --json` prints, with the object `attested`: when, and by which key.  So a
+    program that reads reports can read this one too.
+Source: in-toto attestation framework, Statement v1 (https://in-toto.io/Statement/v1).
 """
 
 from __future__ import annotations
@@ -108,12 +109,12 @@ PREDICATE_TYPE = "urn:moireid:predicate:verify-report:2"
 
 
 def attested(report: dict[str, Any], key: SigningKey) -> dict[str, Any]:
-    """A report with what its signer says beside it.
+    """A report with the object `attested`: the time of signing, and the signer's key and certificate.
 
     Parameters: report: as `Report.to_json` gives it, with the `registry` that was asked.
     """
     own = certificate_digest(key.chain[0]) if key.chain else None
-    # Both are signed, so that nobody can lay another certificate of the same key beside the signature.
+    # Both are signed, so that no one can put another certificate of the same key next to the signature.
     signer = {"key_sha256": fingerprint(key.public), "certificate_sha256": own}
     return report | {"attested": {"at": utc(datetime.now(UTC)), "signer": signer}}
 
@@ -121,7 +122,7 @@ def attested(report: dict[str, Any], key: SigningKey) -> dict[str, Any]:
 def statement(report: dict[str, Any], film_name: str) -> bytes:
     """The statement about a film, as it is signed.
 
-    Parameters: report: as `attested` gives it; film_name: without folders, which are nobody's business.
+    Parameters: report: as `attested` gives it; film_name: without folders, which are private.
     Raises: SpecError where the report is not as the schema says.
     """
     document = {
@@ -141,14 +142,14 @@ def statement_schema() -> str:
 
 
 def statement_fault(document: dict[str, Any]) -> str | None:
-    """The first thing in which a statement is not as the schema says, in words; None where it is."""
+    """The first way in which a statement breaks its schema, in words; None where it breaks none of its rules."""
     try:
         wrong = next(_validator().iter_errors(document), None)
     except RecursionError:
         return "it nests too deeply"
     if wrong is None:
-        subject, told = document["subject"][0]["digest"]["sha256"], document["predicate"]["input"]["sha256"]
-        return None if subject == told else "its report is of another film than its subject"
+        subject, judged = document["subject"][0]["digest"]["sha256"], document["predicate"]["input"]["sha256"]
+        return None if subject == judged else "its report is of another film than its subject"
     place = ".".join(map(str, wrong.absolute_path)) or "it"
     return f"{place[:80]} breaks the rule {wrong.validator!r} of its schema"
 

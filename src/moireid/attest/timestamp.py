@@ -1,7 +1,7 @@
-"""Time stamps: an authority's word that a signature existed at some moment (RFC 3161).
+"""Time stamps: an authority's statement that a signature existed at some moment (RFC 3161).
 
-Convention: what is stamped is the signature's bytes.  A stamp counts only if its authority is known: the certificate
-that everything hangs on must be given by whoever checks, as anybody can run an authority with a clock of their own.
+Convention: what is stamped is the signature's bytes.  A stamp is trusted only if its authority is known: the checker
+must give the authority's root certificate, as anyone can run an authority with a clock of their own.
 Source: RFC 3161, by rfc3161-client.
 """
 
@@ -32,7 +32,7 @@ IMPRINTS = {"2.16.840.1.101.3.4.2.1": "sha256", "2.16.840.1.101.3.4.2.2": "sha38
 
 @dataclass(frozen=True)
 class Stamp:
-    """A time stamp: the moment it tells, and whether a known authority gave it."""
+    """A time stamp: its moment, and whether a known authority gave it."""
 
     at: datetime
     trusted: bool
@@ -64,7 +64,7 @@ def ask_for_stamp(url: str, content: bytes) -> bytes:
 def read_stamp(given: bytes, content: bytes, authorities: tuple[x509.Certificate, ...]) -> Stamp | None:
     """A response read back; None where it does not stamp `content`, or not by one of the authorities.
 
-    Parameters: authorities: certificates to be believed, the root among them; none: nothing is believed.
+    Parameters: authorities: trusted certificates, the root among them; if empty, the stamp is read but not trusted.
     """
     response = _decoded(given)
     if response is None or not _is_of(response, content):

@@ -1,10 +1,10 @@
 """The pitch of a lens sheet, measured from pictures of a pitch test, and its thickness, from a film of it.
 
-still.py     a photograph, or some of the first frames of a film
-chart.py     the chart in a picture: the camera's place, and the brightness of its bands
-bands.py     the lens's line frequency from each band
-lens_fit.py  the sheet's pitch, from the bands' beats
-thickness.py how thick the sheet is, from the fringes' motion
+still.py      a photograph, or some of the first frames of a film
+chart.py      the chart in a picture: the camera's position, and the brightness of its bands
+bands.py      the lens's line frequency, estimated from each band
+lens_fit.py   the sheet's pitch, from a band's number or from the estimates of all bands
+thickness.py  the sheet's thickness, from the motion of the fringes
 """
 
 from typing import TYPE_CHECKING

@@ -117,8 +117,8 @@ def view_chart(
 
     Returns
     -------
-    View
-        The camera's place and the brightness of every band.
+    ChartView
+        The camera's position and the brightness of every band.
 
     Raises
     ------

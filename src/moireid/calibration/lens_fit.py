@@ -1,9 +1,9 @@
-"""From a reading of the pitch test sheet to a lens profile: by a band's number, or from pictures.
+"""The lens profile of a sheet from its pitch test sheet: by a band's number, or from pictures.
 
 Convention: pitches are in units of the printed page, as markers, bands and lines are printed together.  With the scale
     measured by a ruler (`measured_scale`, printed over true size along x) they are true millimetres.
 Source: the matching band has (1 + g_eff/D) / p_r = 1 / p_f (`optics`), with g_eff *traced* (`lenticule`), which is 1 to
-7 % less than the paraxial g/n.
+    7 % less than the paraxial g/n.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MIN_BANDS = 5
 EYE_SD_STEPS, EYE_DISTANCE_SD = 0.5, 0.1
 #: A camera's lens and the registration stretch the picture by this share at most (standard deviation).
 STRETCH_SD = 0.005
-#: Error of a band in fringes beside its noise, from the lens's focus and uneven paper.
+#: Error of a band in fringes in addition to its noise, from the lens's focus and uneven paper.
 FLOOR_FRINGES = 0.004
 #: ... and as a share of a dot over the pitch: lines on dots also beat with the dots.  Traced at 300 dpi, bands of 50
 #: and 75 lines per inch scatter by 0.1 to 0.25 of it, and not independently.
@@ -78,18 +78,18 @@ class Calibration:
 def lens_from_band(
     chart: Badge, band: float, *, distance_mm: float, measured_scale: float | None = None
 ) -> Calibration:
-    """Find a lens sheet's pitch from the matching band that somebody read by eye.
+    """Find a lens sheet's pitch from the matching band that a person read by eye.
 
     Parameters
     ----------
     chart : Badge
         The pitch test sheet.
     band : float
-        Its number, from 1 at the top; 10.5 stands for a match between bands 10 and 11.
+        Its number, from 1 at the top; 10.5 means a match between bands 10 and 11.
     distance_mm : float
         From the eye to the sheet, mm.
     measured_scale : float, optional
-        Printed over true size along x, as a ruler told; None where nobody measured.
+        Printed over true size along x, measured with a ruler; None if it was not measured.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def lens_from_views(
     distance_from : str
         Where that distance comes from, for the profile's reader.
     measured_scale : float, optional
-        Printed over true size along x, as a ruler told; None where nobody measured.
+        Printed over true size along x, measured with a ruler; None if it was not measured.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def lens_from_views(
     SpecError
         Where the badge is no pitch test sheet.
     MediaError
-        Where too few bands are readable, or do not agree on one lens, or it lies askew or beyond the chart.
+        Where too few bands are readable, or they do not agree on one lens, or the sheet is rotated or matches no band.
 
     Notes
     -----
@@ -168,7 +168,7 @@ def lens_from_views(
     lens_per_mm = math.hypot(across, turn)
     twist_deg = math.degrees(math.asin(turn / lens_per_mm))
     if abs(twist_deg) > MAX_TWIST_DEG:
-        raise _askew(f" by {abs(twist_deg):.1f} degrees or more", twist_deg)
+        raise _too_twisted(f" by {abs(twist_deg):.1f} degrees or more", twist_deg)
     distance_mm = float(np.mean([abs(view.camera_mm[2]) for view in views])) - chart.lens.thickness_mm
     gap_mm = _gap_mm(chart)
     printed = printed_frequencies(chart)
@@ -217,14 +217,14 @@ def _one_lens(readings: list[BandReading], chart: Badge) -> tuple[float, float, 
         )
     turn = _twist_per_mm(usable)
     if turn is None:
-        raise _askew("", None)
+        raise _too_twisted("", None)
     return across, sd, scatter, used, turn
 
 
-def _askew(by: str, twist_deg: float | None) -> MediaError:
+def _too_twisted(by: str, twist_deg: float | None) -> MediaError:
     return MediaError(
-        f"the sheet lies askew on the lines{by}, and at most {MAX_TWIST_DEG:g} degrees are allowed for; turn it "
-        "until the fringes stand upright",
+        f"the sheet is rotated against the lines{by}, and at most {MAX_TWIST_DEG:g} degrees are allowed; turn it "
+        "until the fringes are upright",
         twist_deg=twist_deg,
     )
 
@@ -236,7 +236,7 @@ def _gap_mm(chart: Badge) -> float:
 
 
 def _floor_fringes(chart: Badge) -> float:
-    """Error of a band beside its noise, fringes."""
+    """Error of a band in addition to its noise, fringes."""
     dot_mm = printed_dot_mm(chart)
     return math.hypot(FLOOR_FRINGES, DOT_SHARE * dot_mm / chart.lens.pitch_mm) if dot_mm else FLOOR_FRINGES
 
@@ -244,7 +244,7 @@ def _floor_fringes(chart: Badge) -> float:
 def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, float, float, int]:
     """The q on which bands agree: its value, its standard deviation, the bands' scatter in fringes, the number used.
 
-    floor_fringes: error of each band beside its noise.
+    floor_fringes: error of each band in addition to its noise.
     If the picture is stretched by a share e, band k of fringe frequency f_k gives q + e f_k.  So e is estimated
     together with q, with a prior of `STRETCH_SD`.  What counts is where the fringes vanish, not how fine they are.
     """

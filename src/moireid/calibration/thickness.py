@@ -1,8 +1,8 @@
-"""How thick a lens sheet is, from a film of the pitch test sheet that moves sideways.
+"""The thickness of a lens sheet, from a film of the pitch test sheet that moves sideways.
 
-A sheet moves the fringes as far as it is thick to light (`sheets.effective_gap_mm`).  So the gain of a film, judged as
-that of an enrolment, tells the thickness; air or adhesive under the sheet counts as thickness too, as it should for a
-badge that is built the same way.
+The motion of the fringes is proportional to the sheet's effective optical gap (`sheets.effective_gap_mm`).  So the gain
+of a film, judged as that of an enrolment, gives the thickness.  Air or adhesive under the sheet counts as thickness
+too, as it should for a badge that is built the same way.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TRIED_RATIOS = np.linspace(0.45, 2.2, 141)
 
 @dataclass(frozen=True)
 class Thickness:
-    """Of a sheet, mm, with its standard deviation; why: the reason where a film does not tell it, and None is told."""
+    """Of a sheet, mm, with its standard deviation; why: the reason where a film does not give it, and mm is None."""
 
     mm: float | None = None
     sd_mm: float = 0.0
@@ -74,7 +74,7 @@ def thickness_of_gain(chart: Badge, gain: float) -> float | None:
 
 
 def with_thickness(profile: LensProfile, found: Thickness) -> LensProfile:
-    """The profile with the measured thickness; unchanged where the film does not tell it."""
+    """The profile with the measured thickness; unchanged where the film does not give it."""
     if found.mm is None:
         return profile
     lens = sheet_lens(profile.lens.pitch_mm, round(found.mm, 4), profile.lens.refractive_index)

@@ -53,7 +53,7 @@ VERDICT_EXIT = {"accept": ACCEPT, "reject": REJECT, "inconclusive": INCONCLUSIVE
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object on stdout.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that already exist.")
-# What whoever prints tells of printer and paper.
+# Options about the printer and the paper.
 printer_dpi_option = click.option(
     "--printer-dpi",
     type=click.IntRange(72, 9600),
@@ -103,7 +103,7 @@ bundle_option = click.option(
 trust_option = click.option(
     "--trust",
     metavar="FINGERPRINT",
-    help="The fingerprint of the registry's authority, as those who run it told you; any other is refused. Default: "
+    help="The fingerprint of the registry's authority, as its operator gave it to you; any other is refused. Default: "
     "the one that was seen there first.",
 )
 
@@ -115,7 +115,7 @@ def fail(message: str) -> NoReturn:
 
 
 def friendly(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Turn errors into one sentence and exit code 2; nobody sees a traceback, unless MOIREID_TRACEBACK is set."""
+    """Turn errors into one sentence and exit code 2; no traceback is shown unless MOIREID_TRACEBACK is set."""
 
     @functools.wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> Any:
@@ -159,8 +159,8 @@ def counted(count: int, thing: str) -> str:
     return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
 
 
-def tell_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
-    """Say on stderr which of the two mounts was not made and why, and which old files were taken away."""
+def report_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
+    """Say on stderr which of the two mounts was not made and why, and which old files were removed."""
     names = {"printed": "3D-printed mount", "acrylic": "acrylic stack"}
     for shop, why in left_out.items():
         say(f"note: no {names[shop]} was made: {why}")
@@ -173,12 +173,12 @@ def shown_rows(rows: Iterable[tuple[str, str]]) -> str:
     return "\n".join(["", *(f"  {what:<26} {figure}" for what, figure in rows)])
 
 
-def tell_standing(standing: Standing) -> None:
-    """Say on stderr what a user should know of the registry that was asked."""
+def report_standing(standing: Standing) -> None:
+    """Say on stderr what a user should know about the registry that was asked."""
     if standing.new and standing.expires is not None:
         say(
-            f"note: authority {standing.fingerprint} is seen for the first time; compare it with what its makers say, "
-            "or give theirs as --trust"
+            f"note: authority {standing.fingerprint} is seen for the first time; compare it with the fingerprint "
+            "that its operator states, or give that one as --trust"
         )
     if not standing.remembered:
         say("note: the registry's state cannot be remembered here, so an older one would pass; set MOIREID_SEEN")
@@ -214,16 +214,16 @@ def status_line() -> Iterator[Callable[[str], None]]:
 
         with Console(stderr=True).status("") as status:
 
-            def tell(words: str) -> None:
+            def update(words: str) -> None:
                 check()
                 status.update(words)
 
-            yield tell
+            yield update
 
 
 @contextmanager
 def interrupts() -> Iterator[Callable[[], None]]:
-    """A check that raises KeyboardInterrupt where one came before and was lost.
+    """A check that raises KeyboardInterrupt if one came before and was lost.
 
     An error after an interrupt counts as the interrupt: a package interrupted while it loads says that it is missing.
     """

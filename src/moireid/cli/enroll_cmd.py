@@ -1,4 +1,4 @@
-"""enroll: a finished badge, entered into the registry."""
+"""enroll: enter a finished badge into the registry."""
 
 from __future__ import annotations
 
@@ -62,14 +62,14 @@ def enroll_command(
 
     BADGE_JSON is the badge.json that print-your-badge wrote. Entering the same badge again changes nothing.
 
-    With --capture, the finished badge is also measured. The verifier can then tell it from a second badge that was
-    printed from the same files, and it knows how far the fringes move under this very sheet: from 0.5 to 1.6 times as
+    With --capture, the finished badge is also measured. The verifier can then distinguish it from a second badge that
+    was printed from the same files. It also knows how far the fringes move under this sheet: from 0.5 to 1.6 times as
     far as designed, as thin and thick sheets of one pitch are sold. Several films must agree on that.
     """
     from moireid.badge import load_badge
     from moireid.cli.issue_notes import derived_notes, look_alike_notes
     from moireid.registry import open_registry
-    from moireid.registry.face.outward import expiry_day
+    from moireid.registry.changes import expiry_day
 
     if expires is not None:
         # Before a registry is made for it, or films are read.
@@ -89,7 +89,7 @@ def enroll_command(
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
         notes = derived_notes([badge]) + look_alike_notes([badge], registry)
-        record = registry.enroll(badge, told=True, expires=expires)
+        record = registry.enroll(badge, warned=True, expires=expires)
         if as_built is not None:
             record = registry.store_as_built(record.id, as_built.to_json())
         if as_json:

@@ -1,4 +1,4 @@
-"""What whoever issues a badge is told of its identity and its name."""
+"""Notes to the issuer of a badge about its identity and its name."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.registry import Registry
 
-#: Of a list so many are named, and the rest counted.
+#: At most this many entries of a list are named; the rest are counted.
 NAMED = 5
 
 
 def derived_notes(badges: Sequence[Badge]) -> list[str]:
-    """A sentence where identities were made from names, as early versions did."""
+    """A sentence if identities were made from names, as early versions did."""
     from moireid.idcodes import is_name_derived
 
     names = [badge.name for badge in badges if is_name_derived(badge)]
@@ -30,17 +30,17 @@ def namesake_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:
     """A sentence for each badge whose name, and line below it, are those of another badge that is enrolled."""
     from moireid.names import line_of
 
-    told = []
+    notes = []
     for badge in badges:
         line = line_of(badge.print)
         same = [one for one in registry.named(badge.name) if one.id != badge.id and one.line == line]
         if same:
             whose = badge.name if line is None else f"{badge.name}, {line}"
-            told.append(
+            notes.append(
                 f"{_listed([one.id for one in same])} in the registry {'is' if len(same) == 1 else 'are'} of "
-                f"{whose!r} too, so a claim must give the id; another first line (--line) would tell them apart"
+                f"{whose!r} too, so a claim must give the id; another first line (--line) would distinguish them"
             )
-    return told
+    return notes
 
 
 def look_alike_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:

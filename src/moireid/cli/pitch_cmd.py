@@ -82,7 +82,7 @@ def pitch_test_command(
 ) -> None:
     """Make a chart that measures a lens sheet's true pitch.
 
-    It writes pitch-test.pdf and pitch-test.json. Print the PDF and lay the sheet on it. The band that is all light or
+    It writes pitch-test.pdf and pitch-test.json. Print the PDF and put the sheet on it. The band that is all light or
     all dark from edge to edge is the one that matches. Then run `moireid calibrate` with the number of that band, or
     with a photo.
     """
@@ -113,7 +113,7 @@ def pitch_test_command(
     )
     for path in files.values():
         click.echo(f"  {path}")
-    click.echo(f"Print it at 100 %, lay the sheet on it, and read it from {distance:g} m; then run moireid calibrate.")
+    click.echo(f"Print it at 100 %, put the sheet on it, and read it from {distance:g} m; then run moireid calibrate.")
 
 
 @click.command("calibrate")
@@ -125,7 +125,7 @@ def pitch_test_command(
     "--band",
     type=FiniteRange(0, 1000),
     metavar="NUMBER",
-    help="Number of the band that matches; 10.5 lies between 10 and 11.",
+    help="Number of the band that matches; 10.5 is between 10 and 11.",
 )
 @click.option(
     "--out",
@@ -166,8 +166,8 @@ def calibrate_command(
     """Make a lens profile from a chart of `moireid pitch-test`.
 
     Give a PHOTO or a film of the chart with the sheet on it, or the number of the matching band as --band. A film that
-    is moved sideways tells the sheet's thickness too. Then print badges for that sheet: print-your-badge NAME --lens
-    my-lens.json.
+    is moved sideways also measures the sheet's thickness. Then print badges for that sheet: print-your-badge NAME
+    --lens my-lens.json.
     """
     from moireid.badge import load_badge
     from moireid.calibration.lens_fit import lens_from_band
@@ -234,7 +234,7 @@ def _from_photo(
 def _views(
     pictures: list[NDArray[np.uint8]], chart: Badge, focal_px: float, distance_mm: float | None
 ) -> list[ChartView]:
-    """The chart in those pictures that show it; raises what is wrong with the first where none does."""
+    """The chart in those pictures that show it; if none does, raises the error of the first."""
     from moireid.calibration.chart import view_chart
 
     views: list[ChartView] = []
@@ -250,12 +250,12 @@ def _views(
 
 
 def _with_thickness(made: Calibration, film: Path, chart: Badge, focal_px: float | None) -> Calibration:
-    """The result with the thickness that the film tells, or a note that it tells none."""
+    """The result with the thickness measured from the film, or a note that it could not be measured."""
     from moireid.calibration.thickness import thickness_from_film, with_thickness
 
     found = thickness_from_film(film, chart, focal_px=focal_px)
     if found.mm is None:
-        say(f"note: the film does not tell how thick the sheet is, so its label's thickness stays: {found.why}")
+        say(f"note: the film does not show how thick the sheet is, so the thickness on its label is used: {found.why}")
     return replace(made, profile=with_thickness(made.profile, found))
 
 
@@ -290,9 +290,9 @@ def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
         thick_mm, thick_sd_mm = profile.lens.thickness_mm, profile.found["thickness_sd_mm"]
         click.echo(f"  {thick_mm:.3f} mm thick, sd {thick_sd_mm:.3f} mm, from the fringes' motion")
     if made.used:
-        click.echo(f"  {made.used} of {made.bands} bands read; the match lies at band {made.matching_band:.2f}")
+        click.echo(f"  {made.used} of {made.bands} bands read; the match is at band {made.matching_band:.2f}")
         if made.twist_deg is not None:
-            click.echo(f"  the sheet lay {abs(made.twist_deg):.2f} degrees askew, which is corrected")
+            click.echo(f"  the sheet was rotated by {abs(made.twist_deg):.2f} degrees, which is corrected")
     if profile.found["unit"] == "printed page":
         click.echo(
             "  this is in mm of the printed page: right for badges from the same printer at the same scale; for "

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from moireid.simulate.filming import FilmOptions, FilmReport
     from moireid.simulate.scene import Scene
 
-#: The names of `moireid.simulate`, written again because importing that room costs a second; a test compares.
+#: The names of `moireid.simulate`, repeated here because importing that package takes a second; a test compares.
 FORGERIES = (
     "frozen",
     "drift",
@@ -159,9 +159,9 @@ class EffectName(click.ParamType[str]):
     "--forge",
     type=click.Choice(FORGERIES),
     metavar="KIND",
-    help="Forge the film in one thing; the kinds stand above.",
+    help="Forge the film in one thing; the kinds are listed above.",
 )
-@click.option("--sheet", type=click.Choice(SHEETS), help="A sheet or page not as designed; the kinds stand above.")
+@click.option("--sheet", type=click.Choice(SHEETS), help="A sheet or page not as designed; the kinds are listed above.")
 @click.option(
     "--camera",
     type=click.Choice((*CAMERAS, *EFFECT_CAMERAS)),
@@ -220,10 +220,10 @@ def simulate_command(
 ) -> None:
     """Simulate a film of a badge, real or forged.
 
-    The true camera poses and fringe phases are written beside the film, as VIDEO.truth.csv.
+    The true camera poses and fringe phases are written next to the film, as VIDEO.truth.csv.
 
-    The badge is filmed as if somebody had built it: the sheet lies a little off and is a little turned, and print and
-    lens pitch are a little off their size. The seed decides how much.
+    The badge is filmed as if built by hand: the sheet is a little shifted and rotated, and print and lens pitch differ
+    a little from their nominal size. The seed decides how much.
 
     \b
     Kinds of --forge, each wrong in one thing:

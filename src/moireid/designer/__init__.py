@@ -1,17 +1,17 @@
-"""From a name, a lens, a printer and a viewing range to a Badge that can work there.
+"""From a name, a lens, a printer and a viewing range to a Badge that works there.
 
-request.py        what a person asks for
-payload.py        the payload: given, or drawn by chance
+request.py        the request for a badge, checked
+payload.py        the payload: given, or drawn at random
 formats.py        sizes that holders are made for, each with its sheet and range
-layout.py         where markers and gratings lie on the page
+layout.py         the places of markers and gratings on the page
 turned_fields.py  three fields that sense 0, 60 and 120 degrees
 fiducial.py       the coded frame, and how far a fiducial is followed
-grid.py           how a grating is cut into rows and cells
-link.py           the link budget: in how many films, by whom, is the whole payload read?
-reach.py          from where to where a board is read, and judged
+grid.py           how a grating is cut into rows and cells, also under a lens array
+link.py           the link budget: the share of films in which the whole payload is read, for each receiver
+reach.py          the distances at which a board can be read, and a film judged
 design.py         the choice of beat frequencies, and the Badge
-people.py         a list of people, and the badge of each
-drawn.py          the badge with a given identity, or with a drawn one that nobody else has
+people.py         a list of people (CSV), and the badge of each
+drawn.py          the badge with a given identity, or with a random one that no one else has
 chart.py          the pitch test sheet
 """
 

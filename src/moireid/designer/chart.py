@@ -21,7 +21,7 @@ from moireid.profiles import CHART_FAMILY, PAPERS_MM, Printer, lens_named
 from moireid.sheets import MM_PER_INCH
 
 STEP_LPI = 0.1
-#: The field is as wide as that of the default badge, so that the sheet cut for one covers it; the labels stand beside.
+#: The field is as wide as that of the default badge, so that a sheet cut for that covers it; the labels are next to it.
 FIELD_MM = 136.0
 #: Wide enough for the labels, and so narrow that crop marks keep clear of the scale bar at the paper's edge.
 BOARD_WIDTH_MM = 178.0

@@ -1,8 +1,8 @@
 """The choice of beat frequencies and cells, and the Badge.
 
-The slowest beat must keep enough fringes in the grating to be told from shading even if print scale and lens pitch
-are off by their tolerances; the fastest must keep enough pixels in a fringe at the far end of the range.  The beat
-levels share what lies between.
+The slowest beat must keep enough fringes in the grating to be distinguished from shading, even if print scale and lens
+pitch are off by their tolerances.  The fastest must keep enough pixels in a fringe at the far end of the range.  The
+beat levels divide the interval between the two.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         payload_bits=8 * len(payload),
         board_mm=layout.board_mm,
         range_m=request.range_m,
-        # Of a lens profile the file's name alone: where it lies is nobody's business.
+        # Of a lens profile only the file's name: its folder is private.
         print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form}
         | {"lens": Path(request.lens).name},
     )
@@ -136,7 +136,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
 def _crossed(
     request: Request, layout: Layout, family: str, payload_bytes: int
 ) -> tuple[tuple[Grid, ...], tuple[Beats, ...]]:
-    """Grids and beats under a lens array; the levels lie about the period that cancels the other grating.
+    """Grids and beats under a lens array; the levels are centred on the period that cancels the other grating.
 
     Raises: DesignError for a family or axes that cross no lines, or a range beyond its fine fringes.
     """
@@ -161,7 +161,7 @@ def _crossed(
 
 
 def _front(request: Request) -> Lens:
-    """The front layer that is asked for.  Raises: SpecError for one that is none."""
+    """The front layer of the request.  Raises: SpecError for one that does not exist."""
     if request.front == "lens":
         lens, thickness_mm = lens_named(request.lens), request.lens_thickness_mm
         return lens if thickness_mm is None else sheet_of_thickness(lens, thickness_mm)
@@ -261,7 +261,7 @@ def _check_printer(request: Request, pitch_mm: float) -> None:
 
 
 def explain(badge: Badge) -> list[tuple[str, str]]:
-    """Tell why a badge is as it is.
+    """Explain a badge's design in figures.
 
     Parameters
     ----------
@@ -281,7 +281,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
     Notes
     -----
     Convention: beats are shown as signed periods, mm; negative where the printed pitch is the coarser one.
-    Source: `moireid.designer.link.link_budgets` for the chance of reading, which is estimated.
+    Source: `moireid.designer.reach.link_budgets` for the chance of reading, which is estimated.
     """
     grating = badge.gratings[0]
     code = grating.code
@@ -335,7 +335,7 @@ def _dot_phase_rad(gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int
 
 
 def _explain_reading(badge: Badge) -> list[tuple[str, str]]:
-    """Rows of the table about who reads the badge from where."""
+    """Rows of the table about the distances at which each receiver reads the badge."""
     read, rows = read_of(badge), []
     assert read is not None
     for metres, link in link_budgets(badge):
@@ -370,13 +370,13 @@ def _explain_front(lens: Lens) -> tuple[str, str]:
 
 def _explain_dots(badge: Badge) -> list[tuple[str, str]]:
     """Rows of the table about the printer's dots."""
-    told = on_dots(badge)
-    if told is None:
+    dots = on_dots(badge)
+    if dots is None:
         return []
-    by_name = dict(zip(told["columns"], zip(*told["cells"], strict=True), strict=True))
+    by_name = dict(zip(dots["columns"], zip(*dots["cells"], strict=True), strict=True))
     largest = {name: max(abs(value) for value in values) for name, values in by_name.items()}
     uniform = [
-        row for row in told["cells"] if (code := badge.gratings[row[0]].code) is None or code.roles[row[1]] != "phase"
+        row for row in dots["cells"] if (code := badge.gratings[row[0]].code) is None or code.roles[row[1]] != "phase"
     ]
     beat = max(abs(row[5]) for row in uniform)
     return [

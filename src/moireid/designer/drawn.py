@@ -1,4 +1,4 @@
-"""The badge of one person: of an identity that is given, or of one drawn until nobody else holds it."""
+"""The badge of one person: with a given identity, or with a random one that no one else holds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEAST_READ = 0.999
 
 
 class KnownHolder(Protocol):
-    """Who holds an identity: what of a registry's record counts here."""
+    """The holder of an identity: the fields of a registry's record that are needed here."""
 
     @property
     def name(self) -> str: ...
@@ -37,8 +37,8 @@ class KnownHolder(Protocol):
 HolderOf = Callable[[str], KnownHolder | None]
 
 
-def nobody(badge_id: str) -> None:
-    """Who holds any identity in a registry that is still to be made."""
+def no_holder(badge_id: str) -> None:
+    """The holder of an identity in a registry that does not exist yet: none."""
     return
 
 
@@ -52,10 +52,10 @@ class DrawnBadge:
 
 
 def drawn_badge(request: Request, payload: bytes | None, holder_of: HolderOf | None) -> DrawnBadge:
-    """The badge for the request: of `payload`, or of an identity from the system's chance.
+    """The badge for the request: with `payload`, or with an identity from the system's random source.
 
-    Parameters: holder_of: who holds an id, None where nobody does.  Where there is no registry to ask, 128 bits are
-        drawn if board and range carry them, so that no two badges anywhere are alike; where there is one, 64 bits do.
+    Parameters: holder_of: returns the holder of an id, None where it has none.  Without a registry to ask, 128 bits are
+        drawn if board and range carry them, so that no two badges anywhere are alike; with one, 64 bits are enough.
     Raises: as `design_badge`; RegistryError where the payload was revoked, or no identity that was drawn is free.
     """
     if payload is not None:
@@ -69,13 +69,13 @@ def drawn_badge(request: Request, payload: bytes | None, holder_of: HolderOf | N
         return DrawnBadge(long)
     note = (
         f"a board of this size does not carry {8 * sizes[1]} bits over this range, so one of {8 * sizes[0]} bits was "
-        "drawn; a registry (--registry) makes sure that nobody else holds it"
+        "drawn; a registry (--registry) makes sure that no one else holds it"
     )
     return DrawnBadge(_free(request, sizes[0], None), note=note)
 
 
 def _holder(badge: Badge, holder_of: HolderOf) -> KnownHolder | None:
-    """Who holds this very badge.  Raises: RegistryError where its identity was revoked."""
+    """The holder of this very badge.  Raises: RegistryError where its identity was revoked."""
     holder = holder_of(badge.id or "")
     if holder is not None and holder.revoked_at is not None:
         raise RegistryError(
@@ -99,6 +99,6 @@ def _long(request: Request, size_bytes: int) -> Badge | None:
     try:
         badge = design_badge(request, random_payload(size_bytes))
     except DesignError:
-        # What no short identity mends either is raised by its design.
+        # If a short identity does not help either, its own design raises the error.
         return None
     return badge if all(link.decode_probability >= LEAST_READ for _, link in link_budgets(badge)) else None

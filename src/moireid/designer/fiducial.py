@@ -1,4 +1,4 @@
-"""The coded frame of a badge: a thin line around its fields, with notches that tell which way up it is."""
+"""The coded frame of a badge: a thin line around its fields, with notches that show its orientation."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Formats that people have holders for: the board's size, the sheet that suits it, and from how far it is read.
+"""Formats of badges that common holders fit: the board's size, the sheet that suits it, and its reading distances.
 
-Small boards take finer sheets: a cell then still lies under enough lenses, and a thin sheet fits the holder.  Its
-fringes move less, so it asks for a little more motion.
+Small boards have finer sheets: a cell is then still covered by enough lenses, and a thin sheet fits the holder.  Its
+fringes move less, so a film needs a little more motion.
 
-The frame of a format says how wide its white margin is and how large its markers are.  Where head and foot begin is up
-to a template (`moireid.artwork`), within what markers and fringes need.
+The frame of a format gives the width of its white margin and the size of its markers.  The heights of head and foot are
+set by a template (`moireid.artwork`), within what markers and fringes need.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from moireid.errors import DesignError, SpecError
 
 Orientation = Literal["landscape", "portrait"]
 ORIENTATIONS: tuple[Orientation, ...] = ("landscape", "portrait")
-#: A range may be too wide for several reasons, which are told one after the other.
+#: A range may be too wide for several reasons, and each attempt reports only one of them.
 MOST_CUTS = 4
 #: The shortest identity of a code family, bytes.
 _TRIAL_BYTES = {"spacing": 8, "pitch": 3}
@@ -73,7 +73,7 @@ def format_named(name: str) -> BadgeFormat:
 
 
 def turned(size_mm: tuple[float, float], orientation: str | None) -> tuple[float, float]:
-    """The size lying (landscape) or standing (portrait); as it is where the orientation is None."""
+    """The size in landscape or portrait orientation; unchanged where the orientation is None."""
     if orientation is None:
         return size_mm
     if orientation not in ORIENTATIONS:

@@ -1,11 +1,9 @@
-"""How a field is cut into rows and cells.
+"""How a field is cut into rows and cells; also under a lens array, where two gratings share one field.
 
-Cells and beats of a badge under a lens array, whose two gratings share one field.
-
-Light must pass the lines of both gratings at each place, so the fringes of one dim those of the other, and with motion
-the dimming wanders.  A strip is read as the mean across it.  Where that mean is over a whole period of the other
-grating's fringes, the other one may stand where it will.  So each grating's rows are as high as a period of the other's
-fringes and the rims together, which are not read; and rows of the one are columns of cells of the other.
+Under a lens array light must pass the lines of both gratings at each place.  So the fringes of one grating dim those of
+the other, and the dimming moves with the badge.  A row is read as the mean across it.  If that mean covers a whole
+period of the other grating's fringes, their position does not matter.  So each grating's rows are as high as one period
+of the other's fringes and the two rims, which are not read; and rows of the one are columns of cells of the other.
 """
 
 from __future__ import annotations

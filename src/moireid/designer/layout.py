@@ -1,11 +1,11 @@
-"""Where markers and gratings lie on the page.
+"""The places of markers and gratings on the page.
 
-The board stands in the middle of the page, so the page's centre is also the badge's centre.  A board that is too wide
-for the paper lies on the paper turned.  Four markers stand in its corners, and the name between the upper ones.  The
-gratings fill the field between the upper and the lower pair, from edge to edge, because a wider grating separates beat
+The board is in the middle of the page, so the page's centre is also the badge's centre.  If the board is too wide for
+the paper, the paper is turned.  Four markers are in its corners, and the name is between the upper ones.  The gratings
+fill the field between the upper and the lower pair, from edge to edge, because a wider grating separates beat
 frequencies better; a template may leave more room above and below it.  On a badge of two axes the left half of the
-field senses x, and the right half y; three gratings lie as `turned_fields` says, and
-those of a lens array share one field.
+field senses x, and the right half y.  Three gratings are placed by `turned_fields`, and those of a lens array share one
+field.
 """
 
 from __future__ import annotations
@@ -104,13 +104,13 @@ def _framed(request: Request, page_mm: tuple[float, float], board: Rect) -> Layo
 
 
 def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, float], Rect]:
-    """The page, standing or else turned, and the board in its middle.  Raises: DesignError where it fits neither."""
-    standing = PAPERS_MM[paper]
-    for page_mm in (standing, standing[::-1]):
+    """The page, portrait or else landscape, and the board in its middle.  Raises: DesignError where it fits neither."""
+    portrait = PAPERS_MM[paper]
+    for page_mm in (portrait, portrait[::-1]):
         if width <= page_mm[0] - 2 * PAPER_MARGIN_MM + 1e-9 and height <= page_mm[1] - 2 * PAPER_MARGIN_MM + 1e-9:
             x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
             return page_mm, (x0, y0, x0 + width, y0 + height)
-    room = tuple(round(side - 2 * PAPER_MARGIN_MM, 3) for side in standing)
+    room = tuple(round(side - 2 * PAPER_MARGIN_MM, 3) for side in portrait)
     raise DesignError(
         f"a board of {width:g} x {height:g} mm does not fit {paper}; at most {room[0]:g} x {room[1]:g} mm, or "
         f"{room[1]:g} x {room[0]:g} on the paper turned, leave room for crop marks",

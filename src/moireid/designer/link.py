@@ -1,8 +1,8 @@
-"""The link budget: how surely a badge is found, and its identity read, from a distance, and for whom.
+"""The link budget: the probability that a badge is found and its identity read, by distance and receiver.
 
-A film is read where its markers are found and followed, and where the phases of the cells are right in enough bytes.
-Both fall steeply with pixels: markers are lost below some 8 pixels, whatever the cells are.  What a film adds by chance
-(its motion, its noise, where the coder spends its bits) scatters both thresholds, by the spreads below.
+A film is read if its markers are found and followed, and if the phases of the cells are right in enough bytes.  Both
+depend steeply on pixels: markers are lost below some 8 pixels, whatever the cells are.  The random conditions of a film
+(its motion, its noise, where the coder spends its bits) scatter both thresholds, by the spreads below.
 
 Convention: eight seconds of swaying, or of camera and badge moved against each other; a badge within the tolerances of
 print and sheet.  Pixels are those of the film's file.
@@ -34,9 +34,11 @@ _QUANTILES = tuple(NormalDist().inv_cdf((k + 0.5) / 15) for k in range(15))
 
 @dataclass(frozen=True)
 class Receiver:
-    """Who films: focal length in pixels of the file, of how many pixels a cell must be for an error of `AT_RAD`, and a
-    marker for half of the films to find it; marker_spread: of the size that a film needs, as the standard deviation of
-    its logarithm; words: as in "read by".
+    """A camera and its coding.
+
+    words: as in "read by"; focal_px: focal length in pixels of the file; cell_px: size of a cell with a phase error of
+    `AT_RAD`, px; marker_px: size of a marker that half of the films find, px; marker_spread: spread of that size over
+    films, as the standard deviation of its logarithm.
 
     Source of the markers' figures: the likeliest for 63 films each of all formats (`benchmarks/link.py`).
     """
@@ -59,8 +61,8 @@ RECEIVERS = (PHONE, CALL, CHAT)
 
 @dataclass(frozen=True)
 class LinkBudget:
-    """Prediction at one distance: pixels of a cell's smaller side and of a marker, a cell's phase error in a usual
-    film, the chance of a wrong cell there, and the share of films of which all is read.
+    """Prediction at one distance: pixels of a cell's smaller side and of a marker, a cell's phase error in a typical
+    film, the probability of a wrong cell there, and the share of films in which the whole payload is read.
     """
 
     cell_px: float
@@ -72,7 +74,7 @@ class LinkBudget:
 
 @dataclass(frozen=True)
 class Read:
-    """What of a badge is read: the smaller side of its cells, the side of its markers, mm, and its word."""
+    """The parts of a badge that are read: smaller side of its cells and side of its markers, mm, and its word."""
 
     cell_mm: float
     marker_mm: float
@@ -112,8 +114,8 @@ def _wrong_cell(error_rad: float) -> float:
 
 
 def _read_share(error_rad: float, word: WordCode) -> float:
-    """Chance that a word is read whose cells err so much: no more bytes are wrong than half of the parity."""
+    """Probability that a word of cells with that phase error is read: at most half the parity bytes are wrong."""
     wrong_byte = 1 - (1 - _wrong_cell(error_rad)) ** CELLS_PER_BYTE
-    mended, count = word.parity_bytes // 2, word.word_bytes
-    read = sum(math.comb(count, k) * wrong_byte**k * (1 - wrong_byte) ** (count - k) for k in range(mended + 1))
+    most, count = word.parity_bytes // 2, word.word_bytes
+    read = sum(math.comb(count, k) * wrong_byte**k * (1 - wrong_byte) ** (count - k) for k in range(most + 1))
     return min(read, 1.0)

@@ -1,7 +1,7 @@
-"""The payload of a badge: given, or drawn by chance.
+"""The payload of a badge: given, or drawn at random.
 
-Everyone who knows a payload can print its pattern.  So a payload that nobody gave is drawn from the system's chance
-alone: no name, no seed and no clock enters it.
+Everyone who knows a payload can print its pattern.  So where none is given, the payload comes from the system's random
+source alone: no name, no seed and no clock enters it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ FAMILY_BYTES = {"spacing": (8, 16), "pitch": (3,)}
 
 
 def random_payload(size_bytes: int = 8) -> bytes:
-    """Draw an identity that nobody can guess.
+    """Draw an identity that no one can guess.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def random_payload(size_bytes: int = 8) -> bytes:
     Returns
     -------
     bytes
-        From the system's chance; no seed makes it again.
+        From the system's random source; no seed reproduces it.
 
     Raises
     ------

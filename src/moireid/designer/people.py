@@ -1,13 +1,10 @@
-"""A list of people, and the badge of each: what `--people` and the studio's page for an event read.
+"""A list of people (CSV), and the badge of each: used by `--people` and by the studio's page for an event.
 
-Convention: rows are counted as a spreadsheet does, so the first person stands in row 2.
+The list is read as spreadsheets save it: its encoding, its separator, its rows.  If the encoding is a guess, the list
+is read with a note that says so.  Text that fits no known encoding is refused with its row: a name in the wrong letters
+would be printed and enrolled, and no one could claim it.
 
-The cells of a list, as spreadsheets save it: its encoding, its separator, its rows.
-
-What is certain is read; a guess is read and told; the rest is refused with its row.  A name in the wrong letters would
-be printed and enrolled, and nobody could claim it.
-
-Convention: rows are counted as a spreadsheet does, so the first line is row 1 and the first person stands in row 2.
+Convention: rows are counted as a spreadsheet does, so the first line is row 1 and the first person is in row 2.
 """
 
 from __future__ import annotations
@@ -45,8 +42,8 @@ SAVE_AS = "save it as “CSV UTF-8”"
 class ListTable:
     """The cells of a list.
 
-    columns: the first line's cells, in lower case; rows: each person's number and cells, by column; note: what was
-    taken where the file does not say it, one sentence, None where nothing was guessed.
+    columns: the first line's cells, in lower case; rows: each person's row number and cells, by column; note: a
+    sentence about what was guessed because the file does not state it, None where nothing was guessed.
     """
 
     columns: tuple[str, ...]
@@ -104,7 +101,7 @@ def decoded(data: bytes, source: str = "the list") -> tuple[str, str | None]:
 
 
 def _utf16(data: bytes, source: str) -> str:
-    """Text of two bytes a letter, as spreadsheets save "Unicode text"; without a mark, where the zeros stand tells."""
+    """UTF-16 text, which spreadsheets call "Unicode text"; without a byte order mark, the zero bytes show the order."""
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     encoding = "utf-16" if marked else "utf-16-be" if data[:200:2].count(0) > data[1:200:2].count(0) else "utf-16-le"
     try:
@@ -114,7 +111,7 @@ def _utf16(data: bytes, source: str) -> str:
 
 
 def _strange(line: str) -> str | None:
-    """What no word of Windows-1252 has: an old encoding's letters read as its signs, or as capitals within a word."""
+    """A letter that no Windows-1252 word has: another encoding's letter read as a sign, or as a capital in a word."""
     for before, sign, after in zip(" " + line, line, line[1:] + " ", strict=False):
         wrong = _odd_sign if not sign.isalpha() else _odd_letter
         if ord(sign) > 127 and wrong(before, sign, after):
@@ -123,7 +120,7 @@ def _strange(line: str) -> str | None:
 
 
 def _odd_sign(before: str, sign: str, after: str) -> bool:
-    """Whether a sign stands in a word, at its end or at its beginning, as none does there."""
+    """Whether a sign is within a word, at its end or at its beginning, where real words have none."""
     if sign in GOOD_SIGNS:
         return False
     if before.isalpha():
@@ -132,18 +129,18 @@ def _odd_sign(before: str, sign: str, after: str) -> bool:
 
 
 def _odd_letter(before: str, letter: str, after: str) -> bool:
-    """Whether a letter stands as in no word: a capital right after a small letter, or before what never follows it."""
+    """Whether no word has a letter there: a capital after a small letter, or before a letter that never follows it."""
     pair = (letter + (" " if _parts(after) else after)).lower()
     return (before.islower() and letter.isupper()) or pair in WRONG_PAIRS
 
 
 def _parts(letter: str) -> bool:
-    """Whether it parts words or cells."""
+    """Whether a sign separates words or cells."""
     return letter.isspace() or letter == '"' or letter in SEPARATORS
 
 
 def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:
-    """All rows, and the separator that the first line tells.  Raises: SpecError where it tells none."""
+    """All rows, and the separator, found in the first line.  Raises: SpecError where it lacks the column `needed`."""
     stated = text[4] if text[:4].lower() == "sep=" and text[4:5] in SEPARATORS else None
     # Excel's own line of one separator is no row of the sheet.
     text = text.partition("\n")[2] if stated else text
@@ -186,7 +183,7 @@ def _check_row(row: list[str], number: int, columns: tuple[str, ...], separator:
     whole = separator.join(row)
     if "\ufffd" in whole:
         raise SpecError(f"{where} has a letter that was lost on the way (\ufffd); write it anew, and {SAVE_AS}")
-    # A list whose first line is one word tells no separator.
+    # A first line of one word does not show the separator.
     other = next((mark for mark in ";\t|" if mark != separator and mark in whole), None)
     if other and len(columns) == 1:
         raise SpecError(
@@ -212,7 +209,8 @@ def unreadable(source: str, why: str | None) -> SpecError:
 
 
 MOST_PEOPLE = 10_000
-#: What a font says to a name: None where it prints all of it, else what it leaves out; it raises where nothing is left.
+#: Checks a name against the fonts: returns None if they print all of it, else what they leave out; raises if nothing
+#: is left.
 NameNote = Callable[[str], str | None]
 
 
@@ -268,7 +266,7 @@ def read_people(people_csv: Path) -> PeopleList:
 def parse_people(data: bytes, *, source: str = "the list") -> PeopleList:
     """The people of the bytes of a CSV file; `source` names it in messages.
 
-    Raises: SpecError as `lists.read_list`, and where the list names nobody or too many.
+    Raises: SpecError as `read_list`, and where the list names no one or too many people.
     """
     listed = read_list(data, source=source)
     people = [PersonRow(row, cells["name"], cells.get("payload", ""), cells) for row, cells in listed.rows]
@@ -291,15 +289,15 @@ def design_people(
     An identity that the list does not give is drawn, once: going through the list again draws others.  If two rows have
     the same identity, the later one is at fault; two rows of one name and one line are a note.
 
-    Parameters: holder_of: as for `drawn_badge`; name_note: what fonts say to a name, `fabrication`'s word;
-        line: the first line of those whose row has none.
+    Parameters: holder_of: as for `drawn_badge`; name_note: a `NameNote`, which `fabrication` provides; line: the first
+        line for rows that have none.
     """
     rows: dict[str, int] = {}
     names: dict[tuple[str, str | None], int] = {}
     for person in people:
         where = f"row {person.row} of {Path(source).name} ({person.name[:40]!r})"
         try:
-            told = name_note(clean_name(person.name))
+            missing_letters = name_note(clean_name(person.name))
             drawn = _drawn(person, request, holder_of, rows)
         except MoireIdError as error:
             fault = SpecError(f"{where}: {error}")
@@ -319,7 +317,7 @@ def design_people(
         shown = line_of(badge.print) or unicodedata.normalize("NFC", line).strip() or None
         twin = names.setdefault((badge.name, shown), person.row)
         note = drawn.note if twin == person.row else _alike(twin, person.row, badge.name, shown)
-        yield DesignResult(person, badge, note=note, name_note=told)
+        yield DesignResult(person, badge, note=note, name_note=missing_letters)
 
 
 def _drawn(person: PersonRow, request: Request, holder_of: HolderOf | None, taken: Mapping[str, int]) -> DrawnBadge:
@@ -351,13 +349,13 @@ def with_line(drawn: DrawnBadge, person: PersonRow) -> DrawnBadge:
 def _alike(twin: int, row: int, name: str, line: str | None) -> str:
     also = f" and the line {line[:40]!r}" if line else ""
     return (
-        f"rows {twin} and {row} bear the name {name[:40]!r}{also}, so claims tell them apart by "
-        "their ids alone; a column line, such as what each does, is printed below the name and tells them apart too"
+        f"rows {twin} and {row} bear the name {name[:40]!r}{also}, so claims distinguish them by "
+        "their ids alone; a column line, such as what each does, is printed below the name and distinguishes them too"
     )
 
 
 def without_held(designed: Iterable[DesignResult], request: Request, holder_of: HolderOf) -> Iterator[DesignResult]:
-    """The same, once the registry can be asked: an identity that was drawn, and that somebody holds, is drawn anew."""
+    """The same, once the registry can be asked: a random identity that another person holds is drawn again."""
     for one in designed:
         if one.badge is None or one.person.payload or holder_of(one.badge.id or "") is None:
             yield one

@@ -1,4 +1,4 @@
-"""From where to where a board is read: the whole of it in the picture near by, everything large enough far away.
+"""The range of distances at which a board is read: near, all of it is in the picture; far, all is large enough.
 
 Convention: metres between camera and badge; the camera of a design is `link.PHONE`.
 """
@@ -98,7 +98,7 @@ def _word(payload_bytes: int, cells: int) -> WordCode:
 
 
 def read_of(badge: Badge) -> Read | None:
-    """What of a badge is read; None for one without phase cells."""
+    """The parts of a badge that are read (`Read`); None for one without phase cells."""
     phases = [
         cell
         for grating in badge.gratings

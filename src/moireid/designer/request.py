@@ -1,4 +1,4 @@
-"""What a person asks for, checked."""
+"""The request for a badge, and the checks of names, ranges, scales and sizes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_SCALE_OFF = 0.05
 
 @dataclass(frozen=True)
 class FringeBorder:
-    """What stands around the fringes.
+    """The room around the fringes: margin, markers, head and foot.
 
     Parameters
     ----------
@@ -66,10 +66,10 @@ class Request:
         Thickness of that spacer, mm.
     lens_thickness_mm : float, optional
         Thickness of the lens sheet by a calliper, mm; None for that of its label.
-    frame : Frame
+    frame : FringeBorder
         Margin, markers, and the room above and below the fringes.
     markers : str
-        What a film finds the page by: "squares" in the corners, or a thin coded "frame" around the fringes.
+        How the page is found in a film: "squares" in the corners, or a thin coded "frame" around the fringes.
     """
 
     name: str

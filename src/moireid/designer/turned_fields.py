@@ -9,7 +9,7 @@ a rafter and a gap, to the corner of the level field.
 
 Convention: mm from the board's centre, y down; rectangles in the fields' own frames (`moireid.frames`).
 Source: plane geometry; with half widths `side` of the room and corners (`column`, `row`) of the markers' white, a
-rafter of length s and height h stands at x = side - s/4 - h sqrt(3)/4, and touches the corner where
+rafter of length s and height h is at x = side - s/4 - h sqrt(3)/4, and touches the corner where
 y = h - row + sqrt(3) (x - column).
 """
 

@@ -1,7 +1,8 @@
 """The badges of many people: sheets filled with as many boards as fit, and a folder for each person.
 
-Boards of one event have one layout, so they lie on every sheet in the same places, a gutter apart that holds the crop
-marks.  All files are made in a temporary folder and moved in place together, so an event that fails leaves nothing.
+All boards of an event have the same layout, so every sheet has them at the same places, with a gutter between them for
+the crop marks.  All files are made in a temporary folder and moved into place together, so an event that fails leaves
+nothing.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from moireid.files import move_together, planned, tidy_folders, whole_file, writ
 from moireid.names import line_of
 from moireid.profiles import Printer
 
-#: Between boards stand the crop marks of both, in line with each other, so they share the room.
+#: The crop marks of two neighbouring boards are in line with each other, so they share the gutter.
 MARK_MM = 3.0
 GUTTER_MM = CROP_GAP_MM + MARK_MM + CROP_GAP_MM
 #: Paper left around all boards, mm: for the crop marks inside the printer's rim, and at the left and below also for a
@@ -57,13 +58,13 @@ class Event:
     sheets : Path
         The PDF with all boards.
     sheet_count : int
-        Its sheets.
+        Number of sheets in it.
     boards_to_a_sheet : int
-        Boards on a full one.
+        Boards on a full sheet.
     summary : Path
         The list of all badges.
     folders : tuple of Path
-        One a person, in the order of the badges.
+        One for each person, in the order of the badges.
     mount : dict of str to Path
         The mount's files by name, one set for all.
     mount_mass_g : float or None
@@ -73,7 +74,7 @@ class Event:
     left_out : dict of str to str
         Why "printed" or "acrylic" was not made, though a mount was asked for.
     removed : tuple of Path
-        Files of an older event that this one has none of.
+        Files of an older event's mount that this event does not have.
     """
 
     sheets: Path
@@ -123,7 +124,7 @@ def write_sheets_pdf(
     """Write all boards on as few sheets as they need, whole or not at all.
 
     Parameters: badges: one or more, of one layout; measured_scale: as for `pdf.write_badge_pdf`;
-        looks: what each wears.
+        looks: artwork of each badge.
     Returns: number of sheets, and of boards to a sheet.  A mask's page follows the sheets, once for all.
     Raises: FabricationError where boards are of several sizes.
     """
@@ -180,25 +181,25 @@ def print_event(
     folder : Path
         Made where it is absent.
     measured_scale : (float, float)
-        Printed over true size along x and y, as a ruler told of an earlier print.
+        Measured size over true size of an earlier print, along x and y.
     mount : str
         One of `parts.MOUNTS`, the same for all, as boards of one event have one layout.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
     looks : sequence of Look or None, optional
-        What each wears beside what is read, in the order of the badges; None for name, lines and id alone.
+        Artwork of each badge, in the order of the badges; None for name, lines and id alone.
     overwrite : bool
-        Replace older files, and remove those of a mount that this event has not.
+        Replace older files, and remove those of a mount that this event does not have.
     maker : str
         "command" or "studio": whose words the assembly sheets use.
     kept : sequence of Path
-        Files that are read here, and never replaced.
+        Input files, which are never replaced.
     before_moving : callable, optional
         Called when all files are made and checked but none is in place; if it raises, no file appears.
     progress : callable, optional
-        Called with badges done and in all.
+        Called with the number of finished badges and the number of all badges.
     processes : int
-        Share people's folders among so many processes, where there are `LEAST_SHARED` or more.  The files are the same.
+        Number of processes that share the work, if there are `LEAST_SHARED` badges or more.  The files are the same.
 
     Returns
     -------
@@ -208,7 +209,7 @@ def print_event(
     Raises
     ------
     SpecError
-        Where a file is in the way.
+        Where an output file exists or cannot be written.
     FabricationError
         Where boards are of several sizes, a file fails its check, or no mount fits.
     MissingExtraError
@@ -224,7 +225,7 @@ def print_event(
             work = partial(_write_person, parts=parts, measured_scale=measured_scale, maker=maker)
             worn = looks or [None] * len(badges)
             with _shared(work, badges, [aside / name for name in names], worn, processes) as people_made:
-                mass_g, told = write_parts(badges[0], parts, aside, lambda file: None)
+                mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None)
                 sheet_count, to_a_sheet = write_sheets_pdf(
                     badges, aside / SHEETS, measured_scale=measured_scale, looks=looks
                 )
@@ -241,7 +242,16 @@ def print_event(
     folders = tuple(folder / name for name in names)
     made = {name: folder / name for name in parts.files}
     return Event(
-        folder / SHEETS, sheet_count, to_a_sheet, folder / SUMMARY, folders, made, mass_g, told, parts.left_out, stale
+        folder / SHEETS,
+        sheet_count,
+        to_a_sheet,
+        folder / SUMMARY,
+        folders,
+        made,
+        mass_g,
+        mount_figures,
+        parts.left_out,
+        stale,
     )
 
 
@@ -271,14 +281,14 @@ def _shared(
     looks: Sequence[Look | None],
     processes: int,
 ) -> Iterator[Iterator[None]]:
-    """Work for each badge, shared among processes, while the body does other things; ended with the body.
+    """Run the work for each badge in several processes while the `with` body runs; they end with the body.
 
     Raises: FabricationError where a process was killed.
     """
     if processes < 2 or len(badges) < LEAST_SHARED:
         yield map(work, badges, folders, looks)
         return
-    # Started anew, as a fork would copy the locks of other threads.  An interrupt is for the parent alone.
+    # Spawned, because a fork would copy the locks of other threads.  Only the parent handles an interrupt.
     begin: dict[str, Any] = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
     pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), **begin)
     try:

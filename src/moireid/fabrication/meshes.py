@@ -34,12 +34,12 @@ __all__ = [
 FINE_MM, FINE_RAD = 0.02, 0.3
 #: A corner's tip is always thinner than a wall; an area up to this in a slice does not count as a wall, mm².
 TIP_MM2 = 0.05
-#: Faces that look down are laid into the air where they are flatter than this: at 45 degrees a layer of 0.2 mm comes
-#: out by less than half a line of 0.45 mm.  A degree less, as facets of a rounded chamfer are a little flatter.
+#: Faces that look down and are flatter than this are printed in mid-air: at 45 degrees a layer of 0.2 mm reaches out by
+#: less than half a line of 0.45 mm.  One degree less, because facets of a rounded chamfer are a little flatter.
 OVERHANG_DEG = 44.0
-#: A level step that is narrower than a line is held by the part of the line that lies on what is below.
+#: A level step that is narrower than a line holds, because part of the line rests on the layer below.
 STEP_MM = 0.42
-#: What may hang over all the same, mm2: tips of the chamfer at the bed's corners.
+#: Overhang that is accepted all the same, mm2: tips of the chamfer at the bed's corners.
 MOST_OVERHANG_MM2 = 1.0
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _TYPES = (
@@ -152,10 +152,10 @@ def check_walls(solid: Any, levels_mm: list[float], least_mm: float, name: str) 
 
 
 def overhang_mm2(mesh: Any) -> float:
-    """How much of a trimesh body a printer would lay into the air, mm2, as it stands on the bed.
+    """Area of a trimesh body that a printer would print in mid-air, mm2, in the body's position on the bed.
 
-    That is: the area of faces that look down flatter than `OVERHANG_DEG`, but for the bed's, and of level ones only
-    what lies farther than `STEP_MM` from what is below.
+    It is the area of faces that look down and are flatter than `OVERHANG_DEG`, without those on the bed.  Of level
+    faces only the area farther than `STEP_MM` from the layer below counts.
     """
     down, bed = -mesh.face_normals[:, 2], mesh.bounds[0][2]
     above = mesh.triangles[:, :, 2].max(axis=1) > bed + 0.05
@@ -173,7 +173,7 @@ def check_overhangs(mesh: Any, name: str) -> None:
     """Check that a body prints without supports.  Raises: FabricationError with the area that hangs in the air."""
     if (area := overhang_mm2(mesh)) > MOST_OVERHANG_MM2:
         raise FabricationError(
-            f"the mount's {name} has {area:.1f} mm² of faces that a printer would lay into the air, allowed are "
+            f"the mount's {name} has {area:.1f} mm² of faces that would be printed in mid-air, allowed are "
             f"{MOST_OVERHANG_MM2:g}; choose other process figures, and report this if the defaults fail",
             overhang_mm2=area,
         )

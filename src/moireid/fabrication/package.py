@@ -22,7 +22,7 @@ from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, write_text
 
 _SHEETS = ("badge.pdf", "preview.png", "assembly.pdf")
-#: The preview that moves; of one badge made by itself.
+#: The moving preview; only `print_badge` writes it, not `print_event`.
 MOVING = "preview.webp"
 #: Files that a badge's folder has only with some mounts.
 PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
@@ -43,7 +43,7 @@ class PrintResult:
     left_out : dict of str to str
         Why "printed" or "acrylic" was not made, though a mount was asked for.
     removed : tuple of Path
-        Files of an older badge that this one has none of.
+        Files of an older badge's mount that this badge does not have.
     """
 
     files: dict[str, Path]
@@ -78,17 +78,17 @@ def print_badge(
     mount : str
         One of `parts.MOUNTS`; "none" for paper and sheet alone.
     measured_scale : (float, float)
-        Printed over true size along x and y, as a ruler told of an earlier print.
+        Measured size over true size of an earlier print, along x and y.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
     look : Look, optional
-        What the badge wears beside what is read; None for name, lines and id alone.
+        The badge's artwork; None for name, lines and id alone.
     overwrite : bool
-        Replace older files, and remove those of a mount that this badge has not.
+        Replace older files, and remove those of a mount that this badge does not have.
     maker : str
         "command" or "studio": whose words the assembly sheet uses.
     kept : sequence of Path
-        Files that are read here, and never replaced.
+        Input files, which are never replaced.
     before_moving : callable, optional
         Called when all files are made and checked but none is in place, for what must happen together with them
         (issuing); if it raises, no file appears.
@@ -97,13 +97,13 @@ def print_badge(
 
     Returns
     -------
-    Printed
+    PrintResult
         The files.
 
     Raises
     ------
     SpecError
-        Where a file is in the way.
+        Where an output file exists or cannot be written.
     FabricationError
         Where a file fails its check, or no mount fits.
     MissingExtraError
@@ -123,7 +123,7 @@ def print_badge(
             write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
             say(MOVING)
             write_worn(badge, aside / MOVING, look)
-            mass_g, told = write_parts(badge, parts, aside, say)
+            mass_g, mount_figures = write_parts(badge, parts, aside, say)
             # Making takes seconds, in which another process may have written here.
             planned([folder / name for name in names], overwrite=overwrite, kept=kept)
             if before_moving:
@@ -131,7 +131,7 @@ def print_badge(
             stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
             # badge.json goes last, so that where it exists all other files exist too.
             move_together([(aside / name, folder / name) for name in names], stale)
-    return PrintResult({name: folder / name for name in names}, mass_g, told, parts.left_out, stale)
+    return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
 
 
 def write_sheets(
@@ -156,12 +156,12 @@ def write_sheets(
     write_text(folder / "badge.json", badge_file(badge))
 
 
-def leftover_parts(folder: Path, parts: Parts, beside: str) -> tuple[Path, ...]:
-    """Files of a mount in the folder that do not belong to these parts; none where the file `beside` is not there.
+def leftover_parts(folder: Path, parts: Parts, owner_file: str) -> tuple[Path, ...]:
+    """Mount files in the folder that do not belong to these parts; none where the file `owner_file` does not exist.
 
     A mount.stl without a badge.json was not made by this program, and stays.
     """
-    if not (folder / beside).is_file():
+    if not (folder / owner_file).is_file():
         return ()
     return tuple(folder / name for name in PART_FILES if name not in parts.files and (folder / name).is_file())
 
@@ -169,11 +169,11 @@ def leftover_parts(folder: Path, parts: Parts, beside: str) -> tuple[Path, ...]:
 def badge_file(badge: Badge) -> str:
     """The text of badge.json: the badge, and each cell's figures after rounding to the printer's dots.
 
-    The second part may be skipped by a reader: it is not in the `Badge`, which is the same for any printer.
+    A reader may skip the second part: it is not in the `Badge`, which is the same for any printer.
     """
     document = json.loads(badge.to_json())
-    told = on_dots(badge)
-    return json.dumps(document | ({"realised": told} if told else {}), indent=1, ensure_ascii=False) + "\n"
+    realised = on_dots(badge)
+    return json.dumps(document | ({"realised": realised} if realised else {}), indent=1, ensure_ascii=False) + "\n"
 
 
 def file_names(parts: Parts, *, moving: bool = False) -> list[str]:

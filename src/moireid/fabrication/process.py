@@ -1,6 +1,6 @@
 """The figures of printer, laser and card, apart from the parts themselves; all in mm, each can be set by its name.
 
-Convention: `kerf_mm` is the whole width that the laser burns away, so each drawn line lies half a kerf beside the
+Convention: `kerf_mm` is the whole width that the laser burns away, so each drawn line is half a kerf away from the
 finished edge.
 """
 
@@ -60,7 +60,7 @@ class MountProcess:
     behind the board; lip_reach_mm: how far a lip comes over the board at most, from the board's edge; lip_mm: its
     thickness at the tip;
     card_mm: thickness of the printed board; film_mm: of a mask's film, which lies on its spacer; depth_clearance_mm:
-    room between sheet and lip, at the board's edge; preload_mm: how far the springs' pads stand higher than that room,
+    room between sheet and lip, at the board's edge; preload_mm: how far the springs' pads reach above that room,
     so that they press card and sheet on the lips; slot_mm: lanyard slots, width and height, narrowed on a narrow board;
     seat_mm: how far a printed register edge may be off its place; adhesive_mm: between page and lens sheet, 0 where the
     mount alone holds them together; stand_deg: how far a stand leans the badge back, degrees; snap_clearance_mm: air on
@@ -95,7 +95,7 @@ class MountProcess:
                 )
         if self.stand_deg < STAND_DEG[0]:
             raise FabricationError(
-                f"process figure stand_deg={self.stand_deg:g} stands too upright to be steady; give "
+                f"process figure stand_deg={self.stand_deg:g} is too upright to be steady; give "
                 f"{STAND_DEG[0]:g} to {STAND_DEG[1]:g} degrees"
             )
         if self.slot_mm[0] <= self.slot_mm[1]:

@@ -1,7 +1,7 @@
 """What a camera must see of the badge, and whether a part of a mount hides it.
 
-An edge of height h above a layer hides a strip of it that is h tan(angle) wide.  Fringes lie on the plane of the
-lenses, markers on the plane of the card.
+An edge of height h above a layer hides a strip of it that is h tan(angle) wide.  Fringes are in the plane of the
+lenses, markers in the plane of the card.
 
 Convention: a mount's frame has x right, y up and z towards the viewer, in mm; its origin is the board's centre on the
 plane that carries the board.  Page coordinates turn into it by x = page_x - centre_x, y = centre_y - page_y.
@@ -25,13 +25,13 @@ MARKER_SIGHT_DEG = 45.0
 FRAME_SIDES = ("top of the frame", "right side of the frame", "bottom of the frame", "left side of the frame")
 #: Between two pieces of lens sheet that are cut to meet.
 SEAM_MM = 0.1
-#: A piece over a turned grating is cut so much larger on each side, as it is laid by hand.
+#: A piece over a turned grating is cut larger by this on each side, because it is placed by hand.
 OVERLAP_MM = 1.0
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Something that stands beside the badge: its name, its rectangle from the front, and how high it reaches, mm."""
+    """A part next to the badge that may hide it: its name, its rectangle from the front, and its top's height, mm."""
 
     name: str
     rect: Rect
@@ -150,7 +150,7 @@ def check_sight(
                 continue
             worst = need_mm - have_mm
             message = (
-                f"the mount's {obstacle.name} leaves {have_mm:.2f} mm beside {target}, but {need_mm:.2f} mm are "
+                f"the mount's {obstacle.name} leaves {have_mm:.2f} mm next to {target}, but {need_mm:.2f} mm are "
                 f"needed to see it from {angle_deg:g} degrees; {advice}"
             )
             details = {"have_mm": have_mm, "need_mm": need_mm}

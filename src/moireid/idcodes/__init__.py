@@ -1,12 +1,12 @@
 """Identities as line spacing: payload <-> symbols <-> cells of a grating.
 
 family.py        the interface of a code family, and the measured figures of a cell
-words.py         payload <-> code word: check and Reed-Solomon
+words.py         payload <-> code word of both families: check and Reed-Solomon
 partial.py       a word that cannot be corrected, compared with those of known people
-pitch.py         the beat-frequency identity: bands, each with its own pitch; 24 bits
+pitch.py         the beat-frequency identity: bands, each with its own pitch; 24 bits; arithmetic of beat levels
 spacing.py       non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 families.py      both families by name
-specimen.py      a badge of nobody, of the layout of another
+specimen.py      a badge without a holder, with the layout of another
 name_derived.py  identities that early versions made from a name
 """
 

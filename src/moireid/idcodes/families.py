@@ -12,7 +12,7 @@ _FAMILIES: dict[str, CodeFamily] = {family.name: family for family in (PitchFami
 
 
 def spells_its_id(badge: Badge) -> bool:
-    """Tell whether the cells of a badge are those that its id asks for.
+    """Check whether the cells of a badge are those of its id.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """The interface of a code family, and the measured figures of a cell.
 
-A family knows three things: how many bits it carries, which cells write a payload, and which payload a set of
+A family defines three things: how many bits it carries, which cells write a payload, and which payload a set of
 readings spells.
 """
 
@@ -17,7 +17,7 @@ from moireid.idcodes.partial import PartialWord
 
 @dataclass(frozen=True)
 class CellReading:
-    """What a film tells of one cell of a grating.
+    """The measured figures of one cell of a grating.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class CellReading:
 
 @dataclass(frozen=True)
 class DecodeResult:
-    """What decoding found, made without looking at any claim.
+    """The result of decoding, made without looking at any claim.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class CodeFamily(Protocol):
 
         Returns
         -------
-        Decoded
+        DecodeResult
             The payload, if one was spelt, and how clear it was.
 
         Raises

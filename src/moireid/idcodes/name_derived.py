@@ -1,6 +1,6 @@
-"""Badges whose identity was made from the name, as early versions did: told from those drawn by chance.
+"""Recognises badges whose identity was made from the name, as early versions did, and not drawn at random.
 
-Such an identity is no secret: whoever knows the name can print the badge byte for byte, without its file.
+Such an identity is no secret: anyone who knows the name can print the badge byte for byte, without its file.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from moireid.badge import Badge
 
 #: Payload bytes of each code family that were derived; 16 bytes never were.
 DERIVED_BYTES = {"spacing": 8, "pitch": 3}
-#: A name's next identity was tried where a registry had given the one before to somebody else.
+#: A name's next identity was tried where a registry had given the one before to another person.
 ATTEMPTS = 64
 
 
 def is_name_derived(badge: Badge) -> bool:
-    """Tell whether a badge's identity was made from its name.
+    """Check whether a badge's identity was made from its name.
 
     Parameters
     ----------

@@ -2,10 +2,11 @@
 
 The chance of a wrong person.  A word is a payload of k' bytes with its check, k bytes in all, and the parity of a
 Reed-Solomon code.  In such a code any k bytes of a random word are independent and uniform.  So a stranger's
-reading agrees with a given person's word in some given m <= k bytes with probability 256^-m, in at least m of n bytes
-with C(n, m) 256^-m at most, and with anybody's of `PEOPLE` with that many times more.  Beyond k bytes the bound is
-that for k.  Payloads drawn by chance or from a hash are random in this sense.  Those that were chosen to look alike
-are not, but two different words of such a code still agree in k - 1 bytes at most, and more than k are asked for.
+reading agrees with a given person's word in some given m <= k bytes with probability 256^-m, and in at least m of n
+bytes with C(n, m) 256^-m at most.  For the words of `PEOPLE` people this is multiplied by their number.  Beyond k bytes
+the bound is that for k.  Payloads drawn at random or from a hash are random in this sense.  Payloads that were chosen
+to look alike are not, but two different words of such a code agree in k - 1 bytes at most, and more than k are asked
+for.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ WRONG_PERSON = 1e-9
 """The chance of a wrong person, 0 to 1, that is allowed where a damaged word is compared with those of known people."""
 #: Hex digits of a part of an id, and how many parts are looked up: a registry of a million holds 15 of each part.
 PART_DIGITS, PARTS = 4, 4
-#: Two words agree in fewer bytes than payload and check have.  This many more bytes must agree, so that nobody is
-#: mistaken for a person with a similar id, even if the id was chosen for that.
+#: Two words agree in fewer bytes than payload and check have.  This many more bytes must agree, so that a person is
+#: not mistaken for another one with a similar id, even if the id was chosen for that.
 LEAD = 3
 
 
 @dataclass(frozen=True)
 class PartialWord:
-    """A word as it was read, with more errors than its parity can mend.
+    """A word as it was read, with more errors than its parity can correct.
 
     It is compared with the words of people who are known.
 
@@ -74,7 +75,7 @@ class PartialWord:
         Parameters
         ----------
         payload : bytes
-            The id of somebody who is known.
+            The id of a known person.
 
         Returns
         -------
@@ -85,8 +86,8 @@ class PartialWord:
             return 0
         return sum(read == sent for read, sent in zip(self.octets, self.code.encode(payload), strict=True))
 
-    def tells(self, agreeing: int) -> bool:
-        """Tell whether so many equal bytes single out one person, also among people with similar ids.
+    def identifies(self, agreeing: int) -> bool:
+        """Check whether so many equal bytes identify one person, also among people with similar ids.
 
         Parameters
         ----------
@@ -102,7 +103,7 @@ class PartialWord:
         return agreeing >= enough and self.wrong_person(agreeing) <= WRONG_PERSON
 
     def wrong_person(self, agreeing: int) -> float:
-        """Bound the chance that a stranger's badge agrees with somebody's word in so many bytes.
+        """Bound the chance that a stranger's badge agrees with any person's word in so many bytes.
 
         Parameters
         ----------

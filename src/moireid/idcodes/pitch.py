@@ -1,9 +1,9 @@
-"""The beat-frequency identity: a grating cut into bands across the fringes, each with its own printed pitch.
+"""The pitch family (beat-frequency identity), and the arithmetic of beat levels that every family uses.
 
-One band is the reference.  Each other band carries four bits as its beat level, read as a *difference* against the
-reference; ten bands carry 24 bits.
-
-Uniform cells and their beat levels, shared by every family: the arithmetic of pitches and frequency differences.
+A grating of this family is cut into bands across the fringes, each with its own printed pitch.  One band is the
+reference.  Each other band carries four bits as its beat level, read as a *difference* against the reference; ten bands
+carry 24 bits.  The first functions convert beat levels to pitches, and frequencies to levels, for the uniform cells of
+any family.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class PitchFamily:
         Notes
         -----
         Convention: the reference band has the code's reference level.
-        Source: `moireid.idcodes.beats.level_pitch_mm`, p_r = 1 / (1/p_f + f).
+        Source: `level_pitch_mm`, p_r = 1 / (1/p_f + f).
         """
         grating, code = gratings[0], _code(gratings)
         symbols = iter(encode_word(payload))
@@ -130,7 +130,7 @@ class PitchFamily:
 
         Returns
         -------
-        Decoded
+        DecodeResult
             With `partial` None, as this family's words are too short to compare.
 
         Raises
@@ -140,7 +140,7 @@ class PitchFamily:
 
         Notes
         -----
-        Convention and source: `moireid.idcodes.beats.steps_from_reference` and `moireid.idcodes.words`.
+        Convention and source: `steps_from_reference` and `moireid.idcodes.words`.
         """
         code = _code(gratings)
         symbols: list[int | None] = []

@@ -1,11 +1,11 @@
-"""Non-uniform line spacing: cells whose lines are shifted by quarters of the pitch, beside uniform rows.
+"""Non-uniform line spacing: cells whose lines are shifted by quarters of the pitch, between uniform rows.
 
-A line shift of s in a cell shifts its fringe by -2 pi s / p, wherever the camera is; so each cell's fringe is ahead of
-or behind the uniform rows' by its symbol.  Four cells make a byte of the word (first cell highest).  Cells of several
+A line shift of s in a cell shifts the phase of its fringe by -2 pi s / p, wherever the camera is.  So the phase of each
+cell against the uniform rows is its symbol.  Four cells make a byte of the word (first cell highest).  Cells of several
 gratings, in order, make one word.
 
-The uniform rows carry a personal beat besides: the middle row's level is drawn from the payload, and so are the
-others'; their differences must be the payload's, and the word and the beats must agree.
+The uniform rows also carry a personal beat: the payload determines the beat level of each.  The differences of the
+measured beats must be those of the payload, and the word and the beats must agree.
 """
 
 from __future__ import annotations
@@ -103,8 +103,8 @@ class SpacingFamily:
 
         Returns
         -------
-        Decoded
-            Its `partial` holds the word where no payload could be made of it.
+        DecodeResult
+            Its `partial` holds the word where it spells no payload.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""A badge of nobody, of the layout of another: all that a reader needs to read any badge of that layout."""
+"""A badge without a holder, with the layout of another: all that a reader needs to read any badge of that layout."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from moireid.idcodes.pitch import code_of
 
 
 def specimen_of(badge: Badge, badge_id: str | None = None) -> Badge:
-    """Rewrite a badge's lines, so that they tell nothing of its holder.
+    """Rewrite a badge's lines, so that they reveal nothing about its holder.
 
     Parameters
     ----------

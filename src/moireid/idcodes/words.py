@@ -1,20 +1,16 @@
-"""Payload <-> code word: a check of five bytes, and a Reed-Solomon code over GF(256) by the reedsolo package.
+"""Payload <-> code word, for both families: a check, and a Reed-Solomon code by the reedsolo package.
 
-A word is the payload, then five bytes of its SHA-256, then as many parity bytes as the badge has room for.
+The word of the spacing family (`WordCode`) is over GF(256): the payload, then five bytes of its SHA-256, then as many
+parity bytes as the badge has room for.  The chance of a wrong payload: a reading that has nothing to do with any badge
+is tried at most `MAX_TRIES` times, with more of its weakest bytes erased each time.  Even if every try gave some word,
+that word passes the check with probability 2^-40 = 9.1e-13.  So an undetected wrong payload has a probability below
+20 * 9.1e-13 = 2e-11, where 1e-9 is allowed; the bounded distance of the code makes it smaller still.
 
-The chance of a wrong payload.  A reading that has nothing to do with any badge is tried at most `MAX_TRIES` times, with
-more of its weakest bytes erased each time.  A try yields some word by chance at most always, and that word passes the
-check with probability 2^-40 = 9.1e-13.  So an undetected wrong payload has a probability below 20 * 9.1e-13 = 2e-11,
-where 1e-9 is allowed; the bounded distance of the code makes it smaller still.
-
-The short word of the pitch family: a check byte, and a Reed-Solomon code over GF(16) by the reedsolo package.
-
-A word is the payload, then the low byte of its CRC-32, cut into 4-bit symbols, then two parity symbols.  The code
-has distance 3: it corrects one wrong symbol or two erased ones.
-
-The chance of a wrong payload: of all 16^10 words, 16^8 code words with their 1 + 10 * 15 neighbours decode, which is
-0.59 of them; the check byte passes one in 256 of those.  So random symbols decode to some payload with probability
-0.0023, and to one given payload with 1.4e-10 (tests measure the first).
+The short word of the pitch family (`encode_word`, `decode_word`) is over GF(16): the payload, then the low byte of its
+CRC-32, cut into 4-bit symbols, then two parity symbols.  The code has distance 3: it corrects one wrong symbol or two
+erased ones.  The chance of a wrong payload: of all 16^10 words, 16^8 code words with their 1 + 10 * 15 neighbours
+decode, which is 0.59 of them; the check byte passes one in 256 of those.  So random symbols decode to some payload with
+probability 0.0023, and to one given payload with 1.4e-10 (tests measure the first).
 """
 
 from __future__ import annotations
@@ -53,7 +49,7 @@ class WordCode:
 
     @property
     def parity_bytes(self) -> int:
-        """Parity: this many erased bytes, or half as many wrong ones, can be mended."""
+        """Parity: this many erased bytes, or half as many wrong ones, can be corrected."""
         return self.word_bytes - self.payload_bytes - CHECK_BYTES
 
     def encode(self, payload: bytes) -> bytes:
@@ -65,7 +61,7 @@ class WordCode:
         return bytes(_codec(self.parity_bytes).encode(payload + check(payload)))
 
     def decode(self, word: bytes, doubts: Sequence[float], most_tries: int = MAX_TRIES) -> tuple[bytes, int] | None:
-        """Payload and number of bytes mended, or None where the word spells none.
+        """Payload and number of bytes corrected, or None where the word spells none.
 
         Parameters: doubts: one a byte, the larger the more doubtful; infinite for a byte that was not read at all.
         Source: generalised minimum distance decoding (Forney, 1966): the weakest bytes are erased, two more each try.
@@ -91,7 +87,7 @@ class WordCode:
         payload = bytes(data[: self.payload_bytes])
         lost = set(erased)
         errors = sum(read != sent for k, (read, sent) in enumerate(zip(word, full, strict=True)) if k not in lost)
-        # With errors beside erasures, the library corrects more than the parity allows reliably.
+        # With errors as well as erasures, the library corrects more than the parity allows reliably.
         if 2 * errors + len(erased) > self.parity_bytes:
             return None
         if bytes(data[self.payload_bytes :]) != check(payload):
@@ -146,7 +142,7 @@ def decode_word(symbols: Sequence[int | None]) -> tuple[bytes, int] | None:
     octets = bytes(high << 4 | low for high, low in zip(data[::2], data[1::2], strict=True))
     payload = octets[:PAYLOAD_BYTES]
     changed = sum(read != sent for read, sent in zip(symbols, full, strict=True))
-    # The library also corrects one error beside an erasure, which is not reliable with two parity symbols.
+    # The library also corrects one error in addition to an erasure, which is not reliable with two parity symbols.
     beyond = 2 * (changed - len(erased)) + len(erased) > PARITY_SYMBOLS
     if beyond or octets[PAYLOAD_BYTES:] != _check(payload):
         return None

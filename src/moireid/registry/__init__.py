@@ -1,26 +1,28 @@
-"""Who was issued which badge, in a database that SQLAlchemy can reach; by default an SQLite file.
+"""The registry: who was issued which badge, in a database that SQLAlchemy can reach; by default an SQLite file.
 
 The registry's authority signs each record, and every action is recorded in a chained, signed log.
 
-engine.py       from a URL to connections; SQLite's settings; database errors as our own errors
-keys.py         the authority's key pair, and signatures by kind of thing signed
-canonical.py    documents as bytes: one spelling for signing, packed for storing
+engine.py       the registry's URL, connections, SQLite's settings; database errors as our own errors
+keys.py         the authority's key pair, signatures by kind of thing signed, and actors' commitments
+canonical.py    documents as bytes: one spelling for signing, compressed for storing
 record.py       the Record, its signed text, and the check of its signature on reading
-log.py          the log's entries, their chain, and the head
-schema.py       the tables, and what is asked of them
+log.py          the log's entries, their chain, the head, and changes of key
+schema.py       the tables and their queries
 ledger.py       transactions that write table and log together, one writer after the other
-claims.py       from a name or an id to the one record it means
-look_alikes.py  names that the eye takes for one another
+claims.py       from a claim (a name or an id) to the one record that it means
+look_alikes.py  names that look alike
 claimed.py      the badge that a claim means; who holds a badge; whom identification may find
-store.py        the Registry: enroll, revoke, and calls to the rest
-face/           the rest of what a Registry offers: look-ups, standing, checkpoints, bundles
+store.py        the Registry: enroll, erase, and calls to the other modules
+queries.py      the Registry's methods that only read: find, list, search
+changes.py      the Registry's methods that change a badge: revoke, suspend, reinstate; days of expiry and compromise
+public_view.py  the Registry's methods for outsiders: standing, checkpoints, proofs, bundles
 batch.py        many badges at once
 audit.py        checks the whole log and all records; lists what an audit cannot find
 signing/        the private key in a process of its own
 checkpoints/    signed checkpoints that others keep, and what this user saw last
 bundle/         what a verifier needs, in one signed file
-transfer/       a registry to a JSON file, and back
-maintenance/    opening, older versions, the log as it is told, people erased
+transfer/       export to a JSON file, import, and change of key
+maintenance/    opening, migration, erasure, and the list of log entries
 """
 
 from moireid.provenance import BadgeHolder, ClaimedBadge

@@ -2,22 +2,23 @@
 
 1. The log: each entry follows from the one before, its hash is that of its content, and it bears the signature of the
    key that the authority had then; a change of key bears those of both.
-2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain, and checkpoints that others
-   hold still say how it begins.
-3. Each record bears the signature, and is the version that the log has last; none is without an entry.
+2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain, and the log still begins as
+   the checkpoints that others keep say.
+3. Each record bears the signature, and is the newest version in the log; none is without an entry.
 4. Each record that the log enters is there, unless a later entry says that the person was erased.
-5. Whoever an entry names as its actor is there as the entry's commitment says, unless an entry says they were erased.
+5. The actor of each entry is in the table `actors` as the entry's commitment says, unless an entry says that they were
+   erased.
 
 Rows are read page by page, each page in its own transaction, with records and their entries together.  So others may
-write meanwhile, and no finding comes only from that.
+write meanwhile, and that alone causes no finding.
 
 What it cannot find by itself:
-- the whole registry, head included, put back to an earlier state: it was sound then.  A checkpoint that somebody else
-  holds shows it, or `Audit.head` noted elsewhere and given as `expected_head`: the log must still contain it.
+- the whole registry, head included, put back to an earlier state: it was sound then.  A checkpoint that another person
+  keeps shows it, or `Audit.head` noted elsewhere and given as `expected_head`: the log must still contain it.
 - a whole registry made anew under another key.  The first entry names the key, so a checkpoint, a head noted elsewhere,
   or the fingerprint, shows it.
 - actions by a person who has the private key: they can enroll, revoke and change the key in the authority's name.  If
-  no head was noted elsewhere, and nobody holds a checkpoint, they can even rewrite the log from its first entry on.
+  no head was noted elsewhere, and no one keeps a checkpoint, they can even rewrite the log from its first entry on.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ KEPT = 1000
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that does not hold in a registry.
+    """A fault that an audit found in a registry.
 
     Attributes
     ----------
@@ -56,7 +57,7 @@ class Finding:
     text : str
         One sentence for people.
     subject : str or None
-        The id or the log entry that it is about; None where it is about the whole registry.
+        The id or the log entry that it is about; None if it is about the whole registry.
     """
 
     code: str
@@ -66,7 +67,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Audit:
-    """What an audit saw.
+    """The result of an audit.
 
     Attributes
     ----------
@@ -81,20 +82,20 @@ class Audit:
     entries : int
         Entries of the log looked at.
     actors : mapping of str to int
-        Who did how many of them.
+        Number of entries by actor.
     unnamed : int
-        Entries that name nobody: of an older version, or because whoever did it was erased.
+        Entries without a name: they are of an older version, or their actor was erased.
     head : str or None
-        The head that the log ended at, SEQUENCE:HASH; None where there is none to believe.
+        The log's head, SEQUENCE:HASH; None if it is not valid.
     findings : tuple of Finding
-        What does not hold, the first `KEPT` of `found`.
+        The first `KEPT` faults of `found`.
     found : int
-        How much does not hold.
+        Number of faults.
 
     Notes
     -----
-    Convention: `sound` is true where nothing was found.  What an audit cannot show by itself is told in
-    `moireid.registry.audit`; note `head` elsewhere.
+    Convention: `sound` is true if nothing was found.  `moireid.registry.audit` lists what an audit cannot show by
+    itself; note `head` elsewhere.
     """
 
     fingerprint: str
@@ -110,11 +111,11 @@ class Audit:
 
     @property
     def sound(self) -> bool:
-        """Whether everything holds."""
+        """Whether no fault was found."""
         return self.found == 0
 
     def to_json(self) -> dict[str, Any]:
-        """Give what ``moireid registry audit --json`` prints of it.
+        """Make the JSON object that ``moireid registry audit --json`` prints.
 
         Returns
         -------
@@ -148,19 +149,19 @@ class _Tally:
     entries: int = 0
     unnamed: int = 0
     found: int = 0
-    #: Entries by whom they name; and what stands for those who were erased.
+    #: Number of entries by their actor's commitment; and the commitments of erased actors.
     acted: Counter[str] = field(default_factory=Counter)
     gone: set[str] = field(default_factory=set)
     findings: list[Finding] = field(default_factory=list)
 
-    def tell(self, code: str, text: str, subject: object = None) -> None:
-        """Keep a finding."""
+    def report(self, code: str, text: str, subject: object = None) -> None:
+        """Count a finding, and keep it if there are not too many."""
         self.found += 1
         if len(self.findings) < KEPT:
             self.findings.append(Finding(code, text, None if subject is None else str(subject)))
 
     def step(self) -> None:
-        """Say how far this is."""
+        """Report the progress."""
         if self.progress:
             self.progress(self.records + self.entries, self.total)
 
@@ -178,7 +179,7 @@ def audit(
     tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
     head = _audit_log(ledger, expected, watch, tally)
     for fault, entry in watch.findings(head):
-        tally.tell(fault.code, fault.text, entry)
+        tally.report(fault.code, fault.text, entry)
     who = _audit_actors(ledger, tally)
     _audit_records(ledger, tally)
     return Audit(
@@ -196,7 +197,7 @@ def audit(
 
 
 def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tally) -> Head | None:
-    """Check the log from its first entry on; returns the head, or None where it is not valid."""
+    """Check the log from its first entry on; returns the head, or None if the head is not valid."""
     last, passed, then = Head(0, GENESIS), expected is None, _first_authority(ledger)
     for row in _pages(ledger, last, tally):
         watch.entry(row.hash)
@@ -204,27 +205,27 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
             last = check_entry(row, last, then)
             then = authority_after(row, then)
         except Fault as fault:
-            tally.tell(fault.code, fault.text, row.seq)
+            tally.report(fault.code, fault.text, row.seq)
             # Go on from this entry's own number and hash, so that one fault gives only one finding.
             last = Head(row.seq, row.hash)
         _note_actor(row, tally)
         if row.action in ("enroll", "import") and row.holder is None and not row.erased:
-            tally.tell(
+            tally.report(
                 "record_missing", f"log entry {row.seq} enters id {row.subject}, but it has no record", row.subject
             )
         if expected is not None and row.seq == expected.seq:
             passed = True
             if row.hash != expected.hash:
-                tally.tell("head_expected", f"log entry {row.seq} is not the one that was noted elsewhere", row.seq)
+                tally.report("head_expected", f"log entry {row.seq} is not the one that was noted elsewhere", row.seq)
     if expected is not None and not passed:
-        tally.tell(
+        tally.report(
             "rolled_back",
             f"the log ends at entry {last.seq}, but entry {expected.seq} was noted elsewhere: an earlier state was put "
             "back",
             expected.seq,
         )
     if then.public_hex != ledger.authority.public_hex:
-        tally.tell("rotation", f"the log ends under authority {then.fingerprint}, which is not the registry's")
+        tally.report("rotation", f"the log ends under authority {then.fingerprint}, which is not the registry's")
     try:
         with ledger.snapshot() as connection:
             top = connection.execute(select(authority)).first()
@@ -233,12 +234,12 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
             raise Fault("public_key", "the registry has come under another authority since it was opened")
         return check_head(top, None if end is None else Head(end.seq, end.hash), ledger.authority)
     except Fault as fault:
-        tally.tell(fault.code, fault.text)
+        tally.report(fault.code, fault.text)
         return None
 
 
 def _note_actor(row: AnyRow, tally: _Tally) -> None:
-    """Count who did an entry, and whom it erased."""
+    """Count an entry for its actor, and note the person or actor that it erased."""
     tally.erased += row.action == ERASE
     if row.action == ERASE_ACTOR:
         tally.gone.add(row.subject)
@@ -249,7 +250,7 @@ def _note_actor(row: AnyRow, tally: _Tally) -> None:
 
 
 def _audit_actors(ledger: Ledger, tally: _Tally) -> dict[str, int]:
-    """Check that everyone whom an entry names is there as it says; returns their names, and how much each did."""
+    """Check every entry's actor against the table `actors`; returns the number of entries by name."""
     named: dict[str, int] = {}
     known = {row.commitment: row for row in ledger.rows(select(actors))}
     for who, entries in tally.acted.items():
@@ -259,14 +260,14 @@ def _audit_actors(ledger: Ledger, tally: _Tally) -> dict[str, int]:
             continue
         tally.unnamed += entries
         if row is not None:
-            tally.tell("actor_changed", f"the actor of {entries} log entries is not the one that they name", who)
+            tally.report("actor_changed", f"the actor of {entries} log entries is not the one that they name", who)
         elif who not in tally.gone:
-            tally.tell("actor_missing", f"the actor of {entries} log entries is missing, and was not erased", who)
+            tally.report("actor_missing", f"the actor of {entries} log entries is missing, and was not erased", who)
     return named
 
 
 def _former(ledger: Ledger) -> list[Authority]:
-    """The authority's earlier keys, as far as they are proven: what is wrong with them, the walk over the log tells."""
+    """The authority's earlier keys; none if one of them is not proven, which the check of the log then reports."""
     try:
         return [one.old for one in ledger.rotations()]
     except RegistryError:
@@ -280,7 +281,7 @@ def _first_authority(ledger: Ledger) -> Authority:
 
 
 def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator[AnyRow]:
-    """The rows of the log in order, each with `holder`, the id of the record that it is about, where there is one.
+    """The rows of the log in order, each with `holder`, the id of the record that it is about, if there is one.
 
     Also `erased`: whether a later entry says that the person was erased.
     """
@@ -310,8 +311,8 @@ def _audit_records(ledger: Ledger, tally: _Tally) -> None:
                 record = record_of(row, ledger.authority)
                 if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):
                     text = f"what the name of id {row.id} looks like was changed, so look-alikes of it are not found"
-                    tally.tell("record_skeleton", text, row.id)
+                    tally.report("record_skeleton", text, row.id)
             except Fault as fault:
-                tally.tell(fault.code, fault.text, row.id)
+                tally.report(fault.code, fault.text, row.id)
         tally.step()
         rows = ledger.rows(query.where(badges.c.id > rows[-1].id))

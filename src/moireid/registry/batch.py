@@ -1,9 +1,9 @@
 """Many badges at once: a thousand to a transaction, and one full check for each layout.
 
 Badges of one layout differ only in id, name, line spacings and line edges.  So the first badge of each layout gets the
-full check, through JSON and the schema (2 to 12 ms).  Its text with gaps is kept as a mould.  For the next ones only
-the gaps are filled (0.1 ms).  A badge that may not fit the mould, for example with a spacing that is not a float, gets
-the full check too, and is refused there if it is wrong.
+full check, through JSON and the schema (2 to 12 ms).  Its text with gaps is kept as a template, here called a mould.
+For the next ones only the gaps are filled (0.1 ms).  A badge that may not fit the mould, for example with a spacing
+that is not a float, gets the full check too, and is refused there if it is wrong.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _GRATING_LAYOUT = attrgetter(*[field.name for field in fields(Grating) if field.
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of a batch that was enrolled.
+    """The result of enrolling a batch.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class _Mould:
         document["id"], document["name"] = _gap(next(gaps)), _gap(next(gaps))
         self._pieces = _GAP.split(canonical_json(document))
         self._gaps = list(map(int, self._pieces[1::2]))
-        #: False where the badge holds text that looks like a gap; it cannot be a mould then.
+        #: False if the badge holds text that looks like a gap; it cannot be a mould then.
         self.sharp = sorted(self._gaps) == list(range(next(gaps)))
 
     def pour(self, badge: Badge) -> str:
@@ -120,7 +120,7 @@ def enroll_many(
     entered: Callable[[Sequence[Record]], None],
     expires: str | None,
 ) -> Batch:
-    """What `Registry.enroll_many` does; entered: told of what is new, chunk by chunk; expires: the last day of all."""
+    """What `Registry.enroll_many` does; entered: called with each chunk's new records; expires: the last day of all."""
     total = len(issued) if isinstance(issued, Sized) else None
     enrolled = unchanged = revoked = 0
     for records, refusal in _chunks(issued, Issuer(ledger.shown, expires)):
@@ -138,11 +138,11 @@ def enroll_many(
 
 
 def same_or_conflict(record: Record, holder: Record) -> Record:
-    """The record that holds the id of `record`, if of the very same badge.
+    """`holder`, the record that holds the id of `record`, if both are of the very same badge.
 
-    Raises: RegistryError if not, and where a day of expiry is given that is not the one that was issued.
+    Raises: RegistryError if they are not, or if `record` has another day of expiry than the one that was issued.
     """
-    # Texts of one badge may differ where a whole number is written with or without its point.
+    # Texts of one badge may differ if a whole number is written with or without its point.
     if holder.badge_json == record.badge_json or holder.badge == record.badge:
         if record.expires not in (None, holder.expires):
             now = f"expires on {holder.expires}" if holder.expires else "has no day of expiry"
@@ -164,7 +164,7 @@ def same_or_conflict(record: Record, holder: Record) -> Record:
 
 
 def _chunks(issued: Iterable[Badge], issuer: Issuer) -> Iterator[tuple[list[Record], MoireIdError | None]]:
-    """Records in chunks; the last chunk ends before the first badge that cannot be issued, with the reason why."""
+    """Records in chunks; the last chunk ends before the first badge that cannot be issued, and has the reason."""
     records: list[Record] = []
     for badge in issued:
         try:
@@ -214,7 +214,7 @@ def _enter(
 def _layout(badge: Badge) -> Hashable:
     """All that a badge and its mould must share: every field except those that `pour` fills in."""
     bare = replace(badge, id=None, name="", gratings=(), print=None)
-    # Where a grating carries no code its spacings are its layout.
+    # If a grating carries no code, its spacings are part of its layout.
     gratings = tuple(
         (_GRATING_LAYOUT(grating), tuple(map(_CELL_LAYOUT, grating.cells)) if grating.code else grating.cells)
         for grating in badge.gratings

@@ -18,7 +18,7 @@ _ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=
 
 
 def canonical_json(document: object) -> str:
-    """The canonical text of a JSON document.  Raises: ValueError where it holds NaN or infinity."""
+    """The canonical text of a JSON document.  Raises: ValueError if it holds NaN or infinity."""
     return _ENCODER.encode(document)
 
 
@@ -33,7 +33,7 @@ def pack(text: str) -> bytes:
 
 
 def unpack(content: object) -> str:
-    """The text that `pack` stored.  Raises: ValueError where `content` is anything else."""
+    """The text that `pack` stored.  Raises: ValueError if `content` is anything else."""
     if not isinstance(content, bytes | memoryview):
         raise ValueError("a document is not stored as bytes")
     packed = zlib.decompressobj()

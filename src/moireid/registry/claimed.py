@@ -1,4 +1,4 @@
-"""The registry for checks: the badge that a claim means, and whom identification may find.
+"""A registry as checks use it: the badge that a claim means, and the people that identification may find.
 
 The command line and the studio both use this, so that a claim has the same meaning in both.
 """
@@ -17,9 +17,9 @@ from moireid.registry.claims import chosen_line
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
-#: So many people of names that look alike are named.
+#: At most this many people whose names look alike are named.
 MOST_ALIKE = 3
-#: What is said of the badge of a person who was erased: nobody may use it, and whose it was is not known any more.
+#: The reason and the holder's name for an erased person's badge: no one may use it, and its holder is no longer known.
 ERASED, SOMEBODY = "its holder was erased from the registry on their wish", "somebody who was erased"
 
 
@@ -35,14 +35,14 @@ def claimed(registry: Registry, claim: str) -> ClaimedBadge:
 
     Returns
     -------
-    Claimed
-        The badge, its figures, and why it does not count, where it does not.
+    ClaimedBadge
+        The badge, its measured figures, and why it does not count, if it does not.
 
     Raises
     ------
     RegistryError
-        As `Registry.find`: nobody, or several people.  It tells of people whose names look like the claimed one.  Also
-        where the log was changed since the record was entered, as `Registry.check_newest` finds.
+        As `Registry.find`: the claim means no one, or several people.  The message names people whose names look like
+        the claimed one.  Also if the log was changed since the record was entered, as `Registry.check_newest` finds.
     """
     try:
         record = registry.find(claim)
@@ -58,24 +58,24 @@ def claimed(registry: Registry, claim: str) -> ClaimedBadge:
 
 
 def claimed_by_file(registry: Registry, badge: Badge) -> ClaimedBadge:
-    """The badge of a file; the registry's own badge where the file's identity is enrolled, so that its name counts.
+    """The badge of a file; if its id is enrolled, the registry's badge instead, so that the registry's name counts.
 
     Parameters
     ----------
     registry : Registry
         An open registry.
     badge : Badge
-        As the file has it; its name is nobody's word.
+        As the file has it; no one vouches for its name.
 
     Returns
     -------
-    Claimed
+    ClaimedBadge
         Its provenance says which of the two it is, and keeps a name in the file that differs from the registry's.
 
     Raises
     ------
     RegistryError
-        Where the record is not as the authority signed it, or not the newest one.
+        If the record is not as the authority signed it, or not the newest one.
     """
     record = registry.by_id(badge.id) if badge.id else None
     if record is None:
@@ -93,28 +93,28 @@ def _of_record(record: Record, provenance: Provenance) -> ClaimedBadge:
 
 
 def holder_of(registry: Registry, badge_id: object) -> BadgeHolder | None:
-    """Tell who holds the badge that was read in a film.
+    """Look up the holder of a badge that was read in a film.
 
     Parameters
     ----------
     registry : Registry
         An open registry.
     badge_id : object
-        Hex digits, or whatever a process that reads strangers' films gives in their place.
+        Hex digits, or any other value that the process which reads untrusted films returns instead.
 
     Returns
     -------
-    Holder or None
-        None where it is no text, or nobody holds such a badge.  Of a person who was erased it says that, and no name.
+    BadgeHolder or None
+        None if it is no text, or no one holds such a badge.  For an erased person it says so, and gives no name.
 
     Raises
     ------
     RegistryError
-        Where the record, or the entry of an erasure, is not as the authority signed it, or not the newest one.
+        If the record, or the entry of an erasure, is not as the authority signed it, or not the newest one.
 
     Notes
     -----
-    The process that reads the film never learns the answer, nor can it ask: it is told of the claimed badge alone.
+    The process that reads the film never learns the answer and cannot ask: it only receives the claimed badge.
     """
     if not isinstance(badge_id, str):
         return None
@@ -145,7 +145,7 @@ class People:
     registry: Registry
 
     def holds(self, badge_id: str) -> bool:
-        """Tell whether an id is enrolled, and its badge counts at present.
+        """Check whether an id is enrolled, and its badge counts at present.
 
         Parameters
         ----------
@@ -155,7 +155,7 @@ class People:
         Returns
         -------
         bool
-            False also for an id that nobody has.
+            False also for an id that no one has.
 
         Raises
         ------
@@ -169,7 +169,7 @@ class People:
         return True
 
     def alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Find the ids of which a part reads so, revoked or not.
+        """Find the ids, revoked or not, that agree with one of these parts.
 
         Parameters
         ----------
@@ -184,7 +184,7 @@ class People:
         return self.registry.ids_alike(parts)
 
     def name(self, badge_id: str | None) -> str | None:
-        """Tell who holds an id.
+        """Look up the name of the person who holds an id.
 
         Parameters
         ----------
@@ -194,7 +194,7 @@ class People:
         Returns
         -------
         str or None
-            The name; None where nobody holds it.
+            The name; None if no one holds it.
         """
         record = self.registry.by_id(badge_id) if badge_id else None
         return record.name if record else None

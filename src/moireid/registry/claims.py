@@ -1,8 +1,8 @@
-"""From a claim, a name or an id, to the one record it means.
+"""From a claim (a name or an id) to the one record that it means.
 
 Convention: names and the lines below them are compared exactly after Unicode NFC, ids in lower case; nothing else is
-folded or trimmed.  "Ana Silva, Reporter" means the person of that whole name, and whoever is named Ana Silva and has
-the line Reporter; where both exist, neither is taken.  Nor is anybody taken by a line that looks like a namesake's.
+folded or trimmed.  "Ana Silva, Reporter" means a person of that whole name, or a person named Ana Silva with the line
+Reporter; if both exist, the claim is refused.  It is also refused if the line looks like that of a namesake.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable
 from sqlalchemy import or_
 
 from moireid.errors import RegistryError
-from moireid.names import claim_text, line_of, named_by, told_apart
+from moireid.names import claim_text, id_with_line, line_of, named_by
 from moireid.registry.canonical import unpack
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.look_alikes import by_line, line_alike
@@ -28,7 +28,7 @@ LISTED = 10
 def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) -> AnyRow:
     """The one row of `select_records` that `claim` means; `rows` runs a query in the registry called `shown`.
 
-    Raises: RegistryError where there is none, or more than one; `error.details["ids"]` lists those.  Also as
+    Raises: RegistryError if there is none, or more than one; `error.details["ids"]` lists those.  Also as
         `claim_text`.
     """
     name = claim_text(claim)
@@ -45,7 +45,7 @@ def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) 
         ]
     if not matches:
         raise RegistryError(
-            f"nobody named {name[:80]!r} and no such id is in registry {shown}; `moireid registry list` shows who is",
+            f"no one named {name[:80]!r} and no such id is in registry {shown}; `moireid registry list` shows who is",
             claim=claim,
             ids=[],
         )
@@ -56,17 +56,17 @@ def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) 
 
 
 def chosen_line(claim: str, name: str, badge_id: str, line: str | None) -> str | None:
-    """The line by which a claim chose the person of this name, id and line; None where it is the name or the id."""
+    """The line by which a claim chose the person of this name, id and line; None if it is the name or the id."""
     return None if unicodedata.normalize("NFC", claim) == name or as_id(claim) == badge_id else line
 
 
 def _check_line(claim: str, row: AnyRow, found: list[AnyRow]) -> None:
-    """Raise RegistryError where a row was chosen by a line that looks like that of a namesake among those found."""
+    """Raise RegistryError if a row was chosen by a line that looks like that of a namesake among those found."""
     line = chosen_line(claim, row.name_nfc, row.id, row_line(row))
     others = [one for one in found if one.name_nfc == row.name_nfc and line_alike(line, [row_line(one)])]
     if others:
         alike = [row, *others]
-        listed = ", ".join(told_apart(one.id, row_line(one)) for one in alike[:LISTED])
+        listed = ", ".join(id_with_line(one.id, row_line(one)) for one in alike[:LISTED])
         raise RegistryError(
             f"{len(alike)} people are named {row.name_nfc[:80]!r} with lines that look alike, with ids {listed}; claim "
             "one of these ids",
@@ -87,7 +87,7 @@ def _ambiguous(claim: str, name: str, matches: list[AnyRow]) -> RegistryError:
     of_id = [row for row in matches if row.id == as_id(claim) and row.name_nfc != name]
     others = [row for row in matches if row not in of_id]
     named = [row.id for row in others]
-    listed = ", ".join(told_apart(row.id, row_line(row)) for row in others[:LISTED])
+    listed = ", ".join(id_with_line(row.id, row_line(row)) for row in others[:LISTED])
     listed += f" and {len(named) - LISTED} more" if len(named) > LISTED else ""
     also = by_line([(row.name_nfc, row_line(row)) for row in others])
     if not of_id:
@@ -102,7 +102,7 @@ def _ambiguous(claim: str, name: str, matches: list[AnyRow]) -> RegistryError:
 
 
 def row_line(row: AnyRow) -> str | None:
-    """The line below the name on a row's badge, as its document has it; None where there is none, or no such document.
+    """The line below the name on a row's badge, as its document has it; None if there is none, or no such document.
 
     Whether the authority signed it is checked when the one row that is meant is read.
     """

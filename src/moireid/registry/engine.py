@@ -1,10 +1,8 @@
-"""From a URL to connections, with SQLite's settings; database errors become our own errors.
+"""The registry's URL (the default, reading one, showing one without its password), and connections to its database.
 
-SQLite keeps its rollback journal rather than a write-ahead log: the registry stays one file, which can be copied,
-put on a network folder or opened where nothing may be written.  All our transactions are short, so two processes
-take turns; each waits `SQLITE_WAIT_S` for the other before it gives up.
-
-The registry's URL: the default one, reading one, and showing one without its password.
+Database errors become our own errors.  SQLite keeps its rollback journal rather than a write-ahead log: the registry
+stays one file, which can be copied, put on a network folder or opened read-only.  All our transactions are short, so
+two processes take turns; each waits `SQLITE_WAIT_S` for the other before it gives up.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ from moireid.extras import missing_extra
 
 
 def default_url() -> str:
-    """Tell where the registry lies unless told otherwise.
+    """The URL of the registry that is used if none is given.
 
     Returns
     -------
@@ -41,7 +39,7 @@ def default_url() -> str:
 def read_url(text: str) -> URL:
     """The URL that `text` writes; an SQLite file's path is made absolute, so that a later chdir moves nothing.
 
-    Raises: RegistryError where it is no URL (a bare path is none), or an SQLite URL that names no file.
+    Raises: RegistryError if it is no URL (a bare path is none), or an SQLite URL that names no file.
     """
     try:
         text.encode()
@@ -73,7 +71,7 @@ def sqlite_file(url: URL) -> Path | None:
 
 
 def own_file(url: str | None) -> Path | None:
-    """The file of the registry at an SQLAlchemy URL, or at `default_url()` for None; None where it is no file.
+    """The file of the registry at an SQLAlchemy URL, or at `default_url()` for None; None if it is no file.
 
     Raises: RegistryError as `read_url`.
     """
@@ -107,7 +105,7 @@ _HINTS = {
 def connect(url: URL, *, create: bool = False) -> Engine:
     """An engine for `url` that has reached its database once; with `create` an SQLite file is made for its owner alone.
 
-    Raises: RegistryError where no such database or driver is known, an option is not understood, or nobody answers.
+    Raises: RegistryError if no such database or driver is known, an option is not understood, or no server answers.
     """
     shown = show_url(url)
     waits = url.get_backend_name() == "sqlite" and "timeout" not in url.query
@@ -115,7 +113,7 @@ def connect(url: URL, *, create: bool = False) -> Engine:
         with warnings.catch_warnings():
             # SQLAlchemy only warns of options that SQLite's driver does not know, and then ignores them.
             warnings.simplefilter("error", SAWarning)
-            # A server that was away is found again by the first to ask, and not by the second.
+            # After a server was restarted, the first query already succeeds, and not only the second.
             tried = url.get_backend_name() != "sqlite"
             engine = create_engine(url, pool_pre_ping=tried, connect_args={"timeout": SQLITE_WAIT_S} if waits else {})
     except ImportError as error:
@@ -153,7 +151,7 @@ def connect(url: URL, *, create: bool = False) -> Engine:
 
 @contextmanager
 def writing(engine: Engine) -> Iterator[Connection]:
-    """A transaction that writes: committed at the end, rolled back where an exception leaves it."""
+    """A transaction that writes: committed at the end, rolled back if an exception leaves it."""
     with engine.execution_options(**{WRITES: True}).begin() as connection:
         yield connection
 
@@ -162,7 +160,7 @@ def writing(engine: Engine) -> Iterator[Connection]:
 def snapshot(engine: Engine) -> Iterator[Connection]:
     """A transaction that only reads, and sees one state of the database however many queries it makes.
 
-    SQLite always does this, and writers wait meanwhile; PostgreSQL must be asked for it, and nobody waits.
+    SQLite always does this, and writers wait meanwhile; PostgreSQL must be asked for it, and no writer waits.
     """
     level = {"isolation_level": "REPEATABLE READ"} if engine.dialect.name == "postgresql" else {}
     with engine.execution_options(**level).begin() as connection:
@@ -185,7 +183,7 @@ def translated(url: URL) -> Iterator[None]:
 def _private_file(url: URL) -> Path | None:
     """Make an SQLite file that is absent; badges can be printed from it.  SQLite gives its journal the same rights.
 
-    Returns: the path where it was made.
+    Returns: the path if it was made.
     """
     path = sqlite_file(url)
     if path is None:

@@ -1,17 +1,16 @@
-"""The authority's key pair: the public half lies in the registry, the private half in a file of its own.
+"""The authority's key pair, and the commitments by which the log names actors.
 
-Ed25519.  The file is PEM PKCS #8, readable by its owner alone, named by the public key's fingerprint, in the folder
-that MOIREID_KEYS names, or in `keys` of the user's data folder.  Nothing ever writes a private key to a registry, an
-export or a log.
+The key pair is Ed25519.  The public half is in the registry, the private half in a file of its own.  That file is PEM
+PKCS #8, readable by its owner alone, named by the public key's fingerprint, in the folder that MOIREID_KEYS names, or
+in `keys` of the user's data folder.  Nothing ever writes a private key to a registry, an export or a log.
+
+An actor is the person or account that does something to the registry: an account of this machine, or the holder of a
+studio's token.  The log holds an actor as a commitment: SHA-256 of the text and of a salt that is drawn once for this
+actor.  Text and salt are in the table `actors`, from which they can be erased without a change to the log's chain.
+Without the salt no one can test names against the commitment.
 
 Convention: every signature covers a domain (a line with the kind of thing signed and its version) and then the content.
 So a signed record can never be taken for a signed log entry, nor for one of another version.
-
-Who does something to the registry: an account of this machine, or a studio's token.
-
-The log holds an actor as a commitment: SHA-256 of the text and of a salt that is drawn for this actor once.  Text and
-salt lie in the table `actors`, from which they can be erased; the log's chain is untouched by that, and without the
-salt nobody can try names against it.
 """
 
 from __future__ import annotations
@@ -37,14 +36,14 @@ SIGNER_VARIABLE = "MOIREID_SIGNER"
 
 RECORD = b"moireid registry record 1\n"
 ENTRY = b"moireid registry log entry 1\n"
-#: Stands before entries that name their actor, where they are hashed.
+#: Precedes the text of an entry that names its actor, in the entry's hash.
 ACTED = b"moireid registry log entry 2\n"
 HEAD = b"moireid registry log head 1\n"
-#: Notes (checkpoints, bundles) have the format of others, in which nothing stands before the text.  Its first line,
-#: such as `moireid/registry/...`, does what a domain does.
+#: Notes (checkpoints, bundles) have a common format, in which nothing precedes the text.  Its first line, such as
+#: `moireid/registry/...`, does what a domain does.
 NOTE = b""
 
-#: Hex digits of a fingerprint: 128 bits, so that nobody can find a second key with the same one.
+#: Hex digits of a fingerprint: 128 bits, so that no one can find a second key with the same one.
 FINGERPRINT_DIGITS = 32
 
 
@@ -52,7 +51,7 @@ class Authority:
     """The public half: says whether a signature is the authority's."""
 
     def __init__(self, public_hex: str) -> None:
-        """Raises: ValueError where `public_hex` is not 64 lower-case hex digits of a key."""
+        """Raises: ValueError if `public_hex` is not 64 lower-case hex digits of a key."""
         content = bytes.fromhex(public_hex)
         if content.hex() != public_hex:
             raise ValueError("the key is not in lower-case hex digits")
@@ -75,7 +74,7 @@ class Authority:
 
 
 class Signs(Protocol):
-    """Whoever signs in an authority's name: the private key, or one that asks another process."""
+    """Signs in an authority's name: with the private key, or by asking another process."""
 
     authority: Authority
 
@@ -83,7 +82,7 @@ class Signs(Protocol):
         """The signature over `content` in `domain`, 128 hex digits; the same content gives the same one."""
 
     def sign_entry(self, text: bytes) -> str:
-        """The signature over a log entry, by its text as it is hashed: a bare hash would not say what is signed."""
+        """The signature over a log entry, given its hashed text: a bare hash would not say what is signed."""
 
 
 class Signer:
@@ -98,7 +97,7 @@ class Signer:
         return self._key.sign(domain + content).hex()
 
     def sign_entry(self, text: bytes) -> str:
-        """The signature over a log entry, by its text as it is hashed, 128 hex digits."""
+        """The signature over a log entry, given its hashed text, 128 hex digits."""
         return self.sign(ENTRY, sha256_hex(text).encode())
 
 
@@ -116,7 +115,7 @@ def key_path(authority: Authority) -> Path:
 def new_key() -> tuple[Signer, Path]:
     """A new key pair, its private half on the disk before anything is signed with it.
 
-    Raises: RegistryError where the folder cannot be made or written.
+    Raises: RegistryError if the folder cannot be made or written.
     """
     key = Ed25519PrivateKey.generate()
     content = key.private_bytes(
@@ -138,7 +137,7 @@ def new_key() -> tuple[Signer, Path]:
 def key_of(authority: Authority) -> Signer:
     """The private half of an authority, from its file.
 
-    Raises: RegistryError where it is not in the keys folder, or the file there holds no such key.
+    Raises: RegistryError if it is not in the keys folder, or the file there holds no such key.
     """
     path = key_path(authority)
     try:
@@ -183,7 +182,7 @@ def _write_private(path: Path, content: bytes) -> None:
 LONGEST = 200
 SALT_BYTES = 16
 DOMAIN = b"moireid registry actor 1\n"
-#: How a studio's tokens begin (`web/auth/tokens.py`): whoever gives one as their name has mistaken the field.
+#: How a studio's tokens begin (`moireid_studio/auth/tokens.py`); a user may enter one as their name by mistake.
 TOKEN = "moireid_"
 
 
@@ -196,7 +195,7 @@ def account() -> str:
 
 
 def checked_actor(text: str) -> str:
-    """The actor as it is logged.  Raises: RegistryError where it is no line of text, or a secret."""
+    """The actor as it is logged.  Raises: RegistryError if it is no line of text, or a secret."""
     actor = " ".join(text.split())
     if not actor or len(actor) > LONGEST or not actor.isprintable():
         raise RegistryError(
@@ -208,7 +207,7 @@ def checked_actor(text: str) -> str:
 
 
 def new_salt() -> str:
-    """A salt of chance, hex digits: with it a commitment tells nothing to whoever guesses what it covers."""
+    """A random salt, hex digits: without it no one can check a guess of what a commitment covers."""
     return secrets.token_hex(SALT_BYTES)
 
 

@@ -34,12 +34,12 @@ from moireid.registry.maintenance.opening import prepare
 from moireid.registry.record import Fault, Record, read_record, tampered
 from moireid.registry.signing.client import load_signer
 
-#: Rows fetched at a time where all are read.
+#: Rows fetched at a time when all are read.
 PAGE = 500
 
 
 def open_ledger(url: URL, *, create: bool, make_authority: bool, actor: str) -> Ledger:
-    """What `open_registry` opens, at a URL that `read_url` has read; actor: who makes it, where it is absent."""
+    """What `open_registry` opens, at a URL that `read_url` has read; actor: who makes it, if it is absent."""
     _look_for_file(url, create=create)
     engine = connect(url, create=create)
     try:
@@ -55,11 +55,11 @@ class Ledger:
     """A database, and the authority whose signatures count in it."""
 
     def __init__(self, engine: Engine, url: URL, public_key: str | None) -> None:
-        """Raises: RegistryError where `public_key` is no key; None stands for a registry that awaits an import."""
+        """Raises: RegistryError if `public_key` is no key; it is None for a registry that awaits an import."""
         self.engine = engine
         self.url = url
         self.shown = show_url(url)
-        #: Names the registry among all that this user sees; its password is no part of it.
+        #: Identifies the registry among all that this user opens; the password is not part of it.
         self.place = url.set(password=None).render_as_string()
         #: Whether something was written since it was opened.
         self.wrote = False
@@ -69,7 +69,7 @@ class Ledger:
             self.adopt(public_key)
 
     def adopt(self, public_key: str) -> None:
-        """Take `public_key`, 64 hex digits, for the authority's.  Raises: RegistryError where it is no key."""
+        """Make `public_key`, 64 hex digits, the authority's key.  Raises: RegistryError if it is no key."""
         try:
             self._authority = Authority(public_key)
         except (TypeError, ValueError) as error:
@@ -78,7 +78,7 @@ class Ledger:
 
     @property
     def authority(self) -> Authority:
-        """The authority whose signatures count.  Raises: RegistryError where the registry awaits an import."""
+        """The authority whose signatures count.  Raises: RegistryError if the registry awaits an import."""
         if self._authority is None:
             raise RegistryError(
                 f"registry {self.shown} has no authority yet; run `moireid registry init`, or import an export"
@@ -91,7 +91,7 @@ class Ledger:
         return self._authority is not None
 
     def signer(self) -> Signs:
-        """The private key, read once.  Raises: RegistryError where it is not on this machine."""
+        """The private key, read once.  Raises: RegistryError if it is not on this machine."""
         if self._signer is None:
             self._signer = load_signer(self.authority, self.shown)
         return self._signer
@@ -102,11 +102,11 @@ class Ledger:
             return list(connection.execute(query))
 
     def record(self, row: AnyRow) -> Record:
-        """The record of a row of `select_records`.  Raises: RegistryError where it is not as it was signed."""
+        """The record of a row of `select_records`.  Raises: RegistryError if it is not as it was signed."""
         return read_record(row, self.authority, self.shown)
 
     def head(self) -> Head:
-        """The log's head.  Raises: RegistryError where its signature is wrong, or it is not the end of the log."""
+        """The log's head.  Raises: RegistryError if its signature is wrong, or it is not the end of the log."""
         with self.snapshot() as connection:
             return self.head_in(connection)
 
@@ -118,7 +118,7 @@ class Ledger:
         """All changes of the authority's key, oldest first, each signed by the key before and the one after.
 
         Parameters: connection: of a snapshot, in which they are looked up.
-        Raises: RegistryError where one of them does not hold, or the last one is not to this registry's key.
+        Raises: RegistryError if one of them is not valid, or the last one is not to this registry's key.
         """
         rows = self.rows(select_rotations()) if connection is None else connection.execute(select_rotations())
         try:
@@ -127,12 +127,12 @@ class Ledger:
             raise tampered(self.shown, fault) from fault
 
     def stored_key(self) -> str | None:
-        """The public key that the database names now, whoever wrote it."""
+        """The public key that is in the database now; another process may have changed it."""
         rows = self.rows(select(schema.authority.c.public_key))
         return str(rows[0].public_key) if rows else None
 
     def hash_at(self, seq: int) -> str | None:
-        """The hash of a log entry; None where there is no such entry."""
+        """The hash of a log entry; None if there is no such entry."""
         rows = self.rows(select(schema.log.c.hash).where(schema.log.c.seq == seq))
         return str(rows[0].hash) if rows else None
 
@@ -144,7 +144,7 @@ class Ledger:
 
     @contextmanager
     def writing(self, actor: str) -> Iterator[Transaction]:
-        """A transaction, alone among those that write; committed at the end, undone where an exception leaves it.
+        """A transaction, alone among those that write; committed at the end, rolled back if an exception leaves it.
 
         Parameters: actor: who writes, as the log is to name them.
         """
@@ -154,9 +154,9 @@ class Ledger:
 
     @contextmanager
     def clearing(self, successor: Authority) -> Iterator[Connection]:
-        """A transaction in which the tables are bare, for another authority's content to be put in.
+        """A transaction in which the tables are empty, so that another authority's content can be copied in.
 
-        Raises: RegistryError where the registry holds more than the first entry of its log.
+        Raises: RegistryError if the registry holds more than the first entry of its log.
         """
         with translated(self.url), writing(self.engine) as connection:
             row = connection.execute(select(schema.authority).with_for_update()).first()
@@ -208,7 +208,7 @@ class Transaction:
     def enter(self, records: Sequence[Record], action: str) -> list[Record]:
         """Sign and store records whose ids are free, with an entry of `action` for each; returns them as stored.
 
-        Raises: RegistryError where an id is that of a badge whose holder was erased.
+        Raises: RegistryError if an id is that of a badge whose holder was erased.
         """
         stored = [_salted(record) for record in records]
         if stored:

@@ -5,7 +5,7 @@ changed, dropped or inserted without changing all that follow, and each hash is 
 and hash of the last entry.  It has its own kind of signature, so the log's end cannot be cut off without a trace.
 The table `authority` holds the head; every writer locks that row first, so writers take turns.
 
-An entry names its actor by a salted commitment (`actor.py`); entries of schema version 2 name none, and are hashed as
+An entry names its actor by a salted commitment (`keys.py`); entries of schema version 2 name none, and are hashed as
 they were.  What an entry says of a record is the hash of its signed text, which holds a salt too: so a record and an
 actor can be erased, and the chain stays as it is.
 
@@ -28,13 +28,13 @@ from moireid.registry.engine import AnyRow
 from moireid.registry.keys import ACTED, ENTRY, HEAD, Authority, Signs
 from moireid.registry.record import Fault
 
-#: Stands for the hash before the first entry.
+#: Used as the hash of the entry before the first one.
 GENESIS = "0" * 64
 #: What is hashed of an entry.
 HASHED = ("action", "previous", "record_sha256", "seq", "subject", "time")
-#: The kinds of entries that tell of an erasure; the subject is an id, or an actor's commitment.
+#: The actions of entries that record an erasure; the subject is an id, or an actor's commitment.
 ERASE, ERASE_ACTOR = "erase", "erase_actor"
-#: Stands for the hash of a record where there is none any more.
+#: Used as the hash of a record that no longer exists.
 NO_RECORD = "0" * 64
 #: The action of an entry that gives the log another key, and how its subject begins, as no id does.
 ROTATE, ROTATED = "rotate", "key:"
@@ -52,7 +52,7 @@ class Head:
 
     @classmethod
     def parse(cls, text: str) -> Head:
-        """The head that `text` writes as SEQUENCE:HASH.  Raises: RegistryError where it is none."""
+        """The head that `text` writes as SEQUENCE:HASH.  Raises: RegistryError if it is none."""
         match = re.fullmatch(r"([1-9]\d{0,17}):([0-9a-f]{64})", text.strip().lower(), re.ASCII)
         if match is None:
             raise RegistryError(
@@ -73,14 +73,14 @@ class Rotation:
 
 
 def entry_text(entry: Mapping[str, Any]) -> bytes:
-    """What is hashed of an entry.  Raises: TypeError or ValueError where a field cannot be JSON."""
+    """The text of an entry that is hashed.  Raises: TypeError or ValueError if a field cannot be JSON."""
     actor = {} if entry["actor"] is None else {"actor": entry["actor"]}
     domain = ENTRY if entry["actor"] is None else ACTED
     return domain + canonical_json({key: entry[key] for key in HASHED} | actor).encode()
 
 
 def entry_hash(entry: Mapping[str, Any]) -> str:
-    """The hash of an entry, 64 hex digits.  Raises: TypeError or ValueError where a field cannot be JSON."""
+    """The hash of an entry, 64 hex digits.  Raises: TypeError or ValueError if a field cannot be JSON."""
     return sha256_hex(entry_text(entry))
 
 
@@ -94,7 +94,7 @@ def next_rows(
 ) -> tuple[list[dict[str, Any]], Head]:
     """Rows of `log` for what was done after `head`, each (action, subject, SHA-256 of the record), and the new head.
 
-    Parameters: actor: the commitment of whoever did it.
+    Parameters: actor: the actor's commitment.
     """
     now, rows = utc_now(), []
     for action, subject, digest in done:
@@ -121,7 +121,7 @@ def first_rows(signer: Signs, actor: str) -> tuple[dict[str, Any], dict[str, Any
 
 
 def key_digest(authority: Authority) -> str:
-    """SHA-256 of the public key's bytes; in the first entry it stands where others have a record's digest."""
+    """SHA-256 of the public key's bytes; the first entry has it where other entries have a record's digest."""
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
@@ -133,7 +133,7 @@ def rotation_row(old: Signs, new: Signs, head: Head, actor: str) -> tuple[dict[s
 
 
 def rotation_of(entry: Mapping[str, Any]) -> Rotation:
-    """The change of key that an entry makes, both signatures checked.  Raises: Fault where they do not hold."""
+    """The change of key that an entry makes, both signatures checked.  Raises: Fault if they do not hold."""
     try:
         old, new = map(Authority, str(entry["subject"]).removeprefix(ROTATED).split(":"))
         right, signature = entry_hash(entry), str(entry["signature"])
@@ -165,7 +165,7 @@ def linked(rotations: Sequence[Rotation], authority: Authority) -> list[Rotation
 def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
     """Check an entry against the one before it; returns it as the head so far.
 
-    Raises: Fault where its number, chain, hash or signature is wrong, or the first one does not name the key.
+    Raises: Fault if its number, chain, hash or signature is wrong, or the first one does not name the key.
     """
     row: dict[str, Any] = dict(entry._mapping)
     if row["seq"] != before.seq + 1:
@@ -184,7 +184,7 @@ def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
 
 
 def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
-    """Check an entry by itself; returns its hash.  Raises: Fault where its hash or signature is wrong."""
+    """Check an entry by itself; returns its hash.  Raises: Fault if its hash or signature is wrong."""
     what = f"log entry {row['seq']}"
     try:
         right = entry_hash(row)
@@ -203,7 +203,7 @@ def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
 def check_head(row: AnyRow, last: Head | None, authority: Authority) -> Head:
     """The head in the row of `authority`, checked against the log's last entry.
 
-    Raises: Fault where its signature is wrong, or the log ends before or after it.
+    Raises: Fault if its signature is wrong, or the log ends before or after it.
     """
     head = Head(row.head_seq, row.head_hash)
     if not authority.signed(HEAD, str(head).encode(), row.head_signature):

@@ -1,11 +1,11 @@
-"""Names that look alike: "Ada" in Cyrillic letters is another name, and no eye tells it from the Latin one.
+"""Names that look alike: "Ada" in Cyrillic letters is another name, but looks the same as the Latin one.
 
-Two names look alike where their skeletons are equal, or the skeletons of both in lower case and plain width.  Source:
-Unicode Technical Standard 39, section 4, with the table of the package `confusable-homoglyphs` (Unicode 15.1); what is
-written from right to left is not laid out first.  Deviation: spaces count as one, whatever their number.
+Two names look alike if their skeletons are equal, or the skeletons of both in lower case and plain width.  Source:
+Unicode Technical Standard 39, section 4, with the table of the package `confusable-homoglyphs` (Unicode 15.1); text
+that is written from right to left is not reordered first.  Deviation: a run of spaces counts as one space.
 
 The registry keeps both skeletons of each name in columns with an index.  They are derived: another table of look-alikes
-needs another schema version, whose step computes them anew (`maintenance/migration.py`).
+needs another schema version, whose step computes them anew (`maintenance/opening.py`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MARK = "\u200e"
 
 
 class LookAlikeWarning(UserWarning):
-    """A name that is issued looks like that of somebody else who is enrolled.
+    """A name that is issued looks like that of another enrolled person.
 
     Notes
     -----
@@ -31,7 +31,7 @@ class LookAlikeWarning(UserWarning):
 
 
 def skeleton(name: str) -> str:
-    """What of a name the eye sees: only to be compared with another name's skeleton, never to be shown."""
+    """A name reduced to its looks: only to be compared with another name's skeleton, never to be shown."""
     seen = unicodedata.normalize("NFD", unicodedata.normalize("NFD", name).translate(_prototypes()))
     return " ".join(seen.split())
 
@@ -64,8 +64,8 @@ def alike_within(names: Iterable[str]) -> list[tuple[str, str]]:
 
 
 def by_line(people: Sequence[tuple[str, str | None]]) -> str:
-    """The end of a sentence that tells how to claim one of several people by their lines; empty where none has one that
-    looks like nobody else's.
+    """The end of a message that explains how to claim one of several people by their lines; empty if each line looks
+    like another one.
 
     Parameters: people: name and line of each.
     """
@@ -90,8 +90,8 @@ def _prototypes() -> dict[int, str]:
     table: dict[int, str] = {code: "" for first, last in INVISIBLE for code in range(first, last + 1)}
     for text, others in confusables_data.items():
         source, target = text.replace(MARK, ""), others[0]["c"].replace(MARK, "")
-        # Each pair stands there from both sides, that of the standard's source first.  A source has one prototype, a
-        # prototype mostly many sources.
+        # The table has each pair in both directions, that of the standard's source first.  A source has one prototype,
+        # a prototype mostly many sources.
         if len(others) == 1 and len(source) == 1 and (len(target) != 1 or table.get(ord(target)) != source):
             table[ord(source)] = target
     return table

@@ -1,6 +1,6 @@
 """The Record, its signed text, and the check of its signature on reading.
 
-In the signed text, badge and measured figures stand as the SHA-256 of their canonical JSON.  So a record has only one
+The signed text contains badge and measured figures as the SHA-256 of their canonical JSON.  So a record has only one
 signed text, however its documents are written, and no document can be taken for another field of the record.
 """
 
@@ -62,22 +62,22 @@ class Record:
     layout_key : str
         `Badge.layout_key()` at the time of issue.
     revoked_at : str or None
-        When it was revoked; None where it was not.
+        When it was revoked; None if it was not.
     revoked_reason : str or None
         Why.
     as_built : str or None
-        Canonical JSON of the newest measured figures; None where it was never measured.
+        Canonical JSON of the newest measured figures; None if it was never measured.
     as_built_at : str or None
         When these were stored.
     salt : str or None
-        Hex digits of chance: without them nobody can try a name against the log's hash of the record.  None in
+        Random hex digits: without them no one can test a name against the log's hash of the record.  None in
         records of schema version 2.
     suspended_at, suspended_reason : str or None
-        When and why it was suspended; None where it is not.
+        When and why it was suspended; None if it is not.
     expires : str or None
-        The last day on which it counts, ISO 8601, such as 2026-05-03; None where it counts without an end.
+        The last day on which it counts, ISO 8601, such as 2026-05-03; None if it does not expire.
     compromised_since : str or None
-        Of a revoked one the day from which on its films count for nothing; None where nobody has said.
+        Of a revoked one the day from which its films count for nothing; None if no day was given.
 
     Notes
     -----
@@ -101,11 +101,11 @@ class Record:
 
     @cached_property
     def badge(self) -> Badge:
-        """The badge, made on first use: a look-up among many need not read what nobody asks for."""
+        """The badge, read from its JSON on first use, so that a look-up among many records stays fast."""
         try:
             return badge_from_json(self.badge_json, source=f"the badge of id {self.id}")
         except SpecError as error:
-            # Only a valid badge is ever signed, so this one was signed by another moireid's idea of valid.
+            # Only a valid badge is ever signed, so another version of moireid signed this one, by other rules.
             raise RegistryError(
                 f"{error}, although the registry's authority signed it; read it with the moireid that issued it",
                 id=self.id,
@@ -113,12 +113,12 @@ class Record:
 
     @cached_property
     def line(self) -> str | None:
-        """The line below the name on the badge, which tells people of one name apart; None where there is none."""
+        """The line below the name on the badge, which distinguishes people of one name; None if there is none."""
         # Few records have one, and reading each document of a long list would take minutes.
         return line_of(json.loads(self.badge_json).get("print")) if '"lines"' in self.badge_json else None
 
     def barred(self, today: str | None = None) -> Exclusion | None:
-        """Tell why the badge does not count.
+        """Give the reason why the badge does not count.
 
         Parameters
         ----------
@@ -127,8 +127,8 @@ class Record:
 
         Returns
         -------
-        Barred or None
-            The gravest reason; None where it counts.
+        Exclusion or None
+            The gravest reason; None if it counts.
 
         Notes
         -----
@@ -145,7 +145,7 @@ class Record:
         )
 
     def summary(self) -> dict[str, Any]:
-        """Give what lists and answers in JSON tell of a record.
+        """Make the JSON object that lists and answers show of a record.
 
         Returns
         -------
@@ -179,7 +179,7 @@ class Record:
             "revoked_at": self.revoked_at,
             "revoked_reason": self.revoked_reason,
         }
-        # Fields of later versions stand there only where they say something, so that older signatures hold.
+        # Fields of later versions are included only if they have a value, so that older signatures stay valid.
         later = {name: value for name in LATER if (value := getattr(self, name)) is not None}
         return canonical_json(fields | later).encode()
 
@@ -232,9 +232,9 @@ class Fault(Exception):
 
 
 def record_of(row: AnyRow, authority: Authority) -> Record:
-    """The record of a row that holds the columns of `badges`, and as `newest` what the log's newest entry says of it.
+    """The record of a row that holds the columns of `badges`, and as `newest` the digest in the log's newest entry.
 
-    Raises: Fault where the row is damaged, not signed by the authority, or not the version that the log has last.
+    Raises: Fault if the row is damaged, not signed by the authority, or not the newest version in the log.
     """
     try:
         record = Record(
@@ -283,10 +283,10 @@ def tampered(shown: str, fault: Fault) -> RegistryError:
 def new_record(badge: Badge, shown: str, issued_at: str, expires: str | None = None) -> Record:
     """The record of a badge that is about to be issued, its JSON as it will be read back.
 
-    Parameters: expires: the last day on which it counts, as `face.days.expiry_day` gives it.
+    Parameters: expires: the last day on which it counts, as `changes.expiry_day` gives it.
 
-    Raises: RegistryError where the badge has no id, or text that cannot be claimed or stored; SpecError where it
-        breaks its own schema.
+    Raises: RegistryError if the badge has no id, or text that cannot be claimed or stored; SpecError if it breaks its
+        own schema.
     """
     name = claimable_name(badge, shown)
     # JSON has one kind of number, Python has two: only a document read from JSON compares with a stored one.
@@ -297,7 +297,7 @@ def new_record(badge: Badge, shown: str, issued_at: str, expires: str | None = N
 
 
 def storable_json(document: object, what: str, remedy: str) -> str:
-    """Canonical JSON that every reader takes.  Raises: RegistryError where it holds surrogates, NaN or infinity."""
+    """Canonical JSON that every reader takes.  Raises: RegistryError if it holds surrogates, NaN or infinity."""
     try:
         text = canonical_json(document)
         text.encode()
@@ -309,8 +309,9 @@ def storable_json(document: object, what: str, remedy: str) -> str:
 
 
 def claimable_name(badge: Badge, shown: str) -> str:
-    """The name of a badge as claims are compared with it.  Raises: RegistryError where nobody can type it, or the
-    lines below it are not plain text.
+    """The name of a badge as claims are compared with it.
+
+    Raises: RegistryError if it cannot be typed, or the lines below it are not plain text.
     """
     if badge.id is None:
         raise RegistryError(
@@ -320,7 +321,7 @@ def claimable_name(badge: Badge, shown: str) -> str:
     name = unicodedata.normalize("NFC", badge.name)
     if not name.strip() or not storable(name):
         raise RegistryError(
-            f"the badge of id {badge.id[:40]} bears the name {name[:80]!r}, which nobody can type as a claim; "
+            f"the badge of id {badge.id[:40]} bears the name {name[:80]!r}, which no one can type as a claim; "
             "print it with a plain name"
         )
     if (hidden := hidden_words(name)) is not None:
@@ -333,7 +334,7 @@ def claimable_name(badge: Badge, shown: str) -> str:
 
 
 def _check_lines(badge: Badge) -> None:
-    """Raise RegistryError where the lines below a badge's name are no few lines of plain text: lists show them."""
+    """Raise RegistryError unless the lines below a badge's name are a few lines of plain text: lists show them."""
     lines = (badge.print or {}).get("lines", [])
     many = not isinstance(lines, list | tuple) or len(lines) > MOST_LINES
     fault = f"are no list of at most {MOST_LINES}" if many else next(filter(None, map(line_fault, lines)), None)

@@ -1,9 +1,9 @@
-"""The tables, their version, and what is asked of them.
+"""The tables, their version, and their queries.
 
-`badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each thing done, in a
-chain (log.py), `actors` who did them (actor.py), and `authority` one row in all: the public key, and the log's head,
-signed.  A later version may change tables, and then raises `SCHEMA_VERSION` and adds a step to
-`maintenance/migration.py`; so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys
+`badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each action, in a
+chain (log.py), `actors` the names of the actors (keys.py), and `authority` a single row: the public key, and the log's
+head, signed.  A later version that changes tables must raise `SCHEMA_VERSION` and add a step to
+`maintenance/opening.py`; so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys
 and signatures would no longer compare.
 """
 
@@ -86,7 +86,7 @@ def id_part(place: int) -> ColumnElement[str]:
     """Part `place` of an id, as the indexes hold it."""
     begin: ColumnElement[int] = literal_column(str(1 + PART_DIGITS * place))
     digits: ColumnElement[int] = literal_column(str(PART_DIGITS))
-    # Named as plain text, or an order of its own would be asked for where PostgreSQL's index takes none.
+    # Of type Text without a collation: a query with one could not use PostgreSQL's index.
     return func.substr(badges.c.id, begin, digits, type_=Text())
 
 

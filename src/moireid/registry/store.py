@@ -1,6 +1,8 @@
-"""The Registry: enroll, what is decided later and what it is read by (`face/`), calls to audit, export and import.
+"""The Registry: enroll, measured figures, change of key, and calls to erase, audit, export and import.
 
-An issued badge is never changed: enrolling the very same badge again returns the record there is, revoked or not.
+It inherits its other methods from `queries.py`, `changes.py` and `public_view.py`.
+
+An issued badge is never changed: enrolling the very same badge again returns the existing record, revoked or not.
 What is added later, a revocation, a suspension or measured figures, is signed and logged like the issue itself.
 """
 
@@ -19,23 +21,23 @@ from moireid.errors import RegistryError
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
+from moireid.registry.changes import RegistryChanges, expiry_day, locked
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
 from moireid.registry.engine import default_url, read_url
-from moireid.registry.face.deciding import Deciding, locked
-from moireid.registry.face.outward import Outward, expiry_day
 from moireid.registry.keys import account, checked_actor, key_path
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.maintenance.erasure import ErasureResult, erase_actor, erase_person
+from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record, storable_json
 from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
 from moireid.registry.transfer.rotate import KeyRotation, rotate
 
-#: So many people of names that look alike are named in a warning.
-MOST_TOLD = 3
+#: At most this many people whose names look alike are named in a warning.
+MOST_NAMED = 3
 
 Progress = Callable[[int, int | None], None]
 
@@ -48,11 +50,11 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True,
     url : str or None
         Such as ``sqlite:///people.sqlite3``.
     create : bool
-        Make folder, file, tables and the authority's key pair where they are absent; without it nothing is ever made.
+        Make folder, file, tables and the authority's key pair if they are absent; if false, nothing is ever made.
     make_authority : bool
-        Without it a new registry has no key of its own and awaits an import.
+        If false, a new registry has no key of its own and awaits an import.
     actor : str, optional
-        Who does what is done with it, as the log names them; None for the account that this process runs as.
+        The person or account that uses it, as the log names them; None for the account that runs this process.
 
     Returns
     -------
@@ -62,10 +64,10 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True,
     Raises
     ------
     RegistryError
-        Where the URL is none, its driver is not known, the registry is absent, or what is there cannot be opened,
-        is no registry, or has another schema version; where no key can be written; or `actor` is no line of text.
+        If the URL is none, its driver is not known, the registry is absent, or the database cannot be opened,
+        is no registry, or has another schema version; if no key can be written; or `actor` is no line of text.
     MissingExtraError
-        Where it lies on PostgreSQL, and its driver is not installed.
+        If it is on PostgreSQL, and the driver is not installed.
 
     Notes
     -----
@@ -76,7 +78,7 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True,
     return Registry(open_ledger(parsed, create=create, make_authority=make_authority, actor=who), who)
 
 
-class Registry(Deciding, Outward):
+class Registry(RegistryChanges, PublicView):
     """An open registry; a context manager that closes its connections.
 
     Parameters
@@ -84,13 +86,13 @@ class Registry(Deciding, Outward):
     ledger : Ledger
         Tables and log.  `open_registry` makes one.
     actor : str
-        Who does what is done with it.
+        The person or account that uses it, as the log names them.
 
     Raises
     ------
     RegistryError
-        By every method where the database fails, and where a record that it would return is not as the authority signed
-        it, or is not the version that the log has last.  Those that write need the private key.
+        By every method if the database fails, or if a record that it would return is not as the authority signed it,
+        or is not the newest version in the log.  Methods that write need the private key.
     """
 
     def __init__(self, ledger: Ledger, actor: str) -> None:
@@ -98,12 +100,12 @@ class Registry(Deciding, Outward):
         self.shown_url, self.actor = ledger.shown, actor
 
     def by(self, actor: str) -> Registry:
-        """Give the same open registry, for somebody else to act on.
+        """Return the same open registry for another actor.
 
         Parameters
         ----------
         actor : str
-            Who does what is done with it, as the log names them.
+            The person or account that uses it, as the log names them.
 
         Returns
         -------
@@ -113,7 +115,7 @@ class Registry(Deciding, Outward):
         Raises
         ------
         RegistryError
-            Where `actor` is no line of text, or a studio's token.
+            If `actor` is no line of text, or is a studio's token.
         """
         return Registry(self._ledger, checked_actor(actor))
 
@@ -145,44 +147,44 @@ class Registry(Deciding, Outward):
         return key_path(self._ledger.authority)
 
     def head(self) -> str:
-        """Give the log's last entry.
+        """Return the log's last entry.
 
         Returns
         -------
         str
-            SEQUENCE:HASH.  Noted elsewhere, it tells a registry that was put back from one that grew.
+            SEQUENCE:HASH.  Noted elsewhere, it shows later whether the registry was put back or only grew.
         """
         return str(self._ledger.head())
 
-    def enroll(self, badge: Badge, *, told: bool = False, expires: str | None = None) -> Record:
+    def enroll(self, badge: Badge, *, warned: bool = False, expires: str | None = None) -> Record:
         """Issue a badge.
 
         Parameters
         ----------
         badge : Badge
             With an id and a name.
-        told : bool
-            Whether whoever issues it was told already of people whose names look like this one.
+        warned : bool
+            Whether the user was warned already of people whose names look like this one; then no warning is given.
         expires : str, optional
-            The last day on which it counts, in UTC, such as 2027-05-03; None: it counts without an end.
+            The last day on which it counts, in UTC, such as 2027-05-03; None: it does not expire.
 
         Returns
         -------
         Record
-            The new record.  For the very same badge again it is the first one, unchanged, and revoked if it was.
+            The new record.  For the very same badge again it is the existing one, unchanged, even if it is revoked.
 
         Raises
         ------
         RegistryError
-            Where the badge has no id, or a name that cannot be claimed or holds letters that nobody sees; where its id
-            is issued already to another name, with another badge or another day of expiry, or was an erased person's.
+            If the badge has no id, or a name that cannot be claimed or holds invisible letters; if its id is issued
+            already to another name, with another badge or another day of expiry, or was an erased person's.
         SpecError
-            Where the badge breaks its own schema, or `expires` is no day to come.
+            If the badge breaks its own schema, or `expires` is no day, or is in the past.
 
         Warns
         -----
         LookAlikeWarning
-            Where the name looks like that of somebody else who is enrolled.
+            If the name looks like that of another enrolled person.
         """
         last_day = None if expires is None else expiry_day(expires)
         record = new_record(badge, self.shown_url, utc_now(), last_day)
@@ -190,12 +192,12 @@ class Registry(Deciding, Outward):
         if holder is None:
             self._ledger.signer()
             with self._ledger.writing(self.actor) as transaction:
-                # Looked up again where nobody else can write: else two could find the id free at once.
+                # Looked up again under the write lock: else two processes could find the id free at once.
                 holders = transaction.records(select_records().where(badges.c.id == record.id))
                 if not holders:
                     (record,) = transaction.enter([record], "enroll")
             if not holders:
-                self._warn([record.name], told=told)
+                self._warn([record.name], warned=warned)
                 return record
             holder = holders[0]
         return same_or_conflict(record, holder)
@@ -205,7 +207,7 @@ class Registry(Deciding, Outward):
         issued: Iterable[Badge],
         progress: Progress | None = None,
         *,
-        told: bool = False,
+        warned: bool = False,
         expires: str | None = None,
     ) -> Batch:
         """Issue many badges, a thousand at a time.
@@ -213,10 +215,10 @@ class Registry(Deciding, Outward):
         Parameters
         ----------
         issued : iterable of Badge
-            What is enrolled already stays as it is, so a batch that was interrupted can be run again.
+            A badge that is enrolled already stays as it is, so an interrupted batch can be run again.
         progress : callable, optional
-            Called with badges done and in all, None where `issued` has no length.
-        told : bool
+            Called with badges done and in all, None if `issued` has no length.
+        warned : bool
             As `enroll`.
         expires : str, optional
             As `enroll`, of all of them.
@@ -249,7 +251,7 @@ class Registry(Deciding, Outward):
                 None if expires is None else expiry_day(expires),
             )
         finally:
-            self._warn(names, told=told)
+            self._warn(names, warned=warned)
 
     def rotate_key(self, progress: Progress | None = None) -> KeyRotation:
         """Give the authority a new key, by a log entry that the old and the new one sign.
@@ -261,13 +263,13 @@ class Registry(Deciding, Outward):
 
         Returns
         -------
-        Rotated
+        KeyRotation
             Both fingerprints, and the new head.
 
         Raises
         ------
         RegistryError
-            Where the old key is not here, a new one cannot be kept, or a record is not as it was signed.
+            If the old key is not on this machine, a new one cannot be stored, or a record is not as it was signed.
 
         Notes
         -----
@@ -276,7 +278,7 @@ class Registry(Deciding, Outward):
         return rotate(self._ledger, self.actor, progress)
 
     def store_as_built(self, badge_id: str, document_json: str) -> Record:
-        """Hold the newest measured figures of a badge; the same again changes nothing.
+        """Store the newest measured figures of a badge; storing the same again changes nothing.
 
         Parameters
         ----------
@@ -293,7 +295,7 @@ class Registry(Deciding, Outward):
         Raises
         ------
         RegistryError
-            Where the id is not issued, or the text is no JSON object that can be stored.
+            If the id is not issued, or the text is no JSON object that can be stored.
         """
         try:
             document = json.loads(document_json)
@@ -315,7 +317,7 @@ class Registry(Deciding, Outward):
         return record
 
     def erase(self, claim: str) -> ErasureResult:
-        """Erase a person on their wish, for good; again only cleans the database again.
+        """Erase a person on their request, for good; a second call only cleans the database again.
 
         Parameters
         ----------
@@ -324,18 +326,18 @@ class Registry(Deciding, Outward):
 
         Returns
         -------
-        Erased
+        ErasureResult
             When, and what may be left.
 
         Raises
         ------
         RegistryError
-            Where nobody or more than one is meant.
+            If the claim means no one, or several people.
         """
         return erase_person(self._ledger, claim, self.actor)
 
     def erase_actor(self, name: str) -> ErasureResult:
-        """Erase who did something here: the log keeps what was done, and no longer by whom.
+        """Erase the name of an actor: the log keeps what was done, and no longer by whom.
 
         Parameters
         ----------
@@ -344,20 +346,20 @@ class Registry(Deciding, Outward):
 
         Returns
         -------
-        Erased
-            When; its subject is what stands for the actor in the log.
+        ErasureResult
+            When; its subject is the actor's commitment in the log.
 
         Raises
         ------
         RegistryError
-            Where the log names nobody so, or they would erase themself.
+            If the log has no actor of that name, or the actor would erase themself.
         """
         return erase_actor(self._ledger, name, self.actor)
 
-    def _warn(self, names: Sequence[str], *, told: bool) -> None:
-        """Warn the caller's caller of names that look like others here."""
-        for name, alike in ({} if told else self.look_alikes(names)).items():
-            others = ", ".join(f"{one.name} ({one.id})" for one in alike[:MOST_TOLD])
+    def _warn(self, names: Sequence[str], *, warned: bool) -> None:
+        """Warn the caller's caller of names that look like others here; warned: that was done already."""
+        for name, alike in ({} if warned else self.look_alikes(names)).items():
+            others = ", ".join(f"{one.name} ({one.id})" for one in alike[:MOST_NAMED])
             text = f"the name {name!r} looks like {others}, who is enrolled, and is written in other letters or case"
             warnings.warn(text, LookAlikeWarning, stacklevel=3)
 
@@ -367,7 +369,7 @@ class Registry(Deciding, Outward):
         progress: Progress | None = None,
         since: Sequence[Checkpoint] = (),
     ) -> Audit:
-        """Walk over the whole log and all records, and report what does not hold.
+        """Check the whole log and all records, and report every fault.
 
         Parameters
         ----------
@@ -376,21 +378,21 @@ class Registry(Deciding, Outward):
         progress : callable, optional
             Called with entries and records done and in all.
         since : sequence of Checkpoint
-            Checkpoints that others hold; the log must still begin as they say.
+            Checkpoints that others keep; the log must still begin as they say.
 
         Returns
         -------
         Audit
-            Its `sound` is true where everything holds.
+            Its `sound` is true if no fault was found.
 
         Raises
         ------
         RegistryError
-            Where `expected_head` is none, or a checkpoint does not bear the signature of the authority that it names.
+            If `expected_head` is no head, or a checkpoint does not bear the signature of the authority that it names.
 
         Notes
         -----
-        What an audit cannot show is told in `moireid.registry.audit`.
+        `moireid.registry.audit` lists what an audit cannot show.
         """
         return audit(self._ledger, expected_head, progress, since)
 
@@ -414,9 +416,9 @@ class Registry(Deciding, Outward):
         Raises
         ------
         RegistryError
-            Where something in the registry is not as signed.
+            If something in the registry is not as signed.
         SpecError
-            Where the file exists and `overwrite` is false, or cannot be written.
+            If the file exists and `overwrite` is false, or cannot be written.
         """
         return export_json(self._ledger, Path(path), overwrite=overwrite, progress=progress)
 
@@ -436,14 +438,14 @@ class Registry(Deciding, Outward):
         Raises
         ------
         RegistryError
-            Where the file is damaged or not sound, is another authority's and this registry is not empty, or says
-            otherwise than this registry; or where records must be signed and the private key is absent.
+            If the file is damaged or not sound, is another authority's and this registry is not empty, or contradicts
+            this registry; or if records must be signed and the private key is absent.
         """
         return import_json(self._ledger, Path(path), self.actor)
 
 
 def import_registry(path: Path | str, url: str | None, *, actor: str | None = None) -> Import:
-    """Take in an export as `Registry.import_json` does, and make the registry where it is absent.
+    """Take in an export as `Registry.import_json` does, and make the registry if it is absent.
 
     Parameters
     ----------
@@ -462,7 +464,7 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
     Raises
     ------
     RegistryError
-        As `Registry.import_json` and `open_registry`; nothing is made where the file is at fault.
+        As `Registry.import_json` and `open_registry`; nothing is made if the file is at fault.
     """
     with (
         checked_copy(Path(path)) as copy,

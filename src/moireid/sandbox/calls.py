@@ -1,13 +1,14 @@
-"""The calls to the kernel that a sealed process may make, and the filter of them.
+"""The system calls that a sealed process may make, and the filter of them.
 
-Who reads a film reads and writes open files, computes on threads and ends.  All else is closed: the network, other
-programs, other processes, and rights of files.  Who reads a stream that only a library of its own can open may have the
-network of addresses, and no other kind of socket: behind those of files stand this machine's services.
+A process that reads a film needs to read and write open files, to compute on threads and to exit.  All else is refused:
+the network, other programs, other processes, and changes of file permissions.  Some streams can only be opened by a
+library that connects by itself.  A process that reads such a stream may use internet sockets, but no Unix sockets:
+these lead to the services of this machine.
 
-A call that is on no list here gives "not implemented", so that a newer C library takes an older way; one that is
-forbidden by name gives "not permitted".
-Source: the groups of systemd (`systemd-analyze syscall-filter`) and the default profile of container engines, with what
-    FFmpeg, OpenCV and NumPy were seen to call; by libseccomp, which knows the numbers of each processor.
+A call that is on no list here fails with "not implemented", so that a newer C library falls back to an older call.  A
+call that is forbidden by name fails with "not permitted".
+Source: the groups of systemd (`systemd-analyze syscall-filter`) and the default profile of container engines, with the
+    calls that FFmpeg, OpenCV and NumPy were seen to make; by libseccomp, which knows the numbers of each processor.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ NETWORK = (
 
 
 def filter_calls(*, network: bool = False) -> None:
-    """Let this process make no other calls, with all its threads; it cannot be undone.
+    """Refuse all other system calls to this process and all its threads; this cannot be undone.
 
     Parameters: network: whether it may open sockets of `FAMILIES`.
     Raises: OSError where the kernel refuses; RuntimeError or ImportError without libseccomp.
@@ -114,7 +115,7 @@ def filter_calls(*, network: bool = False) -> None:
             add(seccomp.ALLOW, name, seccomp.Arg(1, seccomp.MASKED_EQ, INT, command))
         for command in SIGNAL_COMMANDS:
             add(refused, name, seccomp.Arg(1, seccomp.MASKED_EQ, INT, command))
-    # Who may read a file could empty it: older kernels count that as no writing (Landlock knows of it since 6.2).
+    # A process that may read a file could truncate it: Landlock refuses that only since Linux 6.2.
     # openat2 is left out, as its flags lie in memory, where a filter cannot look.
     for name, place in (("open", 1), ("openat", 2)):
         add(seccomp.ALLOW, name, seccomp.Arg(place, seccomp.MASKED_EQ, os.O_TRUNC, 0))

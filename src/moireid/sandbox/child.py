@@ -4,7 +4,8 @@ WORK is `module:function`; the function is called with a `Talk`.  With BEGIN (JS
 files, and what may be opened) this process does the work.  Without it the work is loaded, and a process is forked for
 each request.  Such a process begins within some milliseconds, and has no state of the others or of the requesting
 program.
-Where BEGIN says what may be opened, the process seals itself (`seal.py`) after the work is loaded, and says what holds.
+Where BEGIN says what may be opened, the process seals itself (`seal.py`) after the work is loaded, and reports which
+parts of the seal hold.
 """
 
 from __future__ import annotations
@@ -40,14 +41,14 @@ class Talk:
         except (EOFError, OSError):
             return None
 
-    def tell(self, answer: dict[str, Any]) -> None:
+    def send(self, answer: dict[str, Any]) -> None:
         """Send an answer as JSON.  Raises: ValueError, TypeError if that is impossible; OSError without a parent."""
         self._pipe.send_bytes(json.dumps(answer, allow_nan=False).encode())
 
 
 def rest(talk: Talk) -> None:
-    """A work that says one thing: whoever starts it wants to know what holds of the seal."""
-    talk.tell({"rest": True})
+    """Work that sends one message: its starter only wants to know which parts of the seal hold."""
+    talk.send({"rest": True})
 
 
 def main() -> None:
@@ -87,14 +88,14 @@ def _fork_for_each(asked: socket.socket, work: str) -> None:
 
 def _run(handle: int, work: str, begin: str) -> None:
     """Do the work within limits, report how it ended, and exit."""
-    parent, told, talk = os.getppid(), json.loads(begin), Talk(Connection(handle))
-    os.environ["TMPDIR"] = tempfile.tempdir = told["folder"]
-    confine(ProcessLimits(**told["limits"]))
+    parent, order, talk = os.getppid(), json.loads(begin), Talk(Connection(handle))
+    os.environ["TMPDIR"] = tempfile.tempdir = order["folder"]
+    confine(ProcessLimits(**order["limits"]))
     try:
         act = _loaded(work)
-        if told["reach"] is not None:
+        if order["reach"] is not None:
             # Without other threads: each of them would keep its own reach.
-            talk.tell({"sealed": seal(Reach(**told["reach"]), told["folder"])})
+            talk.send({"sealed": seal(Reach(**order["reach"]), order["folder"])})
         threading.Thread(target=_leave_with, args=(parent,), daemon=True).start()
         act(talk)
         ended = ["done", "", True]
@@ -102,7 +103,7 @@ def _run(handle: int, work: str, begin: str) -> None:
     except Exception as error:  # noqa: BLE001
         kind = "memory" if _lacks_memory(error) else type(error).__name__
         ended = [kind, " ".join(str(error).split())[:2000], isinstance(error, MoireIdError)]
-    talk.tell({"ended": ended})
+    talk.send({"ended": ended})
     # Do not wait for threads of libraries.
     os._exit(0)
 
@@ -120,7 +121,7 @@ def _lacks_memory(error: Exception) -> bool:
 
 
 def _leave_with(parent: int) -> None:
-    """Make this process end with its parent: nobody would read the answer."""
+    """Make this process end with its parent, as no one would read its answer."""
     while os.getppid() == parent:
         time.sleep(0.25)
     os._exit(1)

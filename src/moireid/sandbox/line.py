@@ -1,7 +1,7 @@
-"""The parent's end of the connection to a process that may be in a stranger's hands.
+"""The parent's end of the connection to a process that an attacker may control.
 
-The process may promise a long message and never send it, or never read what it is sent.  So nothing here waits longer
-than the caller says; a message that came in part waits for the next call.
+The process may announce a long message and never send it, or never read what it is sent.  So no call here waits longer
+than its caller allows; a message that came in part is kept for the next call.
 Convention: a message is its length in bytes (four, big endian, signed) and its content, as `multiprocessing` writes it.
 """
 

@@ -67,13 +67,13 @@ class Child:
         self._line, self._end, self._folder, self._limits = line, end, folder, limits
         self._lock, self._over = threading.Lock(), False
         self._code: int | None = None
-        #: What holds of its seal, as in `seal.MEANS`; None until it has said so, and where it is not sealed.
+        #: The parts of its seal that hold, as in `seal.MEANS`; None until it has reported them, and where it has none.
         self.sealed: tuple[str, ...] | None = None
 
     def send(self, message: Any, seconds: float | None = None) -> None:
-        """Send a message, which the process must have taken after `seconds`; None: whenever it likes.
+        """Send a message, which the process must have taken within `seconds`; None: no limit.
 
-        Raises: Ended where the process has gone, or took too long; then nothing more can be sent to it.
+        Raises: ProcessEnd where the process has gone, or took too long; then nothing more can be sent to it.
         """
         try:
             taken = self._line.send(pickle.dumps(message), seconds)
@@ -83,23 +83,23 @@ class Child:
             raise ProcessEnd("crash", "does not read what it is sent")
 
     def hear(self, seconds: float | None = None) -> dict[str, Any] | None:
-        """The next answer of the process; None if there is no whole one for `seconds`.  Raises: Ended."""
+        """The next answer of the process; None if there is no whole one for `seconds`.  Raises: ProcessEnd."""
         last = None if seconds is None else time.monotonic() + seconds
         try:
             while True:
                 rest = None if last is None else max(last - time.monotonic(), 0.0)
                 if (body := self._line.receive(self._limits.answer_bytes, rest)) is None:
                     return None
-                told = json.loads(body)
-                if not isinstance(told, dict):
+                answer = json.loads(body)
+                if not isinstance(answer, dict):
                     raise ValueError("no object")
-                # Only the first word is of a process that has read nothing yet.
-                if "sealed" not in told or self.sealed is not None:
+                # Only the first message is of a process that has read nothing untrusted yet.
+                if "sealed" not in answer or self.sealed is not None:
                     break
-                self.sealed = tuple(map(str, told["sealed"]))
-            if "ended" not in told:
-                return told
-            kind, words, ours = told["ended"]
+                self.sealed = tuple(map(str, answer["sealed"]))
+            if "ended" not in answer:
+                return answer
+            kind, words, ours = answer["ended"]
         except (EOFError, OSError) as error:
             raise self._gone() from error
         except (ValueError, TypeError, RecursionError) as error:
@@ -144,7 +144,7 @@ def start(work: str, limits: ProcessLimits, folder: Path | str | None = None, *,
 
 @cache
 def sealed_here() -> tuple[str, ...]:
-    """What holds of the seal on this system, as in `seal.MEANS`, by the word of a process that has sealed itself.
+    """The parts of the seal that hold on this system, as in `seal.MEANS`, as a process that sealed itself reports them.
 
     Raises: OSError if none can be started.
     """

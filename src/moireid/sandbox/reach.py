@@ -1,4 +1,4 @@
-"""Which files a sealed process may open: those of its work, and the program's own."""
+"""Which files a sealed process may open (those of its work, and the program's own), and its environment variables."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 
 from platformdirs import user_data_path
 
-#: What every program reads: libraries, fonts, the zone of time, and figures about the machine and about itself.  Not
-#: all of /proc, where the environment of other processes stands.
+#: What every program reads: libraries, fonts, the time zone, and figures about the machine and about itself.  Not all
+#: of /proc, as it shows the environment of other processes.
 SYSTEM = (
     "/usr",
     "/lib",
@@ -30,7 +30,7 @@ SYSTEM = (
     "/dev/zero",
 )
 NULL = "/dev/null"
-#: What tells a name's address, and whose certificates count; for a process with the network alone.
+#: Files for name resolution, and the trusted certificates; only for a process with the network.
 NAMES = (
     "/etc/gai.conf",
     "/etc/host.conf",
@@ -42,7 +42,7 @@ NAMES = (
 )
 #: Where Matplotlib keeps what fonts there are: finding them takes longer than drawing.
 FONTS = ("~/.cache/matplotlib", "~/.config/matplotlib")
-#: Where the private things of this program lie if they are not at their usual place.
+#: Where the private files of this program are if they are not at their usual place.
 PRIVATE_VARIABLES = ("MOIREID_KEYS", "MOIREID_SEEN")
 #: A sealed process gets these variables of the environment and no other: any other may hold a password or a key.
 KEPT_VARIABLES = ("PATH", "HOME", "LANG", "TZ", "TMPDIR", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "MPLCONFIGDIR")
@@ -51,7 +51,7 @@ KEPT_BEGINNINGS = ("LC_", "PYTHON", "OPENCV_", "OMP_", "OPENBLAS_", "MKL_", "NUM
 
 @dataclass(frozen=True)
 class Reach:
-    """What a sealed process may open, beside the program's own files and its temporary folder.
+    """What a sealed process may open, apart from the program's own files and its temporary folder.
 
     read: files and folders to read; write: those to read and to write; what is not there is left out.  keep_out:
     folders that stay closed even where they lie in what may be read.  imports: folders that its starter imports from.
@@ -88,10 +88,10 @@ def program_folders(imports: Iterable[str]) -> list[str]:
 
 
 def _import_folders() -> list[str]:
-    """The folders that this program imports from, but for the one that its script lies in, or that it began in.
+    """The folders that this program imports from, without the folder of its script, or the one that it was started in.
 
-    Python puts that folder first (`sys.path[0]`).  It is anybody's: keys may lie beside a script.  It stays where it is
-    a folder of packages, as in a program that was packed with all that it needs.
+    Python puts that folder first (`sys.path[0]`).  It may hold anything: keys may be next to a script.  It is kept
+    where it is a folder of packages, as in a program that was packed with all that it needs.
     """
     own = [os.path.dirname(os.path.dirname(_real(__file__)))]
     started = sys.path[:1] if not sys.flags.safe_path else []
@@ -107,9 +107,9 @@ def _has_packages(folder: str) -> bool:
 
 
 def open_parts(root: str, closed: Iterable[str]) -> list[str]:
-    """The parts of a folder or file that together are all of it but what is closed; the kernel knows no exceptions.
+    """The parts of a folder or file that together are all of it except what is closed; Landlock knows no exceptions.
 
-    Convention: what is made later in a folder that holds something closed is closed, too.
+    Convention: a file that is made later in a folder that holds something closed is closed, too.
     """
     root = _real(root)
     closed = [one for one in closed if one == root or one.startswith(root.rstrip("/") + "/") or _within(root, one)]
@@ -125,7 +125,7 @@ def open_parts(root: str, closed: Iterable[str]) -> list[str]:
 
 
 def kept_environment(environment: dict[str, str]) -> dict[str, str]:
-    """What a sealed process may know of the environment."""
+    """The environment variables that a sealed process gets."""
     return {k: v for k, v in environment.items() if k in KEPT_VARIABLES or k.startswith(KEPT_BEGINNINGS)}
 
 

@@ -1,9 +1,9 @@
-"""A process that seals itself, before it reads anything of a stranger's.
+"""How a process limits its resources, and how it seals itself before it reads an untrusted file.
 
-Three means of Linux, each where the system has it: no new privileges (prctl), a filter of calls (seccomp), and paths
-(Landlock).  Elsewhere there are none; what holds is told, and never assumed.
-
-Limits of a process, and how the system enforces them.
+Limits (setrlimit): memory, processor time, and sizes of files.
+The seal has three parts, each used where the system has it: no new privileges (prctl), a filter of system calls
+(seccomp), and a list of allowed paths (Landlock).  All three are of Linux; other systems have none.  The process
+reports which parts hold, and none is assumed to hold.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _held_bytes() -> int:
     return int(Path("/proc/self/statm").read_text().split()[5]) * resource.getpagesize()
 
 
-#: What can hold, in words for people; and what can be done where it does not hold.
+#: The parts of the seal, in words for people; and what a process could do where a part does not hold.
 PRIVILEGES, CALLS, FILES = "no_new_privileges", "calls", "files"
 MEANS = {
     PRIVILEGES: "gains no privileges",
@@ -80,7 +80,7 @@ LACKING = {
 
 
 def load_means() -> None:
-    """Load the libraries of the seal: they look for the system's own by a program, which a sealed process cannot start.
+    """Load the seal's libraries: they start a program to find those of the system, which a sealed process cannot.
 
     A process that is forked for many films loads them once.
     """
@@ -95,10 +95,10 @@ def load_means() -> None:
 
 
 def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
-    """Close all to this process but what its work needs; it cannot be undone.
+    """Close to this process all that its work does not need; this cannot be undone.
 
     Parameters: scratch: its folder for temporary files.
-    Returns: the means that hold now, as in `MEANS`; on systems without any: none.
+    Returns: the parts of the seal that hold now, as in `MEANS`; empty on systems without any.
     """
     if sys.platform != "linux":
         return ()
@@ -111,14 +111,14 @@ def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
         filter_calls(network=reach.network is not None)
         held.append(CALLS)
     except (OSError, ImportError, RuntimeError):
-        # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone keeps a film whole.
+        # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone protects the film.
         if FILES in held and not _keeps_whole():
             held.remove(FILES)
     return tuple(name for name in MEANS if name in held)
 
 
 def missing(held: tuple[str, ...]) -> str | None:
-    """What a process could do beside reading its film, in words; None where nothing is lacking."""
+    """What a process could do apart from reading its film, in words; None where no part of the seal is missing."""
     lacking = [words for name, words in LACKING.items() if name not in held]
     if not lacking:
         return None
@@ -133,7 +133,7 @@ def _no_new_privileges() -> bool:
 
 
 def _keeps_whole() -> bool:
-    """Whether Landlock lets nobody empty a file that they may only read.
+    """Whether Landlock forbids to truncate a file that may only be read.
 
     Source: its documentation, "Truncating files": since version 3 of its interface, Linux 6.2.
     """

@@ -1,6 +1,6 @@
 """Films of a badge, true or forged, with their ground truth.
 
-scene.py       one description of badge as built and camera, for every renderer
+scene.py       one description of badge as built, camera and light, for every renderer; sheets by name
 motion.py      where the camera is: named motions, two measured ones, CSV files
 phone_walk.py  a phone's measured walk, changed to a walk around the badge
 cameras.py     cameras: lens and its distortion, shutter, exposure; some by name
@@ -10,7 +10,7 @@ mitsuba/       the same scene as geometry for Mitsuba 3
 recording/     what a camera and a codec make of a picture
 forgeries/     what a forged film shows
 effects/       what phones, editors, calls and services do to a film
-truth.py       the ground truth beside a film
+truth.py       the ground truth of a film, as CSV; seconds by stage
 compiled.py    numba's compiler, with types
 left_out.py    what a film does not show, and the time saved by that
 shots.py       the camera's pictures, one by one, with their effects

@@ -1,6 +1,6 @@
-"""The whole film: every frame rendered, exposed and encoded; the truth beside it.  One frame in memory at a time.
+"""The whole film: every frame rendered, exposed and encoded, with its ground truth; one frame in memory at a time.
 
-The wish for a film, in names and numbers only, so that it can be saved and sent to another machine.
+`FilmOptions` is the wish for a film, in names and numbers only, so that it can be saved and sent to another machine.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class FilmReport:
 
 
 def truth_path(video: Path) -> Path:
-    """Tell where the ground truth of a film lies.
+    """The path of a film's ground truth.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def truth_path(video: Path) -> Path:
     Returns
     -------
     Path
-        VIDEO.truth.csv beside it; nothing is made.
+        VIDEO.truth.csv in the same folder; nothing is written.
 
     Raises
     ------
@@ -117,14 +117,14 @@ def film(
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:
-    """Film a scene to a video file with its truth beside it, both whole or not at all.
+    """Film a scene to a video file and write its ground truth; both files are complete, or neither is kept.
 
     Parameters
     ----------
     scene : Scene
         Badge, build, camera and light.
     motion : Motion
-        The camera's course, as `motion_named` gives one.
+        The camera's trajectory, as `motion_named` gives one.
     video : Path
         The file to write; its truth is written to `truth_path(video)`.
     frames : int
@@ -132,7 +132,7 @@ def film(
     fps : float
         How many a second, 1 to 1000.
     forge : str, optional
-        A kind of `forgeries.courses.KINDS`; None for a true film.
+        A kind of `forgeries.trajectories.KINDS`; None for a true film.
     show, edit : Show, Edit, optional
         A forgery of the caller's own, in place of `forge`; and what is done to each finished picture.
     effects : sequence of Effect
@@ -168,7 +168,7 @@ def film(
 
     Notes
     -----
-    Convention: times are those of the middle row; `moireid.simulate.truth` tells the truth's columns.
+    Convention: times are those of the middle row; `moireid.simulate.truth` lists the truth's columns.
     Source: `analytic`, `recording`, and the encoders of PyAV.
     """
     if not (2 <= frames <= 1_000_000 and 1 <= fps <= 1000):
@@ -278,8 +278,8 @@ class FilmOptions:
     """One film; each field is an option of `moireid simulate`; None where other fields or defaults decide.
 
     fps: None for that of the format, or 60; motion: a name, or the path of a CSV file; leave_out: fields of
-    `scene.Need` that are not needed;
-    effects: NAME or NAME:STRENGTH, as `effects.table.effect_named` takes them, after that of the camera.
+    `scene.Need` that are not needed; effects: NAME or NAME:STRENGTH, as `effects.table.effect_named` takes them, after
+    that of the camera.
     """
 
     motion: str = "handheld"
@@ -332,10 +332,10 @@ def filmed(
 ) -> FilmReport:
     """Film the scene as wished; as `filming.film`, with its errors."""
     named = [EFFECT_CAMERAS[wish.camera]] if wish.camera in EFFECT_CAMERAS else []
-    course = motion_named(wish.motion, distance_mm=1000.0 * wish.distance_m, seed=wish.seed)
+    motion = motion_named(wish.motion, distance_mm=1000.0 * wish.distance_m, seed=wish.seed)
     return film(
         scene,
-        course,
+        motion,
         video,
         frames=wish.frames,
         fps=wish.rate_fps,

@@ -100,8 +100,8 @@ def _off_badge(scene: Scene, backend: str, estimate: Estimate, instant: Instant)
     """The pixels that no ray is sent through."""
     what, camera = "pixels off the badge", scene.camera
     if backend == "mitsuba":
-        beside = camera.width * camera.height - estimate.pixels
-        cost = beside * estimate.frame_s / max(estimate.pixels, 1)
+        outside = camera.width * camera.height - estimate.pixels
+        cost = outside * estimate.frame_s / max(estimate.pixels, 1)
         return LeftOut(what, cost, "estimated, at most: their number, each as dear as one of the badge's")
     # One ray for each pixel is enough: the work to find that there is no badge is the same for each ray.
     whole = AnalyticRenderer(scene, rays=(1, 1))

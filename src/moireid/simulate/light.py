@@ -1,10 +1,10 @@
 """Where the light comes from, and the bands into which the lenses focus it on the page.
 
 Light reaches the page through the same lenses through which the camera sees it.  So a lamp, a window or a soft box is
-focused into one bright band under each lens, which is as wide as the light.  A line in the band is lit, a line beside
-it is not.  Seen from other directions the badge is dark and its fringes change.  An even sky makes no such band.
+focused into one bright band under each lens, which is as wide as the light.  A line in the band is lit, a line next
+to it is not.  Seen from other directions the badge is dark and its fringes change.  An even sky makes no such band.
 
-A light here is a disc that faces the board's centre, beside an even sky.  It stays still in the board's frame.
+A light here is a disc that faces the board's centre, together with an even sky.  It stays still in the board's frame.
 
 Left out: light from the page to the lens and back (it lights the page nearly evenly).  Of the disc's changing direction
 along the lenses only the change of brightness is included.
@@ -117,7 +117,7 @@ def light_named(name: str) -> DiscLight:
 
     Returns
     -------
-    Light
+    DiscLight
         The light in the board frame.
 
     Raises
@@ -128,7 +128,7 @@ def light_named(name: str) -> DiscLight:
     Notes
     -----
     Convention: as `DiscLight`.
-    Source: rooms as they are; each figure stands beside the name.
+    Source: rooms as they are; each figure is explained at its name.
     """
     if name not in LIGHTS:
         raise SpecError(f"light {name!r} is not known; choose one of {', '.join(LIGHTS)}")
@@ -173,7 +173,7 @@ def _disc_power(light: DiscLight, place_mm: float, thickness_mm: float) -> tuple
     side = np.cross([0.0, 1.0, 0.0], toward)
     side /= np.linalg.norm(side)
     up = np.cross(toward, side)
-    # Midpoints of even steps across the disc, and of even steps along each chord; each stands for its own area.
+    # Midpoints of even steps across the disc, and of even steps along each chord; each represents its own area.
     u = ((np.arange(ACROSS) + 0.5) / ACROSS * 2 - 1)[:, None]
     chord = np.sqrt(1 - u**2)
     v = chord * ((np.arange(ALONG) + 0.5) / ALONG * 2 - 1)

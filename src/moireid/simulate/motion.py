@@ -52,7 +52,7 @@ class Poses:
 
 
 Motion = Callable[[Array], Poses]
-"""The camera's course: from times (T,), s, to the poses at these times."""
+"""The camera's trajectory: from times (T,), s, to the poses at these times."""
 
 
 def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
@@ -93,7 +93,7 @@ def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
 
 
 def static(distance_mm: float, seed: int) -> Motion:
-    """A camera on a stand, straight in front; nothing moves."""
+    """A camera on a tripod, straight in front; nothing moves."""
 
     def poses(times_s: Array) -> Poses:
         camera = np.tile([0.0, 0.0, -distance_mm], (len(times_s), 1))
@@ -118,7 +118,7 @@ def linear(distance_mm: float, seed: int) -> Motion:
 
 
 def sway(distance_mm: float, seed: int) -> Motion:
-    """A wearer shifting from foot to foot before a camera on a stand: sideways and yaw together, as a torso moves."""
+    """A wearer shifting from foot to foot before a camera on a tripod: sideways and yaw together, as a torso moves."""
     place = _tremor(seed, count=3, amplitude=1.0, band_hz=(0.15, 0.6))
     turn = _tremor(seed + 1, count=3, amplitude=math.radians(1.5), band_hz=(0.2, 1.5))
 
@@ -186,7 +186,7 @@ def tumble(distance_mm: float, seed: int) -> Motion:
 def circle(distance_mm: float, seed: int) -> Motion:
     """A circle of 120 mm round the badge's axis, three seconds a turn: as much sideways as up and down.
 
-    Both axes of a two-axis badge are excited alike, a quarter of a turn apart, so neither can stand for the other.
+    Both axes of a two-axis badge are excited alike, a quarter of a turn apart, so one cannot replace the other.
     """
     tremor = _tremor(seed, count=3, amplitude=math.radians(0.5), band_hz=(0.3, 4.0))
 
@@ -199,7 +199,7 @@ def circle(distance_mm: float, seed: int) -> Motion:
 
 
 def board(distance_mm: float, seed: int) -> Motion:
-    """The board moves as the linear path's camera does, half a metre to and fro, before a camera on a stand.
+    """The board moves as the linear path's camera does, half a metre to and fro, before a camera on a tripod.
 
     Source: the second of the published ways to film (Qing et al. 2026); a hand's tremor of 0.5 degrees is ours.
     """

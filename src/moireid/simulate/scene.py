@@ -1,6 +1,6 @@
-"""One description of badge as built, camera and motion, for every renderer.
+"""One description of badge as built, camera and light, for every renderer, and sheets by name.
 
-What a shop, a shelf, the weather or a printer make of a badge's sheet and page, each by its name and magnitude.
+`sheet_named` gives what a shop, a shelf, the weather or a printer make of a badge's sheet and page:
 
 thin      75 lines per inch are sold at 0.457 mm as well as at 0.67 mm: the sheet is 0.68 times as thick, and fringes
           move 0.6 to 0.7 times as far
@@ -46,8 +46,8 @@ class Build:
         How far each sheet is moved along its fringes' axis, mm; positive for +x on an "x" grating.
     twist_rad : float
         How far each sheet is turned about the view axis, rad; positive from x towards y.
-    laid : tuple of (float, float)
-        Offset and twist of each grating's own piece of sheet, beyond those of all, as pieces are laid one by one.
+    pieces : tuple of (float, float)
+        Offset and twist of each grating's own piece of sheet, added to those of all, as each is mounted by itself.
     print_scale : float
         Printed over nominal width, about the board's centre.
     lens_scale : float
@@ -73,11 +73,11 @@ class Build:
     bow_radius_m: float = math.inf
     pitch_jitter: float = 0.0
     print_aspect: float = 1.0
-    laid: tuple[tuple[float, float], ...] = ()
+    pieces: tuple[tuple[float, float], ...] = ()
 
     def sheet(self, grating: int) -> tuple[float, float]:
         """Offset, mm, and twist, rad, of the piece of sheet over a grating, by its number."""
-        offset_mm, twist_rad = self.laid[grating] if self.laid else (0.0, 0.0)
+        offset_mm, twist_rad = self.pieces[grating] if self.pieces else (0.0, 0.0)
         return self.lens_offset_mm + offset_mm, self.twist_rad + twist_rad
 
     @property
@@ -121,7 +121,7 @@ class Instant:
     """One frame to render: poses at the first and last row, and the place from which the fringes are shown.
 
     field: parallax (rows, columns, 2) that is added at each point of an even grid over the board, since each part of a
-        forged badge may follow its own course; None for a badge without such parts.
+        forged badge may follow its own trajectory; None for a badge without such parts.
     picture: what a flat board shows in place of page and sheet, (rows, columns) radiance over its whole width at one
         scale; None for a true badge.
     """
@@ -153,7 +153,7 @@ class Need:
 
     Notes
     -----
-    What was left out, and the seconds that this saved, is told in `FilmReport.left_out`.
+    `FilmReport.left_out` lists what was left out, and the seconds that this saved.
     """
 
     background: bool = True
@@ -174,7 +174,7 @@ class Scene:
     build : Build
         How the built badge differs from its design.
     camera : Camera
-        The camera that films it; where it is, a `Motion` tells.
+        The camera that films it; a `Motion` gives its place.
     ink : float
         Radiance of printed lines, 0 to 1.
     paper : float

@@ -117,7 +117,7 @@ def gathered(
     field, picture = shown.field(frame), shown.picture(frame)
     parts = []
     for poses in opening:
-        # True fringes move with the camera while it is open; forged ones stand still for a frame.
+        # True fringes move with the camera while it is open; forged ones do not move within a frame.
         place = poses.camera_mm[1] if shown.camera_mm is shown.sight_mm else shown.camera_mm[frame]
         parts.append(render(Instant(poses.one(0), poses.one(2), place, field, picture)))
     return averaged(parts), field

@@ -1,4 +1,4 @@
-"""The ground truth beside a film: pose, parallax and shown fringe phase of each frame, as CSV.
+"""The ground truth of a film: pose, parallax and shown fringe phase of each frame, as CSV.
 
 frame, time_s: number and time in the file, of the picture's middle row; frames that a recipe drops have no row.
     Where an effect retimes or mixes frames, all else is of the camera's frame that weighs most.
@@ -15,7 +15,7 @@ sheet_gain: how far the traced sheet moves fringes near the axis, over the badge
     else it does, the same in every row: sheet_thickness_mm, air_gap_mm, bow_per_m (one over the radius), lens_scale,
     pitch_jitter and print_aspect, as in `scene.Build`.
 
-Work beside the rendering, and the seconds of each stage.
+`Aside` encodes in a second thread while the next frame is rendered, and `Stages` counts the seconds of each stage.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]
-#: Axes whose phase is told.
+#: Most axes whose phase is written.
 MOST_AXES = 3
 TRUTH_COLUMNS = (
     "frame",
@@ -75,7 +75,7 @@ TRUTH_COLUMNS = (
 def shown_phase_rad(scene: Scene, grating: Grating, shown_mm: Array, sight_mm: Array, field: Array) -> float:
     """Phase of a grating's fringes at the board's centre, as it is measured in a film rectified to the page's plane.
 
-    Parameters: shown_mm, sight_mm (3,): as in `shown.Shown`; field (2,): parallax added at the centre.
+    Parameters: shown_mm, sight_mm (3,): as in `rear_layer.ShownViews`; field (2,): parallax added at the centre.
     Convention: phase by `lenticule.ViewLaw` for the grating's pitch, with print and sheet of their nominal scale; nan
         beyond its table.  A gap below the sheet adds what it does near the axis.
     Source: the line of sight to the page's centre crosses the lenses at -g t; the lenses show there what is seen from
@@ -88,12 +88,12 @@ def shown_phase_rad(scene: Scene, grating: Grating, shown_mm: Array, sight_mm: A
     if np.abs(tangents).max() > MAX_TANGENT:
         return math.nan
     lines = 1 / pitch - 1 / lens.pitch_mm
-    (across, along), beside = frame.directions(tangents), float(frame.directions(crossing)[0])
+    (across, along), offset = frame.directions(tangents), float(frame.directions(crossing)[0])
     view = float(view_law(lens, pitch).phase_rad(across, along))
     if scene.build.air_gap_mm:
         bare, apart = (effective_gap_mm(lens, pitch, air) for air in (0.0, scene.build.air_gap_mm))
         view += 2 * math.pi * (apart - bare) * float(across) / pitch
-    return view + 2 * math.pi * lines * beside
+    return view + 2 * math.pi * lines * offset
 
 
 class Truth:
@@ -159,7 +159,7 @@ class Aside:
 
 
 class Stages:
-    """Seconds by stage; encoding is done beside the rest, and what is waited for it counts."""
+    """Seconds by stage; encoding runs in parallel to the rest, so only the time that the rest waits for it counts."""
 
     def __init__(self) -> None:
         self.seconds = dict.fromkeys(("estimate", "set up", "render", "sensor", "encode"), 0.0)

@@ -1,8 +1,8 @@
-"""Film in, verdict out.  This room never imports simulate or fabrication: it must not share their mistakes.
+"""Film in, verdict out.  This package never imports simulate or fabrication: it must not share their mistakes.
 
-The folders in the order in which the data flows; a folder never imports one that stands below it:
+The folders in the order in which the data flows; a folder never imports one that is listed below it:
 
-tracking/      where the page lies in each frame, and the brightness along its rows
+tracking/      where the page is in each frame, and the brightness along its rows
 camera/        where the camera was, from the page's corners alone
 fringes/       the phase of the fringes, measured and predicted
 explanations/  the law of optics and its rivals, each a small model of the same fringes
@@ -13,13 +13,13 @@ report/        the report for people
 live/          a live check: random prompts that the person must follow
 published/     the published pipeline, as a baseline
 
-video.py       grey frames with their times
+video.py       a film's grey frames with their times; the open file
 picture.py     one frame, turned into counts where it is read
 limits.py      every constant of the decision, with its source
 measuring.py   constants of measuring, with their sources
 reasons.py     findings with value, limit and unit
 timeline.py    rising frame times, and time intervals
-series.py      medians, means and greatest values over windows of frames
+series.py      medians, means, greatest values and splines over frames
 """
 
 from moireid.verifier.live.stream import StreamCheck

@@ -41,10 +41,10 @@ MIN_PRESENT_SHARE = 0.75
 MAX_LASTING_PX = 0.03
 #: The most by which a picture is zoomed within a film.  Set by hand; parallaxes are wrong by that factor at most.
 MOST_ZOOM = 2.0
-#: A stretch whose predicted phase spreads by less than this shows a badge at rest, which says nothing, as a print could
-#: lie there.  Set by hand: as `RESIDUAL_FLOOR_RAD`, what light and codec explain.
+#: A stretch whose predicted phase spreads by less than this shows a badge at rest, which is no evidence, as a print
+#: could be there.  Set by hand: as `RESIDUAL_FLOOR_RAD`, what light and codec explain.
 REST_RAD = 0.05
-#: At most this share of the frames may be left out as outliers, as nobody knows what they show.  Set by hand.
+#: At most this share of the frames may be left out as outliers, as it is unknown what they show.  Set by hand.
 MAX_STRAY_SHARE = 0.05
 #: With markers below the first figure both may still be too small: in most of 24 films of `benchmarks/small_pages.py`
 #: by 1.4 at most, in two by 2.1 and 2.6.  Motion that would not be enough with errors larger by the second figure
@@ -55,7 +55,7 @@ DOUBTED_MARKER_PX, SMALL_MARKER_DOUBT_RATIO, SMALL_MARKER_WORST_RATIO = 24.0, 1.
 MAX_VAGUENESS_RATIO = 3.0
 #: At most this share of rows and frames may be covered.  Set by hand: the larger part must be seen.
 MAX_COVERED_SHARE = 0.5
-#: A hand is told of where it covers a marker in this share of the frames.  Set by hand: in fewer it may be smeared.
+#: A hand is reported where it covers a marker in this share of the frames.  Set by hand: in fewer it may be smeared.
 MIN_HELD_SHARE = 0.05
 #: How far contrast may dip with motion (`fringes.mixed_frames`).  Derived: an exposure that lasts all frame long.
 #: Below its regression by so many standard deviations: 99.7 % of a normal distribution.
@@ -97,7 +97,7 @@ MAX_ERROR_SHARE = 0.1
 #: A film that could be honest with a residual this many times larger is inconclusive and not rejected.  Ray-traced
 #: films: far away, where markers are a few pixels, poses err by up to 2.5 times their estimate.
 POSSIBLE_RESIDUAL_RATIO = 2.0
-#: What changes faster is noise of single frames.  Derived: the shortest delay that is told from the law takes 0.2 s.
+#: What changes faster is noise of single frames.  Derived: the shortest delay that differs from the law takes 0.2 s.
 LASTING_S = 0.2
 #: Strips of a genuine badge share the camera's pose, so they move together within their noise.  Decision set: 0.030 rad
 #: at most on genuine films.  Patches that move independently show 0.15 and more.
@@ -119,11 +119,11 @@ ZOOM_ERROR_SHARE = 0.2
 #: is a badge's.  Set by hand: three outside films show 0.0020 to 0.0021, those of this project up to 0.0016.
 RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: A film is inconclusive if what turns with the fringes, of the third harmonic, is not by so many contrasts more than
-#: what stands still (`third_harmonic`).  Derived: a third of what two gratings of lines have, 1/9.  Twelve films of
-#: photographs laid over each other show 0.002 at most; true ones, of two outside renderers and ours, 0.09 to 0.29.
+#: what stays still (`third_harmonic`).  Derived: a third of what two gratings of lines have, 1/9.  Twelve films of
+#: superposed photographs show 0.002 at most; true ones, of two outside renderers and ours, 0.09 to 0.29.
 MIN_OVERTONE_CONTRASTS = 0.035
-#: A pattern that stands still on the badge may be so much of that.  Set by hand: twice what dots of 600 dpi make in the
-#: finest lines.
+#: A pattern that stays still on the badge may be so much of that.  Set by hand: twice what dots of 600 dpi make in
+#: the finest lines.
 MAX_STILL_SHARE = 0.3
 #: Share of a cross-fade's ripple that is left in a film, as coding and blending in coded brightness take some away.
 #: Films of this project: 0.26 to 0.74; the count of photographs rests on the low end.
@@ -183,10 +183,10 @@ INDEPENDENT_PER_S = 2.0
 
 # --- The law's nuisances, and rivals ---------------------------------------------------------------------------------
 
-#: Stretches shorter than this say nothing.  Derived: the shortest lie that is looked for, and a little more.
+#: Stretches shorter than this are no evidence.  Derived: the shortest forged part that is searched, and a little more.
 LEAST_SEEN_S = 0.4
 #: Blocks of one film that explanations are compared on, at most.  Derived: up to a minute at 10 blocks a second, of
-#: which the shortest delay that is told from the law takes two.
+#: which the shortest delay that differs from the law takes two.
 MOST_BLOCKS = 600
 #: Below this a frame's error bar makes it no weightier, rad.  Set by hand: light and codec vary by as much.
 LEAST_SCALE_RAD = 0.01
@@ -210,14 +210,14 @@ DRAWS = 200
 #: in more than this share of cases.  Set by hand: a factor of ten; 2 in 100 held on all films tried.
 MAX_RIVAL_LOG10, MAX_RIVAL_SHARE = 1.0, 0.02
 #: Of a film's chapters that move enough, at most this share may be inconclusive by themselves.  Set by hand: none of up
-#: to 19, as each may hide another lie; of an hour's some, as honest ones are so now and then.
+#: to 19, as each may hide another forged part; of an hour's some, as honest ones are so now and then.
 MAX_DOUBTFUL_SHARE = 0.05
 #: A film is rejected if the law cannot explain it and a rival is better by this power of ten.  Set by hand.
 REJECTED_LOG10 = 3.0
 #: What a picture that was zoomed, reframed or mixed may leave of the motion, as a share.  Derived: a zoom by up to two
 #: that goes with the motion leaves a correlation of 0.95 (Cauchy and Schwarz), which is a residual of a third.
 CAMERA_MOTION_SHARE = 0.33
-#: Calibration of scores (`decision.calibration`), by `benchmarks/priors.py`; the cap is the logarithm of the number of
+#: Calibration of scores (`decision.figures`), by `benchmarks/priors.py`; the cap is the logarithm of the number of
 #: films in that set.
 CALIBRATION_SLOPE, CALIBRATION_OFFSET_LOG10, CALIBRATION_CAP_LOG10 = 0.28, -2.35, 2.5
 #: A forgery gets this share of the film's own residual, in blocks of so many seconds, and looks like the film if its

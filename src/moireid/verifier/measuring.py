@@ -21,8 +21,8 @@ MAX_PHASE_SD_RAD = 0.6
 
 #: A badge that is lost moves unseen, and what is not seen is no evidence.  Set by hand: one frame may be missing, with
 #: half a frame for times that jitter; shorter than the second figure is no gap, longer than the third is always one.
-#: The second is what a film of 12 frames a second may miss: calls lose pictures for so long, and whoever wants a film
-#: with few pictures can send one.
+#: The second is what a film of 12 frames a second may miss: calls lose pictures for so long, and a forger can choose to
+#: send a film with few pictures.
 MAX_MISSING_FRAMES, MIN_GAP_S, MAX_GAP_S = 2.5, 2.5 / 12, 0.3
 #: The fastest change of speed of a badge's turn, or of the camera's way around it: parallax coordinate per second
 #: squared.  Derived: wrists reach some 50 rad/s^2 in quick everyday moves, an arm 3 g (30 m/s^2, the same at 0.5 m).
@@ -62,7 +62,7 @@ AXIS_PRIOR_SD_SHARE, AXIS_MAX_SHARE = 0.007, 0.7
 #: Prior of a pixel's width over its height, as a logarithm.  Derived: sensors have square pixels; programs round a
 #: picture's width to whole or even pixels, which is 0.05 to 0.1 %, and some stretch it by any amount: heavy tails.
 STRETCH_PRIOR_SD_LOG, STRETCH_MAX_LOG = 0.0005, 1.0
-#: Prior of the print's aspect (`camera.print_aspect`).  Set by hand: printers feed 0.1 to 0.3 % too far or too short,
+#: Prior of the print's aspect (`camera.page_speed`).  Set by hand: printers feed 0.1 to 0.3 % too far or too short,
 #: some more, and paper grows 0.1 % more across its fibres than along them when it gets damp.
 PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
 #: Prior of the radial distortion (`camera.distortion`: a and b, in units of the usual focal length), and its bounds.
@@ -95,12 +95,12 @@ SMOOTHED_SHARE = 0.5
 #: Ray-traced films: as estimated at 1 to 2 m, 1.4 to 1.7 times at 3 m (13 px), 2.5 times at 4 m.
 SMALL_MARKER_PX, SMALL_MARKER_POWER = 19.0, 1.5
 #: What smoothing leaves of the pose error, over what it removes times the residuals' slow part over their fast one
-#: (`one_camera.slow_to_fast`).  Films of `benchmarks/small_pages.py`: 1.15 times, with a scatter of a fifth; the
+#: (`fast_poses.slow_to_fast`).  Films of `benchmarks/small_pages.py`: 1.15 times, with a scatter of a fifth; the
 #: estimate from reprojection errors alone is up to 2.6 times too small there.  A coder that saves moves a small square
 #: by whole quarters of a pixel, so what turns slowly stays as it was for a while.
 SLOW_ERROR_RATIO = 1.15
 #: In faint print a codec repeats the same error for many frames, and smoothing does not reduce it.  From this error by
-#: rounding on (`strip_phase.rounding_rad`), all of the pose error is of this kind.  Ray-traced films: a print contrast
+#: rounding on (`phase.rounding_rad`), all of the pose error is of this kind.  Ray-traced films: a print contrast
 #: of 5 %, at which the pose error is twice that by `SMOOTHED_SHARE`; at 20 % it is not.
 ROUNDING_ONLY_RAD = 0.06
 
@@ -126,7 +126,7 @@ PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE = 0.3, 0.5, 0.15
 
 # --- How long may nothing be followed, and how wide are gaps? --------------------------------------------------------
 
-#: Set by hand: the shortest lie of another badge in view that counts, half a word.
+#: A shorter violation by another badge in view does not count.  Set by hand: half a word.
 SPELL_S = 1.0
 #: For no longer may nothing be followed or searched, as looking may cost only so much (`tracking.search_work`).  Set by
 #: hand: twice what a room full of things before a moving camera needs; a chessboard that fills the picture needs more.
@@ -139,10 +139,10 @@ MAX_VIEW_GAP_SHARE = 0.25
 
 # --- Which symbol is a cell, and does the cell move? -----------------------------------------------------------------
 
-#: A mount holds the sheet within 0.3 degrees of the lines; derived: the first figure is a little more.  Whoever lays a
-#: sheet by eye may be off by as much as the second.  Set by hand: there a row of 9 mm, read without its margins, loses
-#: a quarter of its fringes' contrast.  At a twist beyond the first the rows must agree better by the third.  Set by
-#: hand: five times what offsets wrong by 0.2 rad take away.
+#: A mount holds the sheet within 0.3 degrees of the lines; derived: the first figure is a little more.  A sheet that
+#: is placed by eye may be off by as much as the second.  Set by hand: there a row of 9 mm, read without its margins,
+#: loses a quarter of its fringes' contrast.  At a twist beyond the first the rows must agree better by the third.
+#: Set by hand: five times what offsets wrong by 0.2 rad take away.
 USUAL_TWIST_RAD, MAX_TWIST_RAD, UNUSUAL_TWIST_LESS = math.radians(0.35), math.radians(1.6), 0.1
 #: Rows whose mean is less than this share of their size agree at no twist.  Derived: errors of 0.84 rad, and beyond
 #: 0.79 rad a cell is taken for its neighbour.
@@ -159,7 +159,7 @@ CELL_NOISE_RATIO = 3.0
 #: Least standard deviation of a reading.  Set by hand: lens pitch and sheet thickness vary that much over a sheet.
 CELL_FLOOR_RAD = 0.05
 #: Slips of the code's rows are averaged over the first, and the worst time of the second length is looked at by itself.
-#: Set by hand: half of what a short lie lasts, and a short lie.
+#: Set by hand: half of what a short forged part lasts, and all of it.
 SLIP_MEAN_S, SLIP_WORST_S = 0.4, 1.2
 #: Difference between a cell's shape and the learnt one, in contrasts: blur from neighbours, uneven sheets.  It is
 #: smooth, so a cell has about this many independent pieces of it.  Set by hand.
@@ -176,7 +176,7 @@ RIVAL_SD_RAD = 0.3
 #: Motion of the cells' fringes relative to the rows: from the first on it passes, up to the second it fails.
 #: Ray-traced films: genuine ones give 0.96 and more, a still picture of cells 0.  Derived: a third of the cells may be
 #: covered.
-CELLS_MOVE_RATIO, CELLS_STAND_RATIO = 0.6, 0.4
+CELLS_MOVE_RATIO, CELLS_STILL_RATIO = 0.6, 0.4
 #: Above this the film is inconclusive: cells change more than their rows do.  Ray-traced films: genuine ones give up to
 #: 1.04, cross-faded photographs with rows smoothed by 3 to 5 mm 1.3 to 2.2.
 CELLS_MOST_RATIO = 1.25
@@ -205,7 +205,7 @@ TWIST_REPEATS_RAD = 2.5e-4
 AGREES_SDS, DIFFERS_SDS = 3.5, 6.0
 #: A stretch has an offset of its own from this length on.  Set by hand: a second holds two independent samples.
 LEAST_STRETCH_S = 1.0
-#: On a steady course the badge as built speaks for a film if gain and offset agree within this many standard
+#: On a steady path the badge as built speaks for a film if gain and offset agree within this many standard
 #: deviations.  Derived: 95 % of a normal distribution; a wider window would let a delay of 0.2 s through on a sweep.
 KNOWN_SDS = 2.0
 

@@ -1,15 +1,11 @@
-"""Medians, means and greatest values over windows of a series of frames.
+"""Filters and cubic splines over the frames of a film.
 
-SciPy has these filters too, but it takes longer to load than a film of two seconds takes to verify.
+Medians, means and greatest values over windows of frames; a smoothing spline at its own places, an interpolating
+spline's slope, and B-splines on an even grid.  SciPy has all of them too, but it takes longer to load than a film of
+two seconds takes to verify.
 
-Convention: the first axis is time; a window is centred on its frame, and beyond an end the last frame is repeated.
-
-Cubic splines over the frames of a film.
-
-SciPy has splines too, but it takes longer to load than a film of two seconds takes to verify.  Only what a film needs
-is here: a smoothing spline at its own places, an interpolating spline's slope, and B-splines on an even grid.
-
-Convention: places rise strictly.
+Convention: the first axis is time; a window is centred on its frame, and beyond an end the last frame is repeated; the
+places of a spline rise strictly.
 """
 
 from __future__ import annotations

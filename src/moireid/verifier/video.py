@@ -1,8 +1,7 @@
-"""Video in: grey frames with their times, by PyAV.
+"""Video in: grey frames with their times, by PyAV, and the open file that several readers share.
 
-Colour is not used: fringes and markers are grey, and so is the luma plane of the decoder.
-
-A file that is opened once for several readers, so that all of them read the same file.
+A file is opened once, so that all readers of a film read the same file.  Colour is not used: fringes and markers are
+grey, and so is the luma plane of the decoder.
 """
 
 from __future__ import annotations
@@ -72,7 +71,7 @@ class OpenedFile:
         except OSError as error:
             raise MediaError(f"{self.path} cannot be read any more ({error}); copy it to this machine first") from error
         if self._stated() != self._state:
-            raise MediaError(f"{self.path} changed while it was read; give a film that nobody writes to any more")
+            raise MediaError(f"{self.path} changed while it was read; give a film that is no longer written to")
         return digest.hexdigest()
 
     def _stated(self) -> tuple[int, int]:
@@ -157,9 +156,9 @@ class Film:
 
     Notes
     -----
-    Convention: the file is opened once.  All that is read of it or told of it is of that file, whatever its path names
-    later.  Rows stay as they were coded: a phone's rotation flag is not followed.  Pixels that the file calls wide or
-    tall are made square, as a player shows them; width and height are those of the square ones.
+    Convention: the file is opened once; all results are of that file, even if its path names another one later.  Rows
+    stay as they were coded: a phone's rotation flag is not followed.  Pixels that the file calls wide or tall are made
+    square, as a player shows them; width and height are those of the square ones.
     Pictures larger than 4K are read reduced: a pixel that is read is the mean of `reduced_by` by `reduced_by` of them,
     so place x that is read is place `unreduced_px(x)` of the film; width and height are those that are read.
     Source: FFmpeg by PyAV.  Its decoders' own reduction (`lowres`) is not used: those of H.264, HEVC, VP9 and AV1, in
@@ -280,7 +279,7 @@ class Film:
         array (height, width, 3) of uint8
             Red, green, blue; rows as they were coded.
         int
-            Quarter turns, anticlockwise, after which it stands as a player shows it.
+            Quarter turns, anticlockwise, after which it is as a player shows it.
 
         Raises
         ------

@@ -1,19 +1,27 @@
 """The studio: pages and an API over moireid, for `moireid serve`, and live checks.  It adds no optics of its own.
 
-settings.py  where things lie, and the limits     studio.py    what all routes share
-problems.py  errors: a code and one sentence
-store/       the studio's own tables, and films that wait
-auth/        roles, tokens, and no requests from other sites
-http/        connections, and how much a token may ask
-jobs/        work that takes time; each job has its own process
-forms.py     fields and small files, within a limit
-uploads.py   a form with a film, to the disk       checks.py    from a form to a job at work
-issue_jobs.py  orders to jobs, and back             reports.py    a verdict as a page
-links.py     one-time links, and what came of them  samples.py    films to try, in samples/
-pictures.py  logos and portraits, kept until printed; picture_work.py  the sealed process that reads them
-pages/       the pages      api/  the API          live/        the live check
-watch/       any stream as it comes: cameras, pipes, addresses, WebRTC      commands/  serve, token, verdicts, watch
-app.py       create_app: which routes there are
+settings.py      where things are, and the limits
+studio.py        what all routes share
+app.py           create_app: which routes there are
+problems.py      errors: a code and one sentence
+forms.py         fields and small files, within a limit
+uploads.py       a form with a film, to the disk
+checks.py        from a form to a job at work
+issue_jobs.py    orders to jobs, and back
+reports.py       a verdict as a page
+links.py         one-time links, and what came of them
+samples.py       films to try, in samples/
+pictures.py      logos and portraits, kept until printed
+picture_work.py  the sealed process that reads them
+store/           the studio's own tables, and films that wait
+auth/            roles, tokens, and no requests from other sites
+http/            connections, and how much a token may ask
+jobs/            work that takes time; each job has its own process
+pages/           the pages
+api/             the API
+live/            the live check
+watch/           any stream as it comes: cameras, pipes, addresses, WebRTC
+commands/        serve, token, verdicts, watch
 
 FastAPI is imported by `app.py` and what is under it, so nothing but `moireid serve` pays for it.
 """

@@ -1,4 +1,4 @@
-"""The application: which routes there are, and what stands before them."""
+"""The application: which routes there are, and what a request passes before them."""
 
 from __future__ import annotations
 
@@ -104,14 +104,14 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(RequestMetrics, metrics=studio.metrics, note=note_request)
     verify.install(app)
     for router in (*ROUTERS, _static()):
-        # Each with its own prefix and rules already; in one flat list, so that whoever looks over all of them can.
+        # Each with its own prefix and rules already; in one flat list, so that all of them can be checked.
         app.router.routes.extend(router.routes)
     describe(app)
     return app
 
 
 def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
-    """What is asked for when somebody reads the figures."""
+    """What is asked for when the figures are read."""
     door: ConnectionGuard = app.state.door
     return [
         ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),

@@ -87,7 +87,7 @@ def _wish(given: Mapping[str, str], *, ids: bool, report: bool) -> dict[str, Any
 def _look_up(studio: Studio, job: Job, wish: dict[str, Any]) -> None:
     """Whose badge a job's film is said to show, as the registry knows it now; it is asked again as the film is judged.
 
-    Raises: Refusal where the claim is none, or means nobody or several people.
+    Raises: Refusal where the claim is none, or means no one or several people.
     """
     if job.kind == "identify":
         job.label, job.standing = "who it is", studio.standing()

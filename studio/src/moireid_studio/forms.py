@@ -43,10 +43,10 @@ class Fields:
 
 def within(request: Request, most: int | None = None, came: Callable[[int], None] = lambda _: None) -> Request:
     """The same request, of which no more is read than `most` bytes, or `Limits.form_bytes`: reading on raises
-    HTTPException 413, and 408 where it stands still or is very slow.
+    HTTPException 413, and 408 where it stops or is very slow.
 
     Bytes are counted as they arrive, because a body sent in pieces need not state its length.
-    Parameters: came: told how many have come so far; it may refuse more.
+    Parameters: came: called with how many have come so far; it may refuse more.
     """
     limits, seen, begun = studio_of(request).settings.limits, 0, time.monotonic()
     most = limits.form_bytes if most is None else most
@@ -59,7 +59,7 @@ def within(request: Request, most: int | None = None, came: Callable[[int], None
             async with asyncio.timeout(max(min(limits.idle_s, last_s), 0.0)):
                 message = await request.receive()
         except TimeoutError as error:
-            raise HTTPException(408, "The form stood still, or came too slowly; send it again.") from error
+            raise HTTPException(408, "The form stopped, or came too slowly; send it again.") from error
         seen += len(message.get("body", b""))
         if seen > most:
             raise too_large(most)

@@ -17,7 +17,7 @@ from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.jobs.orders import BadgeOrder, Wish
-from moireid_studio.jobs.work import ORDER, PACKAGE, PEOPLE
+from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE
 from moireid_studio.pictures import kept_pictures
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job

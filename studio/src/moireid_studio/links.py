@@ -2,7 +2,7 @@
 
 A link's secret is 256 random bits, shown once, to the one who asks; only its SHA-256 is kept.  It opens one check of
 one claim, once, within half an hour, and nothing else.  Results are kept for `KEEP_DAYS`, and only the one who asked
-can see them.  No name of a person stands in the columns: a claim is the badge's id, as in `verdicts.py`.
+can see them.  No name of a person is in the columns: a claim is the badge's id, as in `verdicts.py`.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ class Links:
         self._write(update(links).where(links.c.id == link.id, links.c.opened_at.is_(None)).values(opened_at=_now()))
 
     def use(self, link: OneTimeLink, *, agreed: bool) -> bool:
-        """Use the link up, if nobody did before and it is not late: of two at once, one alone gets True."""
+        """Use the link up, if it was not used before and is not late: of two at once, one alone gets True."""
         unused = links.c.id == link.id, links.c.used_at.is_(None), links.c.expires_at > _now()
         return self._write(update(links).where(*unused).values(used_at=_now(), agreed=int(agreed))) == 1
 
@@ -211,9 +211,9 @@ class Links:
 
 
 def _link(row: dict[str, Any]) -> OneTimeLink:
-    told = {name: value for name, value in row.items() if name not in ("number", "sha256")}
-    told |= {name: bool(row[name]) for name in ("ids", "wants_pictures")}
-    return OneTimeLink(**told | {"agreed": None if row["agreed"] is None else bool(row["agreed"])})
+    values = {name: value for name, value in row.items() if name not in ("number", "sha256")}
+    values |= {name: bool(row[name]) for name in ("ids", "wants_pictures")}
+    return OneTimeLink(**values | {"agreed": None if row["agreed"] is None else bool(row["agreed"])})
 
 
 def _hash(secret: str) -> str:

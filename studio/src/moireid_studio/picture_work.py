@@ -28,15 +28,15 @@ def read_pictures(talk: Talk) -> None:
     # Loaded before anything of a visitor's is read.
     import resvg_py  # noqa: F401
 
-    talk.tell({"ready": True})
+    talk.send({"ready": True})
     while (sent := talk.next()) is not None:
         data, whose = sent
         try:
             picture = picture_of(data, whose, draw_svg_here)
         except SpecError as error:
-            talk.tell({"fault": str(error)})
+            talk.send({"fault": str(error)})
             continue
-        talk.tell({"picture": base64.b64encode(encoded(picture)).decode()})
+        talk.send({"picture": base64.b64encode(encoded(picture)).decode()})
 
 
 def encoded(picture: Image.Image) -> bytes:

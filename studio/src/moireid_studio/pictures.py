@@ -33,7 +33,7 @@ from moireid_studio.studio import Studio
 KIND, FILE = "pictures", "pictures.zip"
 #: Begins with the first picture, and loads what reads them once.
 readers = ForkServer("moireid_studio.picture_work:read_pictures", sealed=True)
-#: So many processes read pictures at a time; whoever waits longer than that for one is sent away.
+#: So many processes read pictures at a time; a visitor who waits longer than that for one is refused.
 AT_A_TIME, WAIT_S = 2, 30.0
 _places = threading.BoundedSemaphore(AT_A_TIME)
 #: Answers: a picture of `picture_work.MOST_BYTES` in letters, and its frame.
@@ -110,17 +110,17 @@ class Reader:
         last = time.monotonic() + MOST_SECONDS
         try:
             self._child.send((picture.data, whose), MOST_SECONDS)
-            told = self._child.hear(max(last - time.monotonic(), 0.0))
+            answer = self._child.hear(max(last - time.monotonic(), 0.0))
         except ProcessEnd:
             self.end()
             return SpecError(f"{whose} takes more memory than a picture may have here; {ADVICE} that is smaller")
-        if told is None:
+        if answer is None:
             self.end()
             return too_slow(whose)
-        if "fault" in told:
-            return SpecError(str(told["fault"]))
+        if "fault" in answer:
+            return SpecError(str(answer["fault"]))
         try:
-            made = StoredPicture(picture.name, base64.b64decode(str(told.get("picture")), validate=True))
+            made = StoredPicture(picture.name, base64.b64decode(str(answer.get("picture")), validate=True))
         except binascii.Error:
             made = StoredPicture("", b"")
         # No honest process hands back another kind of picture.

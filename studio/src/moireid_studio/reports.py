@@ -1,8 +1,8 @@
 """A verdict as a page: what a job's process found, with what the registry knows.
 
-The registry is asked here, in the server.  The process that decoded the film is told of the claimed badge alone, and
-never learns whose badge it has read.  What that process says and leaves in its folder is nobody's word: names of
-pictures are among ours, and a link is not followed.
+The registry is asked here, in the server.  The process that decoded the film gets the claimed badge alone, and never
+learns whose badge it has read.  What that process says and leaves in its folder is not trusted: names of pictures must
+be among ours, and a link is not followed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def circumstances_of(studio: Studio, job: Job) -> Circumstances:
     )
 
 
-def pictures_told(job: Job) -> Pictures:
+def list_pictures(job: Job) -> Pictures:
     """The pictures of a job by their names, without their contents."""
     named = [name for name in _texts(job.kept.get("files")) if NAME.fullmatch(name)]
     titles = tuple(title[:MOST_LETTERS] for title in _texts(job.kept.get("plots")))[:MOST_PLOTS]
@@ -47,7 +47,7 @@ def pictures_told(job: Job) -> Pictures:
 
 def pictures_of_job(job: Job) -> Pictures:
     """The pictures of a job.  Raises: Refusal 404 where they were removed."""
-    shown = pictures_told(job)
+    shown = list_pictures(job)
     return Pictures({name: kept_file(job, name) for name in shown.files}, shown.plots, shown.frame_s)
 
 

@@ -1,4 +1,4 @@
-"""Films to try, which come with moireid: a true one and a forged one, of a badge that is nobody's."""
+"""Films to try, which come with moireid: a true one and a forged one, of a badge that belongs to no one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the studio's things lie, whether it asks for tokens, and its limits."""
+"""Where the studio's things are, whether it asks for tokens, and its limits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from platformdirs import user_data_path
 
-#: A year: long enough for whoever must answer for a verdict, and not for ever.
+#: A year: long enough for someone who must answer for a verdict, and not for ever.
 KEEP_VERDICTS_DAYS = 365.0
 
 
@@ -49,7 +49,7 @@ class Limits:
 class Settings:
     """One studio: its registry (an SQLAlchemy URL, None for the default one), its folder, and its limits.
 
-    auth: ask for tokens; without it whoever reaches the server may do everything, so it must listen on loopback alone;
+    auth: ask for tokens; without it anyone who reaches the server may do all, so it must listen on loopback alone;
     trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
     keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
     jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec

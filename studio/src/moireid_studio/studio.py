@@ -31,7 +31,7 @@ from moireid_studio.store.ledger import Ledger
 from moireid_studio.store.storage import storage_of
 from moireid_studio.store.verdicts import Verdicts
 
-#: Anybody may ask whether the studio is ready, and none shall keep its database busy by that.
+#: Anyone may ask whether the studio is ready, and no one shall keep its database busy by that.
 NEEDS_S = 1.0
 
 
@@ -78,7 +78,7 @@ class Studio:
         )
 
     def _cluster(self) -> Dispatcher | None:
-        """Whoever hands films to the workers of a scheduler; None where this studio judges them.
+        """What hands films to the workers of a scheduler; None where this studio judges them.
 
         Raises: SpecError where workers elsewhere could not reach registry, database or films; MissingExtraError.
         """
@@ -142,8 +142,8 @@ class Studio:
         the words of the command line.
         """
         shown = self.registry.shown_url
-        told = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
-        return plain(told)
+        text = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
+        return plain(text)
 
     def audit(self, expected_head: str) -> Audit:
         """Audit the registry; only one audit runs at a time, because each reads everything.
@@ -174,7 +174,7 @@ class Studio:
             self._dispatcher.start()
 
     def stop(self) -> None:
-        """End the work; what is not done waits for whoever starts next."""
+        """End the work; what is not done waits for the next studio that starts."""
         if self._dispatcher is not None:
             self._dispatcher.stop()
         self.jobs.stop()

@@ -56,7 +56,7 @@ def sniff(head: bytes) -> str | None:
         return ".avi"
     if head[:4] == b"\x00\x00\x01\xba":
         return ".mpg"
-    # Packets of a transport stream are 188 bytes long and begin with the same byte; on discs 4 bytes stand before each.
+    # Packets of a transport stream are 188 bytes long and begin with the same byte; on discs 4 more bytes come first.
     if any(head[at : at + 2 * step + 1 : step] == b"GGG" for at, step in ((0, 188), (4, 192))):
         return ".ts"
     return None
@@ -72,8 +72,8 @@ async def receive(
 ) -> Form:
     """Read a form: the file `video` into `folder`, and these other fields.
 
-    stored: told how many bytes of the film were written so far; it may refuse more.
-    Raises: Refusal 400 where it is no whole form, 408 where it stands still, 413 where it is too large, 415 where it is
+    stored: called with how many bytes of the film were written so far; it may refuse more.
+    Raises: Refusal 400 where it is no whole form, 408 where it stops, 413 where it is too large, 415 where it is
         no form at all, or the file is no film, 422 where a field is unknown, given twice, or no text.
     """
     kind, options = parse_options_header(request.headers.get("content-type"))
@@ -114,16 +114,16 @@ class _Reader:
     """Takes the bytes of a form; the parser calls back for each part."""
 
     def __init__(self, boundary: bytes, folder: Path, limits: Limits, names: Collection[str]) -> None:
-        told = {
+        calls = {
             name: getattr(self, f"_{name}")
             for name in ("part_begin", "part_data", "header_field", "header_value", "header_end", "headers_finished")
         }
-        told |= {"part_end": self._part_end, "end": self._end}
-        self._parser = MultipartParser(boundary, {f"on_{name}": call for name, call in told.items()})  # type: ignore[arg-type]
+        calls |= {"part_end": self._part_end, "end": self._end}
+        self._parser = MultipartParser(boundary, {f"on_{name}": call for name, call in calls.items()})  # type: ignore[arg-type]
         self._folder, self._limits, self._names = folder, limits, names
         self._texts: dict[str, bytearray] = {}
         self._file: BinaryIO | None = None
-        self._head, self.written, self._beside, self._ended = bytearray(), 0, 0, False
+        self._head, self.written, self._outside_film, self._ended = bytearray(), 0, 0, False
         self._header, self._value, self._disposition, self._name = bytearray(), bytearray(), b"", ""
         self._called = ""
         self._digest = hashlib.sha256()
@@ -135,10 +135,10 @@ class _Reader:
         """
         before = self.written
         self._parser.write(chunk)
-        self._beside += len(chunk) - (self.written - before)
-        if self._beside > self._limits.form_bytes:
+        self._outside_film += len(chunk) - (self.written - before)
+        if self._outside_film > self._limits.form_bytes:
             most = self._limits.form_bytes // 1024
-            raise Refusal(413, "too_large", f"Beside the film the form is larger than the {most} kB that are taken.")
+            raise Refusal(413, "too_large", f"Without the film the form is larger than the {most} kB that are taken.")
 
     def finish(self) -> Form:
         """The form, once all has come."""
@@ -180,10 +180,10 @@ class _Reader:
         self._value.clear()
 
     def _headers_finished(self) -> None:
-        told = parse_options_header(self._disposition)[1]
-        name = told.get(b"name", b"").decode("utf-8", "replace")
+        options = parse_options_header(self._disposition)[1]
+        name = options.get(b"name", b"").decode("utf-8", "replace")
         if name == "video" and self._file is None:
-            self._called = called(told.get(b"filename", b"").decode("utf-8", "replace"))
+            self._called = called(options.get(b"filename", b"").decode("utf-8", "replace"))
             self._file = (self._folder / "upload").open("xb")
         elif name == "video" or name in self._texts:
             raise Refusal(422, "fields", "A field of the form is given twice.")
@@ -237,7 +237,7 @@ async def _chunks(request: Request, limits: Limits) -> AsyncIterator[bytes]:
         except StopAsyncIteration:
             return
         except TimeoutError as error:
-            text = "The upload stood still, or came too slowly; send it again, over a faster line if you can."
+            text = "The upload stopped, or came too slowly; send it again, over a faster connection if you can."
             raise Refusal(408, "slow", text) from error
         got += len(chunk)
         if chunk:

@@ -1,4 +1,4 @@
-"""Who may do what in the studio.  Beside each test: the wrong implementation it catches."""
+"""Who may do what in the studio.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visi
 
 
 def routes(visit: Visit) -> list[APIRoute | APIWebSocketRoute]:
-    """Every route of the application but that of /openapi.json, which tells nothing of anybody."""
+    """Every route of the application but that of /openapi.json, which says nothing of any person."""
     found = [route for route in visit.app.routes if getattr(route, "path", "") != "/openapi.json"]
     assert all(isinstance(route, APIRoute | APIWebSocketRoute) for route in found), found
     return found
@@ -81,7 +81,7 @@ def is_open(path: str) -> bool:
 
 
 def test_every_route_names_its_rule(visit: Visit) -> None:
-    """Catches: a new route that nobody thought of who may use."""
+    """Catches: a new route without a rule of who may use it."""
     assert len(routes(visit)) > 20
     for route in routes(visit):
         rules = [rule for rule in rules_of(route) if rule.roles]
@@ -219,8 +219,8 @@ def test_the_command_refuses_what_is_not_safe_or_not_there(tmp_path: Path) -> No
         assert done.exit_code == 2 and words in done.output, done.output
 
 
-def test_a_port_that_is_taken_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a traceback, or a studio that nobody reaches, where another program has the port."""
+def test_a_port_that_is_taken_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a traceback, or a studio that no one reaches, where another program has the port."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     url = f"sqlite:///{tmp_path}/registry.sqlite3"
     open_registry(url, create=True).close()

@@ -1,4 +1,4 @@
-"""Tokens and sessions: how long they last, and how they end.  Beside each test: what it would catch."""
+"""Tokens and sessions: how long they last, and how they end.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ def test_a_token_lasts_ninety_days_unless_said(tmp_path: Path) -> None:
     """Catches: a default without end; a lifetime of the wrong unit."""
     run, create = CliRunner().invoke, ["token", "create", "--role", "admin", "--data", str(tmp_path)]
     for more, days in (((), 90.0), (("--expires", "2"), 2.0)):
-        told = json.loads(run(moireid, [*create, "--json", *more]).stdout)
-        made, ends = (datetime.fromisoformat(told[key]) for key in ("made_at", "expires_at"))
+        created = json.loads(run(moireid, [*create, "--json", *more]).stdout)
+        made, ends = (datetime.fromisoformat(created[key]) for key in ("made_at", "expires_at"))
         assert abs((ends - made).total_seconds() - days * 86400) < 2
     assert run(moireid, [*create, "--expires", "9999"]).exit_code == 2
 

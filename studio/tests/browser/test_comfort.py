@@ -104,7 +104,7 @@ def test_several_films_are_judged_one_by_one(page: Page, films: Path, tmp_path: 
     page.get_by_role("button", name="Verify").click()
     rows = page.locator("#batch-rows tr")
     expect(rows).to_have_count(4)
-    for number, words in enumerate(["? left open", "? left open", "none of the films", "at most 1 MB"]):
+    for number, words in enumerate(["? inconclusive", "? inconclusive", "none of the films", "at most 1 MB"]):
         expect(rows.nth(number)).to_contain_text(words, timeout=120_000)
     look(page, pictures, "batch")
     rows.first.get_by_role("link").click()

@@ -127,7 +127,7 @@ def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Pa
     visitor.go("/verify")
     visitor.look("verify")
     broken = "The fringes do not follow the law: they move the other way than they should"
-    for film, headline in (("genuine_1.0m.mp4", "Genuine; nobody was claimed"), ("forged_reversed_1.0m.mp4", broken)):
+    for film, headline in (("genuine_1.0m.mp4", "Genuine; no person was claimed"), ("forged_reversed_1.0m.mp4", broken)):
         visitor.go("/verify")
         page.get_by_label("The film", exact=True).set_input_files(films / film)
         page.get_by_label("or the badge's own file").set_input_files(films / "badge.json")
@@ -216,8 +216,8 @@ def shown(ada: Badge, films: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     grace = design_badge(Request("Grace Hopper"), payload_for_name("Grace Hopper"))
     return {
         "✓ Genuine, and Ada Lovelace's": badge_film(ada, folder / "ada.mp4"),
-        "✗ Genuine, but nobody's in this registry": badge_film(grace, folder / "grace.mp4"),
-        "? Cannot tell: the badge is hardly to be seen": tiny_film(films / "genuine_1.0m.mp4", folder / "other.mp4"),
+        "✗ Genuine, but held by no one in this registry": badge_film(grace, folder / "grace.mp4"),
+        "? Cannot tell: the badge can hardly be seen": tiny_film(films / "genuine_1.0m.mp4", folder / "other.mp4"),
     }
 
 

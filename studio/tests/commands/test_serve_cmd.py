@@ -1,4 +1,4 @@
-"""The studio as its command starts it.  Beside each test: the wrong implementation it catches."""
+"""The studio as its command starts it.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def test_the_studio_starts_in_a_fresh_place(tmp_path: Path) -> None:
     environment = {name: word for name, word in os.environ.items() if not name.startswith("MOIREID_")}
     environment |= {"XDG_DATA_HOME": str(tmp_path / "data"), "HOME": str(tmp_path)}
     command = [sys.executable, "-c", SERVE, "serve", "--no-auth", "--port", "0"]
-    for told in ("there was no registry, so a new one was made: sqlite:///", "nobody is enrolled yet"):
+    for words in ("there was no registry, so a new one was made: sqlite:///", "no one is enrolled yet"):
         with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as server:
             assert server.stderr is not None
             said = server.stderr.readline()
             assert "the studio is at http://" in said, said
             held = server.stderr.readline()
             assert ("reaches no network" in held) == (sys.platform == "linux") and "a film's process" in held
-            assert told in server.stderr.readline()
+            assert words in server.stderr.readline()
             own = psutil.Process(server.pid).children()
             (signer,) = [one for one in own if "moireid.registry.signing.process" in one.cmdline()]
             home = said.split()[4]

@@ -1,4 +1,4 @@
-"""`moireid watch` as it is typed.  Beside each test: the wrong implementation it catches."""
+"""`moireid watch` as it is typed.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from kit.places import FILMS
 from kit.streams import pictures, write_stream
 from moireid.cli.main import moireid
-from moireid_studio.commands.watch_cmd import line_of, plain, told
+from moireid_studio.commands.watch_cmd import line_of, live_display, plain
 
 BADGE = ["--badge", str(FILMS / "badge.json")]
 PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
@@ -59,10 +59,10 @@ def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[s
     assert "bearer token abc" in str(line_of(door)) and "HTTPS" in str(line_of(door))
     assert "token" not in str(line_of(door | {"token": None, "here": True}))
     status: dict[str, Any] = {"event": "status", "verdict": "reject", "badge": True, "tracked": 3}
-    with told("a source") as tell:
+    with live_display("a source") as show:
         for reasons in ([{"level": "fail", "text": "first\x1b[2J"}], [{"level": "fail", "text": "second"}]):
-            tell(status | {"reasons": reasons})
-        tell(status | {"verdict": "accept", "reasons": []})
+            show(status | {"reasons": reasons})
+        show(status | {"verdict": "accept", "reasons": []})
     lines = capsys.readouterr().err.splitlines()
     assert [line.split("  ")[-1] for line in lines] == ["reject: first [2J", "accept: "]
 

@@ -1,4 +1,4 @@
-"""A server of silent and slow connections.  Beside each test: the wrong implementation it catches."""
+"""A server of silent and slow connections.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ async def asked(port: int) -> bytes:
         writer.close()
 
 
-def test_silent_connections_make_room_for_whoever_speaks() -> None:
-    """Catches: a cap that turns away the next one, whoever has the places."""
+def test_silent_connections_make_room_for_those_that_speak() -> None:
+    """Catches: a cap that turns away the next one, whatever holds the places."""
     door = ConnectionGuard(most=10)
 
     async def talk(port: int) -> None:
@@ -68,7 +68,7 @@ def test_silent_connections_make_room_for_whoever_speaks() -> None:
 
 
 def test_slow_requests_make_room_too(monkeypatch: Any) -> None:
-    """Catches: a body of a byte a second, by which whoever has no token holds a place."""
+    """Catches: a body of a byte a second, by which a client without a token holds a place."""
     monkeypatch.setattr("moireid_studio.http.connections.YOUNG_S", 0.05)
     door = ConnectionGuard(most=5)
 

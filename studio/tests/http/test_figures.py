@@ -1,4 +1,4 @@
-"""Health, figures and the log.  Beside each test: the wrong implementation it catches."""
+"""Health, figures and the log.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visi
             yield made
 
 
-def test_figures_tell_of_no_person_film_or_token(visit: Visit, tmp_path: Path, films: Path, ada: Badge) -> None:
+def test_figures_name_no_person_film_or_token(visit: Visit, tmp_path: Path, films: Path, ada: Badge) -> None:
     """Catches: labels made of what visitors send, which also grow without an end; work that is not counted."""
     tiny = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "tiny.mp4")
     visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, claim=ada.name))
     visit.ask("GET", f"/registry/{ada.id}", "verifier")
-    visit.ask("GET", "/nobody/Ada%20Lovelace", None)
+    visit.ask("GET", "/no-route/Ada%20Lovelace", None)
     visit.ask("GET", "/" + "0123456789abcdef" * 2, None)
     visit.ask("BREW", "/", None)
-    told = visit.ask("GET", "/metrics", "monitor").text
-    assert 'moireid_requests_total{method="POST",route="/api/verify",status="200"} 1.0' in told
-    assert 'moireid_jobs_ended_total{kind="verify",outcome="done"} 1.0' in told
-    assert 'moireid_requests_total{method="other"' in told and 'moireid_jobs{state="waiting"} 0.0' in told
+    figures = visit.ask("GET", "/metrics", "monitor").text
+    assert 'moireid_requests_total{method="POST",route="/api/verify",status="200"} 1.0' in figures
+    assert 'moireid_jobs_ended_total{kind="verify",outcome="done"} 1.0' in figures
+    assert 'moireid_requests_total{method="other"' in figures and 'moireid_jobs{state="waiting"} 0.0' in figures
     for word in ("Lovelace", ada.id, "0123456789abcdef", "BREW", "moireid_session", *visit.tokens.values()):
-        assert word not in told
+        assert word not in figures
     token_ids = [token.id for token in visit.studio.tokens.all()]
-    assert not any(one in told for one in token_ids)
+    assert not any(one in figures for one in token_ids)
 
 
 def test_ready_means_that_work_can_be_taken(visit: Visit, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,14 +61,14 @@ def record(message: str, *args: object, error: BaseException | None = None) -> l
     return logging.LogRecord("moireid_studio", logging.ERROR, "x.py", 1, message, args, info)
 
 
-def test_the_log_tells_no_words_of_an_error() -> None:
+def test_the_log_holds_no_words_of_an_error() -> None:
     """Catches: a name in the log, since errors say whose badge it was."""
     try:
         raise RegistryError("badge of Ada Lovelace was revoked")
     except RegistryError as error:
         line = logs.Lines().format(record("%s", error, error=error))
-    told = json.loads(line)
-    assert "Lovelace" not in line and told["error"] == told["event"] == "RegistryError" and told["at_lines"]
+    fields = json.loads(line)
+    assert "Lovelace" not in line and fields["error"] == fields["event"] == "RegistryError" and fields["at_lines"]
     logs.note_request("GET", "/registry/{badge_id}", 200, 0.5)
 
 

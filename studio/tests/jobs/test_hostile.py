@@ -1,4 +1,4 @@
-"""A job whose process is in a stranger's hands.  Beside each test: the wrong implementation it catches."""
+"""A job whose process is in a stranger's hands.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ def test_it_loses_its_own_job_alone(run: Callable[..., tuple[Job, Jobs]], work: 
     assert all(thread.is_alive() for thread in jobs.workers.threads)
 
 
-def test_an_error_that_nobody_thought_of_ends_one_job(
+def test_an_unexpected_error_ends_one_job(
     run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a worker that any error of ours ends."""
 
     def fail(*given: Any, **more: Any) -> None:
-        raise LookupError("nobody thought of this")
+        raise LookupError("an unexpected error")
 
     monkeypatch.setattr(workers, "run_task", fail)
     job, jobs = run("questions")

@@ -1,4 +1,4 @@
-"""Lists of people in the studio, with pictures beside them.  Beside each test: the wrong implementation it catches."""
+"""Lists of people in the studio, with pictures next to them.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def sent(visit: Visit, people: str, files: list[tuple[str, tuple[str, bytes]]], 
     return visit.ask("POST", "/issue/event", "issuer", data=data, files=[*files, ("people_file", ("", b""))])
 
 
-def test_rows_wear_their_own_pictures_and_namesakes_are_told_apart(visit: Visit) -> None:
+def test_rows_wear_their_own_pictures_and_namesakes_are_distinguished(visit: Visit) -> None:
     """Catches: pictures that go to the wrong rows, are lost on the way to the print or must be chosen twice; lines of
     one namesake on the other's badge, a claim of one that means the other."""
     people = (
@@ -64,11 +64,11 @@ def test_rows_wear_their_own_pictures_and_namesakes_are_told_apart(visit: Visit)
     assert moved.status_code == 303, moved.text
     job = moved.headers["location"].rsplit("/", 1)[1]
     begun = time.monotonic()
-    while (told := visit.ask("GET", f"/api/badges/jobs/{job}", "issuer").json())["state"] not in ("done", "failed"):
+    while (issued := visit.ask("GET", f"/api/badges/jobs/{job}", "issuer").json())["state"] not in ("done", "failed"):
         assert time.monotonic() - begun < 200
         time.sleep(0.1)
-    assert told["state"] == "done", told
-    assert [one["line"] for one in told["result"]["people"]] == ["Reporter", "Editor", "Guest"]
+    assert issued["state"] == "done", issued
+    assert [one["line"] for one in issued["result"]["people"]] == ["Reporter", "Editor", "Guest"]
     package = visit.ask("GET", f"/issue/jobs/{job}/package.zip", "issuer").content
     shown = []
     with zipfile.ZipFile(io.BytesIO(package)) as archive:
@@ -84,8 +84,8 @@ def test_rows_wear_their_own_pictures_and_namesakes_are_told_apart(visit: Visit)
         (["Guest"], set()),
     ]
     assert not [name for name in names if name.endswith(tuple(COLOURS))]
-    # Each namesake is claimed by the line, here as by the command, and nobody by the bare name.
-    ids = [one["id"] for one in told["result"]["people"]]
+    # Each namesake is claimed by the line, here as by the command, and no one by the bare name.
+    ids = [one["id"] for one in issued["result"]["people"]]
     film = film_form(b"\0\0\0\x18ftypmp42" + b"\0" * 600)
     for line, badge_id in (("Reporter", ids[0]), ("Editor", ids[1])):
         claim = visit.ask("POST", "/api/jobs", "verifier", files=film["files"], data={"claim": f"Ana Silva, {line}"})
@@ -93,7 +93,7 @@ def test_rows_wear_their_own_pictures_and_namesakes_are_told_apart(visit: Visit)
         assert visit.job(claim.json()["id"]).claimed_id == badge_id
     both = visit.ask("POST", "/api/jobs", "verifier", files=film["files"], data={"claim": "Ana Silva"})
     assert both.status_code == 409 and "Ana Silva, " in both.json()["text"] and ids[0] not in both.json()["text"]
-    # Whoever looks them up is led to each by name and line.
+    # A search for them leads to each by name and line.
     listed = visit.ask("GET", "/registry?search=Ana", "verifier").text
     assert {"/verify?claim=Ana%20Silva%2C%20Reporter", "/verify?claim=Ana%20Silva%2C%20Editor"} <= set(
         re.findall(r'href="([^"]*)"', listed)
@@ -131,7 +131,7 @@ def test_a_row_that_names_no_chosen_picture_is_refused_with_its_row(visit: Visit
     assert sent(visit, f"name,portrait\nGood,{tmp_path}/red.png\n", PICTURES).status_code == 200
 
 
-def test_pictures_of_one_name_or_of_no_row_are_told(visit: Visit) -> None:
+def test_pictures_of_one_name_or_of_no_row_are_reported(visit: Visit) -> None:
     """Catches: one of two pictures taken by chance, a picture that is passed over, the list lost by a bad picture."""
     twice = [("pictures", ("a/red.png", picture((1, 1, 1)))), *PICTURES]
     page = sent(visit, "name,portrait\nAda,red.png\n", twice)
@@ -145,7 +145,7 @@ def test_pictures_of_one_name_or_of_no_row_are_told(visit: Visit) -> None:
 
 
 def test_colours_and_pictures_of_a_plain_board_get_room(tmp_path: Path) -> None:
-    """Catches: a list refused in the words of the command since nobody chose a template; a logo for all that is lost
+    """Catches: a list refused in the words of the command since no template was chosen; a logo for all that is lost
     where a row has a portrait of its own."""
     from moireid.designer.people import parse_people
 

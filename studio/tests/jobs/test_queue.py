@@ -1,4 +1,4 @@
-"""Uploads and what becomes of them.  Beside each test: the wrong implementation it catches."""
+"""Uploads and what becomes of them.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -55,20 +55,20 @@ def spoil(visit: Visit, act: Callable[[], object], film: Path) -> str:
 
 def ended(visit: Visit, job_id: str) -> dict:
     begun = time.monotonic()
-    while (told := visit.ask("GET", f"/api/jobs/{job_id}", "verifier").json())["state"] not in ("done", "failed"):
+    while (job := visit.ask("GET", f"/api/jobs/{job_id}", "verifier").json())["state"] not in ("done", "failed"):
         assert time.monotonic() - begun < 200
         time.sleep(0.05)
-    return told
+    return job
 
 
 def test_the_api_says_what_the_command_says(visit: Visit, tmp_path: Path, films: Path) -> None:
     """Catches: an API with a verdict of its own, figures left out, or the server's path in the report."""
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4", frames=100, size=(960, 540))
     badge, asked = films / "badge.json", {"cover": "0.25", "photographs": "2"}
-    told = visit.ask("POST", "/api/verify", "verifier", **film_form(film, badge, name="../../x.mp4", **asked))
-    assert told.status_code == 200
+    answer = visit.ask("POST", "/api/verify", "verifier", **film_form(film, badge, name="../../x.mp4", **asked))
+    assert answer.status_code == 200
     claim = Claim(load_badge(badge), provenance=FROM_FILE, cover_share=0.25, photographs=2)
-    said, own = told.json(), verify(film, claim).to_json()
+    said, own = answer.json(), verify(film, claim).to_json()
     assert said.pop("timing").keys() == own.pop("timing").keys()
     assert said["input"].pop("path") == "film.mp4" and own["input"].pop("path")
     # The studio has a registry, in which it looks for the badge of the file; the claim here has none.
@@ -78,39 +78,39 @@ def test_the_api_says_what_the_command_says(visit: Visit, tmp_path: Path, films:
     assert visit.left() == []
 
 
-def test_a_job_tells_its_progress_and_keeps_its_report(visit: Visit, tiny: Path, films: Path) -> None:
+def test_a_job_reports_its_progress_and_keeps_its_report(visit: Visit, tiny: Path, films: Path) -> None:
     """Catches: a film that stays, a report of another, results that strangers read."""
     begun = visit.ask("POST", "/api/jobs", "verifier", **film_form(tiny, films / "badge.json"))
     assert begun.status_code == 202
     path = begun.headers["location"]
     events = visit.ask("GET", f"{path}/events", "verifier").text
     assert events.startswith("event: progress\ndata: {") and events.count("event: end") == 1
-    told = visit.ask("GET", path, "verifier").json()
-    assert (told["state"], told["result"]["verdict"], told["report"]) == ("done", "inconclusive", True)
+    answer = visit.ask("GET", path, "verifier").json()
+    assert (answer["state"], answer["result"]["verdict"], answer["report"]) == ("done", "inconclusive", True)
     assert not any("film" in name or "upload" in name for name in visit.left())
     report = visit.ask("GET", f"{path}/report", "verifier")
     assert report.headers["content-disposition"].startswith("attachment")
     assert "sandbox" in report.headers["content-security-policy"]
     assert "<h1>? Cannot tell: " in report.text
     assert visit.ask("GET", f"{path}/report?format=zip", "verifier").content[:2] == b"PK"
-    page = f"/verify/{told['id']}"
+    page = f"/verify/{answer['id']}"
     for other in (path, f"{path}/events", f"{path}/report", page, f"{page}/picture/badge.png"):
         assert visit.ask("GET", other, "admin").status_code == 404, other
-    visit.studio.jobs.remove(visit.job(told["id"]))
+    visit.studio.jobs.remove(visit.job(answer["id"]))
     assert visit.left() == []
 
 
 def test_identify_and_claims(visit: Visit, tiny: Path, ada: Badge) -> None:
-    """Catches: a claim that is not looked up, or that reaches a page or a query as it is; an identity told to those who
-    may only verify.
+    """Catches: a claim that is not looked up, or that reaches a page or a query as it is; an identity shown to a
+    verifier.
     """
-    told = visit.ask("POST", "/api/identify", "verifier", **film_form(tiny)).json()
-    assert (told["finding"], told["found_id"], told["found_name"]) == ("inconclusive", None, None)
-    told = visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, claim="Ada Lovelace"))
-    assert told.status_code == 200 and told.json()["badge"] == {"id": None, "name": ada.name}
-    told = visit.ask("POST", "/api/verify", "admin", **film_form(tiny, claim="Ada Lovelace"))
-    assert told.status_code == 200 and told.json()["badge"]["id"] == ada.id
-    for claim in ("nobody", "' OR 1=1 --", "%", "<b>"):
+    answer = visit.ask("POST", "/api/identify", "verifier", **film_form(tiny)).json()
+    assert (answer["finding"], answer["found_id"], answer["found_name"]) == ("inconclusive", None, None)
+    answer = visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, claim="Ada Lovelace"))
+    assert answer.status_code == 200 and answer.json()["badge"] == {"id": None, "name": ada.name}
+    answer = visit.ask("POST", "/api/verify", "admin", **film_form(tiny, claim="Ada Lovelace"))
+    assert answer.status_code == 200 and answer.json()["badge"]["id"] == ada.id
+    for claim in ("no one", "' OR 1=1 --", "%", "<b>"):
         refused = visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, claim=claim))
         assert (refused.status_code, refused.json()["code"]) == (404, "no_claim")
         assert "sqlite" not in refused.text
@@ -124,8 +124,8 @@ def test_a_registry_by_a_relative_address_is_found_by_children(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MOIREID_KEYS", "keys")
     with studio(Path("."), ada) as relative:
-        told = relative.ask("POST", "/api/identify", "verifier", **film_form(tiny)).json()
-    assert told["finding"] == "inconclusive"
+        answer = relative.ask("POST", "/api/identify", "verifier", **film_form(tiny)).json()
+    assert answer["finding"] == "inconclusive"
 
 
 @pytest.mark.parametrize(("act", "code"), [(crash, "crash"), pytest.param(grow, "memory", marks=pytest.mark.slow)])
@@ -136,8 +136,8 @@ def test_a_film_that_spoils_its_reader_marks_its_own_job_alone(
     bad = spoil(visit, act, tiny)
     good = visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, films / "badge.json"))
     assert good.status_code == 200
-    told = ended(visit, bad)
-    assert (told["state"], told["problem"]["code"], told["result"]) == ("failed", code, None)
+    job = ended(visit, bad)
+    assert (job["state"], job["problem"]["code"], job["result"]) == ("failed", code, None)
     assert visit.left() == []
 
 
@@ -151,9 +151,9 @@ def test_a_film_that_takes_over_its_reader_gets_nothing(visit: Visit, tiny: Path
     assert all(path.stat().st_size for path in paths)
     with socket.create_server(("127.0.0.1", 0)) as server:
         thief = Thief(paths, server.getsockname()[1])
-        told = ended(visit, spoil(visit, thief, tiny))
+        job = ended(visit, spoil(visit, thief, tiny))
     text = f"the thief has [], and its own film of {tiny.stat().st_size} bytes"
-    assert told["problem"] == {"code": "MediaError", "text": text}
+    assert job["problem"] == {"code": "MediaError", "text": text}
     visit.studio.jobs.remove(other)
 
 
@@ -161,12 +161,12 @@ def test_a_film_that_hangs_is_ended(tmp_path: Path, tiny: Path, monkeypatch: pyt
     """Catches: a time limit that is not kept, and a stop that waits for ever."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     with studio(tmp_path, job_s=1.0) as visit:
-        told = ended(visit, spoil(visit, hang, tiny))
-        assert (told["state"], told["problem"]["code"]) == ("failed", "time")
+        hung = ended(visit, spoil(visit, hang, tiny))
+        assert (hung["state"], hung["problem"]["code"]) == ("failed", "time")
     with studio(tmp_path) as visit:
         left = spoil(visit, hang, tiny)
         time.sleep(0.5)
-    # It was given back: whoever starts next has it, and its film.
+    # It was given back: the studio that starts next has it, and its film.
     with studio(tmp_path, work=False) as visit:
         job = visit.job(left)
         assert (job.state, job.taken) == ("waiting", 0) and (job.folder / "film.mp4").is_file()
@@ -218,8 +218,8 @@ def test_what_is_no_film_or_no_form_is_refused(
     visit: Visit, video: bytes, fields: dict[str, str], status: int, code: str
 ) -> None:
     """Catches: a file believed by its name, a playlist handed to FFmpeg, limits that are not kept, leavings."""
-    told = visit.ask("POST", "/api/verify", "verifier", **film_form(video, **fields))
-    assert (told.status_code, told.json()["code"]) == (status, code), told.text
+    answer = visit.ask("POST", "/api/verify", "verifier", **film_form(video, **fields))
+    assert (answer.status_code, answer.json()["code"]) == (status, code), answer.text
     assert visit.left() == []
 
 
@@ -236,8 +236,8 @@ def test_what_is_no_form_is_refused(visit: Visit, tiny: Path) -> None:
         ((claim + b"a\r\n") * 2 + b"--x--\r\n", form, 422),
         (b"--x\r\n\r\na\r\n--x--\r\n", form, 422),
     ):
-        told = visit.ask("POST", "/api/verify", "verifier", content=content, headers={"Content-Type": kind})
-        assert told.status_code == status, (content, told.text)
+        answer = visit.ask("POST", "/api/verify", "verifier", content=content, headers={"Content-Type": kind})
+        assert answer.status_code == status, (content, answer.text)
     assert visit.left() == []
 
 
@@ -302,7 +302,7 @@ def test_leavings_go_at_the_start_and_results_after_their_time(
 
 @pytest.mark.slow
 def test_a_server_that_is_killed_leaves_no_process(tmp_path: Path, films: Path) -> None:
-    """Catches: processes that go on with a film when nobody waits for it any more."""
+    """Catches: processes that go on with a film when no one waits for it any more."""
     environment = os.environ | {"MOIREID_KEYS": str(tmp_path / "keys")}
     program = [sys.executable, "-c", "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"]
     url = f"sqlite:///{tmp_path}/registry.sqlite3"

@@ -1,4 +1,4 @@
-"""Jobs that outlive their studio, their worker or a fault of their storage.  Beside each test: the wrong
+"""Jobs that outlive their studio, their worker or a fault of their storage.  Each test names the wrong
 implementation it catches."""
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def test_a_film_that_waits_is_judged_after_a_restart(tmp_path: Path, ada: Badge,
         assert len(visit.studio.verdicts.given(9)) == 1
 
 
-def test_a_film_that_is_removed_is_judged_for_nobody(
+def test_a_film_that_is_removed_leaves_no_verdict(
     tmp_path: Path, ada: Badge, form: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a verdict on what was taken back; a process that goes on with it; files that come again."""
@@ -96,8 +96,8 @@ def test_studios_that_share_database_and_storage_work_as_one(
                 failing(two, 4, monkeypatch)
                 assert two.wait(begun(one, form), "verifier")["state"] == "done"
                 failing(two, 1000, monkeypatch)
-                told = two.wait(begun(one, form), "verifier")
-                assert (told["state"], told["problem"]["code"]) == ("failed", "storage")
+                job = two.wait(begun(one, form), "verifier")
+                assert (job["state"], job["problem"]["code"]) == ("failed", "storage")
         names = {path.name for path in films.rglob("*") if path.is_file()}
         assert "film.mp4" not in names and "signals.csv" in names
 

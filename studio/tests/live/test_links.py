@@ -209,8 +209,8 @@ def test_pictures_are_kept_only_if_both_agree(asker: Asker, *, wants: bool, agre
     for jpeg in (b"\xff\xd8 one", b"\xff\xd8 two"):
         if asked.picture is not None:
             asked.picture(jpeg)
-        asked.heard({"event": "prompted"})
-    asked.heard({"event": "verdict", "verdict": "accept", "reasons": [], "headline": {"title": "Ada"}})
+        asked.on_event({"event": "prompted"})
+    asked.on_event({"event": "verdict", "verdict": "accept", "reasons": [], "headline": {"title": "Ada"}})
     asked.ended()
     kept = [b"\xff\xd8 one", b"\xff\xd8 two"] if wants and agrees else []
     assert store.pictures(link) == kept and asker.newest().state == "done"

@@ -50,7 +50,7 @@ def test_a_registry_of_nobody_still_answers(films: Path, tmp_path: Path, monkeyp
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
     with studio(tmp_path) as visit:
-        assert "<h1>✗ Nobody&#39;s in this registry</h1>" in judged(visit, film, kind="identify")
+        assert "<h1>✗ Held by no one in this registry</h1>" in judged(visit, film, kind="identify")
 
 
 @pytest.mark.slow

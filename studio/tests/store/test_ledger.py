@@ -1,4 +1,4 @@
-"""Who may do a job, and whose result counts.  Beside each test: the wrong implementation it catches."""
+"""Who may do a job, and whose result counts.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_the_same_process_knows_its_second_beginning_from_its_first(process: Pro
 
 
 def test_a_worker_that_lives_keeps_its_job(process: Process, database: Database) -> None:
-    """Catches: a lease of which nobody tells; one that a hung worker keeps for ever."""
+    """Catches: a lease that is never renewed; one that a hung worker keeps for ever."""
     first, second = process(), process()
     submitted(first)
     assert first.take(("judge",)) is not None
@@ -146,8 +146,8 @@ def test_what_was_settled_by_a_lost_process_is_closed_and_not_done_again(process
     assert second.states([job.id]) == {job.id: "done"}
 
 
-def test_one_with_many_films_keeps_nobody_waiting(process: Process) -> None:
-    """Catches: a queue in which the first comer's hundredth film stands before another's first, and an issuer's."""
+def test_one_with_many_films_does_not_keep_others_waiting(process: Process) -> None:
+    """Catches: a queue in which the first comer's hundredth film comes before another's first, and an issuer's."""
     ledger = process()
     for _ in range(5):
         submitted(ledger, "many")
@@ -170,7 +170,7 @@ def test_times_are_the_database_s_own(process: Process, monkeypatch: pytest.Monk
     assert ahead.take(("judge",)) is None and ahead.lost(1000.0) == []
 
 
-def test_a_film_that_was_removed_is_judged_for_nobody(process: Process) -> None:
+def test_a_job_that_was_removed_stays_removed(process: Process) -> None:
     """Catches: a result that makes a removed job anew; a submission of one that is gone."""
     ledger = process()
     job = submitted(ledger)
@@ -211,7 +211,7 @@ def test_a_verdict_is_written_down_once(tmp_path: Path, database: Database, post
     assert len(both[1].given(9)) == 3
 
 
-def test_whoever_works_waits_for_a_database_that_is_away(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_waits_for_a_database_that_is_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a result that is lost with a connection; one that waits for what will never come."""
     monkeypatch.setattr("moireid_studio.store.database.PAUSE_S", 0.0)
     tries: list[int] = []

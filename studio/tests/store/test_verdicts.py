@@ -1,4 +1,4 @@
-"""The list of verdicts that a studio gave.  Beside each test: the wrong implementation it would catch."""
+"""The list of verdicts that a studio gave.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_each_verdict_is_written_down_without_names(ada: Badge, films: Path, tmp
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
     with studio(tmp_path, ada) as visit:
         form = film_form(film, name="secret meeting.mp4", claim=ada.name)
-        told = visit.ask("POST", "/api/verify", "verifier", **form).json()
+        answer = visit.ask("POST", "/api/verify", "verifier", **form).json()
         visit.ask("POST", "/api/identify", "admin", **film_form(film))
         ids = {role: visit.studio.tokens.find(secret).id for role, secret in visit.tokens.items()}
         found = visit.ask("GET", "/api/verdicts", "admin").json()
@@ -43,9 +43,9 @@ def test_each_verdict_is_written_down_without_names(ada: Badge, films: Path, tmp
         assert (verified["token"], verified["kind"], verified["verdict"]) == (
             ids["verifier"],
             "verify",
-            told["verdict"],
+            answer["verdict"],
         )
-        assert verified["film_sha256"] == hashlib.sha256(film.read_bytes()).hexdigest() == told["input"]["sha256"]
+        assert verified["film_sha256"] == hashlib.sha256(film.read_bytes()).hexdigest() == answer["input"]["sha256"]
         assert (verified["claim"], verified["claim_source"], verified["moireid"]) == (ada.id, "registry", __version__)
         assert verified["registry"] == f"{visit.studio.registry.fingerprint} {visit.studio.registry.head()}"
         assert (identified["token"], identified["kind"], identified["claim"]) == (ids["admin"], "identify", None)
@@ -59,11 +59,12 @@ def test_each_verdict_is_written_down_without_names(ada: Badge, films: Path, tmp
 
 
 def test_a_found_badge_says_who_else_could_have_it(tmp_path: Path) -> None:
-    """Catches: an identification that tells less of a badge than a verification does; notes by the decoder's word."""
+    """Catches: an identification that says less of a badge than a verification does; notes by the decoder's word."""
     made_of_name = badge_of("Ada Lovelace", None)
     with studio(tmp_path, made_of_name) as visit:
-        told = visit.ask("POST", "/api/identify", "verifier", **film_form(badge_film(made_of_name, tmp_path / "f.mp4")))
-        result = told.json()
+        film = badge_film(made_of_name, tmp_path / "f.mp4")
+        answer = visit.ask("POST", "/api/identify", "verifier", **film_form(film))
+        result = answer.json()
         assert result["found_id"] == made_of_name.id, result
         codes = [reason["code"] for reason in result["reasons"]]
         assert codes[-2:] == ["name_derived", "copyable"] and codes.count("copyable") == 1
@@ -110,11 +111,11 @@ def test_the_command_lists_and_exports_all(tmp_path: Path) -> None:
         store.note(**ONE | {"token": str(number)})
     data[-1] = str(tmp_path)
     assert len(run(moireid, data).stdout.splitlines()) == 50
-    told = json.loads(run(moireid, [*data, "--json"]).stdout)
-    assert [one["token"] for one in told["verdicts"]] == [str(number) for number in reversed(range(1203))]
+    listing = json.loads(run(moireid, [*data, "--json"]).stdout)
+    assert [one["token"] for one in listing["verdicts"]] == [str(number) for number in reversed(range(1203))]
     out = ["--out", str(tmp_path / "v.csv")]
     assert "1203 verdicts" in run(moireid, [*data, *out]).stdout
     with (tmp_path / "v.csv").open(encoding="utf-8") as stream:
-        assert [row["token"] for row in csv.DictReader(stream)] == [one["token"] for one in told["verdicts"]]
+        assert [row["token"] for row in csv.DictReader(stream)] == [one["token"] for one in listing["verdicts"]]
     assert "--overwrite" in run(moireid, [*data, *out]).stderr
     assert json.loads(run(moireid, [*data, "--since", "2999-01-01", "--json"]).stdout)["count"] == 0

@@ -1,4 +1,4 @@
-"""Which addresses are opened for a playlist.  Beside each test: the wrong implementation it catches."""
+"""Which addresses are opened for a playlist.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from moireid_studio.watch.fetching import Addresses, public
 
 
 class Moved(Handler):
-    """Leads to `server.to`, and notes what it is told."""
+    """Leads to `server.to`, and notes what it is sent."""
 
     def do_GET(self) -> None:
         self.server.asked.append((self.path, self.headers["Authorization"]))
@@ -24,7 +24,7 @@ class Moved(Handler):
 
 
 def test_the_own_host_is_read_wherever_it_lies(tmp_path: Path) -> None:
-    """Catches: a camera in one's own network that cannot be named; a query or a password that is lost or told."""
+    """Catches: a camera in one's own network that cannot be named; a query or a password that is lost or shown."""
     (tmp_path / "a.ts").write_bytes(b"content" * 1000)
     with served(tmp_path) as server:
         own = address(server, "a.ts")
@@ -71,7 +71,7 @@ def test_encryption_is_not_given_up() -> None:
         Addresses("https://host.example/a.m3u8").open("http://host.example/a.ts")
 
 
-def test_a_password_is_told_to_its_own_host_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_password_is_sent_to_its_own_host_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a password that follows a redirect, or that a server of pieces gets."""
     monkeypatch.setattr("moireid_studio.watch.fetching.public", lambda host: True)
     with served(tmp_path, Moved) as other, served(tmp_path, Moved) as server:

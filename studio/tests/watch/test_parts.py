@@ -1,4 +1,4 @@
-"""The parts of the judge's process, and this machine's devices.  Beside each test: what it catches."""
+"""Parts of the judge's process, and this machine's devices.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_live_source_loses_its_oldest_pictures_and_a_film_none() -> None:
 
 
 def test_a_file_is_read_on_until_it_grows_no_more(tmp_path: Path) -> None:
-    """Catches: an end at the first stop; a wait for a file to which nobody has written for long."""
+    """Catches: an end at the first stop; a wait for a file that was not written to for long."""
     path = tmp_path / "film.ts"
     path.write_bytes(b"a")
     reader = GrowingFile(path, 0.6)
@@ -66,7 +66,7 @@ def test_a_file_is_read_on_until_it_grows_no_more(tmp_path: Path) -> None:
 
 
 def test_an_mp4_is_followed_only_if_its_table_comes_first(tmp_path: Path) -> None:
-    """Catches: a film of a phone that is said to be none, as its table stands at the end."""
+    """Catches: a film of a phone that is said to be none, as its table is at the end."""
     assert is_closed(FILMS / "genuine_1.0m.mp4")
 
     def box(name: bytes, content: bytes = b"") -> bytes:
@@ -84,7 +84,7 @@ def test_an_mp4_is_followed_only_if_its_table_comes_first(tmp_path: Path) -> Non
         assert is_closed(path) is closed
 
 
-def test_bytes_are_asked_for_and_a_refusal_is_told() -> None:
+def test_bytes_are_asked_for_and_a_refusal_is_passed_on() -> None:
     """Catches: bytes of one stream given to another; more than is asked for; a refusal without its reason."""
     wishes: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
     asked = RemoteReaders(wishes.put)
@@ -95,7 +95,7 @@ def test_bytes_are_asked_for_and_a_refusal_is_told() -> None:
             if wish.get("address") == "http://b":
                 asked.give(Data(wish["number"], b"", 2.0, "it may not be opened"))
             else:
-                asked.give(Data(9, b"nobody's", 9.0))
+                asked.give(Data(9, b"no stream's", 9.0))
                 asked.give(Data(wish["number"], f"{wish['want']} {wish.get('most')}".encode(), 7.0))
 
     threading.Thread(target=answer, daemon=True).start()
@@ -106,7 +106,7 @@ def test_bytes_are_asked_for_and_a_refusal_is_told() -> None:
 
 
 class FakeCamera:
-    """A camera of three pictures that tells times, in the place of OpenCV's."""
+    """A camera of three pictures that gives times, in the place of OpenCV's."""
 
     def __init__(self, number: int) -> None:
         self.number, self.count, self.released = number, 0, False
@@ -129,7 +129,7 @@ class FakeCamera:
 
 
 def test_a_camera_gives_grey_pictures_at_its_own_times(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: times of arrival where the camera tells its own; a camera that is gone and read on; colours."""
+    """Catches: times of arrival where the camera gives its own; a camera that is gone and read on; colours."""
     monkeypatch.setattr(cv2, "VideoCapture", FakeCamera)
     monkeypatch.setattr(time, "sleep", lambda seconds: None)
     shots = list(devices.shots_of(source_of("0")))

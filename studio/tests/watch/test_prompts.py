@@ -1,4 +1,7 @@
-"""Prompts by `watch`: a person who follows them, and a film that does not.  Beside each test: what it catches."""
+"""Prompts by `watch`: a person who follows them, and a film that does not.
+
+Each test names the wrong implementation it catches.
+"""
 
 from __future__ import annotations
 
@@ -39,22 +42,22 @@ def pictures(ada: Badge) -> list[np.ndarray]:
     return list(frames(ada, portrait(), course, length_s=14.5, fps=FPS))
 
 
-class Heard(Voice):
-    """Keeps what the judge tells."""
+class RecordedVoice(Voice):
+    """Keeps what the judge sends."""
 
     def __init__(self) -> None:
-        self.told: list[dict[str, Any]] = []
+        self.sent: list[dict[str, Any]] = []
 
-    def tell(self, answer: dict[str, Any]) -> None:
-        self.told.append(json.loads(json.dumps(answer, allow_nan=False)))
+    def send(self, answer: dict[str, Any]) -> None:
+        self.sent.append(json.loads(json.dumps(answer, allow_nan=False)))
 
 
 def watched(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...]) -> list[dict[str, Any]]:
-    """What the judge of a camera tells.
+    """What the judge of a camera sends.
 
     All comes two minutes from now, so that a slow machine shows each prompt when its picture comes, and not later.
     """
-    voice, inbox, begun_s = Heard(), Inbox(waits=True), time.monotonic() + 120.0
+    voice, inbox, begun_s = RecordedVoice(), Inbox(waits=True), time.monotonic() + 120.0
 
     def shoot() -> None:
         for k, one in enumerate(pictures):
@@ -65,7 +68,7 @@ def watched(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...])
         watching = Watching(WatchOrder(source_of("0"), Claim(ada, ada.id), prompts=prompts), voice, inbox, aside)
         threading.Thread(target=shoot, daemon=True).start()
         watching.run()
-    return voice.told
+    return voice.sent
 
 
 @pytest.mark.slow
@@ -73,10 +76,10 @@ def test_who_follows_the_prompts_is_accepted(ada: Badge, pictures: list[np.ndarr
     """Catches: a challenge that never begins, or whose verdict is lost when the check ends by itself; a demand that
     the badge moves for half of the time, though it must rest between the moves.
     """
-    told = watched(ada, pictures, SHORT)
-    kinds = [one["event"] for one in told if one["event"] != "status"]
+    events = watched(ada, pictures, SHORT)
+    kinds = [one["event"] for one in events if one["event"] != "status"]
     assert kinds == ["begun", "challenge", *["prompt", "prompted"] * 3, "verdict"]
-    last = told[-1]
+    last = events[-1]
     assert last["verdict"] == "accept" and last["challenged"] and last["input"]["path"] == "camera 0"
     assert "cover" not in {one["code"] for one in last["reasons"]}
     Draft202012Validator(json.loads(report_schema())).validate(last)

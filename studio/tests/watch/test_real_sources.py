@@ -1,4 +1,4 @@
-"""A real RTSP server and a real screen.  Beside each test: the wrong implementation it catches."""
+"""A real RTSP server and a real screen.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def test_a_network_camera_is_judged_by_its_own_clock(camera: str) -> None:
 @pytest.mark.slow
 @pytest.mark.alone
 def test_a_camera_that_is_not_there_is_a_sentence(camera: str) -> None:
-    """Catches: an error of a library in the place of a sentence, or one that tells the password."""
+    """Catches: an error of a library in the place of a sentence, or one that shows the password."""
     for address in (camera.replace("/badge", "/none"), "rtsp://me:secret@127.0.0.1:9/badge"):
-        with pytest.raises(MediaError, match="cannot be read") as told:
+        with pytest.raises(MediaError, match="cannot be read") as refused:
             watched(address)
-        assert "secret" not in str(told.value)
+        assert "secret" not in str(refused.value)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""What a source is, from what was typed.  Beside each test: the wrong implementation it catches."""
+"""What a source is, from what was typed.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from moireid_studio.watch.source import check_prompts, source_of
         ("whip://[::1]:8080", "whip", "whip://[::1]:8080", True, ()),
     ],
 )
-def test_each_kind_is_told_from_its_text(text: str, kind: str, shown: str, live: bool, ports: object) -> None:
+def test_each_kind_is_known_by_its_text(text: str, kind: str, shown: str, live: bool, ports: object) -> None:
     """Catches: a password in a report; a decoder that gets the network, or more of it, where it needs none."""
     found = source_of(text)
     assert (found.kind, found.shown, found.live(challenged=False), found.ports) == (kind, shown, live, ports)

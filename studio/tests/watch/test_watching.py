@@ -1,4 +1,4 @@
-"""Streams judged as they come, in the sealed process.  Beside each test: the wrong implementation it catches."""
+"""Streams judged as they come, in the sealed process.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ def codes(event: dict[str, Any], level: str) -> set[str]:
     return {one["code"] for one in event["reasons"] if one["level"] == level}
 
 
-def test_a_pipe_is_judged_as_a_film_and_told_as_one(film: Path, pipe: Path) -> None:
+def test_a_pipe_is_judged_as_a_film_and_reported_as_one(film: Path, pipe: Path) -> None:
     """Catches: a verdict without keys of `verify --json`; pictures that a pipe loses; a judge that is not sealed."""
     events: list[dict[str, Any]] = []
     poured(film.read_bytes(), pipe)
-    found = watched(str(pipe), tell=events.append)
+    found = watched(str(pipe), notify=events.append)
     assert found["verdict"] == "accept" and found["frames"] == {"read": 120, "tracked": 120}
     assert found["input"]["sha256"] == hashlib.sha256(film.read_bytes()).hexdigest()
     assert found["end"] == {"why": "source", "text": ""} and found["cover"]["share"] > 0.9
@@ -166,7 +166,7 @@ def test_a_lie_is_rejected_and_a_revoked_badge_too(film: Path, pipe: Path, tmp_p
     events: list[dict[str, Any]] = []
     poured(film.read_bytes(), pipe)
     barred = Exclusion("revoked", "lost", "The badge was revoked: lost.")
-    found = watched(str(pipe), tell=events.append, barred=barred)
+    found = watched(str(pipe), notify=events.append, barred=barred)
     assert found["verdict"] == "reject" and codes(found, "fail") == {"revoked"}
     assert {one["verdict"] for one in events if one["event"] == "status"} <= {"reject"}
 
@@ -180,7 +180,7 @@ def test_pictures_of_another_size_begin_anew_and_never_hide_a_lie(
     truth = write_stream(tmp_path / "small.ts", small).read_bytes()
     events: list[dict[str, Any]] = []
     poured(film.read_bytes() + truth, pipe)
-    found = watched(str(pipe), tell=events.append)
+    found = watched(str(pipe), notify=events.append)
     assert "anew" in [one["event"] for one in events]
     assert found["verdict"] == "accept" and found["input"]["width"] == 960
     assert "120 pictures of another size, which came before" in found["left_out"]
@@ -195,8 +195,8 @@ def test_pictures_of_another_size_begin_anew_and_never_hide_a_lie(
 
 
 @pytest.mark.slow
-def test_times_that_go_back_are_told(film: Path, pipe: Path) -> None:
-    """Catches: a crash, or one course made of two."""
+def test_times_that_go_back_are_reported(film: Path, pipe: Path) -> None:
+    """Catches: a crash, or one track made of two."""
     poured(film.read_bytes() * 2, pipe)
     found = watched(str(pipe))
     assert found["verdict"] != "reject" and "times" in {one["code"] for one in found["reasons"]}
@@ -210,10 +210,10 @@ def test_a_source_that_says_nothing_is_a_sentence(film: Path, pipe: Path) -> Non
     with pytest.raises(MediaError, match="gave no picture for 1 s"):
         watched(str(pipe), patience=Patience(1.0, 1.0, 1.0))
     hold.set()
-    for name in ("nobody", "another"):
+    for name in ("silent", "another"):
         os.mkfifo(pipe.with_name(name))
     with pytest.raises(MediaError, match="gave no picture for 1 s"):
-        watched(str(pipe.with_name("nobody")), patience=Patience(1.0, 1.0, 1.0))
+        watched(str(pipe.with_name("silent")), patience=Patience(1.0, 1.0, 1.0))
     hold, another = threading.Event(), pipe.with_name("another")
     poured(film.read_bytes(), another, hold=hold)
     found = watched(str(another), patience=Patience(8.0, 1.5, 1.0))
@@ -252,7 +252,7 @@ def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> No
 
     content = film.read_bytes()
     poured(content, pipe, hold=hold, seconds=4.0)
-    found = watched(str(pipe), tell=heed, stop=stop, patience=Patience(8.0, 20.0, 1.0))
+    found = watched(str(pipe), notify=heed, stop=stop, patience=Patience(8.0, 20.0, 1.0))
     hold.set()
     assert found["end"]["why"] == "asked" and found["verdict"] == "accept"
     hold, another = threading.Event(), pipe.with_name("another")
@@ -284,11 +284,11 @@ def test_the_judge_learns_no_password(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a password that a decoder which was taken over can send to another host, in an address."""
     sent: list[WatchOrder] = []
 
-    class Told:
+    class FakeChild:
         def send(self, order: WatchOrder) -> None:
             sent.append(order)
 
-    monkeypatch.setattr("moireid_studio.watch.watching.start", lambda *given, **more: Told())
+    monkeypatch.setattr("moireid_studio.watch.watching.start", lambda *given, **more: FakeChild())
     for typed in ("https://me:secret@host:8443/a.m3u8?b=c", "wheps://me:secret@host/room"):
         _started(WatchOrder(source_of(typed), None))  # type: ignore[arg-type]
     assert [order.source.text for order in sent] == ["https://host:8443/a.m3u8?b=c", "wheps://host/room"]

@@ -1,6 +1,6 @@
 """WebRTC on this machine: a sender that is received (WHIP), a server that is asked (WHEP), and strangers at the door.
 
-Beside each test: the wrong implementation it catches.
+Each test names the wrong implementation it catches.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def test_the_door_keeps_strangers_out(door: tuple[WhipServer, Kept]) -> None:
 
 
 def test_a_token_is_drawn_where_none_is_given() -> None:
-    """Catches: a door that is open to whoever comes; one token for all."""
+    """Catches: a door that is open to every sender; one token for all."""
     source, drawn = source_of("whip://127.0.0.1:0/"), set()
     for _ in range(2):
         with WhipServer(source, None, Kept()) as opened:  # type: ignore[arg-type]
@@ -124,7 +124,7 @@ def test_a_sender_is_judged_as_soon_as_it_moved_enough(shots: list[av.VideoFrame
             threading.Thread(target=sender[0].end, daemon=True).start()
 
     # A busy machine may need seconds for the first pictures.
-    found = watched("whip://127.0.0.1:0/in", tell=heed, patience=Patience(20.0, 8.0, 1.0))
+    found = watched("whip://127.0.0.1:0/in", notify=heed, patience=Patience(20.0, 8.0, 1.0))
     assert sender[0].status == 201
     accepted_s = [one["time_s"] for one in events if one["event"] == "status" and one["verdict"] == "accept"]
     assert accepted_s and accepted_s[0] <= still_s + enough + 2.0, (accepted_s, found["reasons"])
@@ -134,7 +134,7 @@ def test_a_sender_is_judged_as_soon_as_it_moved_enough(shots: list[av.VideoFrame
 @pytest.mark.slow
 @pytest.mark.alone
 def test_a_sender_that_never_comes_through_is_a_sentence() -> None:
-    """Catches: a wait without end for whoever describes a session and sends nothing; a description that breaks it."""
+    """Catches: a wait without end for one that describes itself and sends nothing; a description that breaks it."""
     for sdp in (SDP, SDP + "m=video 9 UDP/TLS/RTP/SAVPF 96\r\n" * 100):
 
         def heed(event: dict[str, Any], sdp: str = sdp) -> None:
@@ -142,7 +142,7 @@ def test_a_sender_that_never_comes_through_is_a_sentence() -> None:
                 threading.Thread(target=post, args=(event["address"], event["token"], sdp), daemon=True).start()
 
         with pytest.raises(MediaError):
-            watched("whip://127.0.0.1:0/in", tell=heed)
+            watched("whip://127.0.0.1:0/in", notify=heed)
 
 
 class Whep(Handler):
@@ -171,7 +171,7 @@ class Whep(Handler):
 @pytest.mark.slow
 @pytest.mark.alone
 def test_a_stream_is_asked_for(shots: list[av.VideoFrame], tmp_path: Any) -> None:
-    """Catches: a token that is not told, a session that is left open, an answer of 401 that is no sentence."""
+    """Catches: a token that is not sent, a session that is left open, an answer of 401 that is no sentence."""
     server = Server(Pictures(shots, FPS))
     with served(tmp_path, Whep) as web:
         web.rtc = server  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""`verify --sign` as it is typed.  Beside each test: what it would catch."""
+"""`verify --sign` as it is typed.  Each test states what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What whoever prints a badge is told.  Beside each test: what it would catch."""
+"""The notes to a person who prints a badge.  Each test states what it would catch."""
 
 from __future__ import annotations
 

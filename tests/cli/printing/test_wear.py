@@ -1,4 +1,4 @@
-"""Which mount a format gets.  Beside each test: what it would catch."""
+"""Which mount a format gets.  Each test states what it would catch."""
 
 from __future__ import annotations
 

@@ -184,7 +184,7 @@ def test_frame_is_the_thickest_on_sale_below_the_stack(lens_mm: float, frame: fl
     ("lens_mm", "margin", "words"),
     [
         (0.2, 5.0, r"too thin for a frame .* 0\.4 mm or thinner; give a lens sheet .--lens. of 0\.3 mm or more"),
-        (6.0, 5.0, r"cover's lip leaves 3\.40 mm beside marker \d, .* give a lens sheet .--lens. of 2\.35 mm or less"),
+        (6.0, 5.0, r"cover's lip leaves 3\.40 mm next to marker \d, .* give a lens sheet .--lens. of 2\.35 mm or less"),
         (
             14.0,
             40.0,
@@ -219,8 +219,8 @@ def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, pla
     for view in views:
         for dx, dy in ((0.14, 0), (-0.14, 0), (0, 0.14), (0, -0.14)):
             assert all((view.translate((dx, dy, 0)) ^ thing).volume() == 0.0 for thing in (cover, *heads))
-    # Screws stand higher than the cover, so where lips and rim are narrow a screw is the first to be in the way.
-    with pytest.raises(FabricationError, match=r"screw leaves 4\.15 mm beside grating 0, but 4\.59 mm"):
+    # Screws are higher than the cover, so where lips and rim are narrow a screw is the first to be in the way.
+    with pytest.raises(FabricationError, match=r"screw leaves 4\.15 mm next to grating 0, but 4\.59 mm"):
         plan_acrylic(board_of(badge, 146.0, 160.0, margin=3.0), AcrylicProcess(rim_mm=8.0, lip_reach_mm=0.5))
     # The next plate on sale would hide a fringe, and a wider margin lets a thicker one through.
     thicker = manifold3d.Manifold.extrude(solid, 2.0).translate((0, 0, 1.3))
@@ -248,9 +248,9 @@ def test_two_axes_have_two_sheets_that_meet(badge: Badge) -> None:
         ({"base_mm": 0.0}, r"base_mm=0\.0 must be positive"),
         ({"base_mm": 25.0}, r"base_mm=25 is no base plate, allowed is 2 to 10 mm"),
         ({"clearance_mm": -1.0}, r"clearance_mm=-1"),
-        ({"rim_mm": 6.0}, r"rim of 6 mm leaves 1\.00 mm beside its openings, 2 mm are needed; give a rim_mm of 8 or"),
+        ({"rim_mm": 6.0}, r"rim of 6 mm leaves 1\.00 mm next to its openings, 2 mm are needed; give a rim_mm of 8 or"),
         ({"hole_mm": 2.5}, r"hole_mm=2\.5 lets no M3 screw through; give 3\.1 or more"),
-        ({"lip_reach_mm": 4.5}, r"cover's lip leaves 0\.36 mm beside grating 0, but 1\.73 mm"),
+        ({"lip_reach_mm": 4.5}, r"cover's lip leaves 0\.36 mm next to grating 0, but 1\.73 mm"),
     ],
 )
 def test_impossible_figures_are_named(figures: dict[str, float], words: str, badge: Badge) -> None:

@@ -59,16 +59,16 @@ def test_parts_that_share_volume_are_refused(plan: AcrylicPlan) -> None:
 @pytest.fixture(scope="module")
 def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, package.PrintResult, list[str]]:
     """Everything for one badge with a clip, as the command line orders it."""
-    told: list[str] = []
+    steps: list[str] = []
     place = tmp_path_factory.mktemp("ada")
     figures = mount_figures(["kerf_mm=0.2", "base_mm=4"])
-    return place, package.print_badge(ada, place, mount="clip", figures=figures, progress=told.append), told
+    return place, package.print_badge(ada, place, mount="clip", figures=figures, progress=steps.append), steps
 
 
 @pytest.mark.slow
 def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, list[str]]) -> None:
-    """Catches: a file of the contract left out, left over, or told of under another name."""
-    place, printed, told = folder
+    """Catches: a file of the contract left out, left over, or reported under another name."""
+    place, printed, steps = folder
     names = {
         "badge.json",
         "badge.pdf",
@@ -81,7 +81,7 @@ def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, l
     }
     names |= {"acrylic.dxf", "acrylic.svg", "stack.glb"}
     assert {path.name for path in place.iterdir()} == set(printed.files) == names
-    assert {name for line in told for name in line.replace(",", " ").split() if "." in name} == names - {"badge.json"}
+    assert {name for line in steps for name in line.replace(",", " ").split() if "." in name} == names - {"badge.json"}
     assert printed.mount_mass_g is not None and 40 < printed.mount_mass_g < 70
     figures = printed.mount_figures
     assert (figures["kerf_mm"], figures["base_mm"], figures["frame_mm"]) == (0.2, 4.0, 1.0)
@@ -148,12 +148,12 @@ def test_assembly_sheet_lists_what_the_mount_needs(folder: tuple[Path, package.P
 
 
 def test_a_mount_that_fails_leaves_no_file(ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a badge.pdf beside a mount that does not fit it, and a late refusal of what could be known at once."""
-    told: list[str] = []
+    """Catches: a badge.pdf next to a mount that does not fit it, and a late refusal of what could be known at once."""
+    steps: list[str] = []
     thin = replace(ada, lens=replace(ada.lens, thickness_mm=0.2, radius_mm=1.0))
     with pytest.raises(FabricationError, match="too thin for a frame"):
-        package.print_badge(thin, tmp_path, figures=mount_figures(["kerf_mm=0.2"]), progress=told.append)
-    assert told == [] and list(tmp_path.iterdir()) == []
+        package.print_badge(thin, tmp_path, figures=mount_figures(["kerf_mm=0.2"]), progress=steps.append)
+    assert steps == [] and list(tmp_path.iterdir()) == []
     package.print_badge(thin, tmp_path / "plain", mount="none")
 
     def broken(*_: Any, **__: Any) -> None:
@@ -177,6 +177,6 @@ def test_mount_that_is_none_of_ours_is_named(ada: Badge, tmp_path: Path) -> None
 
 
 def test_command_line_workshop_and_package_know_the_same_mounts() -> None:
-    """Catches: a mount that --mount does not offer, or offers and nobody can make (the list is written three times)."""
+    """Catches: a mount that --mount does not offer, or offers and no one can make (the list is written three times)."""
     option = next(entry for entry in print_command.params if entry.name == "mount")
     assert tuple(option.type.choices) == parts.MOUNTS == (*KINDS, "none")

@@ -1,4 +1,4 @@
-"""The exploded views of assembly.pdf, read off the page.  Beside each test: the wrong drawing it catches."""
+"""The exploded views of assembly.pdf, read off the page.  Each test names the wrong drawing it catches."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def seen(x: float, y: float, z: float = 0.0) -> np.ndarray:
 
 
 def test_views_name_what_is_made_and_nothing_else(lens: Badge, mask: Badge, tmp_path: Path) -> None:
-    """Catches: a mask shown as a lens sheet, a stand for a lanyard, parts of a mount that nobody ordered, a thickness
+    """Catches: a mask shown as a lens sheet, a stand for a lanyard, parts of a mount that was not ordered, a thickness
     of another badge."""
     write(lens, "lanyard", tmp_path / "a.pdf")
     *_, printed, acrylic = pages(tmp_path / "a.pdf")

@@ -1,4 +1,4 @@
-"""The assembly sheet's words, pictures and plate.  Beside each test: the wrong sheet it catches."""
+"""The assembly sheet's words, pictures and plate.  Each test names the wrong sheet it catches."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def written(badge: Badge, path: Path, mount: str = "lanyard", maker: str = "comm
 
 
 def test_the_sheet_names_the_person_and_ends_with_a_check(badge: Badge, tmp_path: Path) -> None:
-    """Catches: a sheet among many that nobody knows whose it is; print settings of another printer; no check."""
+    """Catches: a sheet among many that does not say whose it is; print settings of another printer; no check."""
     lists, steps, *_ = written(badge, tmp_path / "a.pdf")
     assert lists.startswith("Ada Lovelace") and "50 lines per inch" in lists and "1200 dpi" in lists
     assert "Never “fit to page”" in lists and "manual tray" in lists and "lanyard with two hooks" in lists
@@ -61,7 +61,7 @@ def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -
 
 
 def test_an_adhesive_changes_what_is_bought_and_done(badge: Badge, tmp_path: Path) -> None:
-    """Catches: tape beside glue, no word of what it does to the fringes, or of a glue that is not there."""
+    """Catches: tape together with glue, no word of what it does to the fringes, or of a glue that is not there."""
     lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none", "command", "adhesive_mm=0.05")
     assert "Clear adhesive film, 0.05 mm" in lists and "0.034 mm of air" in lists and "Peel" in steps
     assert "adhesive" not in " ".join(written(badge, tmp_path / "b.pdf", "none"))
@@ -75,7 +75,7 @@ def test_a_snap_in_holder_takes_a_taped_badge(badge: Badge, tmp_path: Path) -> N
     assert "push a thumb through the hole" in steps and "Slide" not in steps
 
 
-def test_a_narrow_badge_s_one_slot_is_told(badge: Badge, tmp_path: Path) -> None:
+def test_a_narrow_badge_s_one_slot_is_mentioned(badge: Badge, tmp_path: Path) -> None:
     """Catches: two slots promised where there is one, and no warning of its turning."""
     small = replace(badge, board_mm=(60.0, 60.0, 96.0, 146.0))
     centers = ((66.0, 66.0), (90.0, 66.0), (90.0, 140.0), (66.0, 140.0))
@@ -159,7 +159,7 @@ def dashed_mm(path: Path, number: int) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("axes", ["x", "xy", "hex"])
-def test_the_plate_is_of_true_size_and_its_lenses_stand(axes: str, tmp_path: Path) -> None:
+def test_the_plate_is_of_true_size_and_its_lenses_are_upright(axes: str, tmp_path: Path) -> None:
     """Catches: a plate fitted to the page, width and length exchanged, a piece that is missing or turned."""
     badge = design_badge(Request("A", axes=axes, range_m=(0.8, 1.5)), bytes(8))
     words = written(badge, tmp_path / "a.pdf", "none")[2]
@@ -200,7 +200,7 @@ def test_an_array_of_lenses_is_one_piece(tmp_path: Path) -> None:
     badge = design_badge(Request("A", front="array", range_m=(0.3, 0.8)), bytes(8))
     lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none")
     assert len(pieces(badge)) == 1 and "Array of lenses" in lists and "Lenticular" not in lists
-    assert "2 pieces" not in lists and "squares stand in rows" in steps and "wide dark bands" not in steps
+    assert "2 pieces" not in lists and "squares form rows" in steps and "wide dark bands" not in steps
 
 
 def test_a_frame_is_left_free_and_no_squares_are_spoken_of(tmp_path: Path) -> None:
@@ -213,7 +213,7 @@ def test_a_frame_is_left_free_and_no_squares_are_spoken_of(tmp_path: Path) -> No
 @pytest.mark.parametrize("paper", ["a4", "letter"])
 @pytest.mark.parametrize("form", FORMATS)
 def test_every_piece_lies_whole_on_its_page(form: str, paper: str, tmp_path: Path) -> None:
-    """Catches: a piece as wide as the paper, whose cutting line runs off it; paper that lies said to stand."""
+    """Catches: a piece as wide as the paper, whose cutting line runs off it; landscape paper said to be upright."""
     badge = design_badge(in_format(Request("A", paper=paper), form, orientation="landscape"), bytes(8))
     texts = written(badge, tmp_path / "a.pdf", "none")
     document = pdfium.PdfDocument(tmp_path / "a.pdf")
@@ -244,7 +244,7 @@ def test_no_step_runs_into_the_next(count: int) -> None:
     drawn: list[tuple[float, float]] = []
     sheet = PdfPage(Path("unwritten.pdf"), (210.0, 297.0), "")
     write = sheet.text
-    sheet.text = lambda x, y, *given, **told: (drawn.append((y, told["points"])), write(x, y, *given, **told))[1]  # type: ignore[method-assign]
+    sheet.text = lambda x, y, *args, **kwargs: (drawn.append((y, kwargs["points"])), write(x, y, *args, **kwargs))[1]  # type: ignore[method-assign]
     _draw_steps(sheet, steps)
     titles = [y for y, points in drawn if points == 10.5]
     assert len(titles) == len(steps) == count

@@ -76,7 +76,7 @@ def markers_in(picture: np.ndarray, badge: Badge) -> dict[int, tuple[float, floa
 
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_artwork_changes_no_dot_of_what_is_read(template: str, tmp_path: Path) -> None:
-    """Catches: a ground, word or picture in the white of a marker or beside the fringes; lines moved by a colour left
+    """Catches: a ground, word or picture in the white of a marker or next to the fringes; lines moved by a colour left
     on; a logo or QR code that is taken for a marker or hides one, near and far.
     """
     badge, look = dressed(template, tmp_path)

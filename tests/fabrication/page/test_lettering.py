@@ -77,15 +77,15 @@ def between_markers(badge: Badge, folder: Path) -> tuple[np.ndarray, str]:
 
 
 def test_plain_letters_are_text_and_the_rest_is_not() -> None:
-    """Catches: a check so strict that nobody's name is text; Hebrew and Arabic from left to right and unjoined; accents
-    beside their letters."""
+    """Catches: a check so strict that no name is text; Hebrew and Arabic from left to right and unjoined; accents
+    next to their letters."""
     assert features.check("raqm"), "Pillow's wheels bring Raqm; without it most scripts cannot be set"
     assert printable("Zoë O'Brien-Łukasz Ωμέγα Владимир 2nd")
     assert not any(printable(name) for name in [*SHAPED, "山田太郎", "ﻡحمد", "श्री"])
 
 
 @pytest.mark.parametrize("name", SHAPED)
-def test_scripts_that_join_or_turn_round_are_laid_out_by_a_shaper(
+def test_scripts_that_join_or_turn_round_are_set_by_a_shaper(
     badge: Badge, name: str, only_own_font: None, tmp_path: Path
 ) -> None:
     """Catches: the id in place of a name that could be set; letters in the order of the file, which spell another
@@ -110,7 +110,7 @@ def test_scripts_that_join_or_turn_round_are_laid_out_by_a_shaper(
 
 
 def test_letters_are_set_from_right_to_left_and_joined() -> None:
-    """Catches: a shaper that is not asked, or asked for one direction: the first letter would stand at the left."""
+    """Catches: a shaper that is not asked, or asked for one direction: the first letter would be at the left."""
 
     def dark(words: str) -> np.ndarray:
         picture = np.asarray(name_picture(words, font_file(bold=True), (500.0, 50.0), 20.0, 300)) < 128
@@ -132,7 +132,7 @@ def test_letters_are_set_from_right_to_left_and_joined() -> None:
         (f"{NOWHERE}Zoë \U0001f1eb\U0001f1f7\ufe0f", "Zoë"),
     ],
 )
-def test_what_no_font_has_is_left_out_and_told(
+def test_what_no_font_has_is_left_out_and_reported(
     badge: Badge, name: str, words: str, only_own_font: None, tmp_path: Path
 ) -> None:
     """Catches: boxes, the id in a name's place, joiners that stay behind, a name cut without a word."""
@@ -184,7 +184,7 @@ def test_the_preview_shows_the_name_as_the_page_does(badge: Badge, only_own_font
 
 
 def test_long_names_are_broken_between_words_and_kept_large() -> None:
-    """Catches: two hundred letters in one line that nobody can read; a short name or an id broken needlessly; a word
+    """Catches: two hundred letters in one line that no one can read; a short name or an id broken needlessly; a word
     that is cut where it would fit."""
     room = 88.0, 26.0
 
@@ -249,7 +249,7 @@ def test_a_list_of_hostile_names_is_refused_by_row_or_printed(tmp_path: Path) ->
         assert not (tmp_path / "event").exists()
 
 
-def test_the_command_tells_of_a_name_that_it_cannot_set(tmp_path: Path, only_own_font: None) -> None:
+def test_the_command_reports_a_name_that_it_cannot_set(tmp_path: Path, only_own_font: None) -> None:
     """Catches: a note on stdout, where JSON goes; no note at all; a name that is changed in badge.json."""
     arguments = ["print", "Ada 山田太郎", "--mount", "none", "--json", "--out", str(tmp_path / "a")]
     outcome = CliRunner().invoke(moireid, arguments)
@@ -302,13 +302,13 @@ def test_signs_above_and_below_letters_stay_in_their_room(name: str) -> None:
             assert line.ink_mm[0] >= 10.0 - 1e-6 and line.ink_mm[1] <= 22.0 + 1e-6
 
 
-def test_a_picture_of_words_stands_on_its_baseline() -> None:
-    """Catches: words without a letter below the line that hang below it, and others that stand above it."""
+def test_a_picture_of_words_is_on_its_baseline() -> None:
+    """Catches: words without a letter below the line that hang below it, and others that float above it."""
     for name in ("שלום", "محمد", "x̂"):
         (line,) = set_words(ArtPiece("words", (0.0, 0.0, 100.0, 30.0), name=name), None)
         assert line.picture is not None
         dots = np.asarray(line.picture) < 128
-        # Of letters that stand on the line, most of the lowest ink that is wide lies on it.
+        # Of letters that sit on the line, most of the lowest ink that is wide lies on it.
         below = line.ink_mm[0] + dots.shape[0] / 1200 * 25.4 - line.baseline_mm
         assert -0.2 <= below <= 0.45 * line.points * 25.4 / 72
 
@@ -323,7 +323,7 @@ def test_a_long_name_is_measured_and_not_painted() -> None:
 
 
 @pytest.mark.parametrize("form", ["cr80", "a7", "4x3in", "a6", "board"])
-def test_the_words_of_a_mask_s_page_stand_clear_of_its_lines(form: str, tmp_path: Path) -> None:
+def test_the_words_of_a_mask_s_page_keep_clear_of_its_lines(form: str, tmp_path: Path) -> None:
     """Catches: instructions that are printed on the film's lines, which spoils it."""
     badge = design_badge(in_format(Request("Ada", front="mask"), form, orientation="landscape"), bytes(8))
     write_badge_pdf(badge, tmp_path / "a.pdf")

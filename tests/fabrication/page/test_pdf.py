@@ -242,7 +242,7 @@ def test_crop_marks_point_at_the_boards_corners_from_outside(badge: Badge, drawn
 
 
 def test_two_scale_bars_of_150_mm_lie_on_every_page_that_can_be_designed(board: Badge, tmp_path: Path) -> None:
-    """Catches: bars pushed off the paper by a large board, so that nobody can see that the printer scaled it."""
+    """Catches: bars pushed off the paper by a large board, so that no one can see that the printer scaled it."""
     page.write_badge_pdf(board, tmp_path / "badge.pdf")
     strokes = geometry(tmp_path / "badge.pdf").strokes
     lengths = [(abs(bx - ax), abs(by - ay)) for ax, ay, bx, by in strokes]
@@ -275,9 +275,7 @@ def words_on(path: Path) -> list[tuple[str, Rect]]:
 
 
 @pytest.mark.parametrize("name", ["Ada Lovelace", "W" * 200, "i", "Владимир Ünlü", "a/b <&> \\(x)"])
-def test_name_stands_between_the_upper_markers_and_id_between_the_lower(
-    badge: Badge, name: str, tmp_path: Path
-) -> None:
+def test_name_is_between_the_upper_markers_and_id_between_the_lower(badge: Badge, name: str, tmp_path: Path) -> None:
     """Catches: a long name that runs into the markers, letters that need escaping, name and id exchanged."""
     named = replace(badge, name=name)
     page.write_badge_pdf(named, tmp_path / "n.pdf")
@@ -297,8 +295,8 @@ def test_name_stands_between_the_upper_markers_and_id_between_the_lower(
 # The assembly sheet and the preview.
 
 
-def test_assembly_sheet_tells_this_badges_parts(badge: Badge, tmp_path: Path) -> None:
-    """Catches: figures of the default badge, and a mount that nobody ordered."""
+def test_assembly_sheet_lists_this_badges_parts(badge: Badge, tmp_path: Path) -> None:
+    """Catches: figures of the default badge, and a mount that was not ordered."""
     fine = design_badge(Request("A", lens="75lpi", paper="letter", size_mm=(120.0, 150.0), range_m=(0.5, 1.5)), PAYLOAD)
     texts = []
     for mount in ("none", "lanyard"):
@@ -344,7 +342,7 @@ def beat_at_one_metre(badge: Badge, cell: Cell) -> float:
 def test_preview_shows_every_uniform_rows_beat_at_one_metre(family: str) -> None:
     """Catches: fringes of the far camera, a gap of g in place of g_eff, rows in another order.
 
-    Two routes: rays through lenticules here, the closed form there; the dark fringe stands in the middle.
+    Two routes: rays through lenticules here, the closed form there; the dark fringe is in the middle.
     """
     payload = PAYLOAD if family == "spacing" else PAYLOAD[:3]
     badge = design_badge(Request("Ada", family=family), payload)
@@ -403,11 +401,11 @@ def test_preview_of_a_mask_lets_through_what_its_openings_do(badge: Badge, proto
 
 def test_printed_folder_holds_what_was_promised_and_the_badge_as_issued(badge: Badge, tmp_path: Path) -> None:
     """Catches: a badge.json of other figures than the page, files under other names, things left lying about."""
-    told: list[str] = []
-    printed = package.print_badge(badge, tmp_path / "new/folder", mount="none", progress=told.append)
+    steps: list[str] = []
+    printed = package.print_badge(badge, tmp_path / "new/folder", mount="none", progress=steps.append)
     assert sorted(p.name for p in (tmp_path / "new/folder").iterdir()) == sorted(printed.files)
     assert set(printed.files) == {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}
-    assert told == ["badge.pdf", "preview.png", "assembly.pdf", "preview.webp"]
+    assert steps == ["badge.pdf", "preview.png", "assembly.pdf", "preview.webp"]
     assert load_badge(printed.files["badge.json"]) == badge
     assert np.array(Image.open(printed.files["preview.png"])).shape == (960, 876)
 
@@ -457,7 +455,7 @@ def test_fonts_are_found_without_loading_the_plotting_library() -> None:
 @pytest.mark.parametrize("orientation", ["landscape", "portrait"])
 @pytest.mark.parametrize("form", FORMATS)
 def test_scale_bars_do_not_cross(form: str, orientation: str) -> None:
-    """Catches: a small board, about which the two bars of 150 mm meet, so that no ruler can be laid on them."""
+    """Catches: a small board, about which the two bars of 150 mm meet, so that no ruler can be put on them."""
     badge = design_badge(in_format(Request("A"), form, orientation=orientation), bytes(8))
     x, y = bar_places(badge.page_mm, badge.outline_mm)
     across, down = (side / 2 for side in badge.page_mm)

@@ -1,4 +1,4 @@
-"""The moving preview: all fringes move, and nothing else does.  Beside each test: what it would catch."""
+"""The moving preview: all fringes move, and nothing else does.  Each test says what it would catch."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The printed mounts as things: what fits, what slides, what stays in sight, and which files are refused.
 
-The stack and the sight lines are laid out here from the badge's page coordinates alone, on a badge whose sheet is not
+The stack and the sight lines are computed here from the badge's page coordinates alone, on a badge whose sheet is not
 in the middle, and held against the STL with manifold3d.
 """
 
@@ -64,7 +64,7 @@ PADS = [(side * 71.6, y) for side in (-1, 1) for y in (-19.22 - 8.5, 25.22 - 8.5
 
 @pytest.fixture(scope="module")
 def printed(sprung: Any) -> Any:
-    """The mount with its springs bent back by card and sheet: what stands of the pads above the floor is gone."""
+    """The mount with its springs bent back by card and sheet: the part of the pads above the floor is gone."""
     bent = sprung
     for x, y in PADS:
         bent -= manifold3d.Manifold.cube((1.21, 3.02, 0.4), True).translate((x, y, 0.2))
@@ -109,7 +109,7 @@ def test_card_and_sheet_slide_in_from_the_top(badge: Badge, printed: Any) -> Non
     card, sheet = card_and_sheet(badge, up=250.0)
     assert overlap_mm3(card, printed) < TOUCH_MM3
     assert overlap_mm3(sheet, printed) < TOUCH_MM3
-    # Nothing stands higher than the rim above the sheet's rows, nor below its feet.
+    # Nothing is higher than the rim above the sheet's rows, nor below its feet.
     x0, y0, x1, y1 = framed(badge.gratings[0].rect_mm, badge)
     for rect in ((x0 - 20, y1 + 0.01, x1 + 20, y1 + 200), (x0 - 20, y0 - 200, x1 + 20, y0 - 2.31)):
         assert overlap_mm3(box(rect, 1.401, 10), printed) == 0.0
@@ -135,9 +135,9 @@ def test_fringes_and_markers_stay_in_sight(badge: Badge, printed: Any) -> None:
 
 
 def test_mount_that_hides_something_is_refused(badge: Badge) -> None:
-    with pytest.raises(FabricationError, match=r"lip leaves 5\.60 mm beside grating 0, but .* 60 degrees") as caught:
+    with pytest.raises(FabricationError, match=r"lip leaves 5\.60 mm next to grating 0, but .* 60 degrees") as caught:
         lanyard_mount(badge, MountProcess(lip_mm=3.2))
-    # Drawn back to 0.7 mm, its upper edge stands 0.1 + 0.7 + 3.2 mm above the sheet, and hides more than the lower.
+    # Drawn back to 0.7 mm, its upper edge is 0.1 + 0.7 + 3.2 mm above the sheet, and hides more than the lower.
     assert caught.value.details["need_mm"] == pytest.approx(4.0 * math.sqrt(3))
     assert lanyard_mount(badge, MountProcess(lip_mm=2.0)).is_valid
     with pytest.raises(FabricationError, match=r"lip leaves 5\.10 mm") as caught:
@@ -145,11 +145,11 @@ def test_mount_that_hides_something_is_refused(badge: Badge) -> None:
     assert caught.value.details["need_mm"] == pytest.approx(3.0 * math.sqrt(3))
     x0, y0, x1, y1 = badge.gratings[0].rect_mm
     wide_on_the_right = replace(badge, gratings=(replace(badge.gratings[0], rect_mm=(x0, y0, x1 + 3, y1)),))
-    with pytest.raises(FabricationError, match="beside grating 0"):
+    with pytest.raises(FabricationError, match="next to grating 0"):
         lanyard_mount(wide_on_the_right)
     centers = badge.markers.centers_mm
     low = replace(badge.markers, centers_mm=(*centers[:3], (centers[3][0], centers[3][1] + 4.5)))
-    with pytest.raises(FabricationError, match=r"rim leaves .* beside marker 3"):
+    with pytest.raises(FabricationError, match=r"rim leaves .* next to marker 3"):
         lanyard_mount(replace(badge, markers=low))
 
 
@@ -301,12 +301,12 @@ def test_impossible_figures_are_named() -> None:
 
 def test_springs_press_card_and_sheet_on_the_lips_and_nowhere_else(sprung: Any, printed: Any) -> None:
     """Catches: a pocket with air between lens and page, and a spring away from a lip, which would bow the sheet."""
-    # The room is 0.1 mm, and each pad stands 0.25 mm higher than there is room for.
+    # The room is 0.1 mm, and each pad is 0.25 mm higher than that.
     for x, y in PADS:
         below = sprung ^ box((x - 1, y - 3, x + 1, y + 3), 0.01, 1.0)
         assert below.bounding_box()[5] == pytest.approx(CARD_ROOM_MM + 0.25, abs=0.005)
         assert below.bounding_box()[0] == pytest.approx(x - 0.6, abs=0.01)
-        # A lip stands before the board's edge beside it.
+        # A lip is in front of the board's edge next to it.
         edge = box((72.8, y - 1.5, 73.0, y + 1.5) if x > 0 else (-73.0, y - 1.5, -72.8, y + 1.5), 1.5, 1.6)
         assert overlap_mm3(edge, sprung) == pytest.approx(3 * 0.015, rel=0.02)
     # Elsewhere the floor is flat, and round each tongue a slit goes right through the plate.
@@ -364,7 +364,7 @@ def in_use(report: MountReport) -> list[Any]:
 
 
 @pytest.mark.parametrize("kind", ["clip", "stand"])
-def test_holder_is_a_second_body_beside_the_tray_in_every_file(kind: str, held: dict[str, MountReport]) -> None:
+def test_holder_is_a_second_body_next_to_the_tray_in_every_file(kind: str, held: dict[str, MountReport]) -> None:
     """Catches: a holder that is fused with the tray, left out of a file, buried in it, or above the bed."""
     report = held[kind]
     mesh = trimesh.load_mesh(report.stl)
@@ -427,13 +427,13 @@ def centroid(solid: Any) -> np.ndarray:
 
 
 def test_stand_needs_no_tab_and_so_takes_a_narrow_board(badge: Badge) -> None:
-    """Catches: a tab on a tray that stands, and a narrow board refused for a tab that nobody needs."""
+    """Catches: a tab on a tray for a stand, and a narrow board refused for a tab that is not needed."""
     tiny = board_of(badge, 30.0, 40.0)
     with pytest.raises(FabricationError, match=r"25 mm wide is narrower than the lanyard's tab; give one of 25\.4 mm"):
         lanyard_mount(board_of(badge, 25.0, 40.0))
     tray, stand = mount.mount_bodies(tiny, "stand")
-    assert tuple(tray.laid.bounding_box().max)[:2] == pytest.approx((17.3, 20.0), abs=1e-4)
-    assert stand.laid.is_valid and len(stand.laid.solids()) == 1
+    assert tuple(tray.on_bed.bounding_box().max)[:2] == pytest.approx((17.3, 20.0), abs=1e-4)
+    assert stand.on_bed.is_valid and len(stand.on_bed.solids()) == 1
     with pytest.raises(
         FabricationError, match="mount 'magnet' is not known; choose one of lanyard, clip, stand, holder"
     ):
@@ -441,7 +441,7 @@ def test_stand_needs_no_tab_and_so_takes_a_narrow_board(badge: Badge) -> None:
 
 
 @pytest.mark.parametrize("kind", ["lanyard", "clip", "stand"])
-def test_nothing_is_laid_into_the_air(kind: str, report: MountReport, held: dict[str, MountReport]) -> None:
+def test_nothing_is_printed_in_mid_air(kind: str, report: MountReport, held: dict[str, MountReport]) -> None:
     """Catches: a flat lip, a hook on its back, a rest that leans over: what would sag, or need supports."""
     made = report if kind == "lanyard" else held[kind]
     for piece in trimesh.load_mesh(made.stl).split():
@@ -451,7 +451,7 @@ def test_nothing_is_laid_into_the_air(kind: str, report: MountReport, held: dict
     shelf = trimesh.boolean.union([wall, flat])
     # A shelf 1.25 mm deep hangs but for what a line's other part holds.
     assert meshes.overhang_mm2(shelf) == pytest.approx(20 * (1.25 - 0.42), rel=0.02)
-    with pytest.raises(FabricationError, match=r"shelf has 16\.\d mm² of faces that a printer would lay into the air"):
+    with pytest.raises(FabricationError, match=r"shelf has 16\.\d mm² of faces that would be printed in mid-air"):
         meshes.check_overhangs(shelf, "shelf")
 
 
@@ -468,7 +468,7 @@ def test_a_badge_hangs_from_two_points_where_it_is_wide_enough(badge: Badge, wid
 
 
 def test_a_stand_leans_as_far_as_is_asked(badge: Badge) -> None:
-    """Catches: an angle that the files do not follow, and one at which nothing would stand or print."""
+    """Catches: an angle that the files do not follow, and one at which it would fall over or not print."""
     for degrees in (5.0, 40.0):
         _, stand = mount.mount_bodies(badge, "stand", MountProcess(stand_deg=degrees))
         # The groove's floor leans from the table as far as the badge leans from upright.
@@ -477,7 +477,7 @@ def test_a_stand_leans_as_far_as_is_asked(badge: Badge) -> None:
         assert leaning and math.degrees(math.acos(-table.normal_at().Y)) == pytest.approx(degrees, abs=0.01)
     with pytest.raises(FabricationError, match="stand_deg=45"):
         MountProcess(stand_deg=45.0)
-    with pytest.raises(FabricationError, match="stand_deg=4 stands too upright"):
+    with pytest.raises(FabricationError, match="stand_deg=4 is too upright"):
         MountProcess(stand_deg=4.0)
 
 
@@ -511,7 +511,7 @@ def test_thin_and_thick_sheets(badge: Badge) -> None:
     thick = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=6.0))
     top_mm = thick.bounding_box().max.Z
     assert top_mm == pytest.approx(0.3 + 6.0 + 0.1 + 0.7 + 0.4, abs=1e-4)
-    with pytest.raises(FabricationError, match=r"lip leaves .* beside marker .*; take a smaller lip_reach_mm"):
+    with pytest.raises(FabricationError, match=r"lip leaves .* next to marker .*; take a smaller lip_reach_mm"):
         lanyard_mount(board_of(badge, 60.0, 40.0, lens_mm=6.0))
 
 

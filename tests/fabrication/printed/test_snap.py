@@ -1,6 +1,6 @@
-"""The snap-in holder as a thing: a badge goes in, is held, is seen, and comes out.  Beside each test: what it catches.
+"""The snap-in holder as a thing: a badge goes in, is held, is seen, and comes out.  Each test says what it catches.
 
-Stack and sight lines are laid out here from the badge's page coordinates, and held against the STL with manifold3d.
+Stack and sight lines are computed here from the badge's page coordinates, and held against the STL with manifold3d.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def test_a_badge_lies_in_the_pocket_with_air_on_each_side(badge: Badge, printed:
 
 
 def test_catches_hold_a_badge_that_lies_to_one_side(badge: Badge, printed: Any) -> None:
-    """Catches: a bite that the clearance takes away, catches at one edge alone, noses beside the sheet's rows."""
+    """Catches: a bite that the clearance takes away, catches at one edge alone, noses next to the sheet's rows."""
     for shift in (-0.19, 0.0, 0.19):
         lifted = stack(badge).translate((shift, 0, 0.1 + 0.4))
         assert shared(lifted, printed) > 0.01
@@ -101,7 +101,7 @@ def test_the_strain_is_that_of_a_cantilever(badge: Badge, report: MountReport) -
 
 
 def test_fringes_and_markers_stay_in_sight(badge: Badge, printed: Any) -> None:
-    """Catches: noses or a rim that stand in a camera's view."""
+    """Catches: noses or a rim in a camera's view."""
     fringes = sight_volume(framed(badge.gratings[0].rect_mm, badge), CARD_MM + LENS_MM, 60, up_and_down=False)
     views = [fringes]
     views += [sight_volume(framed(rect, badge), CARD_MM, 45, up_and_down=True) for rect in badge.markers.dark_mm]
@@ -110,7 +110,7 @@ def test_fringes_and_markers_stay_in_sight(badge: Badge, printed: Any) -> None:
             assert shared(view.translate(shift), printed) == 0.0
     x0, y0, x1, y1 = badge.gratings[0].rect_mm
     wide = replace(badge, gratings=(replace(badge.gratings[0], rect_mm=(x0, y0, x1 + 1.5, y1)),))
-    with pytest.raises(FabricationError, match=r"catch leaves .* beside grating 0"):
+    with pytest.raises(FabricationError, match=r"catch leaves .* next to grating 0"):
         plan_snap(wide, MountProcess())
 
 

@@ -1,4 +1,4 @@
-"""The trust bundle: what it holds, what it gives away, and what is refused.  Beside each test: what it catches."""
+"""The trust bundle: what it holds, what it gives away, and what is refused.  Each test says what it catches."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def people(url: str):
     """Ada, who was measured; Bo, who was revoked; two of one name; and one who looks like Ada."""
     with open_registry(url, create=True) as registry:
         for name in ("Ada", "Bo", "Аda"):
-            registry.enroll(badge_of(name), told=True)
+            registry.enroll(badge_of(name), warned=True)
         for payload in (b"\x01\x02\x03", b"\x01\x02\x04"):
             registry.enroll(badge_of("Cy", payload))
         built = replace(BUILT, badge_id=badge_of("Ada").id)
@@ -73,7 +73,7 @@ def test_claims_mean_in_a_bundle_what_they_mean_in_the_registry(people, tmp_path
         assert ada.provenance.alike == ("Аda",)
         assert ada.badge.layout_key() == badge_of("Ada").layout_key()
         assert bundle.claimed(badge_of("Bo").id.upper()).badge.name == "Bo"
-        for claim, words in (("Cy", "2 people are named"), ("Di", "nobody named"), ("ff" * 8, "nobody there has")):
+        for claim, words in (("Cy", "2 people are named"), ("Di", "no one named"), ("ff" * 8, "no one there has")):
             with pytest.raises(RegistryError, match=words):
                 bundle.claimed(claim)
         assert bundle.claimed("010204").badge.name == "Cy"
@@ -81,7 +81,7 @@ def test_claims_mean_in_a_bundle_what_they_mean_in_the_registry(people, tmp_path
     assert (standing.fingerprint, standing.head) == (people.fingerprint, people.head())
 
 
-def test_a_bundle_chooses_nobody_by_a_line_that_looks_like_another(people, tmp_path):
+def test_a_bundle_chooses_no_one_by_a_line_that_looks_like_another(people, tmp_path):
     """Catches: a look-alike of a namesake's line that is refused with the registry and taken without it."""
     for last, line in enumerate(("Reporter", "Rep\u043erter", "Editor"), start=5):
         people.enroll(replace(badge_of("Cy", bytes((1, 2, last))), print={"lines": [line]}))
@@ -100,7 +100,7 @@ def test_it_gives_no_badge_away(people, tmp_path):
     with sqlite3.connect(tmp_path / "content") as database:
         dump = "\n".join(database.iterdump())
         layouts = [badge for (badge,) in database.execute("SELECT badge FROM layouts")]
-    # What lines are in it are those of the identity zero, which is nobody's.
+    # What lines are in it are those of the identity zero, which no one has.
     assert sorted(layouts) == sorted({specimen_of(record.badge).to_json() for record in people.records()})
     for record in people.records():
         assert record.id.encode() not in whole and bytes.fromhex(record.id) not in whole
@@ -111,7 +111,7 @@ def test_it_gives_no_badge_away(people, tmp_path):
         assert first.claimed("Ada").seal != second.claimed("Ada").seal
 
 
-def test_a_specimen_is_the_same_whoever_it_was_made_of():
+def test_a_specimen_is_the_same_for_every_badge_of_its_layout():
     """Catches: a pitch, a beat or an edge of the person whose badge it was made of."""
     one, other = badge_of("Ada"), badge_of("Bo")
     assert one.gratings != other.gratings and specimen_of(one) == specimen_of(other)
@@ -212,7 +212,7 @@ def test_only_the_trusted_authority_counts(people, tmp_path, monkeypatch):
 
 
 def test_a_tampered_registry_is_not_published(url, people, tmp_path):
-    """Catches: a record that nobody signed, signed anew by the bundle."""
+    """Catches: a record that no one signed, signed anew by the bundle."""
     tamper(url, "UPDATE badges SET revoked_at = NULL WHERE name_nfc = 'Bo'")
     with pytest.raises(RegistryError, match="tampered"):
         people.publish(tmp_path / "b", specimen_of, days=7)
@@ -221,7 +221,7 @@ def test_a_tampered_registry_is_not_published(url, people, tmp_path):
 
 def test_a_revocation_that_was_hidden_in_the_log_is_not_signed_away(path, tmp_path):
     """Catches: the record as it was before, and its newest entry made one about somebody else: an entry's hash is in
-    its place, so a signature over hashes alone is one over a log in which nobody was revoked.
+    its place, so a signature over hashes alone is one over a log in which no one was revoked.
     """
     with open_registry(url_of(path), create=True) as registry:
         record = registry.enroll(badge_of("Ada"))
@@ -242,7 +242,7 @@ def test_a_revocation_that_was_hidden_in_the_log_is_not_signed_away(path, tmp_pa
     assert not (tmp_path / "bundle").exists()
 
 
-def test_the_command_publishes_and_overwrites_only_if_told(url, people, tmp_path):
+def test_the_command_publishes_and_overwrites_only_on_request(url, people, tmp_path):
     """Catches: a missing key of the contract; an older bundle lost."""
     to = ("--registry", url, "--out", tmp_path / "b")
     said = json.loads(run("registry", "publish", *to, "--json", "--days", 3).stdout)
@@ -253,7 +253,7 @@ def test_the_command_publishes_and_overwrites_only_if_told(url, people, tmp_path
         run("registry", "publish", *to, "--overwrite", "--days", days, code=2)
 
 
-def test_a_bundle_stands_in_the_place_of_the_registry(people, tmp_path):
+def test_a_bundle_replaces_the_registry(people, tmp_path):
     """Catches: two sources of one claim, of which one is passed over in silence."""
     path = published(people, tmp_path / "b")
     (tmp_path / "badge.json").write_text(badge_of("Ada").to_json())
@@ -262,12 +262,12 @@ def test_a_bundle_stands_in_the_place_of_the_registry(people, tmp_path):
         ("--badge", tmp_path / "badge.json"),
     ):
         refused = run("verify", tmp_path / "film", "--bundle", path, *options, code=2)
-        assert "--bundle stands in the place of --registry" in refused.stderr
+        assert "--bundle replaces --registry" in refused.stderr
     lone = run("verify", tmp_path / "film", "--badge", tmp_path / "badge.json", "--trust", "ab" * 16, code=2)
     assert "--trust" in lone.stderr
 
 
-def test_case_and_width_hide_nobody_in_a_bundle(people, tmp_path, monkeypatch):
+def test_case_and_width_hide_no_one_in_a_bundle(people, tmp_path, monkeypatch):
     """Catches: a claim in capitals of which a bundle says less than the registry; a bundle of before that cannot be
     read for want of the column."""
     with Bundle(published(people, tmp_path / "b")) as bundle:
@@ -285,5 +285,5 @@ def test_case_and_width_hide_nobody_in_a_bundle(people, tmp_path, monkeypatch):
     monkeypatch.setattr("moireid.registry.bundle.publish.made_content", of_before)
     with Bundle(published(people, tmp_path / "old")) as bundle:
         assert bundle.claimed("Ada").provenance.alike == ("\u0410da",)
-        with pytest.raises(RegistryError, match="nobody named 'BO' is in bundle"):
+        with pytest.raises(RegistryError, match="no one named 'BO' is in bundle"):
             bundle.claimed("BO")

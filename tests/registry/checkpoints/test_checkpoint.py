@@ -1,4 +1,4 @@
-"""Checkpoints that others hold, against everything that can be done to a registry.  Beside each test: what it
+"""Checkpoints that others hold, against everything that can be done to a registry.  Each test says what it
 catches."""
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def test_rolled_back_by_one_entry_is_named(grown, copies):
 
 
 def test_cut_at_its_end_is_named(grown, copies):
-    """Catches: a cut that is taken for a rollback; one that only the head tells, which can be taken away too."""
+    """Catches: a cut that is taken for a rollback; one that only the head shows, which can be taken away too."""
     tamper(url_of(grown), "DELETE FROM log WHERE seq = 4")
     assert "log_cut" in codes(grown, copies / "late") and "rolled_back" not in codes(grown, copies / "late")
     tamper(url_of(grown), "UPDATE authority SET head_seq = 3, head_signature = ''")
@@ -159,10 +159,10 @@ def test_a_checkpoint_proves_that_it_adds_to_an_earlier_one(grown, copies, tmp_p
     early = checkpoints_from(str(copies / "early"))[0]
     options = ("--registry", url_of(grown), "--since", copies / "early", "--json")
     said = json.loads(run("registry", "checkpoint", "--out", tmp_path / "new", *options).stdout)
-    (told,) = said["consistent_with"]
-    proof = [bytes.fromhex(step) for step in told["proof"]]
-    assert consistent(told["size"], early.root, said["size"], bytes.fromhex(said["root"]), proof)
-    assert (told["size"], said["size"]) == (3, 4) and said["fingerprint"] == early.fingerprint
+    (proven,) = said["consistent_with"]
+    proof = [bytes.fromhex(step) for step in proven["proof"]]
+    assert consistent(proven["size"], early.root, said["size"], bytes.fromhex(said["root"]), proof)
+    assert (proven["size"], said["size"]) == (3, 4) and said["fingerprint"] == early.fingerprint
     late = ("--since", copies / "late", "--registry", url_of(grown))
     (copies.parent / "seen.sqlite3").unlink()
     shutil.copy(copies / "early.sqlite3", grown)

@@ -1,4 +1,4 @@
-"""The Merkle tree, against the vectors of Certificate Transparency and in all small cases.  Beside each: what it
+"""The Merkle tree, against the vectors of Certificate Transparency and in all small cases.  Each test says what it
 catches."""
 
 from __future__ import annotations

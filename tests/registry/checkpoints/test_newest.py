@@ -1,4 +1,4 @@
-"""A record that was put back, with its later entries taken from the log.  Beside each test: what it would catch."""
+"""A record that was put back, with its later entries taken from the log.  Each test says what it catches."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_badge_that_was_put_back_is_not_believed(url: str, revoked: str, hidde
         with pytest.raises(RegistryError, match="not the version that the log has last"):
             claimed(registry, "Ada")
         hidden(url)
-        # The record itself looks sound now; whoever relies on it must not.
+        # The record itself looks sound now; a program that relies on it must not accept it.
         assert registry.find("Ada").revoked_at is None and registry.standing() is not None
         asking: list[Callable[[], object]] = [
             lambda: claimed(registry, "Ada"),
@@ -73,7 +73,7 @@ def test_a_badge_that_was_put_back_is_not_believed(url: str, revoked: str, hidde
 
 
 def test_a_head_that_was_moved_with_it_is_no_head(url: str, revoked: str) -> None:
-    """Catches: entries numbered anew up to a head that nobody signed."""
+    """Catches: entries numbered anew up to a head that no one signed."""
     numbered_anew(url)
     with open_registry(url, create=False) as registry, pytest.raises(RegistryError, match="authority's signature"):
         claimed(registry, "Ada")

@@ -1,4 +1,4 @@
-"""Signed notes, against the example of Go's `sumdb/note`.  Beside each test: the wrong implementation it catches."""
+"""Signed notes, against the example of Go's `sumdb/note`.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Proofs that a badge is in the log.  Beside each test: the wrong implementation it would catch."""
+"""Proofs that a badge is in the log.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -94,10 +94,10 @@ CHANGES = [
 
 
 @pytest.mark.parametrize(("change", "code"), CHANGES, ids=[change.__name__ for change, _ in CHANGES])
-def test_whatever_is_changed_is_told_by_its_part(
+def test_every_change_is_reported_by_its_part(
     full: Registry, change: Callable[[dict[str, Any]], None], code: str
 ) -> None:
-    """Catches: a part that no hash and no signature covers, or that nobody compares."""
+    """Catches: a part that no hash and no signature covers, or that no one compares."""
     document = json.loads(full.prove(full.find("Bo")))
     change(document)
     with pytest.raises(Fault) as caught:
@@ -138,8 +138,8 @@ def test_the_commands_make_and_check_it(run: Callable[..., Result], tmp_path: Pa
     trusted = json.loads(made.stdout)["fingerprint"]
     held = run("check-proof", "ada.proof", "--trust", trusted)
     assert held.exit_code == 0 and "HOLDS: badge" in held.output and "What came later" in held.output
-    told = json.loads(run("check-proof", "ada.proof", "--json").stdout)
-    assert told["holds"] and told["badge"]["name"] == "Ada" and not told["trusted"]
+    answer = json.loads(run("check-proof", "ada.proof", "--json").stdout)
+    assert answer["holds"] and answer["badge"]["name"] == "Ada" and not answer["trusted"]
     other = run("check-proof", "ada.proof", "--trust", "ab" * 16)
     assert other.exit_code == 1 and "DOES NOT HOLD: it is signed by authority" in other.output
     text = (tmp_path / "ada.proof").read_text(encoding="utf-8")

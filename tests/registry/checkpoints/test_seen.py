@@ -1,4 +1,4 @@
-"""What was seen of a registry before, and what is refused for it.  Beside each test: what it catches."""
+"""What was seen of a registry before, and what is refused for it.  Each test says what it catches."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_step_back_is_refused_and_a_step_on_is_not(path):
         assert code_of(registry) is None
         shutil.copy(path, path.with_suffix(".old"))
         registry.revoke("Ada", "lost")
-    # Nobody looked since; the one who revoked has remembered it.
+    # No one looked since; the command that revoked has remembered it.
     shutil.copy(path, path.with_suffix(".new"))
     shutil.copy(path.with_suffix(".old"), path)
     with open_registry(url_of(path), create=False) as registry:
@@ -137,7 +137,7 @@ def test_a_damaged_memory_is_no_way_round(path, seen):
 
 
 def test_a_program_that_was_killed_in_a_write_is_no_hindrance(seen):
-    """Catches: a memory that nobody can read any more, once a power cut has left its journal behind."""
+    """Catches: a memory that no one can read any more, once a power cut has left its journal behind."""
     assert remember("place", "f" * 32, Head(1, "0" * 64))
     program = (
         "import os, sqlite3, sys; d = sqlite3.connect(sys.argv[1]); d.execute('PRAGMA cache_size = 1'); "

@@ -1,4 +1,4 @@
-"""Who did what.  Beside each test: the wrong implementation it would catch."""
+"""Who did what.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def test_each_entry_names_who_did_it(registry):
     """Catches: the actor of the opening kept for all; an order of the log that is not its own."""
     registry.enroll(badge_of("Ada"))
     registry.by("Bob at the desk").revoke("Ada", "lost")
-    told = [(entry.seq, entry.action, entry.actor) for entry in registry.entries()]
-    assert told == [(3, "revoke", "Bob at the desk"), (2, "enroll", account()), (1, "init", account())]
+    done = [(entry.seq, entry.action, entry.actor) for entry in registry.entries()]
+    assert done == [(3, "revoke", "Bob at the desk"), (2, "enroll", account()), (1, "init", account())]
     assert [entry.seq for entry in registry.entries("Ada", 1)] == [3]
     seen = registry.audit()
     assert seen.sound and seen.actors == {account(): 2, "Bob at the desk": 1} and seen.unnamed == 0
@@ -34,8 +34,8 @@ def test_each_entry_names_who_did_it(registry):
         ("UPDATE log SET actor = NULL WHERE seq = 2", "entry_hash"),
     ],
 )
-def test_nobody_can_change_who_it_was(registry, url, change, code):
-    """Catches: an actor beside the chain; one that is taken out without an entry; new entries passed off as old."""
+def test_no_one_can_change_who_it_was(registry, url, change, code):
+    """Catches: an actor outside the chain; one that is taken out without an entry; new entries passed off as old."""
     registry.by("Bob").enroll(badge_of("Ada"))
     registry.by("Cy").enroll(badge_of("Bo"))
     assert tamper(url, change) == 1
@@ -53,14 +53,14 @@ def test_the_log_keeps_no_secret(registry, url):
 
 
 def test_the_command_says_who_did_what(tmp_path, keys):
-    """Catches: --actor that is not handed on; a log that tells of another badge."""
+    """Catches: --actor that is not handed on; a log that shows another badge."""
     url = f"sqlite:///{tmp_path}/r.sqlite3"
     for name in ("Ada", "Bo"):
         (tmp_path / f"{name}.json").write_text(badge_of(name).to_json(), encoding="utf-8")
         command = ["enroll", str(tmp_path / f"{name}.json"), "--registry", url, "--actor", f"{name}'s friend"]
         assert CliRunner().invoke(moireid, command).exit_code == 0
-    told = json.loads(CliRunner().invoke(moireid, ["registry", "log", "Ada", "--registry", url, "--json"]).stdout)
-    assert [(entry["action"], entry["actor"]) for entry in told["entries"]] == [("enroll", "Ada's friend")]
+    answer = json.loads(CliRunner().invoke(moireid, ["registry", "log", "Ada", "--registry", url, "--json"]).stdout)
+    assert [(entry["action"], entry["actor"]) for entry in answer["entries"]] == [("enroll", "Ada's friend")]
     lines = CliRunner().invoke(moireid, ["registry", "log", "--registry", url]).stdout.splitlines()
     assert [line.rpartition("  ")[2] for line in lines] == ["Bo's friend", "Ada's friend", "Ada's friend"]
     with open_registry(url, create=False) as registry:

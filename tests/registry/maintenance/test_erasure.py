@@ -1,4 +1,4 @@
-"""People erased on their wish.  Beside each test: the wrong implementation it would catch."""
+"""People erased on their wish.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_chain_stays_and_checkpoints_hold(erased):
     entry = registry.entries(badge.id)[0]
     assert (entry.action, entry.subject, entry.actor) == ("erase", badge.id, "Bob")
     # As the name is gone, only the id finds what was done.
-    with pytest.raises(RegistryError, match="nobody named"):
+    with pytest.raises(RegistryError, match="no one named"):
         registry.entries(NAME)
 
 
@@ -75,7 +75,7 @@ def test_without_cleaning_it_would_stay(path, keys, monkeypatch):
 
 
 def test_nothing_in_the_log_can_be_tried_against_a_name(erased, url):
-    """Catches: a hash of the record without a salt, which whoever guesses the name can make again."""
+    """Catches: a hash of the record without a salt, which anyone who guesses the name can make again."""
     badge = erased[1]
     entries = rows_of(url, f"SELECT time, record_sha256 FROM log WHERE subject = '{badge.id}' ORDER BY seq")
     guess = new_record(badge, "x", entries[0]["time"])
@@ -108,7 +108,7 @@ def test_a_bundle_of_afterwards_does_not_hold_the_person(erased, tmp_path, monke
     assert b"Quux" not in (tmp_path / "b").read_bytes()
     with Bundle(tmp_path / "b", registry.fingerprint) as bundle:
         assert bundle.holder_of(badge.id) is None
-        with pytest.raises(RegistryError, match="nobody named"):
+        with pytest.raises(RegistryError, match="no one named"):
             bundle.claimed(NAME)
 
 
@@ -135,13 +135,13 @@ def test_who_did_things_can_be_erased_too(erased, url, path):
     assert [entry.actor for entry in registry.entries(limit=2)][1] is None and registry.entries(limit=2)[1].actor_erased
     seen = registry.audit(since=[before])
     assert seen.sound and "Bob" not in seen.actors and seen.unnamed == 1
-    with pytest.raises(RegistryError, match="nobody named 'Bob'"):
+    with pytest.raises(RegistryError, match="no one named 'Bob'"):
         registry.erase_actor("Bob")
 
 
 @pytest.mark.parametrize("grown", [False, True])
 def test_an_import_erases_too_and_never_brings_back(registry, url, target, tmp_path, keys, grown):
-    """Catches: a person who comes back from a copy that was not told; a copy that keeps them."""
+    """Catches: a person who comes back from a copy that did not learn of it; a copy that keeps them."""
     for name in ("Ada", NAME):
         registry.enroll(badge_of(name))
     registry.export_json(tmp_path / "before.json")
@@ -182,8 +182,8 @@ def test_the_command_asks_for_yes_and_can_be_given_again(registry, url):
     refused = CliRunner().invoke(moireid, ["registry", "erase", NAME, "--registry", url])
     assert refused.exit_code == 2 and "--yes" in refused.stderr and registry.count() == 1
     done = CliRunner().invoke(moireid, ["registry", "erase", NAME, "--yes", "--registry", url, "--json"])
-    told = json.loads(done.stdout)
-    assert (told["subject"], told["again"], told["cleaned"]) == (badge_id, False, True)
+    answer = json.loads(done.stdout)
+    assert (answer["subject"], answer["again"], answer["cleaned"]) == (badge_id, False, True)
     again = CliRunner().invoke(moireid, ["registry", "erase", badge_id, "--yes", "--registry", url, "--json"])
     assert json.loads(again.stdout)["again"] and registry.audit().erased == 1
     audit = CliRunner().invoke(moireid, ["registry", "audit", "--registry", url])
@@ -191,7 +191,7 @@ def test_the_command_asks_for_yes_and_can_be_given_again(registry, url):
 
 
 def test_a_tombstone_of_a_key_that_was_changed_holds(erased):
-    """Catches: an erasure by the key of before that nobody believes after a change of key."""
+    """Catches: an erasure by the key of before that no one believes after a change of key."""
     registry, badge, before = erased
     registry.by("Cy").rotate_key()
     assert registry.erased_at(str(badge.id)) and registry.entries(limit=1)[0].actor == "Cy"

@@ -1,4 +1,4 @@
-"""A registry that version 2 of the schema wrote (tests/data/registry).  Beside each test: what it would catch."""
+"""A registry that version 2 of the schema wrote (tests/data/registry).  Each test says what it catches."""
 
 from __future__ import annotations
 

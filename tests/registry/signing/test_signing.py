@@ -1,4 +1,4 @@
-"""The key in a process of its own.  Beside each test: the wrong implementation it catches."""
+"""The key in a process of its own.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_registry_is_made_written_and_published_without_its_key(
 
 
 def test_it_signs_what_an_authority_signs_and_nothing_else(signer: str, tmp_path: Path) -> None:
-    """Catches: a process that signs whatever it is given, in any domain, or that tells its key."""
+    """Catches: a process that signs whatever it is given, in any domain, or that gives its key away."""
     with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:
         authority, text = registry._ledger.authority, registry.enroll(badge_of("Ada")).signed_text
     asking, finger = AskingSigner(signer, authority), authority.fingerprint
@@ -89,7 +89,7 @@ def entry_of(**more: object) -> dict[str, object]:
 
 
 def test_a_log_entry_is_signed_by_its_words_alone(signer: str) -> None:
-    """Catches: a bare hash that is signed, of which nobody knows what it says; a second spelling; a hidden key."""
+    """Catches: a bare hash that is signed, of which no one knows what it says; a second spelling; a hidden key."""
     asking, _ = make_key()
     assert isinstance(asking, AskingSigner)
     for good in (entry_of(), entry_of(actor=None)):
@@ -112,7 +112,7 @@ def test_a_log_entry_is_signed_by_its_words_alone(signer: str) -> None:
         asking.sign(ENTRY, b"0" * 64)
 
 
-def test_the_log_is_given_to_no_key_of_whoever_asks(signer: str) -> None:
+def test_the_log_is_given_to_no_key_of_a_client(signer: str) -> None:
     """Catches: a studio taken over for a minute that gets a signature for a change to its own key, or to an old one."""
     (old, _), (other, _), (new, _) = make_key(), make_key(), make_key()
     thief = Signer(Ed25519PrivateKey.generate())
@@ -136,12 +136,12 @@ def test_the_log_is_given_to_no_key_of_whoever_asks(signer: str) -> None:
 def test_a_signature_that_does_not_hold_is_not_taken(signer: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a registry made unsound by a broken signer."""
     own = Signer(Ed25519PrivateKey.generate()).authority
-    monkeypatch.setattr(AskingSigner, "_told", lambda self, message: json.dumps({"signature": "00" * 64}).encode())
+    monkeypatch.setattr(AskingSigner, "_exchange", lambda self, message: json.dumps({"signature": "00" * 64}).encode())
     with pytest.raises(RegistryError, match="a signature that does not hold"):
         AskingSigner(signer, own).sign(HEAD, b"1:" + b"0" * 64)
 
 
-def test_no_key_and_no_signer_are_told_in_a_sentence(signer: str, tmp_path: Path) -> None:
+def test_no_key_and_no_signer_are_reported_in_a_sentence(signer: str, tmp_path: Path) -> None:
     """Catches: a traceback, a wait without end, or words that do not say what to do."""
     other = Signer(Ed25519PrivateKey.generate()).authority
     with pytest.raises(RegistryError, match=r"refuses: the private key of authority .+ is not there"):
@@ -150,7 +150,7 @@ def test_no_key_and_no_signer_are_told_in_a_sentence(signer: str, tmp_path: Path
         AskingSigner(str(tmp_path / "none"), other)
 
 
-def test_clients_that_say_nothing_keep_nobody_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_clients_keep_no_one_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: idle connections that take every place, or every descriptor, for ever; a message that never ends."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     monkeypatch.setattr(signing, "IDLE_S", 1)
@@ -174,7 +174,7 @@ def test_clients_that_say_nothing_keep_nobody_out(tmp_path: Path, monkeypatch: p
         server.shutdown()
 
 
-def test_it_ends_with_its_starter_and_shows_nobody_its_memory(tmp_path: Path) -> None:
+def test_it_ends_with_its_starter_and_hides_its_memory(tmp_path: Path) -> None:
     """Catches: a process with a key that stays for ever; one whose memory its user's other programs read."""
     code = (
         "import os\nfrom moireid.registry.signing.process import own_signer\n"

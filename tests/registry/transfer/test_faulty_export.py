@@ -1,4 +1,4 @@
-"""Exports that are cut, changed or none.  Beside each test stands the wrong implementation it would catch."""
+"""Exports that are cut, changed or none.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ EDITS = {
     "figures": lambda d: [item.update(as_built={"tilt_rad": 0}) for item in d["records"]],
     "record dropped": lambda d: d["records"].pop(),
     "record twice": lambda d: d["records"].append(d["records"][0]),
-    "record of nobody": lambda d: d["records"].append({}),
+    "record without a name": lambda d: d["records"].append({}),
     "record no object": lambda d: d["records"].append(7),
     "key too many": lambda d: d["records"][0].update(more=1),
     "number for text": lambda d: d["records"][0].update(issued_at=7),

@@ -1,4 +1,4 @@
-"""The reader of JSON in little memory.  Beside each test stands the wrong implementation it would catch."""
+"""The reader of JSON in little memory.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The authority's key changed: who follows, and who must not.  Beside each test: what it would catch."""
+"""The authority's key changed: who follows, and who must not.  Each test says what it catches."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_the_chain_goes_on_through_two_changes(url: str, keys: Path) -> None:
 
 
 def test_who_trusted_the_old_key_follows_and_notices_a_step_back(path: Path, tmp_path: Path) -> None:
-    """Catches: a proven change told as a replaced key; a pinned old fingerprint by which an older file passes again."""
+    """Catches: a proven change taken for a replaced key; a pinned old fingerprint that lets an older file pass."""
     url = filled(path)
     with open_registry(url, create=False) as registry:
         old = registry.standing().fingerprint
@@ -238,7 +238,7 @@ def test_a_bundle_proves_the_change_offline(path: Path, tmp_path: Path, monkeypa
 
 
 def test_a_copy_follows_by_import_and_a_copy_that_went_its_own_way_does_not(path: Path, tmp_path: Path) -> None:
-    """Catches: an export of a changed key that nobody can read in; entries of a copy that are lost without a word."""
+    """Catches: an export of a changed key that no one can read in; entries of a copy that are lost without a word."""
     url, copy = filled(path), f"sqlite:///{tmp_path}/copy.sqlite3"
     astray = f"sqlite:///{tmp_path}/astray.sqlite3"
     with open_registry(url, create=False) as registry:
@@ -270,9 +270,9 @@ def test_the_command_with_a_signer_leaves_both_keys_there(
     with own_signer() as address:
         monkeypatch.setenv("MOIREID_SIGNER", address)
         monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "none"))
-        told = CliRunner().invoke(moireid, ["registry", "rotate-key", "--registry", url, "--json"])
-        assert told.exit_code == 0, told.output
-        document = json.loads(told.stdout)
+        done = CliRunner().invoke(moireid, ["registry", "rotate-key", "--registry", url, "--json"])
+        assert done.exit_code == 0, done.output
+        document = json.loads(done.stdout)
         assert document["records"] == 2 and document["key"] is None and document["head"].startswith("5:")
         said = CliRunner().invoke(moireid, ["registry", "rotate-key", "--registry", url])
         assert f"no longer by {document['fingerprint']}" in said.stdout and "make a checkpoint" in said.stdout

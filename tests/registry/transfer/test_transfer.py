@@ -1,4 +1,4 @@
-"""Export and import.  Beside each test stands the wrong implementation it would catch."""
+"""Export and import.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ import pytest
 
 from kit.registries import badge_of, state_of, tamper, url_of
 from moireid.errors import RegistryError, SpecError
-from moireid.registry import Import, Registry, import_registry, ledger, open_registry, store
-from moireid.registry.face import deciding
+from moireid.registry import Import, Registry, changes, import_registry, ledger, open_registry, store
 
 # Export.
 
@@ -37,15 +36,15 @@ def test_export_is_plain_json_with_everything_in_it(full, exported):
     assert "PRIVATE" not in exported.read_text(encoding="utf-8")
 
 
-def test_export_replaces_nothing_unless_told(full, exported):
+def test_export_replaces_nothing_unless_asked(full, exported):
     """Catches: an older export overwritten without a word."""
     before = exported.read_bytes()
     with pytest.raises(SpecError, match="--overwrite"):
         full.export_json(exported)
     assert exported.read_bytes() == before
     full.enroll(badge_of("Di"))
-    told = []
-    assert full.export_json(str(exported), overwrite=True, progress=lambda *step: told.append(step)) == 4
+    steps = []
+    assert full.export_json(str(exported), overwrite=True, progress=lambda *step: steps.append(step)) == 4
     assert len(json.loads(exported.read_text(encoding="utf-8"))["records"]) == 4
     assert [entry.name for entry in exported.parent.iterdir()] == [exported.name]
 
@@ -60,7 +59,7 @@ def test_export_replaces_nothing_unless_told(full, exported):
     ],
 )
 def test_unsound_registry_is_not_exported(url, full, tmp_path, change):
-    """Catches: a backup that nobody can restore; half a file."""
+    """Catches: a backup that no one can restore; half a file."""
     tamper(url, change)
     with pytest.raises(RegistryError, match="tampered with or is damaged"):
         full.export_json(tmp_path / "out" / "people.json")
@@ -192,7 +191,7 @@ def apart(full: Registry, exported: Path, target: str, monkeypatch: pytest.Monke
     import_registry(exported, target)
     copy = open_registry(target, create=False)
     for day, registry, new in ((1, full, "Di"), (2, copy, "Ed")):
-        for module in (store, deciding):
+        for module in (store, changes):
             monkeypatch.setattr(module, "utc_now", lambda day=day: f"2030-01-0{day}T00:00:00Z")
         registry.enroll(badge_of(new))
         registry.enroll(badge_of("Flo"))

@@ -13,7 +13,6 @@ from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.filming import film, truth_path
-from moireid.simulate.forgeries.courses import FIELDS, KINDS
 from moireid.simulate.forgeries.rear_layer import (
     CLOCK_S,
     PATCHES,
@@ -26,6 +25,7 @@ from moireid.simulate.forgeries.rear_layer import (
     parallax,
     shown_in,
 )
+from moireid.simulate.forgeries.trajectories import FIELDS, KINDS
 from moireid.simulate.motion import Poses
 from moireid.simulate.recording.sensor import opened
 from moireid.simulate.scene import Build, Camera, Instant, Scene

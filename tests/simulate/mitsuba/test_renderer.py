@@ -229,7 +229,7 @@ def test_frame_takes_the_boards_own_pixels(badge: Badge) -> None:
 def test_what_cannot_be_rendered_is_refused(badge: Badge) -> None:
     scene, instant = Scene(badge), seen_from((0, 0, -1000))
     forged = replace(instant, shown_from_mm=np.array([20.0, 0, -1000]))
-    with pytest.raises(SpecError, match="shown from 20 mm beside the camera") as refused:
+    with pytest.raises(SpecError, match="shown from 20 mm away from the camera") as refused:
         MitsubaRenderer(scene, variant="scalar_rgb").render(forged)
     assert refused.value.details["apart_mm"] == pytest.approx(20)
     for crop in ((0, 0, 1921, 10), (-1, 0, 10, 10), (10, 0, 10, 10)):

@@ -356,5 +356,5 @@ def test_cells_move_as_far_as_their_rows_and_no_further(motion, level):
     """Catches: rows that were smoothed until cross-faded photographs look even, their cells left as they were."""
     (reason,) = _cells_move(motion, "0123456789abcdef")
     assert (reason.level, reason.measured) == (level, motion)
-    assert ("stand still" in reason.text) == (level == "fail") and ("together" in reason.text) == (level == "pass")
+    assert ("stay still" in reason.text) == (level == "fail") and ("together" in reason.text) == (level == "pass")
     assert _cells_move(motion, None) == _cells_move(None, "0123456789abcdef") == ()

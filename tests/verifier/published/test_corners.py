@@ -15,7 +15,7 @@ from kit.coded_films import written
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
-from moireid.verifier import CameraFilm, Claim, verify
+from moireid.verifier import Claim, Film, verify
 from moireid.verifier.published.corners import (
     COLUMNS,
     CornerFollower,
@@ -31,7 +31,7 @@ CORNERS = "200,150,300,150,300,250,200,250"
 
 def test_corners_are_followed_until_they_are_set_right(films: Path):
     """Catches: corners that stay behind, x for y, a correction that is passed over."""
-    frames = [frame.luma for frame, _ in zip(CameraFilm(films / "genuine_1.0m.mp4").frames(), range(6), strict=False)]
+    frames = [frame.luma for frame, _ in zip(Film(films / "genuine_1.0m.mp4").frames(), range(6), strict=False)]
     truth = np.array([[700.0, 400.0], [1200.0, 380.0], [1180.0, 800.0], [720.0, 820.0]])
     picture, shift = frames[0], np.array([5.0, -3.0])
     moved = cv2.warpAffine(picture, np.float32([[1, 0, shift[0]], [0, 1, shift[1]]]), picture.shape[::-1])
@@ -76,9 +76,7 @@ def test_corners_are_read_as_people_write_them(tmp_path: Path):
 @pytest.fixture(scope="module")
 def mostly_gone(films: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A true film whose badge is in view for its first 100 frames, and then not for 120."""
-    pictures = [
-        frame.luma for frame, _ in zip(CameraFilm(films / "genuine_1.0m.mp4").frames(), range(100), strict=False)
-    ]
+    pictures = [frame.luma for frame, _ in zip(Film(films / "genuine_1.0m.mp4").frames(), range(100), strict=False)]
     gone = [np.full_like(pictures[0], 128)] * 120
     return written(tmp_path_factory.mktemp("gone") / "film.mp4", pictures + gone, "libx264", "yuv420p")
 

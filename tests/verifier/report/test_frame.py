@@ -1,4 +1,4 @@
-"""The whole frame of a report.  Beside each test: the wrong implementation it would catch."""
+"""The whole frame of a report.  Each test states the wrong implementation that it would catch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from moireid.errors import MediaError
 from moireid.verifier.decision.judge import judge_invariant
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.report.seconds import frame_picture, telling_moment
+from moireid.verifier.report.seconds import frame_picture, moment_to_show
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import Film
 
@@ -86,20 +86,20 @@ def report_on(badge: Badge, path: Path, verdict: str = "accept") -> Report:
 def test_the_moment_tells_most(ada: Badge, counted: Path) -> None:
     """Catches: the first frame, whatever happens; the clearest frame of a film whose lie is elsewhere."""
     report = report_on(ada, counted)
-    moment = telling_moment(report)
+    moment = moment_to_show(report)
     assert (moment.index, moment.time_s) == (30, pytest.approx(1.0))
     assert report.measurement is not None
     signal = report.measurement.gratings[0]
     lie = signal.measured_rad + np.where(np.arange(FRAMES) == 50, 2.0, 0.0)
     measurement = replace(report.measurement, gratings=(replace(signal, measured_rad=lie),))
     broken = replace(report_on(ada, counted, "reject"), measurement=measurement)
-    assert telling_moment(broken).index == 50
+    assert moment_to_show(broken).index == 50
 
 
 def test_the_badge_is_outlined_where_it_is(ada: Badge, counted: Path) -> None:
     """Catches: an outline of another frame or size; one that is mirrored with the measurement and not with the film."""
     report = report_on(ada, counted)
-    moment = telling_moment(report)
+    moment = moment_to_show(report)
     corners = np.array([[60.0, 60.0], [120.0, 60.0], [120.0, 130.0], [60.0, 130.0]])
     coded = frame_picture(report, replace(moment, corners_px=corners))
     assert coded is not None
@@ -107,7 +107,7 @@ def test_the_badge_is_outlined_where_it_is(ada: Badge, counted: Path) -> None:
     assert seen.shape == (SIZE[1], SIZE[0], 3)
     green = seen[:, :, 1] - seen[:, :, 0] > 60
     assert green[125:135, 90].any() and not green[:50].any() and not green[:, 140:].any()
-    x, mirrored = moment.corners_px, telling_moment(replace(report, track=replace(report.track, mirrored=True)))
+    x, mirrored = moment.corners_px, moment_to_show(replace(report, track=replace(report.track, mirrored=True)))
     assert x is not None and mirrored.corners_px is not None
     assert mirrored.corners_px[:, 0] == pytest.approx(1919 - x[:, 0])
 
@@ -117,8 +117,8 @@ def test_another_film_is_never_shown(ada: Badge, counted: Path, tmp_path: Path, 
     path = tmp_path / "film.mp4"
     shutil.copy(counted, path)
     report = report_on(ada, path)
-    assert frame_picture(report, telling_moment(report)) is not None
+    assert frame_picture(report, moment_to_show(report)) is not None
     shutil.copy(films / "genuine_1.0m.mp4", path)
-    assert frame_picture(report, telling_moment(report)) is None
+    assert frame_picture(report, moment_to_show(report)) is None
     path.unlink()
-    assert frame_picture(report, telling_moment(report)) is None
+    assert frame_picture(report, moment_to_show(report)) is None

@@ -1,4 +1,4 @@
-"""What is the case, in one line by name.  Beside each test: the wrong implementation it would catch.
+"""What is the case, in one line by name.  Each test states the wrong implementation that it would catch.
 
 The documents are as `verify --json` prints them, put together by hand.
 """
@@ -78,7 +78,7 @@ def test_a_sealed_claim_is_told_as_sealed() -> None:
     other["identity"]["claimed_id"] = None
     assert claimed_in(other).holder == "Sarah Example (identity sealed)"
     known = Circumstances(NOW, standing=replace(REGISTRY, expires="2026-05-12T08:00:00Z"))
-    assert title(other, known) == "Genuine, but nobody's in this bundle, not Sarah Example's"
+    assert title(other, known) == "Genuine, but held by no one in this bundle, and not Sarah Example's"
     large = replace(known, looked_up=False)
     assert title(other, large) == "Genuine, but another badge, not Sarah Example's"
     assert "too many" in headline_of(other, large).text and "too many" not in headline_of(other, known).text
@@ -89,7 +89,7 @@ def test_another_s_badge_is_named_where_the_registry_knows_it() -> None:
     other = document("reject", finding("identity"), identity="mismatch")
     ada = Circumstances(NOW, read=BadgeHolder("Ada Lovelace"), standing=REGISTRY)
     assert title(other, ada) == "Genuine, but Ada Lovelace's, not Sarah Example's"
-    assert title(other) == "Genuine, but nobody's in this registry, not Sarah Example's"
+    assert title(other) == "Genuine, but held by no one in this registry, and not Sarah Example's"
     assert title(other, Circumstances(NOW)) == "Genuine, but another badge, not Sarah Example's"
     vague = document("reject", finding("identity"), law="inconclusive", identity="mismatch")
     assert title(vague, ada) == "Another badge: Ada Lovelace's, not Sarah Example's"
@@ -155,7 +155,7 @@ def test_how_the_law_is_broken_is_told(codes: dict[str, float], figures: dict[st
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ([rival("still", -40.0), rival("drift", -40.2)], "they stand still while the badge moves"),
+        ([rival("still", -40.0), rival("drift", -40.2)], "they stay still while the badge moves"),
         (
             [rival("still", -0.1), rival("drift", -5.4), rival("late", -5.6, late_s=-2.0)],
             "they drift at a constant speed",
@@ -210,7 +210,7 @@ def test_an_open_film_says_why_and_what_to_do() -> None:
     )
     assert title(leaping) == "Cannot tell: the badge moved only where pictures are missing"
     first = [finding(code, "undecided") for code in ("cover", "identity", "motion", "badge_absent")]
-    assert title(document("inconclusive", *first)) == "Cannot tell: the badge is hardly to be seen"
+    assert title(document("inconclusive", *first)) == "Cannot tell: the badge can hardly be seen"
     assert set(OPEN) >= {
         "badge_absent",
         "fringes",
@@ -260,15 +260,15 @@ def test_no_claim_finds_a_holder_or_nobody() -> None:
     known = Circumstances(NOW, read=BadgeHolder("Ada Lovelace"), standing=REGISTRY)
     assert title(found, known) == "Genuine, and Ada Lovelace's"
     nobody = document("accept", finding("enrolled"), identity="not_claimed") | {"finding": "nobody", "found_id": None}
-    assert title(nobody) == "Genuine, but nobody's in this registry"
+    assert title(nobody) == "Genuine, but held by no one in this registry"
     gone = Circumstances(
         NOW, read=BadgeHolder("Ada Lovelace", Exclusion("revoked", "2026-05-03T08:00:00Z", "lost")), standing=REGISTRY
     )
     assert title(nobody, gone) == "Revoked on 3 May: lost"
     empty = {"finding": "nobody", "found_id": None, "reasons": [finding("enrolled")]}
-    assert title(empty) == "Nobody's in this registry"
+    assert title(empty) == "Held by no one in this registry"
     unclaimed = document("accept", identity="not_claimed")
-    assert title(unclaimed) == "Genuine; nobody was claimed"
+    assert title(unclaimed) == "Genuine; no person was claimed"
 
 
 def test_dates_are_in_words_and_by_one_clock() -> None:

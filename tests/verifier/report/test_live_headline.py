@@ -1,4 +1,4 @@
-"""The headline of a live check, by name.  Beside each test: the wrong implementation it would catch."""
+"""The headline of a live check, by name.  Each test states the wrong implementation that it would catch."""
 
 from __future__ import annotations
 

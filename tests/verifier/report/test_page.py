@@ -1,4 +1,4 @@
-"""The report for people: one page that needs no other file.  Beside each test: the wrong implementation it catches.
+"""The report for people: one page that needs no other file.  Each test states the wrong implementation that it catches.
 
 Reports are put together by hand, on the films of numbers of `test_identity`: tested is what is said of a verdict.
 """

@@ -1,4 +1,4 @@
-"""Of which seconds the verdict speaks.  Beside each test: the wrong implementation it would catch."""
+"""Of which seconds the verdict speaks.  Each test states the wrong implementation that it would catch."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_bars_lie_where_the_badge_was() -> None:
 def test_what_is_not_judged_is_said() -> None:
     """Catches: 2 s of badge told as a proof of 30 s of film; a gap before the first span or after the last lost."""
     text = told([[10.0, 12.0]], [[10.0, 12.0]]).text
-    assert "10 % of the film's 30.0 s" in text and "nothing of 0.0 to 10.0 s, 12.0 to 30.0 s." in text
+    assert "10 % of the film's 30.0 s" in text and "not cover 0.0 to 10.0 s, 12.0 to 30.0 s." in text
     assert "No part of it is left out" in told([[0.0, 30.0]], [[0.0, 30.0]], share=1.0).text
     assert "No more than a moment of it" in told([[0.1, 29.9]], [[0.1, 29.9]], share=0.99).text
     assert "none of them could be judged" in told([[1.0, 3.0]], []).text

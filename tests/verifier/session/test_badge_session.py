@@ -1,4 +1,4 @@
-"""Badges beside the judged one.  Beside each test: what it would catch."""
+"""Badges next to the judged one.  Each test states what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Captures of one badge: what must agree between them.  Beside each test: what it would catch."""
+"""Captures of one badge: what must agree between them.  Each test states what it would catch."""
 
 from __future__ import annotations
 

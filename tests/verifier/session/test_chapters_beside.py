@@ -1,4 +1,4 @@
-"""Chapters judged while the film goes on.  Beside each test: what it would catch."""
+"""Chapters judged while the film goes on.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def chapter(number: int) -> SimpleNamespace:
 
 
 @pytest.fixture
-def beside():
-    with ThreadPoolExecutor(1) as executor:
-        yield executor
+def executor():
+    with ThreadPoolExecutor(1) as one_thread:
+        yield one_thread
 
 
-def test_one_chapter_is_judged_beside_the_film_and_they_stay_in_order(monkeypatch, beside):
+def test_one_chapter_is_judged_while_the_film_goes_on_and_they_stay_in_order(monkeypatch, executor):
     """Catches: chapters that pile up in memory behind a slow judge, or come out in another order."""
     going, free = threading.Semaphore(0), threading.Semaphore(0)
 
@@ -53,7 +53,7 @@ def test_one_chapter_is_judged_beside_the_film_and_they_stay_in_order(monkeypatc
         return chapter(track)
 
     monkeypatch.setattr(badge_session, "judge_chapter", judge)
-    line = ChapterTracker(None, Tracker(), beside=beside)
+    line = ChapterTracker(None, Tracker(), executor=executor)
     line.close(7)
     assert going.acquire(timeout=20) and line.done == []
     free.release()
@@ -64,14 +64,14 @@ def test_one_chapter_is_judged_beside_the_film_and_they_stay_in_order(monkeypatc
     assert [one.number for one in line.finish().chapters] == [1, 2, 3]
 
 
-def test_an_error_of_a_chapter_is_raised_where_it_is_asked_for(monkeypatch, beside):
+def test_an_error_of_a_chapter_is_raised_where_it_is_asked_for(monkeypatch, executor):
     """Catches: a fault in another thread that is lost, and a film judged without one of its chapters."""
 
     def judge(track: int, claim: None, *, repeated: int) -> None:
         raise SpecError("told by the test")
 
     monkeypatch.setattr(badge_session, "judge_chapter", judge)
-    line = ChapterTracker(None, Tracker(), beside=beside)
+    line = ChapterTracker(None, Tracker(), executor=executor)
     line.close(7)
     with pytest.raises(SpecError, match="told by the test"):
         _ = line.chapters
@@ -99,5 +99,5 @@ def test_a_film_of_many_chapters_comes_out_as_one_after_the_other(films: Path, m
             judged_by.clear()
     finally:
         cv2.setNumThreads(threads)
-    beside, alone = ({key: value for key, value in one.items() if key != "timing"} for one in found)
-    assert beside == alone and beside["frames"]["tracked"] == 240
+    together, alone = ({key: value for key, value in one.items() if key != "timing"} for one in found)
+    assert together == alone and together["frames"]["tracked"] == 240

@@ -1,4 +1,4 @@
-"""What is said of a claim, whatever the film shows.  Beside each test: the wrong implementation it would catch."""
+"""What is said of a claim, whatever the film shows.  Each test states the wrong implementation that it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Of which seconds a verdict speaks.  Beside each test: what it would catch."""
+"""Of which seconds a verdict speaks.  Each test states what it would catch."""
 
 from __future__ import annotations
 

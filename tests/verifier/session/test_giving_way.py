@@ -1,4 +1,4 @@
-"""Judging beside the frames.  Beside each test: what it would catch."""
+"""Judging in the background while frames come in.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from types import SimpleNamespace
 import pytest
 
 from moireid.badge import load_badge
-from moireid.verifier import CameraFilm, Claim, Verifier
+from moireid.verifier import Claim, Film, Verifier
 from moireid.verifier.session import badge_session, streaming
-from moireid.verifier.session.threads import SWITCH_S, GivingWay
+from moireid.verifier.session.threads import SWITCH_S, BackgroundExecutor
 
 
 def test_threads_change_places_sooner_while_something_is_judged_and_not_after():
@@ -27,7 +27,7 @@ def test_threads_change_places_sooner_while_something_is_judged_and_not_after():
         return sys.getswitchinterval()
 
     with ThreadPoolExecutor(2) as threads:
-        short, long = (GivingWay(threads).submit(work, wait) for wait in (False, True))
+        short, long = (BackgroundExecutor(threads).submit(work, wait) for wait in (False, True))
         going.wait(timeout=20)
         assert short.result(timeout=20) == pytest.approx(SWITCH_S)
         assert sys.getswitchinterval() == pytest.approx(SWITCH_S)
@@ -50,7 +50,7 @@ def test_no_frame_waits_for_a_chapter_in_a_live_session(films: Path, monkeypatch
     monkeypatch.setattr(badge_session, "judge_chapter", slow)
     with ThreadPoolExecutor(1) as threads:
         verifier = Verifier(Claim(load_badge(films / "badge.json")), aside=threads)
-        for frame in CameraFilm(films / "genuine_1.0m.mp4").frames():
+        for frame in Film(films / "genuine_1.0m.mp4").frames():
             if frame.index == 55:
                 break
             verifier.push(frame)
@@ -74,7 +74,7 @@ def test_verdicts_rest_for_as_long_as_they_took(films: Path, monkeypatch):
             return made
 
     verifier, told = Verifier(Claim(load_badge(films / "badge.json")), aside=Slow()), []
-    for frame in CameraFilm(films / "genuine_1.0m.mp4").frames():
+    for frame in Film(films / "genuine_1.0m.mp4").frames():
         if frame.time_s > 3.0:
             break
         told.append(verifier.push(frame))

@@ -1,4 +1,4 @@
-"""Freed memory given back.  Beside each test: what it would catch."""
+"""Freed memory given back.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_freed_memory_goes_back_to_the_system():
     last = np.ones(8000)
     held = resident_mb()
     pieces.clear()
-    threads.give_back()
+    threads.return_freed_memory()
     assert resident_mb() < held - 60 and last.sum() == 8000
 
 
@@ -33,5 +33,5 @@ def test_a_library_without_it_is_left_alone(monkeypatch):
     """Catches: a verify that ends with an error where the system has another C library."""
     threads._trim.cache_clear()
     monkeypatch.setattr(ctypes, "CDLL", lambda name: object())
-    threads.give_back()
+    threads.return_freed_memory()
     threads._trim.cache_clear()

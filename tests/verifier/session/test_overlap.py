@@ -1,6 +1,6 @@
 """The badge before the face, on pictures of a person made of a photograph and rendered badges.
 
-Beside each test: what it would catch.
+Each test states what it would catch.
 """
 
 from __future__ import annotations

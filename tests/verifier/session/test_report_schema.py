@@ -1,4 +1,4 @@
-"""The JSON report against its schema, for every way a verify can end.  Beside each test: what it would catch."""
+"""The JSON report against its schema, for every way a verify can end.  Each test states what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Films whose times start anew, where recordings were joined.  Beside each test: what it catches."""
+"""Films whose times start anew, where recordings were joined.  Each test states what it catches."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.verifier import CameraFilm, Claim, Frame, Verifier, verify
+from moireid.verifier import Claim, Film, Frame, Verifier, verify
 from moireid.verifier.reasons import worst
 from moireid.verifier.session import badge_session
 from moireid.verifier.session.chapters import invariant_of
@@ -22,7 +22,7 @@ FPS = 15
 
 def every_second(film: Path) -> Iterator[Frame]:
     """Every second frame of a film of 30 frames a second: 120 of them."""
-    frames = (frame for frame in CameraFilm(film).frames() if frame.index % 2 == 0)
+    frames = (frame for frame in Film(film).frames() if frame.index % 2 == 0)
     return (Frame(k, k / FPS, frame.picture) for k, frame in enumerate(frames))
 
 
@@ -62,7 +62,7 @@ def test_two_pieces_of_a_transport_stream_are_accepted(joined: Path, prototype: 
     """Catches: a course smoothed from the end of one piece to the start of the other, by which this film was rejected
     (correlation 0.6); segments that run backwards.
     """
-    times = [frame.time_s for frame in CameraFilm(joined).frames()]
+    times = [frame.time_s for frame in Film(joined).frames()]
     assert len(times) == 120 and np.diff(times).min() < -3.0
     report = verify(joined, Claim(prototype))
     assert report.verdict == "accept" and report.invariant.correlation > 0.999

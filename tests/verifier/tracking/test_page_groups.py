@@ -203,7 +203,7 @@ def test_a_badge_that_comes_in_later_is_taken_up_within_two_seconds(shots, ada):
     for frame in frames_of([*alone[:10], *beside(shots["ada left"], shots["bob right"])[10:]]):
         view.push(frame)
     first, second = view.trackers
-    assert first.tracked == FRAMES and second.course.first.frame == 60 and second.tracked == FRAMES - 60
+    assert first.tracked == FRAMES and second.ends.first.frame == 60 and second.tracked == FRAMES - 60
 
 
 # Which markers belong together.

@@ -48,10 +48,10 @@ def stamp(address: str) -> str:
     """
     system, path = _system(address)
     with _as_spec_error(f"there is no film {address!r}", ADVICE):
-        told = system.info(path)
-    if told.get("type") == "directory":
+        info = system.info(path)
+    if info.get("type") == "directory":
         raise SpecError(f"there is no film {address!r} (it is a folder); {ADVICE}")
-    return hashlib.sha256(str(sorted((name, str(value)) for name, value in told.items())).encode()).hexdigest()
+    return hashlib.sha256(str(sorted((name, str(value)) for name, value in info.items())).encode()).hexdigest()
 
 
 def read_text(address: str) -> str:
@@ -151,5 +151,5 @@ def _fetch(system: Any, path: str, target: Path, most: int, address: str) -> Non
 
 def _words(error: Exception) -> str:
     """The message of another package's error, as part of a sentence."""
-    told = getattr(error, "strerror", None) or " ".join(str(error).split())[:200] or type(error).__name__
-    return "no such file" if isinstance(error, FileNotFoundError) else str(told)
+    message = getattr(error, "strerror", None) or " ".join(str(error).split())[:200] or type(error).__name__
+    return "no such file" if isinstance(error, FileNotFoundError) else str(message)

@@ -151,7 +151,7 @@ def _next_ended(client: Any, ended: Any, quiet_s: float) -> tuple[Any, Done | No
                 raise MoireIdError(f"no worker has been alive for {NO_WORKER_S:g} s; {AGAIN}")
             if now - begun > quiet_s:
                 raise MoireIdError(
-                    f"nothing has ended for {quiet_s:g} s, though workers are alive; look whether they stand still "
+                    f"nothing has ended for {quiet_s:g} s, though workers are alive; check whether they hang "
                     f"or do something else, then {AGAIN}"
                 )
         future = next(ended)
@@ -206,7 +206,7 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
         with _connected(distributed, str(scheduler)) as client:
             yield client
         return
-    # A cluster obeys anybody who reaches it, so this one listens only locally and requires a certificate.
+    # A cluster obeys anyone who reaches it, so this one listens only locally and requires a certificate.
     with dask.config.set(DASK), ExitStack() as stack:
         with _interrupts_after():
             cluster = distributed.LocalCluster(
@@ -260,7 +260,7 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
         words = " ".join(str(error).split())[:150] or type(error).__name__
         raise SpecError(
             f"no Dask scheduler answers at {address[:100]!r} ({words}); give tcp://HOST:PORT as `dask scheduler` "
-            "tells it, or local"
+            "prints it, or local"
         ) from error
     # It logs tracebacks when a scheduler goes away; we give one sentence.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)

@@ -48,8 +48,8 @@ def do_jobs(talk: Talk) -> None:
     while (asked := talk.next(IDLE_S)) is not None:
         payload, film = asked
         work, job = pickle.loads(payload)
-        talk.tell({"begun": True})
-        talk.tell({"result": work(job) if film is None else work(job, film)})
+        talk.send({"begun": True})
+        talk.send({"result": work(job) if film is None else work(job, film)})
 
 
 class IsolatedProcess:
@@ -72,19 +72,19 @@ class IsolatedProcess:
         child = self._ready(sealed=film is not None)
         try:
             child.send((payload, film), START_S + self._limits.seconds)
-            told = child.hear(START_S + self._limits.seconds)
-            if told is not None and "begun" in told:
+            message = child.hear(START_S + self._limits.seconds)
+            if message is not None and "begun" in message:
                 begun = time.monotonic()
-                told = child.hear(self._limits.seconds)
+                message = child.hear(self._limits.seconds)
         except ProcessEnd as ended:
             self.stop()
             return self._lost(ended, time.monotonic() - begun)
         self._used_s = time.monotonic()
-        if told is None:
+        if message is None:
             self.stop()
             words = f"it took longer than the {self._limits.seconds:g} s allowed"
             return LostJob(words, time.monotonic() - begun, "time")
-        return told.get("result")
+        return message.get("result")
 
     def end(self) -> None:
         """End the process for good; a thread that waits for its result notices by itself."""

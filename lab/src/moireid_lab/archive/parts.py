@@ -35,7 +35,7 @@ class Parts:
             zip(TYPES, (pa.string(), pa.bool_(), pa.int64(), pa.float64(), pa.list_(pa.string())), strict=True)
         )
         self.schema = pa.schema(
-            [pa.field(name, types[kind], metadata={"description": told}) for name, (kind, told) in columns.items()]
+            [pa.field(name, types[kind], metadata={"description": text}) for name, (kind, text) in columns.items()]
         )
         self._run, self._number, self._open = uuid.uuid4().hex[:8], 0, list[dict[str, Any]]()
 

@@ -81,23 +81,28 @@ def make_film_set(
     running = run_tasks(made, tasks, scheduler=where.scheduler, workers=where.workers, limits=LIMITS)
     with closing(running) as ended:
         for count, (at, done) in enumerate(ended, start=1):
-            film, key, (told,) = films[todo[at]], keys[todo[at]], done.outcomes
-            if isinstance(told, LostJob):
-                told = {"error": told.why}
-            if "error" not in told:
-                contents = dict(zip(_files(film, folder), map(b64decode, (told["truth"], told["video"])), strict=True))
-                rows[key] = {"label": told["label"], "files": {path.name: _hash(one) for path, one in contents.items()}}
+            film, key, (found,) = films[todo[at]], keys[todo[at]], done.outcomes
+            if isinstance(found, LostJob):
+                found = {"error": found.why}
+            if "error" not in found:
+                contents = dict(
+                    zip(_files(film, folder), map(b64decode, (found["truth"], found["video"])), strict=True)
+                )
+                rows[key] = {
+                    "label": found["label"],
+                    "files": {path.name: _hash(one) for path, one in contents.items()},
+                }
                 keep_row(kept, key, rows[key])
                 for path, content in contents.items():
                     with whole_file(path) as temporary:
                         temporary.write_bytes(content)
             else:
-                failed.append(f"{film.name} ({told['error']})")
+                failed.append(f"{film.name} ({found['error']})")
             if progress:
                 progress(len(films) - len(todo) + count, len(films), len(failed), len(films) - len(todo))
     if failed:
         raise MoireIdError(
-            f"{len(failed)} of {len(films)} films cannot be made, first {failed[0]}; the others are kept, so mend what "
+            f"{len(failed)} of {len(films)} films cannot be made, first {failed[0]}; the others are kept, so fix what "
             "is wrong and run again"
         )
     write_text(folder / MANIFEST, _manifest(films, [rows[key]["label"] for key in keys]))
@@ -122,7 +127,7 @@ def made(film: PlannedFilm) -> dict[str, Any]:
 
 
 def _files(film: PlannedFilm, folder: Path) -> tuple[Path, Path]:
-    """The files of a film; the truth first, so that a film that is there has it beside it."""
+    """The files of a film; the truth first, so that each finished film has its truth."""
     video = folder / f"{film.name}.mp4"
     return truth_path(video), video
 
@@ -159,9 +164,9 @@ def _holds(path: Path, text: str) -> bool:
 
 def _key(film: PlannedFilm) -> str:
     """The key of a film: all that it depends on, including the program."""
-    told = (film.name, film.badge.to_json(), asdict(film.wish), program_digest("simulate"))
+    parts = (film.name, film.badge.to_json(), asdict(film.wish), program_digest("simulate"))
     course = hashlib.sha256(film.course or b"").hexdigest()
-    return hashlib.sha256(json.dumps([told, course], sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([parts, course], sort_keys=True).encode()).hexdigest()
 
 
 def _manifest(films: Sequence[PlannedFilm], labels: Sequence[str]) -> str:

@@ -1,15 +1,13 @@
-"""Replays of earlier answers to new challenges: an old true clip, started at the moment that fits best.
+"""Simulated challenges before a webcam and in a call, and replays of earlier answers to new prompts.
 
-A simulated person before a webcam: a true badge that follows prompts, before a picture of a face.
+1. A person before a webcam: a true badge that follows prompts, in front of a picture of a face (`answer`, `frames`).
+2. A call: a person who follows prompts (`Caller`), and a line with delay, a codec and lost pictures (`coded`).
+3. Replays: an old true clip, started at the moment that fits best (`replays_passed`), or paused (`PausingPlayer`).
 
-Convention: camera frame in mm, x right in the picture, y down, z forward; the camera stands still.
-Source: the analytic renderer; the course from place to place is that of least jerk, which hands come near to (Flash and
-Hogan 1985).
-
-A simulated call: a person who hears prompts and follows them, and a line with delay, a codec and lost pictures.
-
-Convention: one clock, s.  A prompt that is shown at the asker's is read aloud, travels, and is reacted to; a picture
-travels back.  `Caller` is a course for `film.frames`, which asks it for places as time goes on.
+Convention: camera frame in mm, x right in the picture, y down, z forward; the camera stays still.  One clock, s.  In a
+    call a prompt that the asker sees is read aloud, travels, and is reacted to; a picture travels back.
+Source: the analytic renderer; the trajectory from place to place is that of least jerk, which hands approximate (Flash
+    and Hogan 1985).
 """
 
 from __future__ import annotations
@@ -68,7 +66,7 @@ class Answer:
 
 
 class Moving(Protocol):
-    """Whatever says where the badge is."""
+    """Anything that gives the place of the badge."""
 
     def place_mm(self, time_s: float) -> Array:
         """(3,) mm at a time."""
@@ -140,7 +138,8 @@ def frames(
 
 
 Luma = NDArray[np.uint8]
-#: What a call gives a camera at 720p, bit/s; and how long somebody reads until the word that counts, and reacts, s.
+#: What a call gives a camera at 720p, bit/s.  How long the asker reads until the word that counts, and how long the
+#: person takes to react, s.
 BIT_RATE = 1_500_000
 READS_S, REACTS_S = (0.8, 1.8), (0.3, 1.2)
 
@@ -167,23 +166,23 @@ class Caller:
 
 
 class PausingPlayer:
-    """Somebody who plays a film of an earlier answer, and pauses it until the next prompt is heard.
+    """An attacker who plays a film of an earlier answer, and pauses it until the next prompt comes.
 
-    It is a course, too: that of the film, on the player's own clock.
+    Its places are those of the film, on the player's own clock.
     """
 
     def __init__(self, before: list[Prompt], face_mm: Array, delay_s: float, *, reaction_s: float = 0.5) -> None:
         self._course = answer(before, face_mm, reaction_s=reaction_s)
         self._ends_s = [*(prompt.at_s for prompt in before[1:]), before[-1].at_s + 30.0]
-        self._there_s, self._told, self._begun_s = delay_s / 2, 0, 0.0
+        self._there_s, self._played, self._begun_s = delay_s / 2, 0, 0.0
         self._from_s, self._until_s = before[0].at_s - 3.0, before[0].at_s
 
     def hear(self, move: str, shown_s: float) -> None:
-        """A prompt: the film goes on with the next answer, whatever was asked."""
-        if self._told == len(self._ends_s):
+        """A prompt: the film goes on with the next answer, to any prompt."""
+        if self._played == len(self._ends_s):
             return
-        self._from_s, self._until_s = self._until_s, self._ends_s[self._told]
-        self._begun_s, self._told = shown_s + READS_S[0] + self._there_s, self._told + 1
+        self._from_s, self._until_s = self._until_s, self._ends_s[self._played]
+        self._begun_s, self._played = shown_s + READS_S[0] + self._there_s, self._played + 1
 
     def place_mm(self, time_s: float) -> Array:
         """Where the film shows the badge."""

@@ -1,10 +1,6 @@
-"""Table and plot of the natural suite.
+"""The natural suite, with its table and plot: verdicts on parts of 4 to 40 s of films with measured motions.
 
-The films: each motion at 1 m and 2 m, of a true badge.
-
-A film's parts: where they begin, and the track of a film cut to one of them.
-
-Films of a true badge with measured motions: verdicts on parts of 4 to 40 s of each.
+A true badge is filmed with each motion at 1 m and 2 m.
 
 Convention: a film is tracked once, by `verify` with the badge as claim and its identity, not known as built.  Its track
 is cut, and each part is judged as a chapter of its own.  The verdict of a row is the motion's.

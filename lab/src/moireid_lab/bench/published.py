@@ -1,17 +1,14 @@
-"""The paper's tables beside ours, as text and as a plot.
+"""The paper's tables next to ours: films made and scored by both pipelines, the figures of each row, text and plot.
 
-What each row of the paper's tables films, and which of the paper's own figures this project has on record.
-
-The published renderings (Qing et al. 2026) move a camera half a metre along a straight line in two seconds, before two
+What each row of the paper's tables films, and which of the paper's own figures this project has on record:
+the published renderings (Qing et al. 2026) move a camera half a metre along a straight line in two seconds, before two
 line layers 1 mm apart in air, at seven distances, on ten courses that differ in small random turns: each is a single
 sweep, one way, at constant speed, without noise.  A drift of the fringes, or a delay, is a mere constant on such a
-course, so these films tell correlation and little more.
+course, so these films show correlation and little more.
 
 What is not on record here, and our reading: rendering 2 films the lens sheet of the prototype where rendering 1 films
 the two layers; A to D film the prototype on a measured hand-held run, turned in the picture, from 45 degrees aside and
 turning about all axes at once, each for 6 s from 1.2 m.
-
-The films of the tables made and scored by both pipelines, and the figures of each row.
 """
 
 from __future__ import annotations
@@ -88,7 +85,7 @@ def board(lens: Lens, *, page_mm: float, marker_mm: float, corner_mm: float) -> 
     return Badge(None, "Published board", (page_mm, page_mm), lens, (field,), markers)
 
 
-#: Figures of a film whose mean and deviation over courses a row tells; null ones are passed over.
+#: Figures of a film whose mean and deviation over courses are in a row; null ones are left out.
 FIGURES = (
     "score",
     "correlation",
@@ -152,8 +149,8 @@ def _planned(row: Condition, courses: int, seed: int) -> list[PlannedFilm]:
 
 def _row(row: Condition, scored: Sequence[ScoredFilm]) -> dict[str, Any]:
     """The figures of a row, of each pipeline."""
-    told = {"table": row.table, "what": row.what, "distance_m": row.wish.distance_m, "paper": row.paper}
-    return told | {name: _figures([one for one in scored if one.pipeline == name]) for name in PIPELINES}
+    about = {"table": row.table, "what": row.what, "distance_m": row.wish.distance_m, "paper": row.paper}
+    return about | {name: _figures([one for one in scored if one.pipeline == name]) for name in PIPELINES}
 
 
 def _figures(scored: Sequence[ScoredFilm]) -> dict[str, Any]:
@@ -193,14 +190,14 @@ def published_table(result: Document) -> str:
             f"{_count(theirs, 'accept'):>6}{_spread(ours['window_correlation_mean']):>15}{verdicts:>16}"
             f"   {row['paper']}"
         )
-    told = dict.fromkeys(f"{row['table']}: {row['what']}" for row in result["rows"])
+    labels = dict.fromkeys(f"{row['table']}: {row['what']}" for row in result["rows"])
     left_out = sum(row["published"]["without_score"] for row in result["rows"])
     return "\n".join(
         [
             *lines,
             "",
-            f"{result['courses']} films a line.  " + "; ".join(list(told)[:2]) + ";",
-            "; ".join(list(told)[2:]) + ".",
+            f"{result['courses']} films a line.  " + "; ".join(list(labels)[:2]) + ";",
+            "; ".join(list(labels)[2:]) + ".",
             "Renderings 1 and 2 are single sweeps, one way, at constant speed: a drift or a delay of the fringes is a",
             "mere constant on them.  These films are our simulator's, the paper's its own; the letters are ours.",
             f"Films without a published score (0 in the paper): {left_out}; they are in no mean.",

@@ -1,8 +1,7 @@
-"""Table and plot of the reality suite.
+"""The reality suite, with its table and plot: films as phones, editors, calls and services change them.
 
-The films: each effect at each strength, at 1 m and 2 m, of a true badge and of forged ones.
-
-Films of the world: accepted, open or rejected, with gain, residual and run time.
+Each effect at each strength is filmed at 1 m and 2 m, of a true badge and of forged ones.  The table shows how many
+films are accepted, inconclusive or rejected, with gain, residual and run time.
 
 Convention: a film is judged by `verify` with the badge as claim and its identity, not known as built.
 """
@@ -26,7 +25,7 @@ from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid_lab.bench.rows import Where, chosen_names, rows_of_cases
-from moireid_lab.bench.verdicts import COLOURS, VERDICTS, told
+from moireid_lab.bench.verdicts import COLOURS, VERDICTS, verdict_row
 
 #: The first row: a film to which nothing was done.
 NOTHING = "none"
@@ -80,7 +79,7 @@ HERE = Where()
 
 
 def motion_of(case: EffectCase, seed: int) -> Motion:
-    """By the seed: a body that sways before a camera on a stand, a hand-held camera, or one moved to and fro."""
+    """By the seed: a body that sways before a camera on a tripod, a hand-held camera, or one moved to and fro."""
     return motion_named(MOTIONS[seed % len(MOTIONS)], distance_mm=1000 * case.distance_m, seed=seed)
 
 
@@ -109,7 +108,7 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     lens = report.measurement.camera if report.measurement else None
     row |= {"focal_px": lens.focal_px, "axis_px": lens.axis_px, "aspect": lens.aspect} if lens else {}
     more = {"gain_sd": motion.gain_sd, "residual_rad": motion.phase_residual_rad, "tracked": report.frames["tracked"]}
-    return row | {"seed": seed, "frames": frames, "seconds": seconds} | told(report) | more
+    return row | {"seed": seed, "frames": frames, "seconds": seconds} | verdict_row(report) | more
 
 
 def run(
@@ -169,8 +168,8 @@ def summary(result: dict[str, Any]) -> list[str]:
     for true in (True, False):
         verdicts = Counter(row["verdict"] for row in rows if (row["badge"] == TRUE) == true)
         if count := sum(verdicts.values()):
-            told = ", ".join(f"{label} {verdicts[key]}" for key, label in VERDICTS.items())
-            lines.append(f"{'true' if true else 'forged'} films at ordinary strength: {count} ({told})")
+            shares = ", ".join(f"{label} {verdicts[key]}" for key, label in VERDICTS.items())
+            lines.append(f"{'true' if true else 'forged'} films at ordinary strength: {count} ({shares})")
     return lines
 
 

@@ -1,8 +1,7 @@
-"""Table and plot of the stability suite.
+"""The stability suite, with its table and plot: stiff and extreme cases.
 
-Stiff and extreme cases: each must be read right, or be called unreadable with the reason; never wrong.
-
-One clip a case, made to be at the edge of what a badge, its building or its picture can be, and beyond it.
+Each must be read correctly, or be called unreadable with the reason; never wrongly.  One clip a case, made to be at the
+edge of what a badge, its building or its picture can be, and beyond it.
 """
 
 from __future__ import annotations
@@ -116,7 +115,7 @@ def read_case(case: StabilityCase, seed: int, frames: int) -> dict[str, Any]:
 
 
 def outcome_of(report: Report, badge: Badge, beat: float) -> Outcome:
-    """Right: the identity was read, and a true film not rejected; unreadable: left open; wrong: anything else.
+    """Right: the identity was read, and a true film not rejected; unreadable: inconclusive; wrong: anything else.
 
     Refused: if a badge's beat is zero or has the wrong sign, its fringes move against the law, just like those of a
     reversed forgery.  The film shows no difference between the two, so it is rightly rejected.
@@ -129,7 +128,7 @@ def outcome_of(report: Report, badge: Badge, beat: float) -> Outcome:
 
 
 def _why(report: Report) -> str:
-    """The reason for which the film was left open or rejected, if it was."""
+    """The reason for which the film is inconclusive or rejected, if it was."""
     open_ = [reason.text for reason in report.reasons if reason.level in ("fail", "undecided")]
     return open_[0] if open_ else ""
 
@@ -145,7 +144,7 @@ def _part_of(badge: Badge, shares: tuple[float, float, float, float] | None) -> 
 
 def stability_table(result: dict[str, Any]) -> str:
     """The stability suite as text."""
-    lines = [f"{'case':<36}{'outcome':<12}{'verdict':<14}{'mended':>7}{'tracked':>9}  why"]
+    lines = [f"{'case':<36}{'outcome':<12}{'verdict':<14}{'fixed':>7}{'tracked':>9}  why"]
     lines += [
         f"{row['name']:<36}{row['outcome']:<12}{row['verdict']:<14}{row['symbols_corrected']:>7}"
         f"{row['tracked']:>5}/{row['frames']:<3}  {row['why']}"

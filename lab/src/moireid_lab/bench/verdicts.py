@@ -11,7 +11,7 @@ VERDICTS = {"accept": "accept", "inconclusive": "open", "reject": "reject"}
 COLOURS = {"accept": "#22577a", "inconclusive": "#d3dae2", "reject": "#d98a3d"}
 
 
-def told(report: Report) -> dict[str, Any]:
+def verdict_row(report: Report) -> dict[str, Any]:
     """What a row keeps of a report."""
     motion = report.invariant
     return {

@@ -59,7 +59,7 @@ def bench_command(
     """Measure a suite of figures, and print its table.
 
     \b
-    identity    identities read, originals told from copies, false matches
+    identity    identities read, originals distinguished from copies, false matches
     stability   stiff and extreme cases
     fabricate   errors of the printed page and the mount, also at extremes
     simulate    the renderers against an outside tracer; error against run time
@@ -70,10 +70,10 @@ def bench_command(
                 services; at strengths but the ordinary, forged ones by --only
     natural     true badges filmed with measured motions; verdicts on parts of
                 4 to 40 s of each film
-    published   the published paper's tables on simulated films, beside ours
+    published   the published paper's tables on simulated films, next to ours
 
     The figures and a plot go into the folder of --out. Films of suites without run times, and the extreme
-    motions of verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.
+    motions of verify, are shared out as in `moireid evaluate` (--workers, --scheduler); timed work runs alone.
 
     Figures of finished films are kept in clips.jsonl, verify.jsonl, forgers.jsonl, reality.jsonl and natural.jsonl, so
     a run that was interrupted goes on there.

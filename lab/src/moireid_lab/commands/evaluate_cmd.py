@@ -38,7 +38,7 @@ from moireid_lab.commands.rate import film_rate, scheduler_option, workers_optio
     "--detector-scores",
     "scores_csv",
     metavar="CSV",
-    help="Scores of other detectors, shown beside ours and no part of a verdict: columns video and score (high: "
+    help="Scores of other detectors, shown next to ours and no part of a verdict: columns video and score (high: "
     "genuine) or fake_score (high: fake), and detector if there are several.",
 )
 @workers_option
@@ -122,7 +122,7 @@ def evaluate_command(
     from moireid.files import planned, write_text
     from moireid_lab.archive.isolated import Limits
     from moireid_lab.evaluation.collect import collect
-    from moireid_lab.evaluation.detectors import beside, read_detectors
+    from moireid_lab.evaluation.detectors import read_detectors, with_detectors
     from moireid_lab.evaluation.manifest import read_manifest
     from moireid_lab.evaluation.plots import PLOTS, write_plots
     from moireid_lab.evaluation.rows import PIPELINES
@@ -151,7 +151,7 @@ def evaluate_command(
         )
     document = {"moireid": __version__, "manifest": manifest_csv} | summarise(scored, seed=seed)
     if detectors is not None:
-        document = beside(document, scored, detectors, seed=seed)
+        document = with_detectors(document, scored, detectors, seed=seed)
     write_text(outputs[0], json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     for path in [outputs[0], *write_plots(document, folder)]:
         say(f"written: {path}")

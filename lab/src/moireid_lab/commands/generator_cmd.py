@@ -1,4 +1,4 @@
-"""generator-kit: what somebody with a video generator needs to forge films of a badge, and to count what came of it."""
+"""generator-kit: what a user of a video generator needs to forge films of a badge, and to count the results."""
 
 from __future__ import annotations
 
@@ -83,12 +83,12 @@ def list_command(folder: Path, as_json: bool) -> None:
     """
     from moireid_lab.evaluation.generator_kit import listed
 
-    manifest, told = listed(folder)
+    manifest, generators = listed(folder)
     if as_json:
-        show_json({"manifest": str(manifest), "generators": [asdict(one) for one in told]})
+        show_json({"manifest": str(manifest), "generators": [asdict(one) for one in generators]})
         return
     click.echo(f"{'generator':<24}{'made':>6}{'kept':>6}{'discarded':>11}")
-    for one in told:
+    for one in generators:
         click.echo(f"{one.generator[:23]:<24}{one.made:>6}{one.kept:>6}{one.made - one.kept:>11}")
         for reason, count in one.discarded.items():
             click.echo(f"  {count} x {reason}")

@@ -33,7 +33,7 @@ def film_rate(unit: str = "films") -> Iterator[Callable[[int, int, int, int], No
 
     At the end one line says what this run did.
     """
-    begun, told = time.monotonic(), 0.0
+    begun, printed_s = time.monotonic(), 0.0
     last: tuple[int, int, int, int] | None = None
 
     def words(done: int, total: int, failed: int, before: int) -> str:
@@ -43,13 +43,13 @@ def film_rate(unit: str = "films") -> Iterator[Callable[[int, int, int, int], No
     with interrupts() as check, _shown(unit) as update:
 
         def step(done: int, total: int, failed: int = 0, before: int = 0) -> None:
-            nonlocal told, last
+            nonlocal printed_s, last
             check()
             last = (done, total, failed, before)
             if update is not None:
                 update(done, total, words(*last))
-            elif time.monotonic() - max(told, begun) > LINE_S:
-                told = time.monotonic()
+            elif time.monotonic() - max(printed_s, begun) > LINE_S:
+                printed_s = time.monotonic()
                 say(f"{done} of {total} {unit}: {words(*last)}")
 
         try:

@@ -5,8 +5,8 @@ rows.py           one film with one pipeline: a row of figures, and the key unde
 collect.py        every row of a collection, made by the engine; rows of an earlier run are reused
 statistics.py     ROC, AUC, EER, thresholds, Cllr, effect sizes and intervals: plain functions over arrays
 summary.py        from rows to the figures of evaluate.json
-detectors.py      scores of other detectors, beside ours
+detectors.py      scores of other detectors, next to ours
 table.py          the figures as text
 plots.py          scores by group, ROC, DET, accuracy by threshold, Tippett
-generator_kit.py  frames, prompts and a table for who makes forged films with a video generator
+generator_kit.py  frames, prompts and a table for a user who makes forged films with a video generator
 """

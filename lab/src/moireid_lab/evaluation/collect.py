@@ -63,8 +63,8 @@ def collect(
     jobs = {row_key(Job(entry, name)): Job(entry, name) for entry in entries for name in pipelines}
     parts = Parts(kept, COLUMNS)
     found, places = parts.rows(), {_place(one.entry, one.pipeline): key for key, one in jobs.items()}
-    parts.drop({key for key, row in found.items() if _made_anew(row, places.get(_row_place(row)), retry=retry)})
-    rows = {key: row for key, row in found.items() if key in jobs and not _made_anew(row, key, retry=retry)}
+    parts.drop({key for key, row in found.items() if _must_rescore(row, places.get(_row_place(row)), retry=retry)})
+    rows = {key: row for key, row in found.items() if key in jobs and not _must_rescore(row, key, retry=retry)}
     todo: dict[int, list[str]] = {}
     for key, job in jobs.items():
         if key not in rows:
@@ -110,7 +110,7 @@ def _row_place(row: Row) -> tuple[str, str, str]:
     return row["film"], row["claim"], row["pipeline"]
 
 
-def _made_anew(row: Row, key: str | None, *, retry: bool) -> bool:
+def _must_rescore(row: Row, key: str | None, *, retry: bool) -> bool:
     """Whether this run makes a row again; key: of the job with its film, claim and pipeline, or None.
 
     Convention: rows without a job in this run stay as they are.

@@ -1,7 +1,7 @@
-"""Scores of other detectors beside ours: read from a list, and held against the same labels.
+"""Scores of other detectors next to ours: read from a list, and compared with the same labels.
 
-They are no part of any verdict.  A detector of generated faces, say, looks at what the badge says nothing of; so the
-two are shown side by side, film by film, and whoever has both can demand both.
+They are no part of any verdict.  A detector of generated faces, for example, examines what the badge cannot show.  So
+the two are shown side by side, film by film, and a user who has both can require both.
 Convention: `score` rises with genuineness, as ours does; `fake_score`, as many detectors give it, falls, and its sign
     is turned round here.
 """
@@ -57,8 +57,8 @@ def read_detectors(address: str | os.PathLike[str], entries: Sequence[Entry]) ->
     return found
 
 
-def beside(document: Document, scored: Sequence[ScoredFilm], detectors: Scores, *, seed: int) -> Document:
-    """The figures of a collection, with those of other detectors beside them.
+def with_detectors(document: Document, scored: Sequence[ScoredFilm], detectors: Scores, *, seed: int) -> Document:
+    """The figures of a collection, with those of other detectors next to them.
 
     Parameters: document: as `summary.summarise` gives it; detectors: as `read_detectors`.
     Returns: a new document with `detectors`, and with the scores in each row.
@@ -98,17 +98,17 @@ def _of_line(detectors: Scores, line: int) -> dict[str, float]:
 
 
 def _rows(name: str) -> Iterator[tuple[str, str, str, float]]:
-    """Of each line where it stands, its film, detector and score, high for genuine.  Raises: SpecError."""
+    """Where each line is, its film, its detector and its score, high for genuine.  Raises: SpecError."""
     reader = csv.DictReader(io.StringIO(read_text(name), newline=""), strict=True)
     try:
         reader.fieldnames = [column.strip().lower() for column in reader.fieldnames or []]
         kind = _kind(name, list(reader.fieldnames))
         for row in reader:
-            told = {column: str(row.get(column) or "").strip() for column in ("video", "detector", kind)}
-            if any(told.values()):
+            cells = {column: str(row.get(column) or "").strip() for column in ("video", "detector", kind)}
+            if any(cells.values()):
                 where = f"line {reader.line_num} of {name}"
-                score = _score(where, told[kind])
-                yield where, told["video"], told["detector"] or UNNAMED, score if kind == "score" else -score
+                score = _score(where, cells[kind])
+                yield where, cells["video"], cells["detector"] or UNNAMED, score if kind == "score" else -score
     except csv.Error as error:
         raise SpecError(f"detector scores {name} cannot be read (no CSV: {error}); {EXAMPLE}") from error
 

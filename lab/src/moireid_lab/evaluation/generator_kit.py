@@ -1,9 +1,9 @@
-"""What somebody with a video generator needs to make forged films of a badge, and to count what came of it.
+"""What a user of a video generator needs to make forged films of a badge, and to count the results.
 
 1. `cut` takes the first frame of each genuine film of a list at the sizes in which generators work, writes a prompt for
    each way in which a badge can come to move, and a table of the clips to be made.
 2. The clips are made elsewhere, and the table says of each whether it was kept, or why it was discarded.
-3. `listed` makes the list of genuine films and kept clips that `moireid evaluate` reads, and tells the yield.
+3. `listed` makes the list of genuine films and kept clips that `moireid evaluate` reads, and reports the yield.
 
 Convention: paths in the kit are relative to it, so that it can be moved with its films.
 Source: the three paradigms and the generators' formats are those of the published collection (Qing et al. 2026); the
@@ -37,8 +37,8 @@ ONE_TAKE = (
     "One continuous shot that begins with this picture, without a cut. People, clothes, badge and room stay as they "
     "are, and the badge stays sharp and wholly in view. The dark bands on it shift as the angle of view changes."
 )
-#: By name: the paradigm, and what moves how.  A sweep to one side is what the published prompts ask for; a course to
-#: and fro is what a film must have where delay and drift are to be told.
+#: By name: the paradigm, and what moves how.  A sweep to one side is what the published prompts ask for; a motion to
+#: and fro is what a film must have if delay and drift are to be detected.
 PROMPTS = {
     "camera-sweep": ("camera moves", "The badge is at rest. The camera glides level to one side at an even pace."),
     "camera-fro": (
@@ -115,7 +115,7 @@ def cut(manifest: Manifest, base: str, folder: Path, *, formats: Sequence[str], 
 
 
 def listed(folder: Path) -> tuple[Path, list[Yield]]:
-    """Write the list of the kit's genuine films and kept clips anew, from its table.
+    """Write the list of the kit's genuine films and kept clips again, from its table.
 
     Raises: SpecError, with the line of the table that cannot be used.
     """
@@ -201,10 +201,10 @@ def _from(address: str, folder: Path) -> str:
 
 
 def _checked(folder: Path, line: int, row: dict[str, str]) -> bool:
-    """Whether a line tells of a clip that was made.  Raises: SpecError where it cannot be used."""
+    """Whether a line describes a clip that was made.  Raises: SpecError where it cannot be used."""
 
-    def refuse(told: str) -> SpecError:
-        return SpecError(f"line {line} of {folder / CLIPS} ({row['clip'][:60]!r}) {told}")
+    def refuse(fault: str) -> SpecError:
+        return SpecError(f"line {line} of {folder / CLIPS} ({row['clip'][:60]!r}) {fault}")
 
     if row["outcome"] not in OUTCOMES:
         raise refuse(f"has the outcome {row['outcome'][:40]!r}; write kept or discarded, or leave it empty")

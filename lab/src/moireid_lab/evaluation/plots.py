@@ -194,11 +194,11 @@ def _tippett(document: Document) -> Any:
     figure = figure_of(5.6, 4.0)
     axes = figure.add_subplot()
     for name in RATIOS:
-        for key, colour, told in (("true_accept", GENUINE, "genuine"), ("false_accept", FORGED, "forged")):
+        for key, colour, kind in (("true_accept", GENUINE, "genuine"), ("false_accept", FORGED, "forged")):
             found = document["pipelines"].get(name, {}).get("scored_films", {})
             at, shares = _steps(found, key, *SHOWN[name])
             at = [calibrated_log10(score) for score in at]
-            axes.plot(at, shares, color=colour, linewidth=2, label=f"{told} films", drawstyle="steps-pre")
+            axes.plot(at, shares, color=colour, linewidth=2, label=f"{kind} films", drawstyle="steps-pre")
     axes.set_xlim(-1.1 * CALIBRATION_CAP_LOG10, 1.1 * CALIBRATION_CAP_LOG10)
     axes.axvline(0, color=INK, linewidth=1, linestyle=":")
     axes.set_ylim(-0.02, 1.02)

@@ -1,13 +1,10 @@
-"""One film with one pipeline: a row of figures.
+"""One film scored by one pipeline: a row of figures, its key, and the columns of `results/part-*.parquet`.
 
 A row depends on film, claim and program, and not on the manifest's labels, so a collection can be relabelled without
 being scored again.
 Convention: verdict "failed" if the film could not be scored, with the reason in `error` and its kind in `fault`; the
-    published pipeline reads no identity, so its verdict is about the motion alone.
-
-The columns of `results/part-*.parquet`; each file has the same texts as its fields' `description`.
-
-A row is one film scored by one pipeline.  Labels and groups are in the manifest, and are joined to rows by `film`.
+    published pipeline reads no identity, so its verdict is about the motion alone.  Labels and groups are in the
+    manifest, and are joined to rows by `film`.  Each text of a column is also its `description` in the files.
 """
 
 from __future__ import annotations
@@ -73,7 +70,7 @@ def score_film(job: Job, film: str) -> Row:
         sha256 = OpenedFile(Path(film)).sha256() if Path(film).is_file() else None
         return failed_row(LostJob(words, time.perf_counter() - begun, "film")) | {"sha256": sha256}
     figures = {name: json_number(getattr(report.invariant, name, None)) for name in FIGURES}
-    told = [reason for reason in report.reasons if reason.level in ("fail", "undecided")]
+    against = [reason for reason in report.reasons if reason.level in ("fail", "undecided")]
     return {
         "sha256": report.film["sha256"],
         "verdict": report.verdict,
@@ -85,8 +82,8 @@ def score_film(job: Job, film: str) -> Row:
         "frames": report.frames["read"],
         "tracked": report.frames["tracked"],
         "seconds": round(time.perf_counter() - begun, 2),
-        "codes": [reason.code for reason in told],
-        "reason": told[0].text if told else None,
+        "codes": [reason.code for reason in against],
+        "reason": against[0].text if against else None,
         "error": None,
         "fault": None,
         "again": False,

@@ -152,7 +152,7 @@ def accuracies(curve: Roc, genuine: int, forged: int) -> tuple[Array, Array]:
 def cllr(genuine: Array, forged: Array) -> float:
     """Cost of the likelihood ratios whose decadic logarithms are these scores, neither side empty, in bits.
 
-    Convention: 0 where every ratio is right and endless; 1 for ratios that are all 1 and tell nothing; more than that
+    Convention: 0 if every ratio is right and infinite; 1 if all ratios are 1, which carries no information; more than 1
         misleads.
     Source: Brümmer and du Preez, Computer Speech and Language 20 (2006) 230.
     """

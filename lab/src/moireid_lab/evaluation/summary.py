@@ -5,8 +5,8 @@ Convention: films without a score (they failed, or nothing could be measured) ar
     with a score.  A group with films of one kind only is compared with all films of the other kind.
 
 Convention: terms of ISO/IEC 30107-3.  An attack is a forged film, and its kind is in the label; APCER is the share of
-    the films of a kind that were accepted, BPCER that of the genuine ones rejected.  Films left open or failed got no
-    answer: APNRR and BPNRR are their shares.  All films are in each denominator.
+    the films of a kind that were accepted, BPCER that of the genuine ones rejected.  Inconclusive or failed films have
+    no answer: APNRR and BPNRR are their shares.  All films are in each denominator.
 """
 
 from __future__ import annotations

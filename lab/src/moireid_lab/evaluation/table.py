@@ -43,7 +43,7 @@ def _groups(groups: list[Document]) -> list[str]:
 
 
 def _side_by_side(document: Document) -> list[str]:
-    """The figures of each pipeline in one column, and those of the paper beside them."""
+    """The figures of each pipeline in one column, and those of the paper next to them."""
     pipelines, paper = list(document["pipelines"].values()), document["paper"]
     wide = 26
     names = (*document["pipelines"], "paper, other films")
@@ -83,7 +83,7 @@ def _side_by_side(document: Document) -> list[str]:
         lambda p: _ranged(p["at_limit"]["accuracy"], p["at_limit"]["accuracy_interval"]),
     )
     line("  balanced accuracy", lambda p: _number(p["at_limit"]["balanced_accuracy"]))
-    line("Cllr, bits (0 best; 1 tells nothing)", lambda p: _ranged(_ratio(p, "cllr"), _ratio(p, "cllr_interval")))
+    line("Cllr, bits (0 best; 1 no information)", lambda p: _ranged(_ratio(p, "cllr"), _ratio(p, "cllr_interval")))
     line("  least, if calibrated here (PAV)", lambda p: _number(_ratio(p, "cllr_min")))
     line("  lost by calibration", lambda p: _number(_ratio(p, "calibration_loss")))
     for kind in ("genuine", "forged"):
@@ -97,29 +97,29 @@ def _side_by_side(document: Document) -> list[str]:
     for kind in ("genuine", "forged"):
         for verdict in VERDICTS:
             line(f"{kind} films: {verdict}", rate(kind, verdict))
-    told = "; ".join(
+    missing = "; ".join(
         f"{name}: {figures['scored_films']['missing']}"
         for name, figures in document["pipelines"].items()
         if "missing" in figures["scored_films"]
     )
-    return lines + ([told] if told else [])
+    return lines + ([missing] if missing else [])
 
 
 def _attacks(pipelines: dict[str, Document]) -> list[str]:
     """Error rates in the terms of ISO/IEC 30107-3: a line for each kind of attack, the worst, and genuine films."""
-    told = [figures["iso_30107_3"] for figures in pipelines.values()]
+    rates = [figures["iso_30107_3"] for figures in pipelines.values()]
     head = f"{'ISO/IEC 30107-3, shares of all films':<40}" + "".join(f"{name:>26}" for name in pipelines)
     lines = ["", head]
 
     def line(name: str, cells: list[Document | None]) -> None:
         lines.append(f"  {name[: WIDTH + 10]:<38}" + "".join(f"{_rate(cell) if cell else '-':>26}" for cell in cells))
 
-    for k, attack in enumerate(told[0]["attacks"]):
-        line(f"APCER {attack['kind']}", [one["attacks"][k]["apcer"] for one in told])
-        line("  no answer (APNRR)", [one["attacks"][k]["apnrr"] for one in told])
-    line("APCER, greatest of any kind", [one["apcer_max"] for one in told])
-    line("BPCER", [one["bpcer"] for one in told])
-    line("  no answer (BPNRR)", [one["bpnrr"] for one in told])
+    for k, attack in enumerate(rates[0]["attacks"]):
+        line(f"APCER {attack['kind']}", [one["attacks"][k]["apcer"] for one in rates])
+        line("  no answer (APNRR)", [one["attacks"][k]["apnrr"] for one in rates])
+    line("APCER, greatest of any kind", [one["apcer_max"] for one in rates])
+    line("BPCER", [one["bpcer"] for one in rates])
+    line("  no answer (BPNRR)", [one["bpnrr"] for one in rates])
     return lines
 
 
@@ -145,9 +145,9 @@ def _detectors(detectors: dict[str, Document]) -> list[str]:
     pipelines = list(next(iter(detectors.values()))["ours_on_these"])
     names = ("its own", *pipelines)
     lines = ["", f"{'AUC of other detectors (no part of a verdict)':<48}" + "".join(f"{name:>26}" for name in names)]
-    for name, told in detectors.items():
-        cells = [told["scored_films"], *(told["ours_on_these"][pipeline] for pipeline in pipelines)]
-        label = f"{name[:WIDTH]}, {told['films'] - told['without_score']} of {told['films']} films"
+    for name, found in detectors.items():
+        cells = [found["scored_films"], *(found["ours_on_these"][pipeline] for pipeline in pipelines)]
+        label = f"{name[:WIDTH]}, {found['films'] - found['without_score']} of {found['films']} films"
         lines.append(
             f"  {label:<46}" + "".join(f"{_ranged(one.get('auc'), one.get('auc_interval')):>26}" for one in cells)
         )

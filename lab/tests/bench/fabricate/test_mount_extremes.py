@@ -1,4 +1,4 @@
-"""Mounts at their extremes: each is right, made in part with the reason told, or refused with what would work.
+"""Mounts at their extremes: each is right, made in part with the reason stated, or refused with what would work.
 
 Figures in a refusal are read out of its sentence and tried, since advice that does not work is worse than none.
 """
@@ -37,7 +37,7 @@ from moireid_lab.bench.fabricate.mount_extremes import (
 #: What becomes of each extreme, with every mount; the rest is made whole.
 REFUSED = {"board 30x30 mm", "board 300x300 mm", "kerf 5 mm", "spacer 0.2 mm"}
 PRINTED_ALONE = {"board 30x40 mm", "sheet 0.2 mm", "sheet 6 mm", "spacer 6 mm"}
-#: A snap-in holder's rim is as high as the sheet all round, so beside a thick one it hides markers.
+#: A snap-in holder's rim is as high as the sheet all round, so next to a thick one it hides markers.
 TOO_THICK_TO_SNAP = {"sheet 6 mm", "spacer 6 mm"}
 
 
@@ -46,7 +46,7 @@ def case_named(name: str, front: str = "lens") -> MountCase:
 
 
 def test_every_extreme_is_whole_or_says_why_not() -> None:
-    """Catches: a mount refused for the other's sake, a refusal without a reason, a case that nobody looks at."""
+    """Catches: a mount refused for the other's sake, a refusal without a reason, a case that is never checked."""
     rows = extremes(built=())
     assert len(rows) == 4 * len(cases()) and {row["mount"] for row in rows} == set(KINDS)
     for row in rows:
@@ -110,13 +110,13 @@ def test_what_the_refusals_advise_does_work() -> None:
 @pytest.mark.parametrize("gap_mm", [1.5, 3.0])
 @pytest.mark.parametrize("kind", KINDS)
 def test_line_masks_have_every_mount(kind: str, gap_mm: float) -> None:
-    """Catches: a lip or a stand's wall that hides a marker under a spacer; a film that nobody left room for."""
+    """Catches: a lip or a stand's wall that hides a marker under a spacer; a film that has no room."""
     parts = plan_parts(design_badge(Request("A", front="mask", gap_mm=gap_mm), bytes(8)), kind)
     assert parts.printed == kind and parts.acrylic and not parts.left_out
     assert parts.acrylic.sheet_top == pytest.approx(0.3 + gap_mm + 0.1)
 
 
-# A thick sheet's tray, laid out here from the badge's page coordinates alone.
+# A thick sheet's tray, constructed here from the badge's page coordinates alone.
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +135,7 @@ def tray(thick: Badge, tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 @pytest.mark.slow
 def test_thick_sheet_is_held_and_hides_nothing(thick: Badge, tray: Any) -> None:
-    """Catches: a rim as high as the sheet beside the markers, lips that reach down to them, a sheet that falls out."""
+    """Catches: a rim as high as the sheet next to the markers, lips that reach down to them, a sheet that falls out."""
     half = thick.markers.size_mm / 2
     for x, y in thick.markers.centers_mm:
         rect = framed((x - half, y - half, x + half, y + half), thick)
@@ -215,7 +215,7 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
     ],
 )
 def test_figures_that_cannot_be_are_named(pair: str, words: str, ada: Badge) -> None:
-    """Catches: a traceback, a figure that is taken in silence, one that makes a mount nobody can use."""
+    """Catches: a traceback, a figure that is taken in silence, one that makes a useless mount."""
     with pytest.raises(MoireIdError, match=words):
         plan_parts(ada, "clip", mount_figures([pair]))
 
@@ -251,7 +251,7 @@ def test_slot_narrows_with_the_board(tmp_path: Path) -> None:
     badge = design_badge(Request("Tiny", size_mm=(30.0, 40.0), range_m=(0.3, 0.5)), bytes(8))
     mesh = trimesh.load_mesh(write_mount(badge, tmp_path).stl)
     tray = manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
-    # 30 mm less ten walls beside the slot, and two rims and clearances more.
+    # 30 mm less ten walls next to the slot, and two rims and clearances more.
     slot = box((-9.0, 25.9, 9.0, 26.1), -1.0, -0.9)
     assert 18.0 - (tray ^ slot).volume() / (0.2 * 0.1) == pytest.approx(30 - 20 + 4.6, abs=0.02)
     assert mesh.bounds[1][0] == pytest.approx(15 + 2.3, abs=0.01)

@@ -34,7 +34,7 @@ ROWS = [
 @pytest.mark.parametrize(("name", "outcome", "words"), ROWS, ids=[row[0] for row in ROWS])
 def test_a_page_is_right_or_advice_leads_to_one_that_is(name: str, outcome: str, words: list[str]) -> None:
     """Catches: advice that is refused in its turn; edges that drift where a pitch is all but a whole number of dots;
-    cells that cannot be told on coarse dots."""
+    cells that cannot be distinguished on coarse dots."""
     row = extreme_row(BY_NAME[name], RASTERS[:1])
     assert row["outcome"] == outcome, row
     assert len(row["said"]) == len(words)
@@ -54,7 +54,7 @@ def test_wishes_that_are_slow_to_paint_are_granted_too(name: str, tmp_path: Path
 
 def test_advice_that_is_none_ends_in_no_page(tmp_path: Path) -> None:
     """Catches: a table that calls a refusal without advice right; a loop that follows nothing for ever."""
-    case = PageCase("nobody's paper", Request("Extreme", paper="a9"))
+    case = PageCase("unknown paper", Request("Extreme", paper="a9"))
     assert follow(case, SpecError("no")) == case
     assert settle(case, tmp_path)[1] is None
     assert extreme_row(case)["outcome"] == "wrong"

@@ -57,7 +57,7 @@ def test_the_pitch_family_is_read_too(rng, tmp_path) -> None:
 
 
 def test_the_reader_knows_no_line(rng, tmp_path) -> None:
-    """Catches: a reader that is told what it should read; a page that reads as the badge it is compared with."""
+    """Catches: a reader that is given what it should read; a page that reads as the badge it is compared with."""
     printed, other = (design_badge(Request("Ada", printer_dpi=600), rng.bytes(8)) for _ in range(2))
     known = without_lines(other)
     assert known == without_lines(printed) and known.id is None
@@ -113,7 +113,7 @@ def test_figures_of_several_badges_are_put_together(tmp_path) -> None:
     assert row["seconds"] > 0 and row["kilobytes"] > 10
 
 
-def test_a_file_that_is_no_page_is_told(tmp_path) -> None:
+def test_a_file_that_is_no_page_is_reported(tmp_path) -> None:
     """Catches: a raster's own error handed on as a traceback."""
     (tmp_path / "no.pdf").write_text("no PDF")
     with pytest.raises(FabricationError, match=r"no\.pdf"):

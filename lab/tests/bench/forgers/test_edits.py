@@ -1,4 +1,4 @@
-"""Hands, captions and moved markers on pictures of noise.  Beside each test: what it would catch."""
+"""Hands, captions and moved markers on pictures of noise.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def markers_of(badge: Badge) -> np.ndarray:
 @pytest.mark.parametrize("seed", [0, 1, 7])
 @pytest.mark.parametrize("name", FOLLOWING)
 def test_what_lies_on_the_badge_covers_its_fringes_and_no_marker(ada, name, seed):
-    """Catches: a cover over markers, whose wrong pose would be blamed; one beside the badge, which spoils nothing."""
+    """Catches: a cover over markers, whose wrong pose would be blamed; one next to the badge, which spoils nothing."""
     changed = np.any([edited(ada, name, seed, frame) != NOISE for frame in range(0, FRAMES, 4)], axis=0)
     assert not changed[markers_of(ada)].any()
     # A hand's edge is soft over 3 px.

@@ -1,4 +1,4 @@
-"""Courses of attacks and mishaps.  Beside each test: what it would catch."""
+"""Trajectories of attacks and mishaps.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_a_drift_has_a_constant_speed_by_chance(ada):
 
 
 def test_a_slide_show_rests_and_steps_to_true_places(ada):
-    """Catches: photographs from beside the course; a step a frame early or late; a film at another rate."""
+    """Catches: photographs away from the trajectory; a step a frame early or late; a film at another rate."""
     shoot = Shoot(ada, 1000.0, 1, 240)
     filming, times = slides(0.25, 12.0)(shoot), np.arange(36) / 12
     shown, true = filming.motion(times).camera_mm, moving(shoot)(times).camera_mm

@@ -1,4 +1,4 @@
-"""Table and plot of films made up.  Beside each test: what it would catch."""
+"""Table and plot of films made up.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def result() -> dict[str, Any]:
 def test_the_table_counts_verdicts_of_each_case_under_its_heading(result):
     """Catches: open films among the rejected, a genuine case under the forgeries, a reason that is rare."""
     lines = TABLES["forgers"](result).splitlines()
-    told = {line[:58].strip(): line[58:].split() for line in lines}
-    assert told["8 photographs"] == ["1", "2", "0", "3.0", "spacing"]
-    assert told["frozen"] == ["0", "0", "1", "2.0", "gain"]
-    assert told["plain"] == ["1", "0", "0", "2.0"] and told["a hand"] == ["0", "1", "0", "2.0", "covered"]
+    cells = {line[:58].strip(): line[58:].split() for line in lines}
+    assert cells["8 photographs"] == ["1", "2", "0", "3.0", "spacing"]
+    assert cells["frozen"] == ["0", "0", "1", "2.0", "gain"]
+    assert cells["plain"] == ["1", "0", "0", "2.0"] and cells["a hand"] == ["0", "1", "0", "2.0", "covered"]
     order = [line[:58].strip() for line in lines]
     assert order.index("frozen") < order.index("genuine, as hands and editors spoil it") < order.index("plain")
 
@@ -60,7 +60,7 @@ def test_the_plot_has_a_bar_of_one_for_each_case_in_the_table_s_order(result):
 
 
 @pytest.mark.parametrize("genuine", [True, False])
-def test_a_result_of_one_kind_alone_is_told_too(result, genuine):
+def test_a_result_of_one_kind_alone_is_reported_too(result, genuine):
     """Catches: a crash on a partial run, an empty heading in the plot."""
     part = {"rows": [one for one in result["rows"] if one["genuine"] == genuine]}
     (axes,) = PLOTS["forgers"](part).axes

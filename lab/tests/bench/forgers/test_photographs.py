@@ -1,4 +1,4 @@
-"""Photographs laid over a film, each a picture of one brightness.  Beside each test: what it would catch."""
+"""Photographs superposed on a film, each a picture of one brightness.  Each test states what it would catch."""
 
 from __future__ import annotations
 

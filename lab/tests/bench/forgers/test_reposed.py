@@ -1,4 +1,4 @@
-"""Photographs re-posed onto a course.  Beside each test: what it would catch."""
+"""Photographs re-posed onto a trajectory.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def test_a_changing_distance_is_a_coordinate_of_its_own():
     assert np.ptp(over(views, direction(0), 12)[:, 2]) > 0.5 * np.ptp(views[:, 2])
 
 
-def test_fields_are_told_apart_and_an_array_is_taken_whole():
-    """Catches: an array taken for two fields by its two gratings' axes being told from one field's whole."""
+def test_fields_are_distinguished_and_an_array_is_taken_whole():
+    """Catches: an array taken for two fields because its two gratings' axes differ."""
     two = design_badge(Request("Bench", axes="xy"), PAYLOAD)
     assert [field.grating for field in fields_of(two)] == [None, two.gratings[1]]
     assert whole_of(two).senses.shape == (2, 2)

@@ -1,4 +1,4 @@
-"""A few cases filmed and judged.  Beside each test: what it would catch."""
+"""A few cases filmed and judged.  Each test states what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verifier's bench: its arithmetic on figures made up, and some extreme motions.  Beside each: what it catches."""
+"""The verifier's bench: its arithmetic on figures made up, and some extreme motions.  Each states what it catches."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Signed verdicts on the command line.
 
-signing.py     what `verify --sign` asks for, planned first and written last
+signing.py     the options of `verify --sign`; the signed files, planned first and written last
 attest_cmd.py  attest check
 """

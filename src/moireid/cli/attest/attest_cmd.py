@@ -57,7 +57,7 @@ def attest_group() -> None:
     callback=_show_schema,
     help="Print the JSON Schema of what is signed, and exit.",
 )
-@click.option("--registry", "registry_url", metavar="URL", help="Ask this registry what became of the badge since.")
+@click.option("--registry", "registry_url", metavar="URL", help="Ask this registry whether the badge still counts.")
 @bundle_option
 @trust_option
 @json_option
@@ -75,8 +75,8 @@ def check_command(
     """Check a signed verdict: who judged what, and when?
 
     FILE is what `moireid verify --sign KEY.pem --attest FILE` wrote. No registry and no network are needed. With
-    --registry or --bundle, a badge that was revoked, suspended or expired since is told: the verdict then holds only if
-    a time stamp shows that it is older.
+    --registry or --bundle, the check also shows whether the badge was revoked or suspended or has expired since: the
+    verdict then holds only if a time stamp shows that it is older.
 
     Exit code 0: it holds; 1: it does not; 2: bad input.
     """
@@ -100,9 +100,9 @@ def check_command(
 def _became(
     found: CheckResult, registry_url: str | None, bundle_path: Path | None, trust: str | None
 ) -> Exclusion | None:
-    """Why the badge of a verdict does not count any more, as a registry or its bundle says; None where it does."""
+    """Why the badge of a verdict no longer counts, according to a registry or its bundle; None if it does."""
     if registry_url is not None and bundle_path is not None:
-        raise SpecError("--bundle stands in the place of --registry; leave one of them out")
+        raise SpecError("--bundle replaces --registry; leave one of them out")
     if found.report is None:
         return None
     badge_id = found.report["badge"]["id"]
@@ -122,29 +122,29 @@ def _became(
             registry.standing(trust)
             holder = holder_of(registry, badge_id)
     if holder is None:
-        raise SpecError(f"nobody there holds badge {badge_id}; name the registry that issued it")
+        raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
     return holder.barred
 
 
 def lines_of(found: CheckResult) -> list[str]:
     """What a check found, for people."""
-    told = found.to_json()
+    document = found.to_json()
     faults = [f"  ✗ {fault.text}" for fault in found.faults]
     if found.report is None:
         return ["DOES NOT HOLD: nothing in it can be believed.", *faults]
     head = "HOLDS" if found.holds else "DOES NOT HOLD"
-    film, badge = told["film"], told["badge"]
+    film, badge = document["film"], document["badge"]
     whose = f"badge of {badge['name']} ({badge['id']})" if badge["id"] else f"board {badge['name']!r}"
     same = {True: "the given film is that film", False: "the given film is another", None: "no film was given"}
     return [
-        f"{head}: {film['name']} was judged {told['verdict'].upper()}, {whose}",
+        f"{head}: {film['name']} was judged {document['verdict'].upper()}, {whose}",
         *faults,
         f"  film: SHA-256 {film['sha256']}; {same[film['same']]}",
-        f"  who: {_who(told['signer'])}",
-        f"  when: {_when(told['time'])}",
-        f"  with: moireid {told['moireid']}",
-        f"  registry: {_registry(told['registry'])}",
-        *([f"  badge now: {_now(told['badge_now'], found.holds)}"] if told["badge_now"] else []),
+        f"  who: {_who(document['signer'])}",
+        f"  when: {_when(document['time'])}",
+        f"  with: moireid {document['moireid']}",
+        f"  registry: {_registry(document['registry'])}",
+        *([f"  badge now: {_now(document['badge_now'], found.holds)}"] if document["badge_now"] else []),
     ]
 
 
@@ -185,6 +185,6 @@ def _now(now: dict[str, Any], holds: bool) -> str:
 
 def _registry(registry: dict[str, str | None] | None) -> str:
     if registry is None:
-        return "none; the badge came from a file, and nobody vouches for its name"
+        return "none; the badge came from a file, and no one vouches for its name"
     until = f", by a bundle that counted until {registry['expires']}" if registry["expires"] else ""
     return f"of authority {registry['fingerprint']}, log at {registry['head']}{until}"

@@ -1,4 +1,4 @@
-"""What `verify --sign` asks for: planned before the film is read, written when it is judged."""
+"""The options of `verify --sign`, and what they write: planned before the film is read, written when it is judged."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ OPTIONS = (
         "--c2pa",
         "form",
         type=click.Choice(["sidecar", "embed"]),
-        help="Write the signed verdict as content credentials: FILM.c2pa beside the film, or a new film "
+        help="Write the signed verdict as content credentials: FILM.c2pa next to the film, or a new film "
         "FILM.c2pa.mp4 that holds them. Needs moireid[c2pa], and a certificate in KEY.pem.",
     ),
     click.option(
@@ -65,7 +65,7 @@ def signing_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 @dataclass(frozen=True)
 class Signing:
-    """A wish that can be met: the key is there, and the files can be written."""
+    """What is to be signed and written; the key was loaded, and the files can be written."""
 
     key: SigningKey
     attest_file: Path | None
@@ -77,7 +77,7 @@ class Signing:
 
         Parameters: document: as `Report.to_json`, with the `registry` that was asked.
         Returns: the report as it was signed.
-        Raises: MoireIdError where it cannot be signed; then no file is left.
+        Raises: MoireIdError if it cannot be signed; then no file is left.
         """
         from moireid.attest.statement import attested
 
@@ -126,10 +126,10 @@ def planned_signing(
     overwrite: bool,
     kept: Sequence[Path | None] = (),
 ) -> Signing | None:
-    """What is to be signed; None where nothing is.
+    """What is to be signed; None if nothing is.
 
-    Parameters: kept: files that are read, beside film and key.
-    Raises: SpecError, MissingExtraError where it cannot be, before any work is done.
+    Parameters: kept: files that are read, besides film and key; no output may replace them.
+    Raises: SpecError, MissingExtraError if it cannot be signed, before any work is done.
     """
     if key_file is None:
         for value, name in ((attest_file, "--attest"), (timestamp_url, "--timestamp"), (form, "--c2pa")):
@@ -154,7 +154,7 @@ def planned_signing(
 
 
 def detectors_from(given: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
-    """Names and scores of other detectors.  Raises: SpecError where one is not written NAME=SCORE."""
+    """Names and scores of other detectors.  Raises: SpecError if one is not written NAME=SCORE."""
     import math
 
     found: dict[str, float] = {}

@@ -1,8 +1,9 @@
-"""Badges made by the command line.
+"""print-your-badge, which is also moireid print.
 
-print_cmd.py     print-your-badge, moireid print: its options, read into an order
+print_cmd.py     the command: its options, read into an order
+options.py       options about the design and the mount
 wear_options.py  options about size and looks
-wear.py          what size and looks ask for, in the studio too
-one_badge.py     the badge of one person, from an order to its files
-people.py        the badges of a list
+wear.py          size and looks as a request to the designer; the studio uses it too
+one_badge.py     an order, and the badge of one person made from it
+people.py        the badges of a list of people
 """

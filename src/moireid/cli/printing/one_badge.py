@@ -1,8 +1,7 @@
 """One person's badge, from an order to its files.
 
-Options of one subject, gathered into one argument of the command.
-
-What is to be printed, once the options have been read: the same for one person and for a list.
+`PrintOrder` holds what is to be printed, for one person or for a list.  `gathered` collects the options of one subject
+into one argument of a command.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import say, show_json, shown_rows, status_line, tell_mount
+from moireid.cli.common import report_mount, say, show_json, shown_rows, status_line
 from moireid.cli.printing.wear import Wear
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from moireid.registry import Registry
 
 
-#: A command's function, or what makes another of it.
+#: A command's function, or a decorator of it.
 Command = Callable[..., Any]
 
 
@@ -47,11 +46,11 @@ def gathered(name: str, into: type, options: Sequence[Command]) -> Command:
 
 @dataclass(frozen=True)
 class PrintOrder:
-    """What the badge is to be, where its files go, and how to tell of it.
+    """What badge to make, where its files go, and how to report it.
 
-    request: without a person's name where there are many; mount: None where nothing was asked for; measured_scale: x
-    and y; kept: files that were read, which nothing may replace; registry_url, actor, expires: of who enters the badge,
-    None for nobody.
+    request: without a person's name if there are many; mount: None if no mount was asked for; measured_scale: x and y;
+    kept: files that were read, which no output may replace; registry_url: where to enter the badge, None for nowhere;
+    actor: who enters it; expires: its last day.
     """
 
     request: Request
@@ -70,20 +69,20 @@ class PrintOrder:
 
 
 def print_one(order: PrintOrder, payload: bytes | None) -> None:
-    """Make and enter the badge, and tell of it.
+    """Make the badge, enter it in the registry if there is one, and report it.
 
-    Parameters: payload: the identity; None for one that is drawn.
-    Raises: MoireIdError where the badge cannot be; no file and no registry is made then.
+    Parameters: payload: the identity; None to draw one.
+    Raises: MoireIdError if the badge cannot be made; then no file and no registry is made.
     """
     from moireid.artwork.content import with_lines
-    from moireid.designer.drawn import drawn_badge, nobody
+    from moireid.designer.drawn import drawn_badge, no_holder
     from moireid.fabrication.package import file_names
     from moireid.fabrication.page.dress import check_look
     from moireid.fabrication.page.lettering import name_note
     from moireid.files import planned
 
-    # A wish that cannot be is refused before a registry is made for it.
-    drawn = drawn_badge(order.request, payload, nobody if order.registry_url is not None else None)
+    # An impossible request is refused before a registry is made for it.
+    drawn = drawn_badge(order.request, payload, no_holder if order.registry_url is not None else None)
     trial = drawn.badge
     name_note(trial.name)
     check_look(with_lines(trial, order.wear.lines), order.wear.look(order.request.axes))
@@ -114,12 +113,12 @@ def _make(order: PrintOrder, drawn: DrawnBadge, mount: str, about_mount: str | N
     look = order.wear.look(order.request.axes)
     others = [*namesake_notes([badge], registry), *look_alike_notes([badge], registry)] if registry else []
     printed_in_part = (name_note(badge.name), *look_notes(badge, look))
-    told = (about_mount, *printed_in_part, drawn.note, *derived_notes([badge]), *others)
-    notes = [note for note in told if note]
+    possible = (about_mount, *printed_in_part, drawn.note, *derived_notes([badge]), *others)
+    notes = [note for note in possible if note]
     for note in notes:
         say(f"note: {note}")
-    issue = (lambda: registry.enroll(badge, told=True, expires=order.expires)) if registry else None
-    with status_line() as tell:
+    issue = (lambda: registry.enroll(badge, warned=True, expires=order.expires)) if registry else None
+    with status_line() as show_status:
         printed = print_badge(
             badge,
             order.folder,
@@ -130,10 +129,10 @@ def _make(order: PrintOrder, drawn: DrawnBadge, mount: str, about_mount: str | N
             overwrite=order.overwrite,
             kept=order.kept,
             before_moving=issue,
-            progress=lambda file: tell(f"making {file}"),
+            progress=lambda file: show_status(f"making {file}"),
         )
     files = {name: str(path) for name, path in printed.files.items()}
-    tell_mount(printed.left_out, printed.removed)
+    report_mount(printed.left_out, printed.removed)
     rows = explain_badge(badge)
     if order.as_json:
         show_json(

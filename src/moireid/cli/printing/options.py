@@ -1,7 +1,4 @@
-"""The options of `print-your-badge` about the mount, gathered into one `MountWish`.
-
-The options of `print-your-badge` about what is read, and of what it is made, gathered into one `Design`.
-"""
+"""The options of `print-your-badge` about the design (gathered into one `Design`) and the mount (one `MountWish`)."""
 
 from __future__ import annotations
 
@@ -21,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Design:
-    """What was asked for; None where nothing was."""
+    """The options as they were given; None for an option that was not given."""
 
     code: str
     lens_thickness_mm: float | None
@@ -34,7 +31,7 @@ class Design:
     form: str
 
     def request(self, name: str) -> Request:
-        """The request for a person of that name.  Raises: SpecError for a name, or for options that contradict."""
+        """The request for a person of that name.  Raises: SpecError for an invalid name, or options that contradict."""
         from moireid.designer import Request
         from moireid.designer.request import clean_name
 
@@ -72,14 +69,14 @@ design_options = gathered(
             "lens_thickness_mm",
             type=FiniteRange(0.05, 20),
             metavar="MM",
-            help="How thick the sheet is by a calliper; default: as its label says.",
+            help="Thickness of the sheet, measured with a calliper; default: the one on its label.",
         ),
         click.option(
             "--front",
             type=click.Choice(["lens", "array", "mask"]),
             default="lens",
             show_default=True,
-            help="What lies on top: a lenticular sheet; an array of round lenses (fly's-eye sheet), which senses both "
+            help="What is on top: a lenticular sheet; an array of round lenses (fly's-eye sheet), which senses both "
             "directions at every point; or a line mask printed on clear film with an acrylic spacer.",
         ),
         click.option(
@@ -114,7 +111,7 @@ design_options = gathered(
 
 @dataclass(frozen=True)
 class MountWish:
-    """What was asked for; None where nothing was."""
+    """The options as they were given; None for an option that was not given."""
 
     mount: str | None
     kerf_mm: float | None
@@ -122,16 +119,16 @@ class MountWish:
     mount_pairs: tuple[str, ...]
 
     def figures(self, *, for_many: bool) -> MountFigures:
-        """The figures of printer and laser; for_many: whether there is no mount where none was asked for.
+        """The figures of printer and laser; for_many: whether there is no mount unless one was asked for.
 
-        Raises: SpecError for figures of no mount, or of none that is known.
+        Raises: SpecError for figures without a mount, or of an unknown name.
         """
         from moireid.fabrication.process import mount_figures
 
         given = {"kerf_mm": self.kerf_mm, "base_mm": self.base_mm}
         pairs = [*self.mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)]
         without = self.mount == "none" or (self.mount is None and for_many)
-        # An adhesive holds page and sheet together where no mount does.
+        # Without a mount, an adhesive holds page and sheet together.
         if without and any(not pair.strip().startswith("adhesive_mm") for pair in pairs):
             raise SpecError(
                 "--kerf, --acrylic and --mount-figure are figures of a mount; give --mount lanyard, clip, stand or "

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import counted, progress_bar, say, show_json, shown_rows, tell_mount
+from moireid.cli.common import counted, progress_bar, report_mount, say, show_json, shown_rows
 from moireid.cli.printing.one_badge import PrintOrder
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _List:
-    """A list that was read; mount: of all; guessed: what was taken on reading it, None if nothing."""
+    """A list that was read; mount: of all badges; guessed: what was guessed on reading it, None if nothing."""
 
     order: PrintOrder
     path: Path
@@ -33,19 +33,19 @@ class _List:
 
 
 def print_people(order: PrintOrder, people_csv: Path) -> None:
-    """Make the files of `print-your-badge --people`, and say what was made.
+    """Make the files of `print-your-badge --people`, and report what was made.
 
-    Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
+    Raises: SpecError if the list or a row of it cannot be used; then nothing is made.
     """
-    from moireid.designer.drawn import nobody
+    from moireid.designer.drawn import no_holder
     from moireid.designer.people import badges_of, design_people, read_people
     from moireid.fabrication.event import event_files
     from moireid.fabrication.page.lettering import name_note
     from moireid.fabrication.parts import plan_parts
     from moireid.files import planned
 
-    holder_of = nobody if order.registry_url is not None else None
-    # An impossible wish is refused before a registry is made for it.
+    holder_of = no_holder if order.registry_url is not None else None
+    # An impossible request is refused before a registry is made for it.
     listed = read_people(people_csv)
     designed = list(
         design_people(
@@ -74,7 +74,7 @@ def print_people(order: PrintOrder, people_csv: Path) -> None:
 
 
 def _make(found: _List, registry: Registry | None) -> None:
-    """Make and issue the badges of a list, and tell of them."""
+    """Make and issue the badges of a list, and report them."""
     from moireid.artwork.columns import kept_pictures
     from moireid.designer import explain
     from moireid.designer.people import badges_of, without_held
@@ -86,7 +86,7 @@ def _make(found: _List, registry: Registry | None) -> None:
     notes = _notes(found, badges, looks, registry)
     for note in notes:
         say(f"note: {note}")
-    issue = (lambda: registry.enroll_many(badges, told=True, expires=order.expires)) if registry else None
+    issue = (lambda: registry.enroll_many(badges, warned=True, expires=order.expires)) if registry else None
     with progress_bar("making badges") as progress:
         event = print_event(
             badges,
@@ -101,7 +101,7 @@ def _make(found: _List, registry: Registry | None) -> None:
             progress=progress,
             processes=os.cpu_count() or 1,
         )
-    tell_mount(event.left_out, event.removed)
+    report_mount(event.left_out, event.removed)
     if order.as_json:
         own = {
             "issued": registry is not None,
@@ -110,7 +110,7 @@ def _make(found: _List, registry: Registry | None) -> None:
         }
         show_json(_document(event, badges, notes) | own)
     else:
-        _tell(event, badges)
+        _print_summary(event, badges)
         if order.explain:
             click.echo(shown_rows(explain(badges[0])))
 
@@ -136,7 +136,7 @@ def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[L
 
 
 def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], registry: Registry | None) -> list[str]:
-    """What there is to say of a list: guesses, what is printed in part, namesakes and look-alikes."""
+    """The notes on a list: guesses, texts that are printed in part, namesakes and look-alikes."""
     from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes, namesake_notes
     from moireid.fabrication.page.dress import look_notes
 
@@ -154,7 +154,7 @@ def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], 
 
 
 def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[str, Any]:
-    """What `--json` prints, but for whether the badges were issued."""
+    """What `--json` prints, without whether the badges were issued."""
     from moireid.names import line_of
 
     people = [
@@ -175,8 +175,8 @@ def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[s
     }
 
 
-def _tell(event: Event, badges: Sequence[Badge]) -> None:
-    """Say what was made, and what to do with it."""
+def _print_summary(event: Event, badges: Sequence[Badge]) -> None:
+    """Print what was made, and what to do with it."""
     count, alone = len(badges), len(badges) == 1
     sheets, most = counted(event.sheet_count, "sheet"), event.boards_to_a_sheet
     click.echo(f"{counted(count, 'badge')} on {sheets}" + (":" if alone else f", {most} to a sheet:"))

@@ -36,7 +36,7 @@ from moireid.errors import SpecError
 @click.option(
     "--registry", "registry_url", metavar="URL", help="Also enter the badge into this registry, as moireid enroll does."
 )
-@click.option("--payload", metavar="HEX", help="The identity: 16 or 32 hex digits; default: drawn by chance.")
+@click.option("--payload", metavar="HEX", help="The identity: 16 or 32 hex digits; default: drawn at random.")
 @click.option(
     "--key",
     "key_file",
@@ -75,9 +75,9 @@ def print_command(
     The folder gets badge.pdf (the page to print at 100 %), preview.png and preview.webp (the badge as worn; the second
     moves), assembly.pdf (how to build it), the files of a mount, and badge.json, which the other commands read.
 
-    The identity is drawn from the system's chance, so the same name printed twice gives two different badges: keep the
-    folder, as badge.json is the only copy. It has 128 bits where badge and range carry them; with --registry it has 64,
-    which nobody else there holds.
+    The identity is a random number, so the same name printed twice gives two different badges: keep the folder, as
+    badge.json is the only copy. It has 128 bits if badge and range can carry them; with --registry it has 64, which no
+    one else in that registry has.
 
     With --people, badges are made for many people: sheets with as many badges as fit, a folder for each person, and a
     summary. With --mount too, one set of mount files serves them all.
@@ -125,7 +125,7 @@ def print_command(
 
 
 def _payload(payload: str | None, key_file: Path | None, code: str) -> bytes | None:
-    """The identity that was given, None for one that is drawn."""
+    """The identity that was given; None to draw one."""
     from moireid.designer import payload_from_hex, payload_from_key
 
     if payload is not None:
@@ -134,8 +134,8 @@ def _payload(payload: str | None, key_file: Path | None, code: str) -> bytes | N
 
 
 def _check_expiry(expires: str, registry_url: str | None) -> None:
-    """Raise SpecError where the day is none to come, or no registry is there to hold it."""
-    from moireid.registry.face.outward import expiry_day
+    """Raise SpecError if the day is not in the future, or if there is no registry to store it."""
+    from moireid.registry.changes import expiry_day
 
     expiry_day(expires)
     if registry_url is None:

@@ -1,4 +1,4 @@
-"""What a badge wears and how large it is, as it was asked for: the same for `print-your-badge` and for the studio."""
+"""The requested size and looks of a badge, for `print-your-badge` and for the studio."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Wear:
-    """What was asked for; None where nothing was."""
+    """The options as they were given; None for an option that was not given."""
 
     format_name: str | None
     orientation: str | None
@@ -39,10 +39,10 @@ class Wear:
         return [path for path in (self.logo, self.portrait, *named) if path is not None and path.is_file()]
 
     def fit(self, request: Request, payload_bytes: int | None = None) -> Request:
-        """The request in that format or size, with lens and range as given or else as suit it and its template.
+        """The request in that format or size, with lens and range as given, or else as suit it and its template.
 
         Parameters: payload_bytes: length of the identity that was given; None for one that is drawn.
-        Raises: SpecError for options that contradict each other; DesignError where nothing works.
+        Raises: SpecError for options that contradict each other; DesignError if nothing works.
         """
         from moireid.designer.formats import format_named, in_format, turned, within_reach
         from moireid.designer.request import parse_range_m, parse_size_mm
@@ -67,10 +67,10 @@ class Wear:
         return within_reach(request, payload_bytes) if smaller and range_m is None else request
 
     def look(self, axes: str) -> Look | None:
-        """What the badge wears; None for name, lines and id alone on a board of its own.
+        """Template, pictures and colour of the badge; None for a plain board with only name, lines and id.
 
-        Parameters: axes: of the fringes; three directions take the room of a template, unless one is asked for.
-        Raises: SpecError for a template, picture or colour that is none.
+        Parameters: axes: of the fringes; three directions take the space of a template, unless one is asked for.
+        Raises: SpecError for a template, picture or colour that cannot be used.
         """
         from moireid.artwork.content import Artwork, content_of
         from moireid.artwork.placing import Look
@@ -86,12 +86,12 @@ class Wear:
         return Look(template_named(self.template or own), content, corner_mm)
 
     def parts(self, badge: Badge, mount: str | None, figures: MountFigures) -> tuple[str, Parts, str | None]:
-        """The mount's kind, its parts, and a note where a format gets another mount than the one asked for.
+        """The mount's kind, its parts, and a note if a format gets another mount than the one asked for.
 
-        A format whose mount cannot be printed gets the snap-in holder, which fits all; only where that cannot be made
-        either, none.
-        Raises: FabricationError where a mount that was asked for cannot be made, nor a holder instead; or where a
-            figure of the printer was given by name.
+        A format whose mount cannot be printed gets the snap-in holder, which fits all formats; if that cannot be made
+        either, it gets none.
+        Raises: FabricationError if neither the requested mount nor a holder can be made; or if a figure of the printer
+            was given by name.
         """
         from moireid.designer.formats import format_named
         from moireid.fabrication.parts import plan_parts

@@ -9,7 +9,7 @@ import click
 from moireid.cli.printing.one_badge import gathered
 from moireid.cli.printing.wear import Wear
 
-#: Names of `designer.formats.FORMATS`, written again because importing that room takes time that `--help` has not.
+#: Names of `designer.formats.FORMATS`, repeated here because importing that package would slow down `--help`.
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
 ORIENTATIONS = ("landscape", "portrait")
 #: As `looks.template.TEMPLATES`.
@@ -26,16 +26,16 @@ wear_options = gathered(
             "format_name",
             type=click.Choice(FORMATS),
             show_default="board",
-            help="Size that holders are made for, with a sheet and a range that suit it; webcam is for calls.",
+            help="Size for which holders are sold, with a sheet and a range that suit it; webcam is for calls.",
         ),
         click.option(
             "--orientation",
             type=click.Choice(ORIENTATIONS),
             show_default="landscape; the board's is portrait",
-            help="Whether the badge lies or stands.",
+            help="Whether the badge is wide or high.",
         ),
         click.option(
-            "--size", "size_text", show_default="146x160", metavar="WxH", help="Size in mm, where no format is given."
+            "--size", "size_text", show_default="146x160", metavar="WxH", help="Size in mm, if no format is given."
         ),
         click.option(
             "--lens",
@@ -54,7 +54,7 @@ wear_options = gathered(
             "--template",
             show_default="plain; with --format webcam: webcam",
             metavar="NAME|FILE",
-            help=f"What stands where: {', '.join(TEMPLATES)}; or a .toml or .json file of your own.",
+            help=f"Where name, lines and pictures go: {', '.join(TEMPLATES)}; or a .toml or .json file of your own.",
         ),
         click.option(
             "--line", "lines", multiple=True, metavar="TEXT", help="A line below the name; may be given several times."
@@ -62,7 +62,7 @@ wear_options = gathered(
         click.option("--logo", type=PICTURE, metavar="FILE", help="A logo: SVG, PNG or JPEG."),
         click.option("--portrait", type=PICTURE, metavar="FILE", help="A portrait: PNG or JPEG."),
         click.option(
-            "--colour", "--color", "colour", metavar="COLOUR", help="Of the template's accents, as #134e8c or teal."
+            "--colour", "--color", "colour", metavar="COLOUR", help="The template's accent colour, as #134e8c or teal."
         ),
     ],
 )

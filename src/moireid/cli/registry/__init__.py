@@ -1,4 +1,4 @@
-"""`moireid registry`: its commands, thin as all of them.
+"""`moireid registry`: its commands.
 
 records.py  init, list, show, forget; log, erase; revoke, suspend, reinstate
 checks.py   audit, checkpoint, publish; prove, check-proof

@@ -1,6 +1,7 @@
-"""registry audit, checkpoint, publish: does everything hold, and did it before?
+"""registry audit, checkpoint, publish, prove, check-proof: checks of the registry, and files for others to check.
 
-registry prove, check-proof: a badge in the log, for somebody without the registry.
+audit checks signatures and log, checkpoint signs their present state, and publish writes a bundle for verifying
+offline.  prove and check-proof show that a badge is in the log to somebody without the registry.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from moireid.cli.common import (
 )
 from moireid.cli.registry.records import registry_group
 
-#: Findings that the audit prints for people; --json holds more.
+#: The most findings that the audit prints for people; --json holds more.
 SHOWN = 20
 
 
@@ -50,10 +51,10 @@ def registry_audit(
     """Check every signature and the whole log.
 
     By itself a registry cannot show that an earlier state of it was put back: that state was sound too. Somebody else
-    must have kept a checkpoint (`moireid registry checkpoint`). Give it as --since: then nobody can have shortened,
-    replaced or rewritten the log in between.
+    must have kept a checkpoint (`moireid registry checkpoint`). Give it as --since: this proves that the log was not
+    shortened, replaced or rewritten since then.
 
-    The head that the audit ends with does the same, noted somewhere else and given as --expected-head.
+    The head that the audit prints last does the same: note it somewhere else, and give it as --expected-head.
 
     Exit code 0: sound; 1: something is wrong; 2: bad input.
     """
@@ -74,7 +75,7 @@ def registry_audit(
         for name, entries in sorted(seen.actors.items(), key=lambda pair: -pair[1])[:SHOWN]:
             click.echo(f"  {entries} entries by {name}")
         if seen.unnamed:
-            click.echo(f"  {seen.unnamed} entries by nobody who is named (erased, or of an older version)")
+            click.echo(f"  {seen.unnamed} entries without a name (erased, or of an older version)")
         for finding in seen.findings[:SHOWN]:
             click.echo(f"  ✗ {finding.text}")
         if seen.found > SHOWN:
@@ -148,9 +149,9 @@ def registry_publish(path: Path, days: float, registry_url: str | None, overwrit
 
     It is one signed file for any web server. It holds names and the lines below them, such as what each person
     does, revocations with their reasons, layouts, and a checkpoint. It holds no badge files, and identities only
-    sealed: nobody can print a badge from it.
+    sealed: no badge can be printed from it.
 
-    Whoever fetches it runs `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`.
+    Those who fetch it run `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`.
     """
     from moireid.idcodes import specimen_of
     from moireid.registry import open_registry
@@ -181,8 +182,8 @@ LONGEST = 1 << 20
 def registry_prove(claim: str, path: Path, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
     """Prove to others that a badge is in the log.
 
-    The proof holds the newest record of one badge, and leads from it to a checkpoint that is signed now. Whoever keeps
-    the checkpoint can show later what the registry said on that day.
+    The proof holds the newest record of one badge, and leads from it to a checkpoint that is signed now. A person who
+    keeps the checkpoint can show later what the registry said on that day.
 
     It names the badge's identity, by which the badge can be printed: give it to those only who may know it.
     """
@@ -208,8 +209,8 @@ def registry_prove(claim: str, path: Path, registry_url: str | None, overwrite: 
 @click.option(
     "--trust",
     metavar="FINGERPRINT",
-    help="The fingerprint of the registry's authority, as those who run it told you. Without it, nobody says whose "
-    "registry it is.",
+    help="The fingerprint of the registry's authority, as its operator gave it to you. Without it, the check does not "
+    "show whose registry it is.",
 )
 @json_option
 @friendly
@@ -238,7 +239,7 @@ def registry_check_proof(path: Path, trust: str | None, as_json: bool) -> None:
         if wanted is not None and wanted != signed_by:
             raise Fault("authority", f"it is signed by authority {signed_by}, and not by {wanted}, the trusted one")
     except Fault as fault:
-        _tell_fault(fault.code, fault.text, as_json=as_json)
+        _fail_check(fault.code, fault.text, as_json=as_json)
     revoked = None if found.revoked_at is None else {"at": found.revoked_at, "reason": found.revoked_reason}
     suspended = None if found.suspended_at is None else {"at": found.suspended_at, "reason": found.suspended_reason}
     if as_json:
@@ -259,12 +260,12 @@ def registry_check_proof(path: Path, trust: str | None, as_json: bool) -> None:
         state += f"; it counts until the end of {found.expires}"
     click.echo(f"HOLDS: badge {found.badge_id} of {found.name} was in the log on {found.checkpoint.date}{state}")
     click.echo(f"  log: entry {found.entry} of {found.checkpoint.size}, made on {found.at}")
-    told = "the one that you trust" if wanted else "whose that is, only those who run it can tell you (--trust)"
-    click.echo(f"  authority: {signed_by}, {told}")
+    trusted = "the one that you trust" if wanted else "whose it is, only its operator can say (--trust)"
+    click.echo(f"  authority: {signed_by}, {trusted}")
     click.echo("  What came later, such as a revocation, is not in it.")
 
 
-def _tell_fault(code: str, text: str, *, as_json: bool) -> NoReturn:
+def _fail_check(code: str, text: str, *, as_json: bool) -> NoReturn:
     """Say what does not hold, and leave."""
     if as_json:
         show_json({"holds": False, "code": code, "text": text})

@@ -1,6 +1,6 @@
-"""registry export, import: a registry to a JSON file, and back.
+"""registry export, import, rotate-key, signer: copies of a registry as JSON files, and its signing key.
 
-registry rotate-key, signer: a new key, and the key in a process of its own.
+rotate-key makes a new key, and signer keeps the key in a process of its own.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 def registry_rotate_key(registry_url: str | None, as_json: bool) -> None:
     """Give the registry a new signing key.
 
-    The old key signs one last log entry, and the new one signs it too. Whoever has trusted the old fingerprint, or has
-    seen it here, follows to the new one by that. All records are signed anew.
+    The old key signs one last log entry, and the new one signs it too. By that entry, all who trusted the old
+    fingerprint, or have seen it here, accept the new one. All records are signed anew.
 
-    Do it when those who could reach the key leave, or by a calendar. If the old key was stolen, its thief could do the
-    same: then tell everybody the new fingerprint yourself, and the checkpoint of the change.
+    Do it when people who could reach the key leave, or at fixed dates. If the old key was stolen, the thief could do
+    the same: then send everybody the new fingerprint yourself, and the checkpoint of the change.
     """
     from moireid.registry import open_registry
 
@@ -73,8 +73,8 @@ def registry_rotate_key(registry_url: str | None, as_json: bool) -> None:
 def registry_signer(path: Path, group: str | None) -> None:
     """Sign for others, who never see the private key.
 
-    Run it as a user of its own who alone can read the keys folder (MOIREID_KEYS). Give the others, such as the studio,
-    MOIREID_SIGNER=SOCKET: they ask for each signature, and never see the key. It signs records, log entries,
+    Run it under a separate account, which alone can read the keys folder (MOIREID_KEYS). Give the others, such as the
+    studio, MOIREID_SIGNER=SOCKET: they ask for each signature, and never see the key. It signs records, log entries,
     checkpoints and bundles, and nothing else.
 
     Stop it with Ctrl-C.

@@ -1,8 +1,8 @@
-"""registry init, list, show, forget: the records, and what was seen of registries.
+"""The group `moireid registry`, and its commands on the records and the log.
 
-registry log, erase: what was done and by whom, and a person's data taken out.
-
-registry revoke, suspend, reinstate: what is decided of a badge after its issue.
+init, list, show, forget        the records, and the remembered state of each registry
+log, erase                      what was done and by whom; a person's data erased
+revoke, suspend, reinstate      whether a badge counts after its issue
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ def registry_init(actor: str | None, registry_url: str | None, as_json: bool) ->
             show_json(document | {"head": head, "key": str(key) if key.exists() else None, "signer": signer_address()})
             return
         click.echo(f"{registry.shown_url} is ready and holds {count} badges")
-        click.echo(f"the fingerprint of its authority is {registry.fingerprint}: tell it to whoever checks badges")
+        click.echo(f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges")
         if (signer := signer_address()) is not None:
             click.echo(f"its private key is with the signer at {signer}: have a copy kept there")
         elif key.exists():
-            click.echo(f"its private key is {key}: keep a copy, and show it to nobody")
+            click.echo(f"its private key is {key}: keep a copy, and show it to no one")
         else:
             click.echo(f"its private key is not here ({key}), so it can only be read and not changed")
 
@@ -146,7 +146,7 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
 def registry_log(claim: str | None, limit: int, registry_url: str | None, as_json: bool) -> None:
     """Show what was done, when, and by whom.
 
-    With NAME or ID only what was done to that badge. Whether the log is sound, `moireid registry audit` tells.
+    With NAME or ID, only what was done to that badge. `moireid registry audit` checks whether the log is sound.
     """
     from moireid.registry import open_registry
 
@@ -177,9 +177,9 @@ def registry_erase(
 ) -> None:
     """Erase a person's data on their wish, for good.
 
-    Name, badge and figures go; their badge is valid no more, and its identity is never issued again. The log keeps that
-    identity, which is a number of chance, and an entry that says when it was erased. It stays sound, and checkpoints of
-    before still hold.
+    Name, badge and figures are deleted; the badge is no longer valid, and its identity is never issued again. The log
+    keeps that identity, which is a random number, and an entry that says when it was erased. It stays sound, and
+    earlier checkpoints still hold.
 
     What this cannot reach: copies, backups and exports of the registry, bundles that others fetched before, and files
     of the badge itself.
@@ -205,7 +205,7 @@ def registry_erase(
     if done.guessable:
         say(
             "note: entries from before this version hold a hash of the record without a salt, and cannot be changed: "
-            "whoever has the log and the badge's identity can still confirm a name that they guess"
+            "a person who has the log and the badge's identity can still confirm a guessed name"
         )
 
 
@@ -228,7 +228,7 @@ def registry_revoke(
 ) -> None:
     """Revoke one person's badge, for good.
 
-    Every later verification rejects it, of older films too, as a film's date can be forged; --since is told with it.
+    Every later verification rejects it, of older films too, as a film's date can be forged; it also shows --since.
     Give the name exactly as it was entered, or the badge's id.
     """
     from moireid.registry import open_registry
@@ -236,7 +236,7 @@ def registry_revoke(
     with open_registry(registry_url, create=False, actor=actor) as registry:
         registry.check_head()
         record = registry.revoke(claim, reason, since)
-        _tell(registry, record, f"is revoked since {record.revoked_at}", as_json=as_json)
+        _show_state(registry, record, f"is revoked since {record.revoked_at}", as_json=as_json)
 
 
 @registry_group.command("suspend")
@@ -259,7 +259,7 @@ def registry_suspend(claim: str, reason: str, actor: str | None, registry_url: s
     with open_registry(registry_url, create=False, actor=actor) as registry:
         registry.check_head()
         record = registry.suspend(claim, reason)
-        _tell(registry, record, f"is suspended since {record.suspended_at}", as_json=as_json)
+        _show_state(registry, record, f"is suspended since {record.suspended_at}", as_json=as_json)
 
 
 @registry_group.command("reinstate")
@@ -277,11 +277,11 @@ def registry_reinstate(claim: str, actor: str | None, registry_url: str | None, 
 
     with open_registry(registry_url, create=False, actor=actor) as registry:
         registry.check_head()
-        _tell(registry, registry.reinstate(claim), "is suspended no more", as_json=as_json)
+        _show_state(registry, registry.reinstate(claim), "is no longer suspended", as_json=as_json)
 
 
-def _tell(registry: Registry, record: Record, what: str, *, as_json: bool) -> None:
-    """Say what became of a record."""
+def _show_state(registry: Registry, record: Record, what: str, *, as_json: bool) -> None:
+    """Print the new state of a record."""
     if as_json:
         show_json(record.summary() | {"registry": registry.shown_url})
     else:

@@ -1,6 +1,6 @@
-"""A film in, a verdict out.
+"""The commands that take a film and print a verdict.
 
-verify_cmd.py    verify: the order of its steps
-identify_cmd.py  identify
-options.py       the options of verify, what was asked for, and what does not go together
+verify_cmd.py    verify: look up the claim, judge the film, print the verdict, write the pages
+identify_cmd.py  identify: the same without a claim
+options.py       the options of verify, and which of them exclude each other
 """

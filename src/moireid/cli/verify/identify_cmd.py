@@ -21,8 +21,8 @@ from moireid.cli.common import (
     json_option,
     progress_bar,
     registry_option,
+    report_standing,
     show_json,
-    tell_standing,
     trust_option,
 )
 from moireid.cli.verify.options import focal_option
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _SearchScope:
-    """Who may be found, and what is known of whom was found."""
+    """The people who may be found, and look-ups for the one who was found."""
 
     standing: Standing
     layouts: list[Badge]
     enrolled: EnrolledPeople
     name: Callable[[str | None], str | None]
     look_up: LookUp
-    #: The document with what is said of the badge that was found.
+    #: Adds the notes on the badge that was found to the document.
     noted: Callable[[dict[str, Any], str | None], dict[str, Any]]
 
 
@@ -69,17 +69,17 @@ def identify_command(
 
     Everyone in the registry, or in the bundle, is considered, and no claim is needed.
 
-    Exit code 0: found; 1: nobody enrolled; 2: bad input; 3: inconclusive.
+    Exit code 0: found; 1: no one enrolled; 2: bad input; 3: inconclusive.
     """
     from moireid.verifier.session.identify import identify
     from moireid.verifier.video import Film
 
     if bundle_path is not None and registry_url is not None:
-        raise SpecError("--bundle stands in the place of --registry; leave one of them out")
+        raise SpecError("--bundle replaces --registry; leave one of them out")
     Film(video)
     opened = _of_registry(registry_url, trust) if bundle_path is None else _of_bundle(bundle_path, trust)
     with opened as asked, progress_bar("reading the film") as progress:
-        tell_standing(asked.standing)
+        report_standing(asked.standing)
         outcome = identify(video, asked.layouts, asked.enrolled, focal_px=focal_px, progress=progress)
         found = {"found_name": asked.name(outcome.found_id), "registry": asked.standing.to_json()}
         document = asked.noted(outcome.to_json() | found, outcome.found_id)
@@ -117,7 +117,7 @@ def _of_registry(registry_url: str | None, trust: str | None) -> Iterator[_Searc
 
 @contextmanager
 def _of_bundle(path: Path, trust: str | None) -> Iterator[_SearchScope]:
-    """Each identity that is read is tried on every seal, however many there are: that is what was asked for."""
+    """Each identity that is read is tried on every seal, however many there are, as identification needs it."""
     from moireid.registry.bundle.held import Bundle, BundlePeople
     from moireid.verifier.report.circumstances import Circumstances, read_id
     from moireid.verifier.session.claim import with_badge_notes

@@ -1,4 +1,4 @@
-"""The options of `verify`, what was asked for by them, and what does not go together."""
+"""The options of `verify`, their values, and which of them exclude each other."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool
 
 #: Whose badge is claimed, in the order of the help.
 CLAIM_OPTIONS = (
-    click.option("--claim", metavar="NAME|ID", help="Whose badge it is said to be; looked up in the registry."),
+    click.option("--claim", metavar="NAME|ID", help="Whose badge it should be; looked up in the registry."),
     registry_option,
     click.option(
         "--badge",
         "badge_json",
         type=click.Path(path_type=Path),
-        help="The badge.json of the claimed badge, instead of --claim. Nobody vouches for the name in it, unless "
+        help="The badge.json of the claimed badge, instead of --claim. No one vouches for the name in it, unless "
         "--registry is given too and holds the badge.",
     ),
     bundle_option,
@@ -74,19 +74,19 @@ OPTIONS = (
     click.option(
         "--overlap",
         is_flag=True,
-        help="Demand too that the badge passes in front of the face for a second; needs moireid[face].",
+        help="Also require that the badge passes in front of the face for a second; needs moireid[face].",
     ),
     click.option(
         "--cover",
         "cover_share",
         type=click.FloatRange(0, 1),
-        help="Share of the film that the verdict must be of, 0 to 1; with less it is inconclusive.  [default: 0.5]",
+        help="Least share of the film that must be judged, 0 to 1; below it the film is inconclusive.  [default: 0.5]",
     ),
     click.option(
         "--photographs",
         type=click.IntRange(0),
-        help="So many photographs of the badge a forger must need to make such a film; with fewer it is inconclusive. "
-        "[default: 0]",
+        help="Number of photographs of the badge that a forger must need at least to make such a film; if fewer "
+        "suffice, the verdict is inconclusive.  [default: 0]",
     ),
     click.option(
         "--pipeline",
@@ -101,8 +101,8 @@ OPTIONS = (
         metavar="X,Y,... | FILE.csv",
         help="For films that lost their markers, scored with --pipeline published: the striped region's corners (top "
         "left, top right, bottom right, bottom left; px) in the first frame, to be followed; corrections at later "
-        "frames as FRAME:X,Y,... after a blank. Our own pipeline follows markers alone; where they are seen in less "
-        "than half of the frames, it leaves such a film open.",
+        "frames as FRAME:X,Y,... after a blank. Our own pipeline follows only markers; if they are seen in less than "
+        "half of the frames, its verdict on such a film is inconclusive.",
     ),
     click.option(
         "--schema",
@@ -127,7 +127,7 @@ def verify_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 @dataclass(frozen=True)
 class ClaimWish:
-    """Whose badge is claimed, and who is asked for it; the names are those of the options."""
+    """Whose badge is claimed, and where it is looked up; the names are those of the options."""
 
     claim: str | None
     registry_url: str | None
@@ -138,7 +138,7 @@ class ClaimWish:
 
 @dataclass(frozen=True)
 class VerifyOptions(ClaimWish):
-    """What was asked for, as it was typed; the names are those of the options."""
+    """The options as they were typed; the names are those of the options."""
 
     video: Path
     focal_px: float | None
@@ -164,13 +164,13 @@ class VerifyOptions(ClaimWish):
 
 
 def check_wish(wish: VerifyOptions) -> None:
-    """Raise SpecError where options do not go together, before anything is opened."""
+    """Raise SpecError if options exclude each other, before anything is opened."""
     _check_pipeline(wish)
     check_claim(wish)
 
 
 def _check_pipeline(wish: VerifyOptions) -> None:
-    """The published method can do less, and only our own is signed."""
+    """Raise SpecError for what the published method cannot do; only verdicts of our own are signed."""
     if wish.published and wish.require_original is not None:
         raise SpecError("--pipeline published cannot do what --require-original asks for; leave one of them out")
     wanted = {"--overlap": wish.overlap or None, "--cover": wish.cover_share, "--photographs": wish.photographs}
@@ -182,11 +182,11 @@ def _check_pipeline(wish: VerifyOptions) -> None:
 
 
 def check_claim(wish: ClaimWish) -> None:
-    """Raise SpecError but for one claim, and one place to look it up."""
+    """Raise SpecError unless there is one claim and one place to look it up."""
     if (wish.claim is None) == (wish.badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     if wish.bundle_path is not None and (wish.registry_url is not None or wish.claim is None):
-        raise SpecError("--bundle stands in the place of --registry, and goes with --claim; leave the other one out")
+        raise SpecError("--bundle replaces --registry, and needs --claim; leave the other one out")
     if wish.trust is not None and wish.badge_json is not None and wish.registry_url is None:
         raise SpecError(
             "--trust is of a registry, and none is asked with --badge alone; add --registry, or leave it out"

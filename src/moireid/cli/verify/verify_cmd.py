@@ -1,13 +1,11 @@
 """verify: is the badge in a film real, and is it the claimed one?
 
-The badge that is claimed, and what a registry, a bundle or nobody knows of a report.
-
-A look-up is made when the film is judged, by this process: that which decodes the film is told of the claimed badge
-alone.
-
-The film judged: in this process, or in another one where this one holds a key to sign with; and the pages of it.
-
-A verdict in the terminal: the result, what to do, failures first.
+1. Find the claimed badge: in a registry, in a bundle, or in a file alone.
+2. Judge the film: in this process, or in another one if this one holds a key to sign with.
+3. Look up what the registry or bundle says about the badge that was read.  This process does it, after the film is
+   judged; a process that only decodes the film learns nothing but the claimed badge.
+4. Sign the report and write its pages, if asked for.
+5. Print the verdict: the result, what to do, and the findings, failures first.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.attest.signing import Signing, detectors_from, planned_signing
-from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, say, show_json, tell_standing
+from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, report_standing, say, show_json
 from moireid.cli.verify.options import ClaimWish, VerifyOptions, check_wish, verify_options
 
 if TYPE_CHECKING:
@@ -36,7 +34,7 @@ if TYPE_CHECKING:
     from moireid.verifier.session.result import Report
 
 
-#: From a report's JSON to what is known of it.
+#: From a report's JSON to the circumstances of the check.
 LookUp = Callable[[Mapping[str, Any]], "Circumstances"]
 
 
@@ -49,7 +47,7 @@ class ClaimContext:
 
     @property
     def standing(self) -> Standing | None:
-        """None where neither was asked."""
+        """None if neither was asked."""
         return self.found.provenance.standing
 
     def known(self, document: Mapping[str, Any], claim: str | None) -> Circumstances:
@@ -58,7 +56,7 @@ class ClaimContext:
 
 
 def files_read(wish: VerifyOptions) -> list[Path | None]:
-    """The files that are read for a wish, which no output may replace."""
+    """The files that the command reads, which no output may replace."""
     found = [wish.video, wish.key_file, wish.bundle_path, wish.badge_json]
     if wish.registry_url is None and (wish.claim is None or wish.bundle_path is not None):
         return found
@@ -68,7 +66,7 @@ def files_read(wish: VerifyOptions) -> list[Path | None]:
 
 
 def asked_of(wish: ClaimWish) -> AbstractContextManager[ClaimContext]:
-    """The claimed badge: by a bundle, by a registry, or by a file alone; open as long as something is looked up."""
+    """The claimed badge, from a bundle, a registry or a file alone; stays open while something is looked up."""
     if wish.bundle_path is not None:
         return _of_bundle(wish.bundle_path, wish.claim or "", wish.trust)
     if wish.badge_json is not None and wish.registry_url is None:
@@ -87,14 +85,14 @@ def _of_file(path: Path) -> Iterator[ClaimContext]:
 
 @contextmanager
 def _of_registry(wish: ClaimWish) -> Iterator[ClaimContext]:
-    """By a claim; or of a file the registry's own badge, where it holds that."""
+    """The badge of a claim; for a file, the registry's own badge if the registry holds it."""
     from moireid.badge import load_badge
     from moireid.registry import claimed, claimed_by_file, open_registry
 
     badge = load_badge(wish.badge_json) if wish.badge_json is not None else None
     with open_registry(wish.registry_url, create=False) as registry:
         standing = registry.standing(wish.trust)
-        tell_standing(standing)
+        report_standing(standing)
         found = claimed(registry, wish.claim or "") if badge is None else claimed_by_file(registry, badge)
 
     def look_up(document: Mapping[str, Any]) -> Circumstances:
@@ -110,10 +108,10 @@ def _of_bundle(path: Path, claim: str, trust: str | None) -> Iterator[ClaimConte
     from moireid.verifier.report.circumstances import Circumstances, read_id
 
     with Bundle(path, trust) as bundle:
-        tell_standing(bundle.standing)
+        report_standing(bundle.standing)
 
         def look_up(document: Mapping[str, Any]) -> Circumstances:
-            # Where the claimed seal opened, the holder is told already.
+            # If the claimed seal opened, the holder is known already.
             other = read_id(document) if document["identity"]["verdict"] == "mismatch" else None
             read = bundle.holder_of(other) if bundle.opens_soon else None
             return Circumstances(
@@ -128,7 +126,7 @@ def _of_bundle(path: Path, claim: str, trust: str | None) -> Iterator[ClaimConte
 
 
 def known_by(registry: Registry, standing: Standing, document: Mapping[str, Any]) -> Circumstances:
-    """What a registry knows of a report: who holds the badge that was read, and whose word that is."""
+    """What a registry says about a report: who holds the badge that was read, and which authority signed it."""
     from moireid.registry import holder_of
     from moireid.verifier.report.circumstances import Circumstances, read_id
 
@@ -142,14 +140,14 @@ Scores = tuple[tuple[str, float], ...]
 
 @dataclass(frozen=True)
 class Outcome:
-    """A report as JSON; with what its pages are drawn of: pictures and signals, made when they are asked for."""
+    """A report as JSON; and the pictures and signals for its pages, made when they are asked for."""
 
     document: dict[str, Any]
     drawn: Callable[[], tuple[Pictures, str]]
 
 
 def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
-    """What the film is held against."""
+    """What the film is checked against."""
     from moireid.verifier import Claim
     from moireid.verifier.limits import MIN_COVER_SHARE
 
@@ -183,7 +181,7 @@ def _report(wish: VerifyOptions, found: ClaimedBadge, progress: Progress) -> Rep
         from moireid.verifier.published.pipeline import verify_published
 
         return verify_published(wish.video, claim, corners=corners, progress=progress)
-    from moireid.attest.credentials import with_carried
+    from moireid.attest.film_credentials import with_carried
     from moireid.verifier import verify
 
     report = verify(wish.video, claim, barred=found.barred, overlap=wish.overlap, progress=progress)
@@ -193,7 +191,7 @@ def _report(wish: VerifyOptions, found: ClaimedBadge, progress: Progress) -> Rep
 def judge_apart(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progress: Progress) -> Outcome:
     """The outcome of a film that is decoded in a process without the key.
 
-    Convention: the claim is this process's own word, and so is the registry; the other one says what the film shows.
+    Convention: claim and registry are those of this process; the other process only reports what the film shows.
     """
     from moireid.attest.credentials import JudgingOrder, judged_apart
     from moireid.sandbox.seal import missing
@@ -212,7 +210,7 @@ def judge_apart(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progre
 
 
 def plan_pages(folder: Path | None, *, overwrite: bool, kept: Sequence[Path | None]) -> None:
-    """Raise SpecError where a page would be in the way of a file, or of one of those that are read."""
+    """Raise SpecError if a page would replace a file, or one of those that are read."""
     if folder is not None:
         from moireid.files import planned
         from moireid.verifier.report.page import report_paths
@@ -223,7 +221,7 @@ def plan_pages(folder: Path | None, *, overwrite: bool, kept: Sequence[Path | No
 def write_pages_of(
     outcome: Outcome, signing: Signing | None, known: Circumstances, wish: VerifyOptions
 ) -> dict[str, Any]:
-    """Sign the report where that is asked for, then write its pages; gives the report as it was signed."""
+    """Sign the report if asked for, then write its pages; returns the report as it was signed."""
     document = outcome.document
     if signing is not None:
         document = signing.write(document, wish.video)
@@ -251,7 +249,7 @@ OPTIONS = {
 def show_verdict(
     word: str, document: Mapping[str, Any], known: Circumstances, headline: Headline | None = None
 ) -> None:
-    """Print the headline, what it means and what to do; then failures first, and what holds in one line.
+    """Print the headline, what it means and what to do; then the findings, failures first, with the passes in one line.
 
     headline: None for that of a film.
     """

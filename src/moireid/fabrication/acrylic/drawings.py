@@ -1,8 +1,7 @@
-"""acrylic.svg: the laser's drawing for drawing programs.
+"""The laser's drawing as two files, read back and checked: acrylic.dxf for CAM, acrylic.svg for drawing programs.
 
-Convention: a user unit is one millimetre, and y runs down, so an arc that turns left in the drawing has sweep flag 0.
-
-acrylic.dxf: the laser's drawing for CAM programs, AutoCAD R2010, in millimetres, y up.
+Convention: the DXF file is AutoCAD R2010, in millimetres, y up.  In the SVG file a user unit is one millimetre, and y
+runs down, so an arc that turns left in the drawing has sweep flag 0.
 """
 
 from __future__ import annotations
@@ -24,6 +23,8 @@ from moireid.fabrication.acrylic.cutting import (
     refused,
 )
 from moireid.fabrication.solids import cad_package
+
+HAIRLINE_MM = 0.1
 
 
 def write_dxf(drawing: CuttingDrawing, path: Path) -> None:
@@ -80,9 +81,6 @@ def check_dxf(path: Path, drawing: CuttingDrawing, kerf_mm: float) -> None:
             raise refused("DXF", f"shows {layer} in colour {document.layers.get(layer).color}", f"{CUT[0]}, red")
         found.setdefault(layer, []).append([tuple(vertex) for vertex in entity.get_points("xyb")])
     check_found("DXF", found, drawing, kerf_mm)
-
-
-HAIRLINE_MM = 0.1
 
 
 def write_svg(drawing: CuttingDrawing, path: Path) -> None:

@@ -31,9 +31,9 @@ from moireid.fabrication.sight import (
 
 #: M3 button head, ISO 7380: diameter and height; the thread, and its nut's height (ISO 4032).
 HEAD_MM, HEAD_HIGH_MM, THREAD_MM, NUT_MM = 5.7, 1.65, 3.0, 2.4
-#: Screws stand no farther apart than this along an edge that presses, or the cover would bow.
+#: Screws are no farther apart than this along an edge that presses, or the cover would bow.
 SCREW_PITCH_MM = 90.0
-#: How far page and sheet must stand above the frame, so that the cover reaches the sheet; and how much of the sheet's
+#: How far page and sheet must reach above the frame, so that the cover touches the sheet; and how much of the sheet's
 #: edge the frame must hold at least.
 LEAST_SQUEEZE_MM, LEAST_GRIP_MM = 0.1, 0.2
 #: A cover that is bent more than this may crack.
@@ -229,11 +229,11 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
 
 
 def _check_land(process: AcrylicProcess) -> None:
-    """Check that the rim leaves enough acrylic beside screws, slot and heads."""
+    """Check that the rim leaves enough acrylic around screws, slot and heads."""
     widest = max(process.hole_mm, SLOT_MM[1], HEAD_MM - LEAST_LAND_MM)
     if (land := (process.rim_mm - widest) / 2) < LEAST_LAND_MM:
         raise FabricationError(
-            f"a rim of {process.rim_mm:g} mm leaves {land:.2f} mm beside its openings, {LEAST_LAND_MM:g} mm "
+            f"a rim of {process.rim_mm:g} mm leaves {land:.2f} mm next to its openings, {LEAST_LAND_MM:g} mm "
             f"are needed; give a rim_mm of {widest + 2 * LEAST_LAND_MM:g} or more (--mount-figure)",
             land_mm=land,
         )

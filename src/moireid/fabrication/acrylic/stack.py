@@ -134,7 +134,7 @@ def write_glb(
     held_mm: tuple[float, float],
     spread_mm: float = 15,
 ) -> None:
-    """Write the exploded stack, and the printed mount's bodies beside it, as binary glTF; either may be absent.
+    """Write the exploded stack, and the printed mount's bodies next to it, as binary glTF; either may be absent.
 
     Parameters: stack: as `check_stack` returns it; mount: name and build123d shape of each printed body, in its place
         in use; held_mm: thickness of the page that it holds, and of what lies on that; spread_mm: how far parts that
@@ -145,7 +145,7 @@ def write_glb(
     scene, volumes = trimesh.Scene(), {}
     half_x, half_y = half_board_mm(badge)
     page = (-half_x, -half_y, half_x, half_y)
-    # The mount stands beside the stack, or alone in the middle.
+    # The mount is next to the stack, or alone in the middle.
     aside = [2.2 * half_x + 60.0 if stack else 0.0, 0.0, 0.0]
     pieces = [(name, mesh.copy(), [0.0, 0.0, spread_mm * STEPS[name.split("-")[0]]]) for name, mesh in stack]
     bodies = [*mount, *(_held(badge, *held_mm) if mount else [])]

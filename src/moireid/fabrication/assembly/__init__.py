@@ -1,8 +1,8 @@
 """assembly.pdf: how the parts go together.
 
-words.py       what it says
-sketches.py    a picture a step
-exploded.py    the parts, moved apart
-axonometry.py  drawn from a corner
+words.py       its text: what to have, how to print, the steps
+sketches.py    the small picture of each step, fringes included
+exploded.py    the parts of the exploded views, as prisms
+axonometry.py  draws the exploded views, and the lens sheet in true size
 guide.py       the pages
 """

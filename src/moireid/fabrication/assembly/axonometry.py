@@ -1,12 +1,11 @@
-"""An axonometric view of prisms, pulled apart along z, drawn on a page from the back to the front.
+"""Draws two kinds of pages of assembly.pdf: the exploded view, and the plate of the lens sheet.
 
-Convention: the frame of `sight`.  An orthographic view of a badge that lies on a table, its bottom edge towards the
-viewer: turned by `TURN_DEG` and seen from `RISE_DEG` above the table, so that z points up the page.
+The exploded view is an axonometric view of prisms that are pulled apart along z, drawn from the back to the front.  The
+plate shows each piece of lens sheet in true size; the sheet is put on it and cut along its lines.  All pieces have
+their lenses upright there, those of turned gratings too; the exploded view shows how these are turned on the card.
 
-The plate of the lens sheet: each piece to cut in true size, lenses upright, to be laid under the sheet.
-
-Pieces of turned gratings are drawn as they are cut, their lenses upright as those of all others; how they are turned on
-the card, the exploded view shows.
+Convention: the frame of `sight`.  The exploded view is orthographic: the badge lies on a table, its bottom edge towards
+the viewer, turned by `TURN_DEG` and seen from `RISE_DEG` above the table, so that z points up the page.
 """
 
 from __future__ import annotations
@@ -25,8 +24,12 @@ TURN_DEG, RISE_DEG = 30.0, 32.0
 #: Gap between parts as a share of the largest part's height on the page.
 GAP = 0.62
 LABELS_MM, LEADER_MM, LINE_MM, INK = 48.0, 5.0, 0.15, 0.25
-#: A rounded corner lies so near to the corner of what holds it, at most.
+#: A rounded corner is at most this far from the corner of the rectangle that holds it.
 CORNER_MM = 6.0
+#: On the plate: gap between pieces, distance of the lines that sketch lenses, and length of the scale bar.
+GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
+#: What printers leave white around a page; a piece wider than what is left lies on the paper turned, mm.
+RIM_MM = 6.0
 _COS, _SIN = math.cos(math.radians(TURN_DEG)), math.sin(math.radians(TURN_DEG))
 _UP, _FLAT = math.cos(math.radians(RISE_DEG)), math.sin(math.radians(RISE_DEG))
 Place = tuple[float, float, float]
@@ -262,11 +265,6 @@ def _corner(loop: Loop, k: int) -> bool:
 def signed_area(loop: Sequence[Point]) -> float:
     """Signed area, above 0 where the loop runs anticlockwise."""
     return sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(loop, (*loop[1:], loop[0]), strict=True)) / 2
-
-
-GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
-#: What printers leave white around a page; a piece wider than what is left lies on the paper turned, mm.
-RIM_MM = 6.0
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ def acrylic_parts(badge: Badge, plan: AcrylicPlan, film_mm: float, screw: str) -
     count, bottom = len(plan.screws), -plan.base.thickness_mm
     nuts = tuple(Prism(_round(at, NUT_WIDE_MM, 6), bottom - NUT_MM, bottom) for at in plan.screws)
     top = plan.sheet_top + plan.cover.thickness_mm
-    # The screws farther from the viewer come first, as the nearer ones stand before them.
+    # The screws farther from the viewer come first, because the nearer ones cover them.
     far_first = sorted(plan.screws, key=lambda at: project((*at, 0.0))[1], reverse=True)
     screws = tuple(
         prism
@@ -205,7 +205,7 @@ def _loop(contour: Contour) -> Loop:
         if not bulge:
             continue
         x1, y1, _ = vertices[(k + 1) % len(vertices)]
-        # The arc's centre lies beside the chord's middle, at the cotangent of half its angle.
+        # From the chord's middle the arc's centre is half a chord times the cotangent of half the arc's angle away.
         reach = (1 - bulge**2) / (4 * bulge)
         mid_x, mid_y = (x + x1) / 2 - (y1 - y) * reach, (y + y1) / 2 + (x1 - x) * reach
         angle, start, radius = 4 * math.atan(bulge), math.atan2(y - mid_y, x - mid_x), math.hypot(x - mid_x, y - mid_y)

@@ -1,7 +1,7 @@
-"""assembly.pdf: whose badge it is, what to gather and to do, a picture a step, the sheet's plate, exploded views.
+"""Writes assembly.pdf, the instructions for building one badge.
 
-Page 1: what to have, and how to print.  Then the steps; the pieces of lens sheet in true size; a view of each way to
-build it.
+Page 1 says whose badge it is, what to have and how to print.  Then come the steps with a picture each, the pieces of
+lens sheet in true size, and an exploded view of each way to build the badge.
 """
 
 from __future__ import annotations
@@ -164,8 +164,10 @@ def _draw_view(sheet: PdfPage, heading: str, parts: list[Part]) -> None:
     width, height = sheet.page_mm
     sheet.text(LEFT_MM, TOP_MM, heading, points=16, font=BOLD, align="left")
     scale = draw_exploded(sheet, parts, (LEFT_MM, TOP_MM + 18, width - LEFT_MM, height - TOP_MM))
-    told = f"Parts to one scale, {scale:.2f} of life size, pulled apart from front (top) to back; bottom edge near you."
-    sheet.text(LEFT_MM, TOP_MM + 8, told, points=9, align="left")
+    caption = (
+        f"Parts to one scale, {scale:.2f} of life size, pulled apart from front (top) to back; bottom edge near you."
+    )
+    sheet.text(LEFT_MM, TOP_MM + 8, caption, points=9, align="left")
 
 
 def draw_stack(sheet: PdfPage, badge: Badge, top_mm: float) -> None:

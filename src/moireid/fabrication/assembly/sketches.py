@@ -1,11 +1,11 @@
-"""The small pictures beside the steps: line drawings of what hands do, in proportion to the badge, and its fringes.
+"""The small pictures next to the steps: line drawings of what hands do, in proportion to the badge, and its fringes.
+
+The pictures of fringes show how the badge looks when the sheet is placed well, is turned, or has another pitch.  The
+project's own optics compute them: each pixel takes the brightness of the lens above it, which is the mean over that
+lens's rays of the printed lines on which they land.  Codes and plain rows are drawn as they are printed, so a picture
+looks like the badge.
 
 Convention: each takes an area of the page (x0, y0, x1, y1), mm, y down, and draws within it.
-
-What somebody sees who lays the sheet well, turned, or of another pitch: small pictures by the project's own optics.
-
-Each pixel takes the brightness of the lens that it lies under: the mean over that lens's rays of the printed lines on
-which they land.  Codes and plain rows are drawn as they are printed, so a picture looks as the badge does.
 """
 
 from __future__ import annotations
@@ -28,10 +28,13 @@ from moireid.optics import slab_shift_mm
 
 PX_PER_MM, RAYS = 1.2, 8
 Array = NDArray[np.float64]
-#: A sheet that was laid on by eye: turned so far, its fringes lean clearly.
+#: Turn of a sheet that was placed by eye: its fringes lean clearly.
 LEANING_DEG = 0.5
 #: Fringes of a sheet whose pitch is not the label's: so many times as many, and so many times as few.
 NARROWER, WIDER = 1.7, 0.5
+Draw = Callable[[PdfPage, Rect], None]
+#: A picture's gap to the next one, and the reach of an arrow's head, mm.
+GAP_MM, HEAD_MM = 3.0, 1.6
 
 
 def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0) -> Image.Image:
@@ -95,11 +98,6 @@ def _landed_mm(badge: Badge, lens_axis: Array) -> Array:
     else:
         landed = landing_mm(lens, start, tangent, np.zeros((1, 1)))
     return np.asarray(landed[index.reshape(lens_axis.shape)], dtype=float)
-
-
-Draw = Callable[[PdfPage, Rect], None]
-#: A picture's gap to the next one, and the reach of an arrow's head, mm.
-GAP_MM, HEAD_MM = 3.0, 1.6
 
 
 class BadgeSketch:
@@ -284,7 +282,7 @@ def pressed(sheet: PdfPage, area: Rect) -> None:
     for left, right in ((x0, hole - 2.5), (hole + 2.5, x1)):
         draw_path(sheet, [(left, y), (right, y), (right, y + 2), (left, y + 2)], 0.75, 0.2)
     for side, edge in ((-1, x0), (1, x1)):
-        # The catch beside the plate: upright, with a nose that is a ramp above and rises below.
+        # The catch next to the plate: upright, with a nose that is a ramp above and rises below.
         catch = [(0.6, 2.0), (0.6, -2.4), (-0.6, -3.6), (-0.6, -4.2), (0.6, -5.4), (2.2, -5.4), (2.2, 2.0)]
         draw_path(sheet, [(edge + side * across, y + down) for across, down in catch], 0.6, 0.2)
     lift = y - 9.0
@@ -295,7 +293,7 @@ def pressed(sheet: PdfPage, area: Rect) -> None:
 
 
 def carried(badge: Badge, kind: str, slots: int) -> Draw:
-    """The badge as it is worn or stands; slots: lanyard slots of a mount."""
+    """The badge as it is worn, or on its stand; slots: lanyard slots of a mount."""
 
     def draw(sheet: PdfPage, area: Rect) -> None:
         if kind == "stand":

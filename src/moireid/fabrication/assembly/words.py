@@ -1,6 +1,6 @@
-"""What the sheet says: what to have, how to print, and what to do, in short sentences with a picture for each step.
+"""The text of assembly.pdf: what to have, how to print, and what to do, in short sentences with a picture per step.
 
-Sheets that the studio makes say nothing of commands: whoever issues there has none.
+Sheets that the studio makes mention no commands, because an issuer who uses the studio has none.
 """
 
 from __future__ import annotations
@@ -112,15 +112,15 @@ def _front(build: BuildPlan) -> list[str]:
 
 def settings(build: BuildPlan) -> list[tuple[str, str]]:
     """What to set in the print dialog: name and value."""
-    told = build.badge.print or {}
-    paper = {"letter": "US Letter"}.get(str(told.get("paper", "a4")), str(told.get("paper", "a4")).upper())
+    print_data = build.badge.print or {}
+    paper = {"letter": "US Letter"}.get(str(print_data.get("paper", "a4")), str(print_data.get("paper", "a4")).upper())
     way = "upright (portrait)" if build.badge.page_mm[0] <= build.badge.page_mm[1] else "lying (landscape)"
     film = build.badge.lens.kind == "mask"
     return [
         ("File", "badge.pdf, page 1" + (" on card; page 2 on clear film, with the same settings" if film else "")),
         ("Paper", f"{paper}, {way}, one side; type “heavy” or “card”"),
         ("Scale", "100 %, also called “actual size”. Never “fit to page”"),
-        ("Resolution", f"{told.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
+        ("Resolution", f"{print_data.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
         ("Colour", "no smoothing. If the badge has colours: colour, and black as pure black. If not: black only"),
         ("Tray", "the manual tray, also called multi-purpose: card stays straight"),
     ]
@@ -133,7 +133,7 @@ def steps(build: BuildPlan) -> list[Step]:
     several, array = len(sheet_pieces(badge)) > 1, badge.lens.kind == "array"
     front = "film" if mask else "sheet"
     one = f"each piece of {front}" if several else f"the {front}"
-    bands = "stand upright" if upright else "run along the printed lines"
+    bands = "are upright" if upright else "run along the printed lines"
     lay = _LAY_MASK if mask else _LAY_ARRAY if array else _LAY_PIECES if several else _LAY
     # Under a sheet the sides of a frame look displaced; films of such badges are accepted (docs/accuracy.md).
     free = "Only the frame's left and right side may lie below it"
@@ -147,9 +147,9 @@ def steps(build: BuildPlan) -> list[Step]:
         ),
         Step("Lay", f"Lay {lay}. {free}.", sketches.lay(badge)),
         Step(
-            f"Turn the {front} until the bands stand"
+            f"Turn the {front} until the bands are upright"
             if upright
-            else f"Turn it until the {'squares stand in rows' if array else 'bands follow the lines'}",
+            else f"Turn it until the {'squares form rows' if array else 'bands follow the lines'}",
             _seen(build, f"Turn {one} slowly until", bands),
             sketches.fringes(badge, sketches.GOOD),
         ),
@@ -188,7 +188,7 @@ _MEASURE: dict[Maker, str] = {
 }
 _PITCH: dict[Maker, str] = {
     "command": "Measure the bars again. Then measure the sheet with the chart of moireid pitch-test.",
-    "studio": "Measure the bars again. Then take another sheet, or ask whoever issued the badge.",
+    "studio": "Measure the bars again. Then take another sheet, or ask the person who issued the badge.",
 }
 _CHECK: dict[Maker, str] = {
     "command": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. Then run: "
@@ -204,7 +204,7 @@ def _seen(build: BuildPlan, turn: str, bands: str) -> str:
     look = f"Look at it from {build.look_m:g} m."
     if build.badge.lens.kind == "array":
         return (
-            f"{look} You see light squares on dark. {turn} they stand in straight rows, as here. Where the identity "
+            f"{look} You see light squares on dark. {turn} they form straight rows, as here. Where the identity "
             "is, the rows jump."
         )
     return (

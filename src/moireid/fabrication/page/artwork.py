@@ -69,10 +69,10 @@ def marker_squares(badge: Badge) -> list[tuple[Rect, list[Rect]]]:
 
 
 def lettering_places(badge: Badge) -> tuple[tuple[Point, ...], float]:
-    """Between which four places name and id stand, and half the height of their room, page mm.
+    """The four places between which name and id are written, and half the height of their room, page mm.
 
-    Convention: as `Markers.centers_mm`: the name between the first two, the id between the others.  Beside a frame they
-        are places without a marker, above and below it.
+    Convention: as `Markers.centers_mm`: the name between the first two, the id between the others.  A frame has no
+        markers; the places are then above and below it.
     """
     if not isinstance(badge.markers, CodedFrame):
         return badge.markers.centers_mm, badge.markers.size_mm / 2
@@ -103,10 +103,10 @@ def crop_marks(board: Rect, length_mm: float = CROP_MARK_MM) -> list[tuple[float
 
 
 def bar_places(page_mm: tuple[float, float], block: Rect) -> tuple[float, float]:
-    """Where the two scale bars of a sheet stand: x of the upright one, y of the level one, mm.
+    """Where the two scale bars of a sheet are drawn: x of the upright one, y of the level one, mm.
 
-    They stand up to 14 mm from all that is on the sheet, as far as the paper and the printer's rim allow; about a small
-    board the upright one stands farther out, clear of the level one's end.
+    They are up to 14 mm from everything else on the sheet, as far as the paper and the printer's rim allow.  Around a
+    small board the upright one is farther out, clear of the end of the level one.
     """
     clear = page_mm[0] / 2 - SCALE_BAR_MM / 2 - BARS_APART_MM
     return max(min(block[0] - 14.0, clear), 7.5), min(block[3] + 14.0, page_mm[1] - 10.5)
@@ -118,9 +118,9 @@ def clear_of_bars(
     """A crop mark whose outer end is cut off so that it keeps clear of the scale bars and the printer's rim."""
     x0, y0, x1, y1 = mark
     reach, middle = SCALE_BAR_MM / 2 + 1.0, (page_mm[0] / 2, page_mm[1] / 2)
-    beside, below = bars[0] + BAR_GAP_MM, bars[1] - BAR_GAP_MM
-    low = (beside if abs(y0 - middle[1]) <= reach else RIM_MM, RIM_MM)
-    high = (page_mm[0] - RIM_MM, below if abs(x0 - middle[0]) <= reach else page_mm[1] - RIM_MM)
+    least_x, most_y = bars[0] + BAR_GAP_MM, bars[1] - BAR_GAP_MM
+    low = (least_x if abs(y0 - middle[1]) <= reach else RIM_MM, RIM_MM)
+    high = (page_mm[0] - RIM_MM, most_y if abs(x0 - middle[0]) <= reach else page_mm[1] - RIM_MM)
     x0, x1 = (min(max(x, low[0]), high[0]) for x in (x0, x1))
     y0, y1 = (min(max(y, low[1]), high[1]) for y in (y0, y1))
     return (x0, y0, x1, y1) if abs(x1 - x0) + abs(y1 - y0) >= LEAST_MARK_MM - 1e-6 else mark

@@ -19,7 +19,7 @@ HEADING_POINTS, TEXT_POINTS, LABEL_POINTS = 15.0, 7.5, 8.5
 LINE_MM = 4.2
 #: White between a band and its label; between words and markers.
 LABEL_GAP_MM, SIDE_GAP_MM = 2.0, 4.0
-#: Width of a band's number, beside which its lines per inch stand.
+#: Width of a band's number; its lines per inch are next to it.
 NUMBER_MM = 7.0
 
 
@@ -46,7 +46,7 @@ def print_chart(
 
 
 def band_label(number: int, pitch_mm: float) -> tuple[str, str]:
-    """A band's number and its printed lines per inch, as they stand on the sheet."""
+    """A band's number and its lines per inch, as printed on the sheet."""
     lines_per_inch = MM_PER_INCH / pitch_mm
     # For a measured sheet, the bands' lines per inch are not whole tenths.
     decimals = 1 if abs(round(lines_per_inch, 1) - lines_per_inch) < 1e-6 else 2
@@ -54,7 +54,7 @@ def band_label(number: int, pitch_mm: float) -> tuple[str, str]:
 
 
 def _write_words(sheet: PdfPage, chart: Badge) -> None:
-    """Heading and instructions between the upper markers, what to do next between the lower, labels beside."""
+    """Heading and instructions between the upper markers, what to do next between the lower, labels at the bands."""
     assert chart.range_m is not None
     grating = chart.gratings[0]
     middle, half = chart.page_mm[0] / 2, chart.squares.size_mm / 2
@@ -74,8 +74,8 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
         room_mm,
         [
             "1. Lay the lens sheet on the bands, ribs up and along the lines. Leave one row of numbers free.",
-            f"2. Close one eye. Stand {chart.range_m[0]:g} m away, straight in front.",
-            "3. Turn the sheet until fringes stand upright. Find the band that is all light",
+            f"2. Close one eye. Look from {chart.range_m[0]:g} m away, straight in front.",
+            "3. Turn the sheet until the fringes are upright. Find the band that is all light",
             "or all dark from edge to edge at once as you move a little. Note its number.",
         ],
     )

@@ -1,6 +1,6 @@
-"""What a badge wears, drawn on its page: grounds, words, pictures and the QR code.
+"""The badge's artwork, drawn on its page: grounds, words, pictures and the QR code.
 
-Convention: page mm, origin top left; placed by `moireid.artwork.placing`, which keeps clear what is read.
+Convention: page mm, origin top left; placed by `moireid.artwork.placing`, which keeps it away from what is read.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def check_look(badge: Badge, look: Look | None) -> None:
 
 
 def look_notes(badge: Badge, look: Look | None) -> list[str]:
-    """A sentence for all that was given and is not printed: letters of lines, and what the template does not show."""
+    """One sentence for each given thing that is not printed: letters of lines, and what the template leaves out."""
     worn = look_of(badge, look)
     if worn is None:
         return []
@@ -73,13 +73,13 @@ def _holds_marker(badge: Badge, picture: Image.Image) -> bool:
     import cv2
 
     if isinstance(badge.markers, CodedFrame):
-        # A frame is told by the notches of a line around the whole board, which no picture on it has.
+        # A frame is recognised by the notches of a line around the whole board, which no picture on it has.
         return False
     known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
     detector = cv2.aruco.ArucoDetector(known)
     small = picture.copy()
     for side in SEEN_PX:
-        # Each of the last, as the whole picture is large.
+        # Each from the one before, because the whole picture is large.
         small.thumbnail((side, side))
         page = Image.new("L", (small.width + side // 4, small.height + side // 4), 255)
         page.paste(small.convert("L"), (side // 8, side // 8), small)

@@ -1,10 +1,10 @@
 """A person's name in its own script: which font can set it, and in how many lines.
 
 PDF text is drawn letter by letter in the order given.  With the font that comes with the program this is right for
-Latin, Greek and Cyrillic.  Other scripts join, stack or reorder their letters.  Such names are laid out by Pillow's
-shaper (Raqm) with a font of this machine that has every letter, and go on the page as a picture.  What no font here
-has, such as emoji, is left out, and the user is told; a name of which nothing is left is refused.  The id never stands
-in a name's place, and the badge keeps the whole name: it is the one that is claimed.
+Latin, Greek and Cyrillic.  Other scripts join, stack or reorder their letters.  Pillow's shaper (Raqm) sets such names
+with a font of this machine that has every letter, and they go on the page as a picture.  A letter that no font here
+has, such as emoji, is left out, and the user gets a note; a name of which nothing is left is refused.  The id never
+replaces a name, and the badge file keeps the whole name, because claims use it.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ MOST_LETTERS = 30
 def printable(words: str) -> bool:
     """Whether plain PDF text in the badge's own font spells the words right.
 
-    That is: the font has every letter, none is read from right to left, and no mark stands on or around another letter.
+    That is: the font has every letter, none is read from right to left, and no mark goes on or around another letter.
     """
     if words.isascii():
         # True of nearly every list of names; then the packages that read fonts need not be imported.
@@ -112,7 +112,7 @@ def name_note(name: str) -> str | None:
     found = set_name(name)
     if not found.left_out:
         return None
-    lacking = _told(found.left_out)
+    lacking = _list_letters(found.left_out)
     if found.font is None:
         raise FabricationError(
             f"no font on this machine has a letter of the name {name[:80]!r} ({lacking}), so the badge would bear no "
@@ -130,13 +130,12 @@ def line_note(line: str) -> str | None:
     if not found.left_out:
         return None
     shows = f"shows {found.words[:80]!r}" if found.words else "shows nothing of it"
-    return (
-        f"the print leaves out of {line[:80]!r} what no font on this machine has ({_told(found.left_out)}), and {shows}"
-    )
+    lacking = _list_letters(found.left_out)
+    return f"the print leaves out of {line[:80]!r} what no font on this machine has ({lacking}), and {shows}"
 
 
 def _most_of(name: str) -> Callable[[str], bool]:
-    """Tells which letters are printed: those that plain text or a shaper can set in the font that has most of them."""
+    """A test for printed letters: those that plain text or a shaper can set in the font that has most of them."""
     if not features.check("raqm"):
         return printable
     needed = frozenset(ord(letter) for letter in name if letter not in _SILENT)
@@ -145,8 +144,8 @@ def _most_of(name: str) -> Callable[[str], bool]:
     return lambda letter: letter in _SILENT or ord(letter) in font_letters(best)
 
 
-def _told(letters: tuple[str, ...]) -> str:
-    """Letters as they are, signs such as emoji by their Unicode names."""
+def _list_letters(letters: tuple[str, ...]) -> str:
+    """At most three: letters as they are, signs such as emoji by their Unicode names."""
     names = [
         letter
         if unicodedata.category(letter).startswith("L")
@@ -191,7 +190,7 @@ def name_picture(words: str, font: Path, room_mm: tuple[float, float], points: f
         set_in = full.font_variant(size=max(1, int(full.size * share)))
         gap = (LINE_HEIGHT - 1) * set_in.size
         box = scratch.multiline_textbbox((0, 0), text, font=set_in, spacing=gap, align="center")
-        # Signs that are stacked above and below the letters stand higher than a line is.
+        # Signs that are stacked above and below the letters make the text taller than its lines.
         if set_in.size == 1 or (
             box[2] - box[0] <= room_mm[0] * px_per_mm + 1 and box[3] - box[1] <= room_mm[1] * px_per_mm + 1
         ):

@@ -1,4 +1,4 @@
-"""What a badge wears, drawn in a picture of the board: the same pieces as `dress.py` draws on the page."""
+"""The badge's artwork, drawn in a picture of the board: the same pieces as `dress.py` draws on the page."""
 
 from __future__ import annotations
 

@@ -4,11 +4,11 @@ Convention: page mm with the origin top left become PDF points with the origin b
 Two forms of the lines, each placed absolutely, so that none drifts:
 
 - "dots": every edge on a border between the printer's dots (`moireid.dots`), drawn a quarter of a dot within it.  A
-  raster that paints every dot that is touched, as PDF asks for, one that goes by a dot's centre and one that greys
-  then all paint the same dots.
-- "vector": edges where the badge says, for a printer or a print shop whose dots are not known.  A raster that greys
-  holds them to half a dot.  One that paints what is touched moves each edge by up to a dot outwards: lines are wider,
-  but their centres, and so pitch and identity, stay (`moireid bench fabricate`).
+  raster may paint every dot that is touched, as PDF asks for, go by a dot's centre, or use greys; each then paints the
+  same dots.
+- "vector": edges at the places that the badge file gives, for a printer or a print shop whose dots are not known.  A
+  raster that uses greys keeps them to half a dot.  One that paints every touched dot moves each edge by up to a dot
+  outwards: lines are wider, but their centres, and so pitch and identity, stay (`moireid bench fabricate`).
 
 The TrimBox is the board; viewers are asked not to scale.
 """
@@ -96,7 +96,7 @@ class PdfPage:
         self.canvas.setCreator("moireid")
         self.canvas.setViewerPreference("PrintScaling", "None")
         self.page_mm, self.scale = page_mm, scale
-        #: Where the origin of what is drawn lies on the sheet, mm: a sheet may hold several boards.
+        #: Place on the sheet of the origin of what is drawn, mm: a sheet may hold several boards.
         self.origin_mm = (0.0, 0.0)
 
     def place(self, x: float, y: float) -> tuple[float, float]:
@@ -164,7 +164,7 @@ class PdfPage:
     def text(
         self, x: float, y: float, words: str, *, points: float, font: str = REGULAR, align: str = "center"
     ) -> None:
-        """Write a line whose baseline stands at y."""
+        """Write a line whose baseline is at y."""
         x, y = self.place(x, y)
         self.canvas.setFillGray(0.0)
         self.canvas.setFont(font, points)
@@ -210,10 +210,10 @@ def write_badge_pdf(
     form : str, optional
         Of the printed lines, one of `moireid.profiles.FORMS`; None for the badge's own.
     measured_scale : (float, float)
-        Printed over true size along x and y, as a ruler told of an earlier print.  The page is drawn so much larger or
-        smaller that it comes out true.
+        Measured size over true size of an earlier print, along x and y.  The page is drawn at the
+        inverse scale, so that it is printed at true size.
     write_words : callable, optional
-        Writes what the board says in words; None for the badge's name and id.
+        Writes the words on the board; None for the badge's name and id.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def write_badge_pdf(
     Notes
     -----
     Convention: page mm with the origin top left become PDF points (1/72 inch) with the origin bottom left.
-    Source: "dots" puts every edge on a border between the printer's dots; "vector" leaves edges where the badge says.
+    Source: "dots" puts every edge on a border between the printer's dots; "vector" keeps the edges of the badge.
     """
     form = form or str((badge.print or {}).get("form", FORMS[0]))
     if form not in FORMS:
@@ -256,8 +256,8 @@ def draw_board(
 ) -> None:
     """Draw all that belongs to one board, its crop marks included.
 
-    Parameters: block: what the sheet's scale bars stand about, mm on the sheet; write_words: in place of name and id;
-        mark_mm: length of the crop marks.
+    Parameters: block: the rectangle around which the sheet's scale bars are drawn, mm on the sheet; write_words: in
+        place of name and id; mark_mm: length of the crop marks.
     """
     for grating in badge.gratings:
         draw_lines(sheet, badge, grating, form, dot_mm)
@@ -274,7 +274,7 @@ def draw_board(
 def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm: float) -> None:
     """Draw all dark lines of a grating of the badge, or over one, in one of the `FORMS`; turned ones as they are.
 
-    Source: a line that crosses the dots aslant has no border between dots to lie on (`moireid.dots.on_dots`).
+    Source: a line at an angle to the rows of dots has no border between dots to follow (`moireid.dots.on_dots`).
     """
     lines = [line for cell in grating.cells for line in dark_lines(grating, cell)]
     if not isinstance(grating.axis, str):
@@ -307,7 +307,7 @@ def draw_mask(sheet: PdfPage, badge: Badge, form: str, dot_mm: float, count: int
         f"cut along the marks, and lay it, printed side down, on {badge.lens.thickness_mm:g} mm",
         f"of clear acrylic over the lines of {lines}.",
     )
-    # Above the lines, on the film or beside it.
+    # Above the lines: on the film, or outside it where the film has no room.
     above = min(badge.bounds_of(grating)[1] for grating in badge.gratings) - y0
     first = y0 + 8 if above > 22 else y0 - 22
     for k, line in enumerate(words):
@@ -362,13 +362,13 @@ def _write_lines(
     line_mm = LINE_HEIGHT * points / POINTS_PER_MM
     lines, share = lines_for(words, lambda line: sheet.text_width_mm(line, points, font), room_mm, line_mm)
     for k, line in enumerate(lines):
-        # A letter's middle stands 0.35 of the size above the baseline.
+        # A letter's middle is 0.35 of the size above the baseline.
         down = (k - (len(lines) - 1) / 2) * line_mm * share + 0.35 * points * share / POINTS_PER_MM
         sheet.text(middle[0], middle[1] + down, line, points=points * share, font=font)
 
 
 def draw_scale_bars(sheet: PdfPage, block: Rect) -> None:
-    """A bar across below all that is on the sheet and one down beside it, `SCALE_BAR_MM` long, ticked every 10 mm."""
+    """A level bar below everything on the sheet, an upright one at its left: `SCALE_BAR_MM` long, ticks every 10 mm."""
     page_mm = sheet.page_mm
     x, y = bar_places(page_mm, block)
     middle_x, middle_y = page_mm[0] / 2, page_mm[1] / 2

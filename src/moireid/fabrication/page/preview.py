@@ -34,7 +34,7 @@ def write_preview(badge: Badge, path: Path, look: Look | None = None) -> None:
 
 
 def draw_preview(badge: Badge, look: Look | None = None) -> Image.Image:
-    """The board, `PX_PER_MM` pixels to the millimetre: grey with name and id, or in colour with all that it wears."""
+    """The board, `PX_PER_MM` pixels to the millimetre: grey with name and id, or in colour with its artwork."""
     picture = draw_fringes(badge)
     look = look_of(badge, look)
     if look is None:
@@ -46,7 +46,7 @@ def draw_preview(badge: Badge, look: Look | None = None) -> Image.Image:
 
 
 def draw_fringes(badge: Badge, aside_mm: tuple[float, float] = (0.0, 0.0), px_per_mm: float = PX_PER_MM) -> Image.Image:
-    """Markers and fringes alone, grey; aside_mm: where the camera stands, from the point before the board's middle."""
+    """Markers and fringes alone, grey; aside_mm: the camera's x and y from the point in front of the board's middle."""
     board = badge.outline_mm
     size = [round((board[2 + k] - board[k]) * px_per_mm) for k in (0, 1)]
     picture = np.full((size[1], size[0]), PAPER, np.uint8)
@@ -79,7 +79,7 @@ def _draw_grating(
         pixels = math.ceil((own[2] - own[0]) * px_per_mm)
         along = fringe_profile(badge.lens, cell, own, pixels, middle, aside)
         sample = ((first[within] - own[0]) / (own[2] - own[0]) * pixels).astype(int)
-        # Under a lens array light must pass both gratings; elsewhere nothing lies here yet but paper.
+        # Under a lens array light must pass both gratings; elsewhere this is still blank paper.
         before = picture[rows[within], columns[within]].astype(float) - INK
         picture[rows[within], columns[within]] = INK + before * along[sample]
 
@@ -90,8 +90,8 @@ def fringe_profile(
     """Brightness along the grating's axis, 0 to 1, of `pixels` samples; the mean over one lens's rays at each.
 
     Parameters: own: the cell's rectangle in own order (`moireid.frames`); middle: the board's, along the axis.
-    Convention: the camera stands `DISTANCE_MM` in front of the board's middle, and so far aside along the grating's
-        axis; a lens's axis lies on the middle.
+    Convention: the camera is `DISTANCE_MM` in front of the board's middle, and `aside_mm` to the side along the
+        grating's axis; the axis of one lens is on the middle.
     Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
     """
     axes, landed = _landed(lens, own[0], own[2], pixels, middle, aside_mm)

@@ -1,4 +1,4 @@
-"""How words are set in a room: a name, large and bold, and lines below it.
+"""Sets words in a rectangle, their room: a name, large and bold, and lines below it.
 
 Convention: mm; x and baseline of a line on the page; `points` is the font's size.
 """
@@ -26,11 +26,11 @@ LINE_SHARE, LINE_POINTS, ID_POINTS, ID_SHARE = 0.5, 20.0, 8.0, 0.25
 NAME_SHARE = 0.6
 #: Smaller letters cannot be read; the id is scanned, or read from its file.
 LEAST_POINTS, LEAST_ID_POINTS = 4.0, 2.5
-#: A name in one line more must come out so much larger; rows that a name, and a line, may take.
+#: Factor on a name's score for each row that it takes; most rows of a name (True) and of a line (False).
 ROW_PENALTY, MOST_ROWS = 0.85, {True: 3, False: 2}
 #: Height of a capital over the size of its letters; white between rows of one line, between lines, below a name.
 CAPITAL_SHARE, ROW_GAP, LINE_GAP, NAME_GAP = 0.73, LINE_HEIGHT - 0.73, 0.75, 0.9
-#: Sizes that are tried: each so much of the one before.
+#: Sizes that are tried: each is this share of the one before.
 STEP = 0.97
 #: Shares of a room's height that words with tall signs are set in, tried in turns.
 SHRINKING = (1.0, 0.85, 0.7, 0.55, 0.4)
@@ -171,7 +171,7 @@ def _broken(words: str, points: float, room_mm: float, *, bold: bool) -> list[st
 
 
 def _even(parts: list[str], count: int) -> list[str] | None:
-    """Words in so many rows, the longest as short as can be."""
+    """Words in `count` rows, the longest as short as possible."""
     if count > len(parts):
         return None
     if count == 1:

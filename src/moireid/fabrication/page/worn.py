@@ -1,6 +1,6 @@
 """preview.webp: the finished badge as worn, cut out and in its cord, while a camera passes from side to side.
 
-Convention: the camera stands `preview.DISTANCE_MM` away and swings as far aside as `SWING`, a share of that.
+Convention: the camera is `preview.DISTANCE_MM` away and swings to each side by `SWING`, a share of that.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def _cut_out(size: tuple[int, int], radius_px: float) -> Image.Image:
 
 
 def _ground(size: tuple[int, int], px_per_mm: float, cut: Image.Image) -> tuple[Image.Image, tuple[int, int]]:
-    """What the badge hangs before: cloth, cord, clip and its shadow; and where the board's corner goes, px."""
+    """The background: cloth, cord, clip and the badge's shadow; and where the board's corner goes, px."""
     room, above = round(ROOM_MM * px_per_mm), round(ABOVE_MM * px_per_mm)
     ground = Image.new("RGB", (size[0] + 2 * room, size[1] + above + room), CLOTH)
     corner, middle = (room, above), ground.width // 2

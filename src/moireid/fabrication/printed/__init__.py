@@ -1,5 +1,7 @@
 """The mount to 3D-print.
 
-tray.py  the tray that holds page and lens sheet    holders.py  lanyard, clip and stand    mount.py  its files
-snap.py  the holder that a finished badge is pressed into
+tray.py     the tray that holds page and lens sheet
+holders.py  what carries the tray: lanyard, clip or stand
+snap.py     the holder that a finished badge is pressed into
+mount.py    all bodies of a mount, and its STEP, STL and 3MF files
 """

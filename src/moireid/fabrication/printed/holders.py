@@ -1,7 +1,7 @@
-"""What carries the tray: a lanyard through its tab, a clip hooked into the tab, or a stand on a table.
+"""The part that carries the tray: a lanyard through its tab, a clip hooked into the tab, or a stand on a table.
 
 The lanyard needs nothing but the tab.  Clip and stand are second bodies, each a profile drawn out along x, printed
-beside the tray and put on by hand: the clip's hook goes through the tab's slot from behind and the tab's bar drops
+next to the tray and put on by hand: the clip's hook goes through the tab's slot from behind and the tab's bar drops
 into it; the stand has a groove for the tray's bottom edge and a rest behind it.
 
 Convention: the frame of `sight`.  A profile is drawn in (along, up): for the clip that is (y, z) of the frame, for the
@@ -25,7 +25,7 @@ PLAY_MM, FIT_MM = 0.3, 0.05
 #: The clip: arms' thickness, room for cloth, the bump's distance from the other arm, arms' length below the slot.
 CLIP_ARM_MM, CLOTH_MM, PINCH_MM, CLIP_LENGTH_MM = 2.0, 2.4, 0.4, 34.0
 STAND_WALL_MM = 3.0
-#: The wall before the tray's bottom edge is at most this high.
+#: The wall in front of the tray's bottom edge is at most this high.
 MOST_FRONT_MM = 5.0
 #: The badge's middle must stay this far inside the foot's back edge, so that no draught turns it over.
 STAND_SAFETY_MM = 15.0
@@ -107,7 +107,7 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> HolderBody:
     """
     width = min(0.6 * 2 * plan.half_mm[0], 90.0)
     height = plan.half_mm[1] - plan.bottom
-    # The wall stands before the tray's bottom rim, and before the sheet only where that reaches down so far.
+    # The wall is in front of the tray's bottom rim, and in front of the sheet only where that reaches down so far.
     clear = plan.spans[0][0] - process.clearance_mm > plan.bottom + MOST_FRONT_MM
     front, wall = (plan.side_top if clear else plan.rim_top) + PLAY_MM, 2.4
     lip = _front_wall_mm(badge, plan, process, width, front + wall)
@@ -161,7 +161,7 @@ def in_use(b3d: Any, holder: HolderBody, plan: TrayPlan) -> Any:
 
 
 def as_printed(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProcess) -> tuple[Any, Any, Any]:
-    """Where the holder lies on the printer's bed, beside the tray: a Location, and the corners of its bounding box."""
+    """Where the holder lies on the printer's bed, next to the tray: a Location, and the corners of its bounding box."""
     low_along, low_up = (min(values) for values in zip(*holder.profile, strict=True))
     along, up = holder.size_mm
     x, bed = plan.out_x + 8.0, -process.back_mm
@@ -169,14 +169,14 @@ def as_printed(b3d: Any, holder: HolderBody, plan: TrayPlan, process: MountProce
         # On its side: no overhang, and the layers run along the spring.
         where = b3d.Plane(origin=(x + up + low_up, plan.bottom - low_along, bed), x_dir=(0, 1, 0), z_dir=(0, 0, 1))
         return where.location, (x, plan.bottom, bed), (x + up, plan.bottom + along, bed + holder.width_mm)
-    # On its foot, as it stands on the table.
+    # On its foot, as on the table.
     origin = (x, plan.bottom - low_along, bed - low_up)
     where = b3d.Plane(origin=origin, x_dir=(0, 1, 0), z_dir=(1, 0, 0))
     return where.location, (x, plan.bottom, bed), (x + holder.width_mm, plan.bottom + along, bed + up)
 
 
 def _front_wall_mm(badge: Badge, plan: TrayPlan, process: MountProcess, width: float, top: float) -> float:
-    """The highest wall before the tray's bottom edge that hides nothing, mm above that edge; at most 5."""
+    """The highest wall in front of the tray's bottom edge that hides nothing, mm above that edge; at most 5."""
     for height in (MOST_FRONT_MM, 4.0, 3.0, 2.0):
         rect = (-width / 2, plan.bottom, width / 2, plan.bottom + height)
         wall = [Obstacle("front wall", rect, top)]

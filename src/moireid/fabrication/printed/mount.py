@@ -1,6 +1,6 @@
 """The printed mount as STEP, STL and 3MF files that are each read back and checked.
 
-It is the tray and what carries it, or the snap-in holder.
+The mount is the tray with lanyard, clip or stand, or the snap-in holder.
 
 Convention: the frame of `sight`, its origin on the tray's floor.  The files hold the bodies as they lie on the bed:
 the tray on its back, clip or stand to the right of it.
@@ -43,7 +43,7 @@ class Body:
     """One printed body: its solid as it lies on the bed, its expected measures, and the move to its place in use."""
 
     name: str
-    laid: Any
+    on_bed: Any
     used: Any
     expected: ExpectedSolid
 
@@ -53,10 +53,10 @@ class MountReport:
     """The files that were written and checked, and what the part will be.
 
     mass_g: of solid PLA; size_mm: of all bodies on the bed; figures: of a tray twist_deg, the most that page and lens
-    may be turned against each other when both stand on their register edges, and press_mm, how far the springs are
+    may be turned against each other when both touch their register edges, and press_mm, how far the springs are
     bent, which is more than none, so that no air is left between page and lens; of a snap-in holder strain, the most
-    of a catch, bite_mm, how much it holds at least of a badge that lies to the other side, and hold_n, the force that
-    pushes a badge out, N.
+    of a catch, bite_mm, how much it holds at least of a badge that is pushed to the other side, and hold_n, the force
+    that pushes a badge out, N.
     """
 
     step: Path
@@ -72,7 +72,7 @@ class MountReport:
 
 def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
     """The lanyard mount of a badge as a build123d Part.  Raises: as `mount_bodies`."""
-    return mount_bodies(badge, "lanyard", process)[0].laid
+    return mount_bodies(badge, "lanyard", process)[0].on_bed
 
 
 def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan | SnapPlan, HolderBody | None]:
@@ -144,7 +144,9 @@ def write_mount(
     bodies = mount_bodies(badge, kind, process)
     plan, _ = plan_mount(badge, kind, process)
     expected = _together([body.expected for body in bodies])
-    whole = bodies[0].laid if len(bodies) == 1 else cad_package("build123d").Compound([body.laid for body in bodies])
+    whole = (
+        bodies[0].on_bed if len(bodies) == 1 else cad_package("build123d").Compound([body.on_bed for body in bodies])
+    )
     with whole_file(step) as new_step, whole_file(stl) as new_stl, whole_file(three_mf) as new_3mf:
         export_step(whole, new_step)
         export_stl(whole, new_stl, tolerance_mm=tolerance_mm)
@@ -169,11 +171,11 @@ def write_mount(
         expected.volume_mm3 * PLA_G_PER_MM3,
         triangles,
         bodies,
-        _told(plan, process),
+        _report_figures(plan, process),
     )
 
 
-def _told(plan: TrayPlan | SnapPlan, process: MountProcess) -> dict[str, float]:
+def _report_figures(plan: TrayPlan | SnapPlan, process: MountProcess) -> dict[str, float]:
     """Figures of a mount by name: `MountReport`."""
     if isinstance(plan, SnapPlan):
         hold_n = plan.hold_n(process.back_mm)
@@ -238,7 +240,7 @@ def _check_bodies(bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, p
     levels = [-process.back_mm / 2, plan.side_top - 0.1, plan.rim_top - 0.1]
     levels.append(plan.rim_top + (process.lip_mm - plan.chamfer) / 2)
     check_walls(tray, levels, LEAST_WALL_MM, "tray")
-    # The springs' pads are bent back in use by as much as they stand in the way, so they are cut off here.
+    # In use, card and sheet bend the springs' pads back, so the pads are cut off here.
     free = tray
     for x0, y0, x1, y1 in plan.pad_rects():
         free -= _cuboid((x0, y0, x1, y1), 0.0, process.depth_clearance_mm + process.preload_mm + 0.01)

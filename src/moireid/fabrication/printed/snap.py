@@ -8,7 +8,7 @@ through the hole in the back pushes the badge out again.
 Strain of a catch: `1.5 t y / L^2`, of a straight cantilever that is bent at its end (t its thickness, y how far, L its
 length); the force there is `E b t^3 y / (4 L^3)` (b its depth, E the modulus).  A nose of 45 degrees and a friction mu
 make of it `(1 + mu) / (1 - mu)` times as much along the badge's way.  Source: Bayer, Snap-Fit Joints for Plastics, part
-B; BASF, Snap-Fit Design Manual, part III.  What its root gives is left out there, so true strain is less.
+B; BASF, Snap-Fit Design Manual, part III.  How far its root bends is left out there, so true strain is less.
 
 Convention: the frame of `sight`, its origin on the holder's floor.
 """
@@ -30,22 +30,21 @@ from moireid.fabrication.solids import cad_package
 #: A catch: its thickness (four lines of a 0.4 mm nozzle), from its root to its nose's middle, its nose's length, and
 #: the nose's upright face.
 CATCH_MM, REACH_MM, NOSE_MM, LAND_MM = 1.6, 18.0, 4.0, 0.3
-#: Slits that free it are two lines wide; the wall beside it stands out by a line.
+#: Slits that free it are two lines wide; the wall next to it is a line farther out.
 SLIT_MM, PROUD_MM = 0.8, 0.4
-#: The rim stands so much above the sheet.
+#: Height of the rim above the sheet.
 RIM_MM = 0.3
 #: One catch for so much of the sheet's edge, which leaves 3 mm of whole wall between two; at most so many on a side.
 EDGE_A_CATCH_MM, MOST_CATCHES = 24.0, 4
-#: Strain at yield of the weakest plastic in question, PLA printed along its lines: assumed, as a seller's table of
-#: figures has it, and measured by nobody here; PETG bears more.  Of it an amorphous plastic bears 70 %, and 60 % of
-#: that where it is bent again and again.  Source of both shares: Bayer, Snap-Fit Joints for Plastics, as others quote
-#: it.
+#: Strain at yield of the weakest plastic in question, PLA printed along its lines: assumed from a seller's table, not
+#: measured in this project; PETG bears more.  Of it an amorphous plastic bears 70 %, and 60 % of that where it is bent
+#: again and again.  Source of both shares: Bayer, Snap-Fit Joints for Plastics, as others quote it.
 YIELD_STRAIN = 0.015
 MOST_STRAIN = 0.6 * 0.7 * YIELD_STRAIN
-#: What a catch must hold of a badge that lies to the other side, mm.
+#: What a catch must hold of a badge that is pushed to the other side, mm.
 LEAST_BITE_MM = 0.3
 #: Modulus of printed PETG, which is the softer of both, N/mm^2, and friction on the nose: both assumed, and on the low
-#: side, so that a holder holds no worse than told.
+#: side, so that a real holder holds at least as well as reported.
 MODULUS_N_MM2, FRICTION = 1500.0, 0.2
 #: The thumb's hole: its diameter, and its middle's distance from the right edge, mm, or less on a narrow badge.
 HOLE_MM, HOLE_IN_MM = 16.0, 16.0
@@ -191,7 +190,7 @@ def shape_snap(b3d: Any, plan: SnapPlan, process: MountProcess) -> Any:
     for reach_y, radius in ((-y, 1.5 * wall), (y, wall / 2), (plan.tab_top, 2 * wall)):
         face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius)
     body = b3d.extrude(face, plan.rim_top + back).moved(b3d.Location((0, 0, -back)))
-    # A chamfer round the bed side keeps the first, squashed layer of a print from standing out.
+    # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out.
     body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, back / 4, wall / 4))
     pocket_x, pocket_y, high = plan.inner_x, plan.half_mm[1] + plan.clearance_mm, plan.rim_top + 1.0
     gone = [block(b3d, (-pocket_x, -pocket_y, pocket_x, pocket_y), 0.0, high)]
@@ -259,7 +258,7 @@ def check_snap(body: Any, plan: SnapPlan, process: MountProcess) -> None:
     faults = {
         "has no room for a badge": overlap_mm3(stack(grown, 0.0, 0.0), body) > TOUCH_MM3,
         "lets a badge fall out": any(
-            # Each nose by itself must hold a badge that lies to the other side: one that is held on a side tips out.
+            # Each nose alone must hold a badge that is pushed to the other side: one held on one side only tips out.
             overlap_mm3(lifted.translate((-math.copysign(grown, rect[0]), 0, 0)), body ^ nose_box(rect)) < TOUCH_MM3
             for rect in plan.nose_rects()
         ),
@@ -284,7 +283,7 @@ def hole_mm(plan: SnapPlan) -> float:
 
 
 def _obstacles(plan: SnapPlan) -> list[Obstacle]:
-    """The parts of the holder that stand beside the badge: rim, noses, and their tips, which are lower."""
+    """The parts of the holder next to the badge: rim, noses, and their tips, which are lower."""
     (x, y), (pocket_x, pocket_y) = plan.out_mm, (plan.inner_x, plan.half_mm[1] + plan.clearance_mm)
     sides = [(pocket_x, -y, x, y), (-x, -y, -pocket_x, y), (-x, pocket_y, x, y), (-x, -y, x, -pocket_y)]
     found = [Obstacle("rim", side, plan.rim_top) for side in sides]

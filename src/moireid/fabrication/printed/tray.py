@@ -6,13 +6,13 @@ the lips' lower ends.  Lips over the left and right edge hold the sheet from the
 tongues in the back plate press the board against the sheet.  They press nowhere else, because a force in the middle
 would bend the sheet.
 
-The tray prints lying on its back, and needs no supports: a flat lip would be laid into the air and sag into the slot.
-So lips and feet are level only over the clearance beside the board, which is less than a printed line, and from the
+The tray prints lying on its back, and needs no supports: a flat lip would be printed in mid-air and sag into the slot.
+So lips and feet are level only over the clearance next to the board, which is less than a printed line, and from the
 board's edge to their tips they rise by 45 degrees.  They touch the sheet at its very edge, and a sheet that was cut too
-narrow comes up by half of what it lacks.  The springs give so much more.
+narrow rises by half of the width that is missing.  The springs make up for that.
 
-With a thick sheet, the rim is high only below the lips.  Beside the markers it would hide them, and there it only has
-to hold the board.  The lips end as far from the markers as the camera's view needs.
+With a thick sheet, the rim is high only below the lips.  Next to the markers a high rim would hide them, and there it
+only has to hold the board.  The lips end as far from the markers as the camera's view needs.
 
 Convention: the frame of `sight`, its origin on the tray's floor, so the plate behind the board has negative z.
 """
@@ -40,9 +40,10 @@ PAD_MM, PAD_REACH_MM = 3.0, 2.0
 LEAST_REACH_MM, REACH_STEP_MM = 0.7, 0.1
 #: A level step below a lip or a foot is at most this wide, less than a printed line.
 LEVEL_MM = 0.4
-#: Beside the board alone the rim stands this far above it; a step in the rim lower than the second is left out.
+#: Where the rim holds the board alone, it is this much higher than it; a step in the rim lower than the second figure
+#: is left out.
 SIDE_MM, LEAST_STEP_MM = 1.5, 0.5
-#: The lips are shortened beside the markers in steps of this.
+#: The lips are shortened near the markers in steps of this.
 LIP_STEP_MM = 0.5
 #: A lanyard's strap is at least this wide.
 LEAST_SLOT_MM = 10.0
@@ -55,7 +56,7 @@ class TrayPlan:
 
     half_mm: half the board's width and height; out_x and bottom: outer faces of the rim; tab_top: of the tab, or of
     the tray where it has none; z figures: card_top, sheet_top, side_top (of rim and feet where there is no lip),
-    rim_top (beside the lips; the height of their lower faces at the board's edge), lip_top; reach_mm: of the lips over
+    rim_top (at the lips; the height of their lower faces at the board's edge), lip_top; reach_mm: of the lips over
     the board; chamfer: of their upper edges; spans: (low, high) rows in y of each sheet, from bottom to top; lips: rows
     that lips hold of them; slot_mm: a lanyard's slot, width and height; slots: the x of each one's middle, none without
     a tab.
@@ -79,7 +80,7 @@ class TrayPlan:
 
     @property
     def tab(self) -> bool:
-        """Whether a tab with slots stands above the tray."""
+        """Whether the tray has a tab with slots above it."""
         return bool(self.slots)
 
     def tabs(self, wall_mm: float) -> tuple[tuple[float, float], ...]:
@@ -102,7 +103,7 @@ class TrayPlan:
         return _both_sides([(inner, low, self.out_x, high) for low, (_, high) in zip(lows, self.lips, strict=True)])
 
     def foot_rects(self, process: MountProcess) -> list[Rect]:
-        """The two feet that the sheet stands on."""
+        """The two feet that the sheet rests on."""
         low = self.spans[0][0] - process.clearance_mm - process.wall_mm
         return _both_sides([(self.half_mm[0] - self.reach_mm, low, self.out_x, low + process.wall_mm)])
 
@@ -127,7 +128,7 @@ class TrayPlan:
 def plan_tray(badge: Badge, process: MountProcess, *, slots: int = 2) -> TrayPlan:
     """The figures of a badge's tray, checked.
 
-    Parameters: slots: how many lanyard slots are wished for, 0 for no tab; a narrow board gets one of two.
+    Parameters: slots: wished number of lanyard slots, 0 for no tab; a narrow board gets one instead of two.
 
     Raises: FabricationError where a lip or the rim would hide fringes or markers, the board is too small for tab or
         springs, or the register edges are too short to keep page and lens parallel.
@@ -173,9 +174,9 @@ def plan_tray(badge: Badge, process: MountProcess, *, slots: int = 2) -> TrayPla
 
 
 def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
-    """The plan with its lips drawn back from the fringes, and shortened beside the markers, as far as a camera needs.
+    """The plan with its lips drawn back from the fringes, and shortened near the markers, as far as a camera needs.
 
-    Raises: FabricationError where something still stands in the view, or the shortened lips have no room for a spring.
+    Raises: FabricationError where something still hides a target, or the shortened lips have no room for a spring.
     """
     _check_springs(plan)
     while True:
@@ -202,7 +203,7 @@ def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
 
 
 def _obstacles(plan: TrayPlan, process: MountProcess) -> list[Obstacle]:
-    """The parts of the tray that stand beside the badge."""
+    """The parts of the tray next to the badge."""
     obstacles = [Obstacle("rim", rect, plan.side_top) for rect in _rim_rects(plan, process)]
     obstacles += [Obstacle("foot", rect, plan.side_top) for rect in plan.foot_rects(process)]
     for x0, y0, x1, y1 in plan.lip_rects(process):
@@ -214,7 +215,7 @@ def _obstacles(plan: TrayPlan, process: MountProcess) -> list[Obstacle]:
 
 
 def seated_twist_deg(plan: TrayPlan, process: MountProcess) -> float:
-    """Twist of page against lens when both stand on their register edges, the print's errors adding up, degrees."""
+    """Twist of page against lens when both touch their register edges, the print's errors adding up, degrees."""
     return math.degrees(math.atan2(2 * process.seat_mm, 2 * plan.half_mm[0] - plan.reach_mm))
 
 
@@ -267,11 +268,11 @@ def tabs_of(slots: tuple[float, ...], slot_mm: float, wall_mm: float) -> tuple[t
 def _slot_mm(width: float, process: MountProcess, slots: int) -> tuple[float, float]:
     """A lanyard's slot: of the wished width, or narrower where the board has less room.
 
-    The tab's feet, and the fillets beside them, must stand on the tray's upper edge.
+    The tab's feet and their fillets must have room on the tray's upper edge.
     Raises: FabricationError where the board is too narrow for any strap.
     """
-    beside_mm = 10 * process.wall_mm - 2 * (process.clearance_mm + process.wall_mm)
-    least_mm = LEAST_SLOT_MM + beside_mm
+    margins_mm = 10 * process.wall_mm - 2 * (process.clearance_mm + process.wall_mm)
+    least_mm = LEAST_SLOT_MM + margins_mm
     if width < least_mm - 1e-6:
         raise FabricationError(
             f"a board {width:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more "
@@ -279,8 +280,8 @@ def _slot_mm(width: float, process: MountProcess, slots: int) -> tuple[float, fl
             least_mm=least_mm,
         )
     # Two slots share the room, with two walls between them, where both can be wide enough for a strap.
-    half_mm = (width - beside_mm - 2 * process.wall_mm) / 2
-    most_mm = half_mm if slots == 2 and half_mm >= LEAST_SLOT_MM else width - beside_mm
+    half_mm = (width - margins_mm - 2 * process.wall_mm) / 2
+    most_mm = half_mm if slots == 2 and half_mm >= LEAST_SLOT_MM else width - margins_mm
     return (min(process.slot_mm[0], most_mm), process.slot_mm[1])
 
 
@@ -336,7 +337,7 @@ def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     half_y, wall = plan.half_mm[1], process.wall_mm
     outline = _outline(b3d, plan, process)
     body = b3d.extrude(outline, plan.side_top + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
-    # A chamfer round the bed side keeps the first, squashed layer of a print from standing out; it must be smaller than
+    # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out; it must be smaller than
     # the corners' radii, of which the least is half a wall.
     body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, process.back_mm / 4, wall / 4))
     inner = plan.out_x - wall
@@ -367,7 +368,7 @@ def tab_corners(plan: TrayPlan, wall_mm: float) -> list[Point]:
 
 
 def tab_outline(tabs: tuple[tuple[float, float], ...], low: float, high: float, wall_mm: float) -> list[Point]:
-    """Corners of tabs that stand on an edge, from right to left."""
+    """Corners of tabs that rise from an edge, from right to left."""
     foot = 2 * wall_mm
     return [
         corner for x0, x1 in reversed(tabs) for corner in ((x1 + foot, low), (x1, high), (x0, high), (x0 - foot, low))
@@ -375,7 +376,7 @@ def tab_outline(tabs: tuple[tuple[float, float], ...], low: float, high: float, 
 
 
 def _underside(plan: TrayPlan, process: MountProcess, level: float, reach: float) -> list[Point]:
-    """The lower face of a lip or foot, from the rim to its tip (x to the right, z), at `level` beside the board."""
+    """The lower face of a lip or foot, from the rim to its tip (x to the right, z), at `level` next to the board."""
     rim, step = plan.out_x - process.wall_mm, min(process.clearance_mm, LEVEL_MM)
     low = level - (process.clearance_mm - step)
     return [(plan.out_x, low), (rim, low), (rim - step, low), (plan.half_mm[0] - reach, level + reach)]

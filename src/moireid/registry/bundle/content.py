@@ -2,12 +2,12 @@
 
 people    name and its skeletons (`look_alikes`), the line below it, sealed identity, layout, measured figures, and what
           bars the badge
-layouts   a specimen of each layout: a badge of nobody
+layouts   a specimen of each layout: a badge without a person
 about     the checkpoint; the hashes of all log entries, 32 bytes each
 rotations the log entries, as JSON, that gave the log another key
 
 What is not in it: identities in the clear, printed lines, times of issue, and whose each log entry is.  The measured
-figures are: whoever has a film of a badge could measure them too, and without them a verifier knows no copy.
+figures are in it: they can be measured from a film of the badge, too, and without them a verifier cannot detect a copy.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ CREATE INDEX people_by_folded ON people (folded);
 """
 #: Skeleton and folded skeleton of a name.
 Looks = tuple[str, str]
-#: Columns that bundles of before do not have.
+#: Columns that older bundles do not have.
 _LATER = ("suspended_at", "suspended_reason", "expires", "compromised_since", "line")
 _COLUMNS = ", ".join(("name", "salt", "seal", "layout", "as_built", "revoked_at", "revoked_reason", *_LATER))
 
@@ -77,7 +77,7 @@ class BundlePerson:
 
 
 def without_id(as_built: str | None) -> str | None:
-    """Measured figures as a bundle holds them: the identity that stands among them is taken out."""
+    """Measured figures as a bundle holds them: without the identity that they contain."""
     return None if as_built is None else canonical_json(json.loads(as_built) | {"badge_id": ""})
 
 
@@ -88,10 +88,10 @@ def made_content(
     layouts: Iterable[str],
     people: Iterable[tuple[BundlePerson, Looks]],
 ) -> bytes:
-    """The content; layouts: badges as JSON in the order of their numbers; people: each with the looks of the name."""
+    """The content; layouts: badges as JSON in the order of their numbers; people: each with the name's skeletons."""
     with tempfile.TemporaryDirectory(prefix="moireid-bundle-") as folder:
         path = Path(folder) / "content.sqlite3"
-        # Whole in a folder of its own, and small pages: nobody else reads it, and a power cut leaves nothing behind.
+        # No journal is needed: no other process reads this folder, and after a power cut it is not used any more.
         with closing(sqlite3.connect(path)) as database:
             database.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;" + _TABLES)
             with database:
@@ -108,7 +108,7 @@ def made_content(
 
 
 class BundleContent:
-    """A content whose signature was checked, read in memory: nobody can change it between check and use."""
+    """A content whose signature was checked, kept in memory: no one can change it between check and use."""
 
     def __init__(self, content: bytes) -> None:
         """Raises: sqlite3.Error where it is no database."""
@@ -116,8 +116,8 @@ class BundleContent:
         self._database.deserialize(content)
         self._database.execute("PRAGMA query_only = ON")
         self._database.execute("PRAGMA trusted_schema = OFF")
-        # Bundles of before lack columns: case and width are not looked through in them, and
-        # nobody in them is suspended.
+        # Older bundles lack columns: names that differ only in case or width are not found in them, and no one in them
+        # is suspended.
         columns = {row[1] for row in self._database.execute("PRAGMA table_info(people)")}
         self._folds = "folded" in columns
         known = [name if name in columns else f"NULL AS {name}" for name in _COLUMNS.split(", ")]
@@ -132,7 +132,7 @@ class BundleContent:
         return self._people("name = ?", name)
 
     def alike(self, looks: Looks) -> list[BundlePerson]:
-        """All whose names look so, or so in lower case and plain width."""
+        """All people whose names have one of these skeletons."""
         skeleton, folded = looks
         found = self._people("skeleton = ?", skeleton)
         if self._folds:
@@ -157,7 +157,7 @@ class BundleContent:
         return [str(found) for (found,) in self._database.execute("SELECT badge FROM layouts ORDER BY number")]
 
     def hash_at(self, seq: int) -> str | None:
-        """The hash of a log entry; None where there is no such entry."""
+        """The hash of a log entry; None if there is no such entry."""
         (found,) = self._database.execute("SELECT substr(entries, ?, 32) FROM about", (32 * seq - 31,)).fetchone()
         return found.hex() if seq > 0 and len(found) == 32 else None
 
@@ -168,7 +168,7 @@ class BundleContent:
     def rotations(self) -> list[dict[str, Any]]:
         """The log entries that gave the log another key, in order; none in a bundle of an early version.
 
-        Raises: ValueError where one is no entry.
+        Raises: ValueError if one is no entry.
         """
         tables = self._database.execute("SELECT 1 FROM sqlite_master WHERE name = 'rotations'").fetchone()
         rows = self._database.execute("SELECT entry FROM rotations ORDER BY rowid") if tables else ()

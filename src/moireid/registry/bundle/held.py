@@ -1,8 +1,8 @@
-"""A bundle that somebody fetched: its checks, and the badge that a claim means.
+"""A bundle that the user fetched: its checks, and the badge that a claim means.
 
 1. Its signature, over every byte.
 2. Its authority: the trusted one, or the one seen in this file before.
-3. Its expiry, and its head: not before what was seen of that authority.
+3. Its expiry, and its head: not older than the last one seen of that authority.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from moireid.registry.log import Head, Rotation, linked, rotation_of
 from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
 from moireid.registry.record import Fault
 
-#: So many people of names that look alike are named.
+#: At most this many people whose names look alike are named.
 MOST_ALIKE = 3
-#: Among so many people the holder of a badge that was read is looked up: 2 s of one processor at 0.4 ms a seal.
+#: Up to this many people the holder of a badge that was read is looked up: 2 s of one processor at 0.4 ms a seal.
 MOST_SEALS = 5000
 #: An identity in hex digits, as a claim.
 _ID = re.compile(r"[0-9a-f]{6}|[0-9a-f]{16}|[0-9a-f]{32}")
@@ -55,7 +55,7 @@ class BundlePeople:
         self._known: dict[str, BadgeHolder | None] = {}
 
     def holder(self, badge_id: str) -> BadgeHolder | None:
-        """Who holds an id, revoked or not; None where nobody does."""
+        """The holder of an id, revoked or not; None if no one holds it."""
         if badge_id not in self._known:
             self._known[badge_id] = self._bundle.holder_of(badge_id)
         return self._known[badge_id]
@@ -66,7 +66,7 @@ class BundlePeople:
         return found is not None and found.barred is None
 
     def alike(self, parts: Mapping[int, str]) -> list[str]:
-        """None: a reading of which a part is wrong opens no seal."""
+        """Always empty: an id of which only a part was read correctly opens no seal."""
         return []
 
 
@@ -90,9 +90,9 @@ class Bundle:
     Raises
     ------
     RegistryError
-        Where it is no bundle, was changed, has expired, is another authority's, or is older than what was seen.
+        If it is no bundle, was changed, has expired, is another authority's, or is older than one that was seen.
     SpecError
-        Where `trust` is no fingerprint.
+        If `trust` is no fingerprint.
     """
 
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
@@ -142,13 +142,13 @@ class Bundle:
 
         Returns
         -------
-        Claimed
+        ClaimedBadge
             A specimen of its layout with the person's name, the seal of its identity, and why it does not count.
 
         Raises
         ------
         RegistryError
-            Where it means nobody, or several people.
+            If it means no one, or several people.
         """
         name = claim_text(claim)
         found = self._content.named(name)
@@ -169,8 +169,8 @@ class Bundle:
                 else ""
             )
             raise RegistryError(
-                f"nobody named {name[:80]!r} is in bundle {self.path} of {self.standing.head.split(':')[0]} log "
-                f"entries, and nobody there has such an id; fetch a newer one, or look at the spelling{more}",
+                f"no one named {name[:80]!r} is in bundle {self.path} of {self.standing.head.split(':')[0]} log "
+                f"entries, and no one there has such an id; fetch a newer one, or look at the spelling{more}",
                 claim=claim,
                 ids=[],
                 alike=alike,
@@ -178,7 +178,7 @@ class Bundle:
         return self._chosen(name, found[0])
 
     def _chosen(self, claim: str, person: BundlePerson) -> ClaimedBadge:
-        """The one who is meant.  Raises: RegistryError where a line chose, and a namesake's looks like it."""
+        """The badge of a person.  Raises: RegistryError if the line chose them, and a namesake's line looks like it."""
         found = self._of(person)
         if claim == person.name or _ID.fullmatch(claim.lower()):
             return found
@@ -193,17 +193,17 @@ class Bundle:
         return replace(found, provenance=replace(found.provenance, line=person.line, others=len(others)))
 
     def holder_of(self, badge_id: object) -> BadgeHolder | None:
-        """Tell who holds the badge that was read in a film, by trying its identity on every seal.
+        """Look up the holder of a badge that was read in a film, by trying its identity on every seal.
 
         Parameters
         ----------
         badge_id : object
-            Hex digits, or whatever a process that reads strangers' films gives in their place.
+            Hex digits, or any other value that the process which reads untrusted films returns instead.
 
         Returns
         -------
-        Holder or None
-            None where it is no identity, or nobody in the bundle holds such a badge.
+        BadgeHolder or None
+            None if it is no identity, or no one in the bundle holds such a badge.
         """
         for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
             return BadgeHolder(person.name, person.barred)
@@ -212,7 +212,7 @@ class Bundle:
     def _turned(self, authority: Authority) -> list[Rotation]:
         """The changes of the authority's key, as far as they are proven here.
 
-        Raises: RegistryError where such an entry does not hold, or is not in this bundle's log.
+        Raises: RegistryError if such an entry is not valid, or is not in this bundle's log.
         """
         try:
             turned = linked([rotation_of(entry) for entry in self._content.rotations()], authority)
@@ -225,7 +225,7 @@ class Bundle:
         return turned
 
     def layouts(self) -> list[Badge]:
-        """Give a badge of nobody for each layout: all that a reader needs to read any badge of the bundle.
+        """List a badge without a person for each layout, which is enough to read any badge of the bundle.
 
         Returns
         -------

@@ -1,7 +1,7 @@
-"""The bundle's file: one line with its kind, a signed note (`checkpoints/note.py`), and the content.
+"""The bundle's file: one line with its kind, a signed note (`checkpoints/checkpoint.py`), and the content.
 
-The note names the content's SHA-256, so whoever has checked the note and that digest has checked every byte; and it
-names the public key, which counts only where its fingerprint is the trusted one.
+The note contains the content's SHA-256, so a check of the note and of that digest covers every byte; and it contains
+the public key, which counts only if its fingerprint is the trusted one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from moireid.registry.checkpoints.checkpoint import opened, parted, signed_note
 from moireid.registry.keys import Authority, Signs
 from moireid.registry.log import Head
 
-#: Origins of notes by the bundle's version.  The second is of bundles in which somebody is suspended or has a day of
+#: Origins of notes by the bundle's version.  The second is for bundles in which a badge is suspended or has a day of
 #: expiry: programs that know neither refuse it, as they would take such a badge for valid.
 ORIGINS = {1: "moireid/bundle/", 2: "moireid/bundle2/"}
 STATES = 2
@@ -54,7 +54,7 @@ class Header:
 def opened_parcel(path: Path) -> tuple[Header, Authority, bytes]:
     """The header, its authority and the content of a bundle, every byte checked against the signature.
 
-    Raises: RegistryError where the file cannot be read, is none, or was changed.
+    Raises: RegistryError if the file cannot be read, is none, or was changed.
     """
     try:
         whole = path.read_bytes()
@@ -95,7 +95,7 @@ def check_expiry(header: Header, path: Path) -> None:
 
 
 def _header(note: str, version: int) -> tuple[Header, Authority]:
-    """Header and authority of a note that bears that authority's signature.  Raises: ValueError where it does not."""
+    """Header and authority of a note that bears that authority's signature.  Raises: ValueError if it does not."""
     text, _ = parted(note)
     origin, *lines = text[:-1].split("\n")
     values = [line.removeprefix(f"{name} ") for name, line in zip(_LINES, lines, strict=True)]

@@ -1,4 +1,4 @@
-"""From a registry to a bundle: one state of it, each record checked on its way out, the identities sealed."""
+"""Write a registry's bundle: a snapshot of it, with each record checked and each identity sealed."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def publish(
 ) -> PublishResult:
     """What `Registry.publish` does."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
-    # First the key: only where it lies, this authority is surely the right one here.
+    # First the key: only a machine that has it can be sure that this authority is the right one.
     signer = ledger.signer()
     standing_of(ledger, ledger.authority.fingerprint)
     with ledger.snapshot() as connection:
@@ -91,7 +91,7 @@ def _records(
             numbers[record.layout_key] = len(layouts)
             layouts.append(specimen(record.badge).to_json())
         found.append((record.id, _bare(record, numbers[record.layout_key])))
-    # By name, as the order of identities would tell something of them; and a name tells nothing that is not there.
+    # By name: the order of identities would reveal something about them, and the names are in the bundle anyway.
     return sorted(found, key=lambda pair: (pair[1].name, secrets.token_bytes(8))), layouts
 
 

@@ -1,16 +1,14 @@
-"""A checkpoint: the size of a registry's log and the root of the tree over it, signed, in a form that all logs share.
+"""Signed notes and checkpoints, in the formats that transparency logs share.
 
-The leaf of an entry is the entry's hash, which its chain and signature cover already (`registry/log.py`): so a
-checkpoint speaks of every letter of every entry up to it, and gives away none.
+A signed note is a text, an empty line, and lines of signatures.  A checkpoint is a note with the size of a registry's
+log and the root of the tree over it.  The leaf of an entry is the entry's hash, which its chain and signature cover
+already (`registry/log.py`): so a checkpoint covers every letter of every entry up to it, and reveals none.
 
-Convention: the lines are origin, size, root in base64, and the date as an extension line, which C2SP allows.
-Source: C2SP tlog-checkpoint, https://c2sp.org/tlog-checkpoint; tree of RFC 6962.
-
-Signed notes, as transparency logs write them: text, an empty line, and lines of signatures.
-
-Convention: the signature is Ed25519's over the text alone.  A text begins with its origin, `moireid/...`, and no other
-thing that an authority signs begins so; so none can be taken for another (`keys.py`).
-Source: C2SP signed-note v1.0.0, https://c2sp.org/signed-note.
+Convention: the signature is Ed25519's over the text alone.  A text begins with its origin, `moireid/...`, and nothing
+else that an authority signs begins so; so none can be taken for another (`keys.py`).  The lines of a checkpoint are
+origin, size, root in base64, and the date as an extension line, which C2SP allows.
+Source: C2SP signed-note v1.0.0, https://c2sp.org/signed-note; C2SP tlog-checkpoint, https://c2sp.org/tlog-checkpoint;
+tree of RFC 6962.
 """
 
 from __future__ import annotations
@@ -41,7 +39,7 @@ MOST_SIGNATURES = 64
 
 
 def key_id(name: str, public: bytes) -> bytes:
-    """Four bytes that tell one signer's line from another's; no proof of anything."""
+    """Four bytes that distinguish one signer's line from another's; no proof of anything."""
     return hashlib.sha256(name.encode() + b"\n" + ED25519 + public).digest()[:4]
 
 
@@ -53,7 +51,7 @@ def signed_note(text: str, name: str, signer: Signs) -> str:
 
 
 def parted(note: str) -> tuple[str, list[str]]:
-    """Text and signature lines of a note, not checked.  Raises: ValueError where it is none."""
+    """Text and signature lines of a note, not checked.  Raises: ValueError if it is none."""
     text, gap, lines = note.rpartition("\n\n")
     if not gap or not lines.startswith(DASH) or not lines.endswith("\n"):
         raise ValueError("it is no signed note")
@@ -65,7 +63,7 @@ def parted(note: str) -> tuple[str, list[str]]:
 def opened(note: str, name: str, authority: Authority) -> str:
     """The text of a note that the authority signed under this name; the lines of other signers are passed over.
 
-    Raises: ValueError where it is no note, or does not bear that signature.
+    Raises: ValueError if it is no note, or does not bear that signature.
     """
     text, lines = parted(note)
     own = key_id(name, bytes.fromhex(authority.public_hex))
@@ -87,7 +85,7 @@ ORIGIN = "moireid/registry/"
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A log's state as somebody keeps it.
+    """A log's state, as others can keep it.
 
     Attributes
     ----------
@@ -122,7 +120,7 @@ class Checkpoint:
         Raises
         ------
         RegistryError
-            Where it is not the authority's.
+            If it is not the authority's.
         """
         try:
             opened(self.note, ORIGIN + authority.fingerprint, authority)
@@ -133,7 +131,7 @@ class Checkpoint:
 
 
 def checkpoint_from(note: str, source: str) -> Checkpoint:
-    """The checkpoint that a note writes; its signature is not checked.  Raises: RegistryError where it writes none."""
+    """The checkpoint in a note; its signature is not checked.  Raises: RegistryError if the note is no checkpoint."""
     try:
         text, _ = parted(note)
         origin, size, root, *more = text[:-1].split("\n")
@@ -159,15 +157,15 @@ def sign_checkpoint(tree: Tree, signer: Signs) -> Checkpoint:
 
 
 def leaf_of(entry_hash: str) -> bytes:
-    """The leaf of a log entry, from its hash in hex digits.  Raises: ValueError where that is none."""
+    """The leaf of a log entry, from its hash in hex digits.  Raises: ValueError if that is none."""
     return leaf_hash(bytes.fromhex(entry_hash))
 
 
 def entry_hashes(ledger: Ledger, connection: Connection) -> list[bytes]:
     """The hashes of all entries in order, as a snapshot has them.
 
-    What is signed over them says that the log is whole, so each entry is held against its hash up to the signed head.
-    Raises: RegistryError where one was changed or taken out, whatever it is about.
+    A signature over them states that the log is whole, so each entry up to the signed head is checked against its hash.
+    Raises: RegistryError if any entry was changed or taken out.
     """
     head, last, found = ledger.head_in(connection), Head(0, GENESIS), []
     try:

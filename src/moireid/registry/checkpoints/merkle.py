@@ -2,7 +2,7 @@
 
 Convention: the byte 0 is hashed before a leaf's content, and the byte 1 before two nodes, so that no leaf can be taken
 for a node.  Places count from 0.  Hashes of leaves (`leaf_hash`) are handed over, not their contents.
-The package that is kept for this, pymerkle, is under the GPL, which this project's licence does not allow.
+The maintained package for this, pymerkle, is under the GPL, which this project's licence does not allow.
 Source: RFC 6962, sections 2.1.1 and 2.1.2; the checks of proofs are those of RFC 9162, sections 2.1.3.2 and 2.1.4.2.
 """
 
@@ -58,7 +58,7 @@ def root_of(leaves: Sequence[bytes]) -> bytes:
 
 
 def inclusion_proof(leaves: Sequence[bytes], place: int) -> list[bytes]:
-    """The hashes that lead from the leaf at `place` to the root.  Raises: IndexError where there is no such leaf."""
+    """The hashes that lead from the leaf at `place` to the root.  Raises: IndexError if there is no such leaf."""
     if not 0 <= place < len(leaves):
         raise IndexError(f"there is no leaf {place} among {len(leaves)}")
     if len(leaves) == 1:
@@ -70,14 +70,14 @@ def inclusion_proof(leaves: Sequence[bytes], place: int) -> list[bytes]:
 
 
 def consistency_proof(leaves: Sequence[bytes], size: int) -> list[bytes]:
-    """The hashes that show that the first `size` leaves were kept.  Raises: IndexError where there are not so many."""
+    """The hashes that show that the first `size` leaves were kept.  Raises: IndexError if there are not so many."""
     if not 0 < size <= len(leaves):
         raise IndexError(f"there are no first {size} among {len(leaves)} leaves")
     return _subproof(leaves, size, whole=True)
 
 
 def included(leaf: bytes, place: int, size: int, proof: Sequence[bytes], root: bytes) -> bool:
-    """Whether the leaf of this hash stands at `place` in the tree of `size` leaves that has this root."""
+    """Whether the leaf of this hash is at `place` in the tree of `size` leaves that has this root."""
     if not 0 <= place < size:
         return False
     at, last, found = place, size - 1, leaf

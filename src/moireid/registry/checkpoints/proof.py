@@ -1,7 +1,7 @@
-"""A proof that a badge's newest record stands in the log that a checkpoint signs, for somebody without the registry.
+"""A proof that a badge's newest record is in the log that a checkpoint signs, for a person without the registry.
 
 It holds the checkpoint, the log's entry, the record as it was signed, and the hashes that lead from the entry to the
-checkpoint's root (RFC 6962).  It says that this was entered, and cannot say that nothing came later.
+checkpoint's root (RFC 6962).  It shows that the record was entered, and cannot show that no later entry followed.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class ProofResult:
 def proof_of(ledger: Ledger, record: Record) -> str:
     """The proof of a record under a checkpoint that is signed now, as JSON.
 
-    Raises: RegistryError where the record is not the newest one, or the private key is not here.
+    Raises: RegistryError if the record is not the newest one, or the private key is not on this machine.
     """
     check_newest(ledger, record)
     signer = ledger.signer()
@@ -87,10 +87,10 @@ def proof_of(ledger: Ledger, record: Record) -> str:
 
 
 def check_proof(text: str, source: str) -> ProofResult:
-    """What a proof says, where all of it holds; `source` names it in messages.
+    """What a proof says, if all of it holds; `source` names it in messages.
 
-    Convention: whose authority it is, the caller compares with a fingerprint that was told some other way.
-    Raises: RegistryError where the text is no proof; Fault where it is one, and a part of it was changed.
+    Convention: the caller compares the authority with a fingerprint that was obtained in some other way.
+    Raises: RegistryError if the text is no proof; Fault if it is one, and a part of it was changed.
     """
     try:
         document = json.loads(text, parse_constant=_no_number)
@@ -128,7 +128,7 @@ def check_proof(text: str, source: str) -> ProofResult:
 
 
 def _line(value: object) -> str:
-    """A text on one line, as registries hold it: another one could write lines of its own into what is told of it."""
+    """A text on one line, as registries hold it: a longer one could add false lines to the printed result."""
     if not isinstance(value, str) or not storable(value):
         raise ValueError("a field of it is no line of text")
     return value

@@ -1,16 +1,14 @@
-"""What this user saw last: which authority signs at which place, how far each authority's log had grown, and which key
-each given-up key was followed by.
+"""What this user saw last of each registry, and the check that a record is the newest version in the log.
 
-A small SQLite file in the user's data folder; MOIREID_SEEN names another file.  A head is only ever replaced by a
-later one, in one statement, so that programs that run at once lose nothing.  Places are kept as hashes, because an
-address may name people and servers.  Where the file cannot be written (a read-only home), nothing is remembered, and
-callers say so.
+Remembered are: which authority signs at which place, how far each authority's log had grown, and which key followed
+each replaced key.  They are in a small SQLite file in the user's data folder; MOIREID_SEEN names another file.  A head
+is only ever replaced by a later one, in one statement, so that programs that run at the same time lose nothing.  Places
+are kept as hashes, because an address may name people and servers.  If the file cannot be written (a read-only home),
+nothing is remembered, and callers say so.
 
-Whether a record is the newest version that the log has of it, by the chain up to the signed head.
-
-A reading of a record compares it with its newest entry among those that are there.  Somebody who can write to the
-database could put back a record as it was before its revocation, and take the revocation's entry from the middle of the
-log.  The chain then has a gap; whoever relies on the record walks it.
+`check_newest` is needed because reading a record compares it only with its newest entry among those that are present.
+An attacker who can write to the database could put back a record as it was before its revocation, and remove the
+revocation's entry from the middle of the log.  The chain then has a gap, which the walk up to the signed head finds.
 """
 
 from __future__ import annotations
@@ -59,9 +57,9 @@ def seen_path() -> Path:
 
 
 def authority_at(place: str) -> str | None:
-    """The fingerprint of the authority that was seen at a place; None where none was.
+    """The fingerprint of the authority that was seen at a place; None if none was.
 
-    Raises: RegistryError where what was seen cannot be read.
+    Raises: RegistryError if the file cannot be read.
     """
     row = _row("places", "SELECT fingerprint FROM places WHERE place = ?", _key(place))
     return None if row is None else str(row[0])
@@ -80,7 +78,7 @@ def successor_of(fingerprint: str) -> Successor | None:
 
 
 def remember(place: str, fingerprint: str, head: Head, turned: Sequence[Rotation] = ()) -> bool:
-    """Keep what is seen now; returns whether that was possible.
+    """Remember what is seen now; returns whether that was possible.
 
     Parameters: turned: the changes of the authority's key, proven.
     Convention: the authority of a place is replaced, an authority's head only by a later one.
@@ -103,7 +101,7 @@ def remember(place: str, fingerprint: str, head: Head, turned: Sequence[Rotation
                 (fingerprint, head.seq, head.hash),
             )
             rows = [(old, new.fingerprint, new.seq) for old, new in after.items()]
-            # Of two changes of one key the user has named the true one, so what was seen was the other one's log.
+            # If there are two changes of one key, the user has named the true one; the head seen was of the other log.
             database.executemany(
                 "DELETE FROM heads WHERE EXISTS (SELECT 1 FROM successors AS s WHERE s.fingerprint = heads.fingerprint "
                 "AND s.fingerprint = ? AND s.successor <> ?)",
@@ -117,7 +115,7 @@ def remember(place: str, fingerprint: str, head: Head, turned: Sequence[Rotation
 def forget(fingerprint: str) -> bool:
     """Forget all that was seen of an authority; returns whether something was.
 
-    Raises: RegistryError where the file cannot be read or written.
+    Raises: RegistryError if the file cannot be read or written.
     """
     if last_head(fingerprint) is None and successor_of(fingerprint) is None:
         return False
@@ -149,7 +147,7 @@ def _readable() -> Iterator[None]:
     try:
         yield
     except sqlite3.Error as error:
-        # Passing over it would let whoever damages this file turn back any registry.
+        # If the error were ignored, damage to this file would hide that a registry was put back.
         raise RegistryError(
             f"what was seen of registries before, {seen_path()}, cannot be read ({error}); put that file right, or "
             "remove it to begin anew"
@@ -163,7 +161,7 @@ def _key(place: str) -> str:
 def check_newest(ledger: Ledger, record: Record) -> None:
     """Walk the log from the record's newest entry to its signed head.
 
-    Raises: RegistryError where an entry on the way was changed or taken out, or is about another version of the record.
+    Raises: RegistryError if an entry on the way was changed or taken out, or is about another version of the record.
     Source: each entry's hash holds that of the entry before, and the head is signed; so no signature on the way counts.
     A walk over 100,000 entries takes about a second.
     """
@@ -194,9 +192,9 @@ def _follow(entries: Iterable[Mapping[str, Any]], record: Record, head: Head) ->
 
 
 def followed(entry: Mapping[str, Any], before: Head | None) -> Head:
-    """The log's head after an entry, which must follow from `before`; None: from whatever stands before it.
+    """The log's head after an entry, which must follow from `before`; None: the entry before it is not checked.
 
-    Raises: Fault where it does not, or any of its fields was changed.  Its signature is not looked at.
+    Raises: Fault if it does not, or any of its fields was changed.  Its signature is not checked.
     """
     if before is not None and (entry["seq"], entry["previous"]) != (before.seq + 1, before.hash):
         raise Fault("entry_missing", f"log entry {entry['seq']} does not follow from the one before it")

@@ -1,8 +1,8 @@
-"""Checkpoints as somebody else kept them, and a log held against them entry by entry.
+"""A log compared with checkpoints that others kept, and a registry or bundle compared with what was seen last.
 
-A witness is any second holder of checkpoints: a file, a folder of them, or a web address.
-
-A registry, or a bundle of it, held against what was seen last and against what the user trusts.
+A witness is any second holder of checkpoints: a file, a folder of them, or a web address.  The log is compared with
+its checkpoints entry by entry.  A registry, or a bundle of it, is also compared with the authority that the user
+trusts.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def checkpoints_from(source: str) -> list[Checkpoint]:
     Raises
     ------
     RegistryError
-        Where there is none, or it cannot be read.
+        If there is none, or it cannot be read.
     """
     if source.startswith(("http://", "https://")):
         return [checkpoint_from(_fetched(source), source)]
@@ -58,14 +58,14 @@ def checkpoints_from(source: str) -> list[Checkpoint]:
 
 
 class Watch:
-    """A log that is walked over, held against checkpoints."""
+    """Compares a log with checkpoints, while its entries are read one by one."""
 
     def __init__(
         self, checkpoints: Sequence[Checkpoint], authority: Authority, former: Sequence[Authority] = ()
     ) -> None:
         """Parameters: former: the authority's earlier keys.
 
-        Raises: RegistryError where a checkpoint names this authority and does not bear its signature.
+        Raises: RegistryError if a checkpoint names this authority and does not bear its signature.
         """
         keys = {one.fingerprint: one for one in (*former, authority)}
         self._own = [one for one in checkpoints if one.fingerprint in keys]
@@ -88,7 +88,7 @@ class Watch:
         self._forked += [one for one in due if one.root != self._tree.root()]
 
     def findings(self, head: Head | None) -> Iterator[tuple[Fault, int | None]]:
-        """What does not hold, and the entry that it is about; head: the log's end where its signature holds."""
+        """The faults, each with the entry that it is about; head: the log's end, None if its signature is not valid."""
         for one in self._others:
             text = (
                 f"the registry is signed by authority {self._authority.fingerprint}, and the checkpoint of {one.date} "
@@ -133,7 +133,7 @@ def _fetched(address: str) -> str:
 
 
 def as_fingerprint(text: str) -> str:
-    """A fingerprint as people write it: any case, with blanks or colons.  Raises: SpecError where it is none."""
+    """A fingerprint as people write it: any case, with blanks or colons.  Raises: SpecError if it is none."""
     digits = re.sub(r"[\s:]", "", text).lower()
     if not re.fullmatch(f"[0-9a-f]{{{FINGERPRINT_DIGITS}}}", digits):
         raise SpecError(
@@ -144,7 +144,7 @@ def as_fingerprint(text: str) -> str:
 
 
 def standing_of(ledger: Ledger, trust: str | None = None) -> Standing:
-    """Hold a registry against what was seen of it, and remember it as it is now.
+    """Compare a registry with what was seen of it before, and remember its present state.
 
     Parameters
     ----------
@@ -161,11 +161,11 @@ def standing_of(ledger: Ledger, trust: str | None = None) -> Standing:
     Raises
     ------
     RegistryError
-        Where it is signed by another authority or by a key that was given up, was put back to an earlier state, or was
+        If it is signed by another authority or by a key that was given up, was put back to an earlier state, or was
         forked; `details["code"]` is "key_replaced", "key_given_up", "two_successors", "rolled_back" or "forked".  Also
-        where its head is not as signed.
+        if its head is not as signed.
     SpecError
-        Where `trust` is no fingerprint.
+        If `trust` is no fingerprint.
     """
     what = f"registry {ledger.shown}"
     own = ledger.authority.fingerprint
@@ -183,10 +183,11 @@ def hold(
     *,
     turned: Sequence[Rotation],
 ) -> Standing:
-    """As `standing_of`, for whatever has a head.
+    """As `standing_of`, for a registry or a bundle.
 
-    Parameters: hash_at: gives the hash of an earlier entry; what: names it; turned: the changes of its authority's key,
-        proven.  Who trusts one of the earlier keys, or has seen it here, follows to the present one.
+    Parameters: hash_at: returns the hash of an earlier entry; what: names it in messages; turned: the proven changes of
+        its authority's key.  A user who trusts one of the earlier keys, or has seen it here, then trusts the present
+        one.
     """
     followed = _check_authority(what, place, fingerprint, trust, [one.old.fingerprint for one in turned])
     head, last = _checked_head(what, fingerprint, head_now, hash_at)
@@ -194,14 +195,14 @@ def hold(
     if followed is not None:
         # What was seen under the earlier key must still be there.
         _, last = _checked_head(what, followed, lambda: head, hash_at)
-        # Else who goes on trusting that key would not notice a step back to before the change.
+        # Else a user who still trusts that key would not notice a return to a state before the change.
         remember(place, followed, head)
     kept = remember(place, fingerprint, head, turned)
     return Standing(fingerprint, str(head), expires, new=last is None and trust is None, remembered=kept)
 
 
 def check_head(ledger: Ledger) -> None:
-    """Raise RegistryError if the log was further before; who writes to an earlier state would fork it."""
+    """Raise RegistryError if the log was longer before: writing to an earlier state would fork it."""
     what, own, turned = f"registry {ledger.shown}", ledger.authority.fingerprint, ledger.rotations()
     for fingerprint in (own, *(one.old.fingerprint for one in turned)):
         _checked_head(what, fingerprint, ledger.head, ledger.hash_at)
@@ -212,7 +213,8 @@ def _checked_head(
     what: str, fingerprint: str, head_now: Callable[[], Head], hash_at: Callable[[int], str | None]
 ) -> tuple[Head, Head | None]:
     """The head now, and the one that was seen last."""
-    # What was seen is read first: what another program remembers meanwhile would else look like a step back.
+    # What was seen is read first: else a later head, remembered by another program meanwhile, would look like a
+    # rollback.
     last = last_head(fingerprint)
     head = head_now()
     if last is not None and head.seq < last.seq:
@@ -236,7 +238,7 @@ def _checked_head(
 
 
 def _check_authority(what: str, place: str, fingerprint: str, trust: str | None, former: Sequence[str]) -> str | None:
-    """The earlier key that is trusted, or was seen; None where the present one is, or nothing is known."""
+    """The earlier key that is trusted or was seen; None if that is the present key, or nothing is known."""
     wanted = authority_at(place) if trust is None else as_fingerprint(trust)
     if wanted is None or wanted == fingerprint:
         return None
@@ -255,10 +257,11 @@ def _check_authority(what: str, place: str, fingerprint: str, trust: str | None,
 
 
 def _check_successors(what: str, fingerprint: str, turned: Sequence[Rotation], *, named: bool) -> None:
-    """Hold its keys against the changes that were seen.  A key that was given up counts no more: a thief may have it.
+    """Compare its keys with the changes that were seen.  A key that was given up counts no more: a thief may have it.
 
-    Parameters: named: the user names this very authority; of two changes of one earlier key, theirs is then the one.
-    Raises: RegistryError where its key was given up, or an earlier one was given up for another key.
+    Parameters: named: the user names this very authority; of two changes of one earlier key, theirs is then the valid
+        one.
+    Raises: RegistryError if its key was given up, or an earlier one was given up for another key.
     """
     after = successor_of(fingerprint)
     if after is not None:
@@ -285,7 +288,7 @@ def _check_successors(what: str, fingerprint: str, turned: Sequence[Rotation], *
 
 def checkpoint_of(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
     """What `Registry.checkpoint` does."""
-    # First the key: only where it lies, this authority is surely the right one here.
+    # First the key: only a machine that has it can be sure that this authority is the right one.
     ledger.signer()
     standing_of(ledger, ledger.authority.fingerprint)
     return signed_state(ledger, older)

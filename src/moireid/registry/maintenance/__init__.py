@@ -1,6 +1,6 @@
-"""What is done to a registry as a whole.
+"""Work on a registry as a whole: opening, migration, erasure, and the list of its log entries.
 
-opening.py  tables made, looked at, and brought to this version
-erasure.py  people and actors erased, and what is left of them
-told.py     the log as it is told
+opening.py      make the tables, check them, and migrate those of an older version
+erasure.py      erase people and actors, and clean the database of their data
+log_entries.py  the log's entries for display
 """

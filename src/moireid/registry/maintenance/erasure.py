@@ -1,18 +1,17 @@
-"""Erasing a person, or somebody who did things here, on their wish: the data go, the chain stays, an entry says so.
+"""Erasing a person or an actor on their request: the data are deleted, the chain stays, and a log entry says so.
 
-Of a person the row goes: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps the
-badge's identity, which is a number of chance, and hashes that nobody can try names against without that salt.  The
-signed entry `erase` is the tombstone.  The identity is never issued again.
+For a person, the row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
+the badge's identity, which is a random number, and hashes against which no one can test names without that salt.  The
+signed entry `erase` stays as a marker.  The identity is never issued again.
 
-Records of schema version 2 had no salt.  Whoever has the log and their identity can still try a name against the hashes
-in their old entries, as these cannot change without breaking every checkpoint.  `ErasureResult.guessable` says so.
+Records of schema version 2 had no salt.  A person who has the log and such an identity can still test a name against
+the hashes in its old entries, which cannot change without breaking every checkpoint.  `ErasureResult.guessable` says
+so.
 
-What was deleted, off the disk too: a database keeps old rows in pages that it does not use.
-
-SQLite overwrites what it deletes (`secure_delete`, set in engine.py), and VACUUM writes the file anew without what
-older versions left in it.  PostgreSQL writes the tables anew, and its statistics, which hold values of columns.
-What neither reaches: copies and backups, PostgreSQL's write-ahead log until it is recycled, and blocks that a disk
-keeps by itself.
+The data are also removed from the disk, because a database keeps old rows in unused pages.  SQLite overwrites what it
+deletes (`secure_delete`, set in engine.py), and VACUUM writes the file anew without what older versions left in it.
+PostgreSQL writes the tables anew, and its statistics, which hold values of columns.  Not removed: copies and backups,
+PostgreSQL's write-ahead log until it is recycled, and blocks that a disk keeps by itself.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ NAMING = ("badges", "actors")
 
 
 def clean(engine: Engine) -> bool:
-    """Write anew what held names; returns whether that was done: not where others hold the database, or it is full."""
+    """Write the tables with names anew; returns whether it worked: not if others use the database, or it is full."""
     try:
         if engine.dialect.name == "sqlite":
             # Not by SQLAlchemy's connection: it begins a transaction, in which SQLite refuses this.
@@ -59,7 +58,7 @@ def clean(engine: Engine) -> bool:
 
 @dataclass(frozen=True)
 class ErasureResult:
-    """Who was erased.
+    """The result of an erasure.
 
     Attributes
     ----------
@@ -82,7 +81,7 @@ class ErasureResult:
     guessable: bool
 
     def to_json(self) -> dict[str, Any]:
-        """Give what ``moireid registry erase --json`` prints of it.
+        """Make the JSON object that ``moireid registry erase --json`` prints.
 
         Returns
         -------
@@ -112,7 +111,7 @@ def erase_actor(ledger: Ledger, name: str, actor: str) -> ErasureResult:
         who = transaction.connection.scalar(select(actors.c.commitment).where(actors.c.name == name))
         if who is None:
             raise RegistryError(
-                f"nobody named {name[:80]!r} has done anything in registry {ledger.shown}; see who has with "
+                f"no one named {name[:80]!r} has done anything in registry {ledger.shown}; see who has with "
                 "`moireid registry log`"
             )
         if name == actor:
@@ -126,9 +125,9 @@ def erase_actor(ledger: Ledger, name: str, actor: str) -> ErasureResult:
 
 
 def erased_at(ledger: Ledger, badge_id: str) -> str | None:
-    """When the holder of a badge was erased; None where nobody was.
+    """When the holder of a badge was erased; None if the holder was not erased.
 
-    Raises: RegistryError where the entry that says so is not as the authority signed it.
+    Raises: RegistryError if the entry that says so is not as the authority signed it.
     """
     if not storable(badge_id):
         return None
@@ -143,7 +142,7 @@ def erased_at(ledger: Ledger, badge_id: str) -> str | None:
 
 
 def _authority_at(ledger: Ledger, seq: int) -> Authority:
-    """Whose key signed a log entry: that of before the next change of key."""
+    """The authority whose key signed a log entry: the old key of the next change of key after it."""
     return next((one.old for one in ledger.rotations() if one.seq > seq), ledger.authority)
 
 

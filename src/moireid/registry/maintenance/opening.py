@@ -1,9 +1,8 @@
-"""Opening: the tables are made, brought to this version, and looked at.
+"""Opening a registry: its tables are made if they are absent, migrated from an older schema version, and checked.
 
-From an older schema version to this one, in one transaction: all of it or nothing.
-
-A step changes tables and what is derived.  It touches no signed text, no entry and no signature, so it needs no key,
-and checkpoints from before still hold.  A record that would be signed otherwise stays as it is until it changes.
+A migration runs in one transaction: all of it or nothing.  A step changes tables and derived columns.  It touches no
+signed text, no entry and no signature, so it needs no key, and checkpoints from before stay valid.  A record whose
+signed text would be different in this version stays as it is until it changes.
 """
 
 from __future__ import annotations
@@ -79,12 +78,12 @@ STEPS: dict[int, Callable[[Connection], None]] = {2: _to_3, 3: _to_4}
 
 
 def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, actor: str) -> str | None:
-    """Make the tables where there are none and `create` is true, and look at them; returns the authority's public key.
+    """Make the tables if there are none and `create` is true, and check them; returns the authority's public key.
 
-    A registry without an authority gets one, with a new key pair, where `create` and `make_authority` are true.  Else
-    None is returned for it where `create` is true: it waits for an import.  `shown` names the registry in messages,
+    A registry without an authority gets one, with a new key pair, if `create` and `make_authority` are true.  Else
+    None is returned for it if `create` is true: it waits for an import.  `shown` names the registry in messages,
     `actor` is who makes it.  A registry of an older version that has its step is brought to this one.
-    Raises: RegistryError where the database holds nothing, another program's tables, or another version of ours.
+    Raises: RegistryError if the database holds nothing, another program's tables, or another version of ours.
     """
     with engine.connect() as connection:
         names, public_key = look(connection)
@@ -108,7 +107,7 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
 
 
 def _bring_up(engine: Engine, shown: str) -> None:
-    """Check the version, and bring an older one to ours.  Raises: RegistryError where it is none of those."""
+    """Check the version, and bring an older one to ours.  Raises: RegistryError if it is none of those."""
     with engine.connect() as connection:
         found = list(connection.scalars(select(schema.schema_version.c.version)))
     if len(found) != 1 or found[0] not in STEPS:
@@ -120,7 +119,7 @@ def _bring_up(engine: Engine, shown: str) -> None:
         reason = str(getattr(error, "orig", None) or error).strip().split("\n")[0]
         raise RegistryError(
             f"registry {shown} is of schema version {found[0]} and must be brought to {schema.SCHEMA_VERSION} once, "
-            f"which failed ({reason}); open it with any command where it may be written and nobody else writes",
+            f"which failed ({reason}); open it with any command where it may be written and no one else writes",
             found=found,
             supported=schema.SCHEMA_VERSION,
         ) from error
@@ -131,7 +130,7 @@ def _empty(shown: str) -> RegistryError:
 
 
 def look(connection: Connection) -> tuple[set[str], str | None]:
-    """The names of all tables, and the authority's public key where there is one."""
+    """The names of all tables, and the authority's public key if there is one."""
     names = set(inspect(connection).get_table_names())
     if not set(schema.metadata.tables) <= names:
         return names, None

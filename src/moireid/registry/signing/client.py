@@ -1,9 +1,8 @@
-"""A signer that has no key: it asks the process that has it.
+"""A signer that has no key and asks the process that has it; and the checks by which that process accepts a text.
 
-What the process with the key signs: the few kinds of things that an authority ever signs, each in its own form.
-
-So whoever asks gets no signature over anything of their own making, such as a text that another program would believe.
-A log entry comes whole, because its hash alone would not say whether it gives the log to another key.
+The process signs only the few kinds of things that an authority ever signs, each in its own form.  So a client gets no
+signature over an arbitrary text, which another program might believe.  A log entry is sent whole, because its hash
+alone would not show whether it gives the log to another key.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import os
 import re
 import socket
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -56,11 +55,11 @@ def _is_record(content: bytes) -> bool:
 
 
 def entry_of(content: bytes) -> dict[str, Any] | None:
-    """The log entry whose hashed text (`log.entry_text`) this is; None where it is none."""
+    """The log entry whose hashed text (`log.entry_text`) this is; None if it is none."""
     domain, fields = (ACTED, {*HASHED, "actor"}) if content.startswith(ACTED) else (ENTRY, set(HASHED))
     try:
         entry = json.loads(content.removeprefix(domain))
-        # One spelling alone: what is looked at here must be what others read.
+        # Only the canonical spelling is accepted: what is checked here must be what others read.
         whole = isinstance(entry, dict) and domain + canonical_json(entry).encode() == content
     except (ValueError, RecursionError):
         return None
@@ -71,7 +70,7 @@ def entry_of(content: bytes) -> dict[str, Any] | None:
 
 
 def turn_of(entry: Mapping[str, Any]) -> tuple[str, str] | None:
-    """The public keys, old and new, of an entry that changes the key; None where it does not say them."""
+    """The public keys, old and new, of an entry that changes the key; None if its subject has another form."""
     found = _TURN.fullmatch(entry["subject"])
     return None if found is None else (found[1], found[2])
 
@@ -84,7 +83,7 @@ class AskingSigner:
     """Signs in an authority's name by asking; safe to use from any thread.
 
     Parameters: path: of the socket.
-    Raises: RegistryError where nobody answers there, or the process has no such key.
+    Raises: RegistryError if no process answers there, or it has no such key.
     """
 
     def __init__(self, path: str, authority: Authority) -> None:
@@ -96,28 +95,28 @@ class AskingSigner:
     def sign(self, domain: bytes, content: bytes) -> str:
         """The signature over `content` in `domain`, 128 hex digits.
 
-        Raises: RegistryError where the process has gone, or refuses.
+        Raises: RegistryError if the process has ended, or refuses.
         """
         return self._signature(NAMES[domain], content, domain, content)
 
     def sign_entry(self, text: bytes) -> str:
-        """The signature over a log entry, by its text as it is hashed.  Raises: RegistryError as `sign`."""
+        """The signature over a log entry, given its hashed text.  Raises: RegistryError as `sign`."""
         return self._signature(LOG_ENTRY, text, ENTRY, sha256_hex(text).encode())
 
-    def _signature(self, kind: str, told: bytes, domain: bytes, signed: bytes) -> str:
-        """Parameters: told: what the process is shown; signed: what it signs in `domain`."""
+    def _signature(self, kind: str, content: bytes, domain: bytes, signed: bytes) -> str:
+        """Parameters: content: what the process gets; signed: what it signs in `domain`."""
         asked = {"do": "sign", "public": self.authority.public_hex, "kind": kind}
-        signature = self._ask(asked | {"content": base64.b64encode(told).decode()}).get("signature")
-        # A signature that does not hold would make the registry unsound, and nobody would know since when.
+        signature = self._ask(asked | {"content": base64.b64encode(content).decode()}).get("signature")
+        # An invalid signature would make the registry unsound, and no one would know since when.
         if not self.authority.signed(domain, signed, signature):
             raise RegistryError(f"the signer at {self._path} gave a signature that does not hold; start it anew")
         return str(signature)
 
     def _ask(self, message: dict[str, Any]) -> dict[str, Any]:
-        return _answer(self._path, message, self._told)
+        return _answer(self._path, message, self._exchange)
 
-    def _told(self, message: bytes) -> bytes:
-        """One answer, over a connection that is kept; by a new one where the process was started anew."""
+    def _exchange(self, message: bytes) -> bytes:
+        """Send a message and return the answer; the connection is kept, and renewed if the process was restarted."""
         with self._lock:
             if self._line is not None:
                 try:
@@ -129,9 +128,9 @@ class AskingSigner:
 
 
 def load_signer(authority: Authority, shown: str) -> Signs:
-    """Who signs for an authority here: the process that MOIREID_SIGNER names, or the key's file.
+    """The signer of an authority: the process that MOIREID_SIGNER names, or the key's file.
 
-    Raises: RegistryError where neither has the key; `shown` names the registry in its message.
+    Raises: RegistryError if that one does not have the key; `shown` names the registry in its message.
     """
     path = signer_address()
     try:
@@ -142,29 +141,29 @@ def load_signer(authority: Authority, shown: str) -> Signs:
 
 
 def make_key() -> tuple[Signs, Path | None]:
-    """A new key pair, made where keys are kept; its file, None where another process has it.
+    """A new key pair, made in the keys folder or by the signer process; and its file, None if the process has it.
 
-    Raises: RegistryError where that is not possible.
+    Raises: RegistryError if that is not possible.
     """
     path = signer_address()
     if path is None:
         return new_key()
 
-    def told(message: bytes) -> bytes:
+    def exchange(message: bytes) -> bytes:
         return _once(_connected(path), message)
 
-    return AskingSigner(path, Authority(str(_answer(path, {"do": "make"}, told)["public"]))), None
+    return AskingSigner(path, Authority(str(_answer(path, {"do": "make"}, exchange)["public"]))), None
 
 
 def signer_address() -> str | None:
-    """The socket that MOIREID_SIGNER names; None where keys are read from files."""
+    """The socket that MOIREID_SIGNER names; None if keys are read from files."""
     given = os.environ.get(SIGNER_VARIABLE)
     return str(Path(given).expanduser().absolute()) if given else None
 
 
-def _answer(path: str, message: dict[str, Any], told: Any) -> dict[str, Any]:
+def _answer(path: str, message: dict[str, Any], exchange: Callable[[bytes], bytes]) -> dict[str, Any]:
     try:
-        answer = json.loads(told(json.dumps(message).encode()))
+        answer = json.loads(exchange(json.dumps(message).encode()))
     except (OSError, EOFError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it ended, or said what cannot be read"
         raise RegistryError(

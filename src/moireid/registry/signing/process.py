@@ -1,7 +1,8 @@
 """The process with the key: `moireid registry signer`, or `python -m moireid.registry.signing.process SOCKET`.
 
 It reads keys from the keys folder, answers at a Unix socket, and does three things: say whether it has a key, make one,
-and sign what is of a kind (`kinds.py`).  It never tells a key.  It opens no registry, no film and no network.
+and sign texts of the accepted kinds (`client.py`).  It never gives a key away.  It opens no registry, no film and no
+network connection.
 """
 
 from __future__ import annotations
@@ -28,10 +29,10 @@ from moireid.registry.keys import Authority, Signer, key_of, new_key
 from moireid.registry.log import ROTATE
 from moireid.registry.signing.client import DOMAINS, LOG_ENTRY, LONGEST, entry_of, of_kind, turn_of
 
-#: Longest message: the content in base64, and what stands around it.
+#: Longest message, bytes: the content in base64, and the JSON around it.
 MESSAGE = 2 * LONGEST
 NONE_OF_THEM = {"refused": "it signs records, log entries, checkpoints and bundles, and this is none of them"}
-#: A client that says nothing for so long is left, seconds, and so many are served at once; who comes again is served.
+#: A client that is silent for this many seconds is disconnected, and may connect again; most clients at one time.
 IDLE_S, MOST_CLIENTS = 5, 64
 #: How long the studio waits for its signer to listen, seconds.
 START_S = 60.0
@@ -45,7 +46,7 @@ class Keys:
         self._fresh: set[str] = set()
 
     def answer(self, message: bytes) -> dict[str, Any]:
-        """What is said to a message; "refused" with a sentence where it is not done."""
+        """The answer to a message; "refused" with a sentence if it is refused."""
         try:
             asked = json.loads(message)
             if asked["do"] == "make":
@@ -69,7 +70,7 @@ class Keys:
     def _entry(self, signer: Signer, text: bytes) -> dict[str, Any]:
         """Sign a log entry.  A change of key is signed only to a key that this process made, and that has no log yet.
 
-        Else whoever may ask for a while could give the log to a key of their own, or to an old one that was stolen.
+        Else a client with temporary access could give the log to a key of their own, or to an old one that was stolen.
         """
         entry, public = entry_of(text), signer.authority.public_hex
         if entry is None:
@@ -93,7 +94,7 @@ class _Server(socketserver.ThreadingUnixStreamServer):
 
     def __init__(self, path: str, mode: int) -> None:
         self.keys, self._places = Keys(), threading.BoundedSemaphore(MOST_CLIENTS)
-        # Nobody may connect before the rights are right.
+        # No client may connect before the file's permissions are set.
         before = os.umask(0o177)
         try:
             super().__init__(path, _Handler)
@@ -102,7 +103,7 @@ class _Server(socketserver.ThreadingUnixStreamServer):
         os.chmod(path, mode)
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Serve a client if there is a place: open sockets without end would leave none for anybody."""
+        """Serve a client if there is a free place: without a limit, open sockets could use up all that there are."""
         if self._places.acquire(blocking=False):
             super().process_request(request, client_address)
         else:
@@ -120,7 +121,7 @@ class _Handler(socketserver.BaseRequestHandler):
     server: _Server
 
     def handle(self) -> None:
-        """Answer one who has connected, until that one goes or says nothing more."""
+        """Answer a client until it disconnects or stays silent."""
         for way in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
             self.request.setsockopt(socket.SOL_SOCKET, way, struct.pack("ll", IDLE_S, 0))
         with suppress(OSError, EOFError), Connection(os.dup(self.request.fileno())) as line:
@@ -131,8 +132,8 @@ class _Handler(socketserver.BaseRequestHandler):
 def serve(path: Path, group: str | None = None, *, ready: Callable[[], None] = lambda: None) -> None:
     """Listen until this process is ended.
 
-    Parameters: group: of the system, whose members may ask, too; None: this user alone.
-    Raises: SpecError where the socket cannot be made, or another signer listens there.
+    Parameters: group: a group of the system, whose members may ask, too; None: this user alone.
+    Raises: SpecError if the socket cannot be made, or another signer listens there.
     """
     _close_memory()
     _clear(path)
@@ -159,7 +160,7 @@ def serve(path: Path, group: str | None = None, *, ready: Callable[[], None] = l
 def own_signer() -> Iterator[str]:
     """A signer for as long as this lasts, as a process of this user; gives the path of its socket.
 
-    It ends with this process, however that ends.  Raises: RegistryError where it cannot be started.
+    It ends with this process, however that ends.  Raises: RegistryError if it cannot be started.
     """
     with tempfile.TemporaryDirectory(prefix="moireid-signer-") as folder:
         path = str(Path(folder) / "socket")
@@ -177,7 +178,7 @@ def own_signer() -> Iterator[str]:
 
 
 def main() -> None:
-    """As the studio starts it: it ends when its standard input does, as its starter holds the other end."""
+    """Run as the studio starts it: it ends when its standard input is closed, of which the studio has the other end."""
     threading.Thread(target=_leave_with_input, daemon=True).start()
     serve(Path(sys.argv[1]), ready=lambda: print("ready", flush=True))  # noqa: T201 - its starter waits for this
 
@@ -201,10 +202,10 @@ def _close_memory() -> None:
 
 
 def _clear(path: Path) -> None:
-    """Take away the socket that an ended signer left.  Raises: SpecError where one listens, or another file lies."""
+    """Remove the socket that an ended signer left.  Raises: SpecError if one listens there, or it is another file."""
     if not path.exists():
         return
-    # Nobody listens at a plain file either, and it must not be taken for a socket that was left.
+    # A plain file has no listener either, but must not be deleted as if it were an old socket.
     if not path.is_socket():
         raise SpecError(f"{path} is no socket of a signer; give another path")
     with socket.socket(socket.AF_UNIX) as line:

@@ -1,13 +1,12 @@
-"""Export: records, log and public key as one JSON file that another registry takes in.
+"""Export: records, log and public key as one JSON file that another registry can import; and its stream reader.
 
 The file is one object: `format` and `version`, `authority` (public key, its fingerprint, the signed head), `records`
 (the columns of the table, with the badge and the measured figures as JSON), `log` (the entries from the first on),
-`actors` (who the entries name).  Version 1 had no actors, and no salts; version 2 no suspensions,
-expiries, and days since when a badge is compromised.
-A badge stands there in its canonical spelling.  If a tool spells the document differently, for example indented, it is
-still the same badge, and its signature stays valid.
+`actors` (the names of the entries' actors).  Version 1 had no actors and no salts; version 2 had no suspensions, days
+of expiry or days of compromise.  A badge is written in its canonical spelling.  If a tool spells the document
+differently, for example indented, it is still the same badge, and its signature stays valid.
 
-Reading a JSON object of any size: the items of its arrays one by one, in little memory.
+`walk` reads a JSON object of any size in little memory: it gives the items of its arrays one by one.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from moireid.registry.record import Fault, record_of, tampered
 from moireid.registry.schema import actors, authority, badges, log, select_records
 
 FORMAT, VERSION = "moireid registry", 3
-#: Documents, which are put in as they are, and what is derived.
+#: Documents, which are copied as they are stored, and derived columns.
 NOT_FIELDS = ("badge", "as_built", "newest", "skeleton", "folded")
 #: Number of records between two reports of progress.
 STEP = 500
@@ -60,7 +59,7 @@ def export_json(
 
 
 def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]:
-    """The lines of the file, and whether each is a record.  Raises: Fault where the registry is not sound."""
+    """The lines of the file, and whether each is a record.  Raises: Fault if the registry is not sound."""
     top = connection.execute(select(authority)).one()
     header = {
         "format": FORMAT,
@@ -90,7 +89,7 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
 
 
 def _record_line(row: AnyRow, ledger: Ledger) -> str:
-    """A record as a JSON object; its documents are put in as they are stored, which is canonical JSON."""
+    """A record as a JSON object; its documents are copied as they are stored, which is canonical JSON."""
     record = record_of(row, ledger.authority)
     fields = {key: value for key, value in row._mapping.items() if key not in NOT_FIELDS}
     documents = f'"badge":{record.badge_json},"as_built":{record.as_built or "null"}'
@@ -108,10 +107,10 @@ _Events = Iterator[tuple[str, Any]]
 
 
 def walk(stream: BinaryIO) -> Iterator[tuple[str, Any]]:
-    """What the object in `stream` holds, in order: (key, value), and for an array (key, item) of each item.
+    """The members of the object in `stream`, in order: (key, value), and for an array (key, item) of each item.
 
-    White space may stand wherever JSON allows it.
-    Raises: ValueError where the bytes are not one JSON object, at the place where it is reached.
+    White space is allowed wherever JSON allows it.
+    Raises: ValueError if the bytes are not one JSON object, when the reader reaches the fault.
     """
     limited = _LimitedStream(stream)
     try:
@@ -139,7 +138,7 @@ def _walk(events: _Events) -> _Events:
 
 
 def _whole(events: _Events, event: str, value: Any, levels: int = DEEPEST) -> Any:
-    """The value that begins with this event.  Raises: ValueError where it is nested too deep."""
+    """The value that begins with this event.  Raises: ValueError if it is nested too deep."""
     if event not in _BEGIN:
         return value
     if not levels:
@@ -157,7 +156,7 @@ def _whole(events: _Events, event: str, value: Any, levels: int = DEEPEST) -> An
 
 
 def _until(end: str, events: _Events) -> _Events:
-    """The events before the next `end` that nobody took; the parser sees that it comes."""
+    """The events up to the next `end` that was not consumed elsewhere; the parser ensures that it comes."""
     return iter(partial(next, events), (end, None))
 
 

@@ -1,6 +1,6 @@
-"""Reads an export into an empty registry, without checks; the audit checks it afterwards.
+"""Reads an export into an empty registry, without checks of signatures: the audit makes them afterwards.
 
-What whoever imports is told of names: those that look alike, and those with letters that nobody sees.
+Also the notes on names that an import shows: names that look alike, and names with invisible letters.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _ABSENT = {1: {"salt", "actor"} | _STATES, 2: _STATES}
 def load(path: Path, copy: Ledger) -> None:
     """Read the export at `path` into `copy`, which is empty and has no authority.
 
-    Raises: RegistryError where the file cannot be read, or is no export that this version knows.
+    Raises: RegistryError if the file cannot be read, or is no export that this version knows.
     """
     try:
         with path.open("rb") as stream, translated(copy.url), writing(copy.engine) as connection:
@@ -74,7 +74,7 @@ def _load(parts: Any, connection: Connection) -> dict[str, Any]:
     for key, value in parts:
         if key not in tables:
             if key in header:
-                raise ValueError(f"{key!r} stands there twice")
+                raise ValueError(f"{key!r} is there twice")
             header[key] = value
             continue
         version = header.get("version")
@@ -141,14 +141,14 @@ def _word(key: str, value: Any) -> Any:
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        raise ValueError(f"{str(value)[:40]} stands where text should")
+        raise ValueError(f"{str(value)[:40]} is where text should be")
     value.encode()
     return value
 
 
 def _seq(value: Any) -> int:
     if type(value) is not int or not 1 <= value <= LAST_SEQ:
-        raise ValueError(f"{str(value)[:40]} stands where a sequence number should")
+        raise ValueError(f"{str(value)[:40]} is where a sequence number should be")
     return value
 
 
@@ -156,20 +156,20 @@ def _damaged(path: Path, what: str) -> RegistryError:
     return RegistryError(f"export {path} is cut, damaged or none ({what}); nothing was imported, so get another copy")
 
 
-#: Of each kind so many are told.
-TOLD = 20
+#: At most this many groups of names of each kind are reported, with at most this many names each.
+MOST_NAMES = 20
 
 
 def notes_on(ledger: Ledger) -> tuple[str, ...]:
-    """A sentence for each group of names that look alike, and for each name with hidden letters, in all that is held.
+    """A sentence for each group of names in the registry that look alike, and for each name with hidden letters.
 
-    An import takes such names in: a registry of before may hold them, and a backup must come back whole.
+    An import accepts such names: an older registry may hold them, and a backup must be restored whole.
     """
     found = []
     for look in (badges.c.skeleton, badges.c.folded):
-        several = select(look).group_by(look).having(func.count(badges.c.name_nfc.distinct()) > 1).limit(TOLD)
+        several = select(look).group_by(look).having(func.count(badges.c.name_nfc.distinct()) > 1).limit(MOST_NAMES)
         for row in ledger.rows(several):
-            names = ledger.rows(select(badges.c.name_nfc).where(look == row[0]).distinct().limit(TOLD))
+            names = ledger.rows(select(badges.c.name_nfc).where(look == row[0]).distinct().limit(MOST_NAMES))
             listed = " and ".join(repr(one) for one in sorted(name for (name,) in names))
             found.append(f"the names {listed} look alike, and are of different people")
     for (name,) in ledger.rows(select(badges.c.name_nfc).where(badges.c.name_nfc.is_not(None))):

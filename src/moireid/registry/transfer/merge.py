@@ -8,7 +8,7 @@
    - the export's log is a part of the registry's: there is nothing to do.
    - the registry's log is a part of the export's: the entries that follow and their records are taken as signed.
    - both have grown on their own under one key: records that differ are united and signed anew, with an entry
-     `import` for each.  A revocation stays, the earlier where there are two; so does a suspension, as nobody can tell
+     `import` for each.  A revocation stays, the earlier if there are two; so does a suspension, because it is unknown
      whether it came after a reinstatement; of two days the earlier stays, and of measured figures the newer.
 A person who was erased on either side is erased on both afterwards.
 """
@@ -44,7 +44,7 @@ CHUNK = 500
 
 @dataclass(frozen=True)
 class Import:
-    """What became of an export that was taken in.
+    """The result of an import.
 
     Attributes
     ----------
@@ -53,11 +53,11 @@ class Import:
     changed : int
         Records that were here and are changed.
     unchanged : int
-        Records that were here as they are.
+        Records that were here already, without a difference.
     erased : int
         Records that were here, of people who were erased meanwhile.
     notes : tuple of str
-        Names that came with it and look like others here, or hold letters that nobody sees.
+        Names that look like others here, or hold invisible letters, if records were added.
     """
 
     added: int
@@ -77,7 +77,7 @@ def import_json(ledger: Ledger, path: Path, actor: str) -> Import:
 def checked_copy(path: Path) -> Iterator[Ledger]:
     """A registry that holds what the export at `path` does, and is sound; it is gone afterwards.
 
-    Raises: RegistryError where the file cannot be read, is no export, or what it holds is not sound.
+    Raises: RegistryError if the file cannot be read, is no export, or its content is not sound.
     """
     with tempfile.TemporaryDirectory(prefix="moireid-import-", ignore_cleanup_errors=True) as folder:
         url = URL.create("sqlite", database=str(Path(folder) / "export.sqlite3"))
@@ -134,7 +134,7 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
 
 
 def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Import:
-    """Take in what an authority did since, where it has changed its key meanwhile: it has signed all records anew."""
+    """Take in the later entries of an authority that has changed its key and so has signed all records anew."""
     with target.writing(actor) as transaction:
         here, ours = transaction.connection, transaction.head
         if _head(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
@@ -210,7 +210,7 @@ def _erased_in(there: Connection) -> list[str]:
 def _united(ours: Record, theirs: Record) -> Record:
     """One record of two of the same badge: the same whichever is ours, and again the same when united again.
 
-    Raises: RegistryError where they hold one id for different badges.
+    Raises: RegistryError if they hold one id for different badges.
     """
     if ours == theirs:
         return ours

@@ -1,6 +1,6 @@
-"""A registry to another key of its authority: one log entry that both keys sign, and all records signed anew.
+"""Changes the authority's key: one log entry that both keys sign, and all records signed anew.
 
-The log's entries stay as they are, as checkpoints speak of them.  The old key is needed no more, and so is its file.
+The log's entries stay as they are, because checkpoints cover them.  The old key and its file are not needed any more.
 """
 
 from __future__ import annotations
@@ -85,6 +85,6 @@ def _signed_anew(transaction: Transaction, new: Signs, progress: Progress | None
 
 
 def _drop(path: Path | None, ledger: Ledger, new: Signs) -> None:
-    """Remove a key that was not taken; where that is not known, it stays."""
+    """Remove a key that the registry did not take; if that is not known, the key stays."""
     if path is not None and ledger.stored_key() != new.authority.public_hex:
         path.unlink(missing_ok=True)

@@ -1,20 +1,20 @@
-"""How far one picture of a badge is from another: fringe phase in radians, brightness as a share of the contrast.
+"""The difference of two pictures of a badge, and the analytic renderer's error estimated from it.
 
-Phase is measured as a reader of the badge would: the cells that hold uniform lines are cut along their lenses into
-strips of `STRIP_MM`; over each strip the brightness, less its mean, is projected on the fringes that the law predicts,
-exp(-i phi), with phi = `optics.fringe_phase_rad` at each pixel's place on the lens plane, tapered at both ends.  The
-angle between the projections of two pictures is the strip's phase error; a strip whose fringes keep less than
-`LEAST_CONTRAST` has none.  What is reported is the root mean square over all strips of the frame.
+`difference` gives the error of phase, rad, and of brightness, as a share of the contrast.  Phase is measured as a
+reader of the badge would: the cells that hold uniform lines are cut along their lenses into strips of `STRIP_MM`; over
+each strip the brightness, less its mean, is projected on the fringes that the law predicts, exp(-i phi), with phi =
+`optics.fringe_phase_rad` at each pixel's place on the lens plane, tapered at both ends.  The angle between the
+projections of two pictures is the strip's phase error; a strip whose fringes keep less than `LEAST_CONTRAST` has none.
+What is reported is the root mean square over all strips of the frame.
+
+`estimate_error` works before a film is made.  Some frames are rendered twice: once with the film's rays, and once with
+four times as many.  Rays are spread so evenly that four times as many have a third of the error or less.  So the
+difference is the error of the coarse picture to within some tenths.  The estimate is its RMS over the frames' strips.
+`moireid bench simulate` compares it with an independent tracer.  The estimate does not include how far the model is
+from a real sheet.  `cheapest` finds the cheapest setting whose estimate is small enough.
 
 Convention: pictures are `BoardRadiance`s of the same frame; radiance error is relative to paper less ink.
 Source: demodulation at a known carrier; the carrier's own error cancels between two pictures of one frame.
-
-The analytic renderer's own error, estimated before a film, and the cheapest setting that meets a wish.
-
-Some frames are rendered twice: once with the film's rays, and once with four times as many.  Rays are spread so evenly
-that four times as many have a third of the error or less.  So the difference is the error of the coarse picture to
-within some tenths.  The estimate is its RMS over the frames' strips (`accuracy`).  `moireid bench simulate` compares it
-with an independent tracer.  Not part of the estimate: how far the model is from a real sheet.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ between the crossed lines is the lens's brightness.  A camera's pixel sees sever
 lens shows within itself is left out.  Glare, a light's own bands, a bow and uneven lenses are left out too.
 
 Convention: board frame of `motion`, mm; the picture is on the page's plane, (rows, columns) radiance over the whole
-board, as `scene.Instant.picture`.  The array is laid as one sheet: offset along x, twist from x towards y.
+board, as `scene.Instant.picture`.  The array is mounted as one sheet: offset along x, twist from x towards y.
 Source: sphere intersection and Snell's law in three dimensions, as `moireid.lenticule`, written again for one ray at a
 time because a compiled loop shares nothing with arrays.
 """

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 def lamp_figures(lens: Lens, light: DiscLight, reach_mm: tuple[float, float], ray_rad: float) -> tuple[Array, Array]:
     """The light as `lit` reads it: ten figures, and the table.
 
-    Parameters: as `light.light_table`; ray_rad: the angle across the lenses that one ray of a pixel stands for.
+    Parameters: as `light.light_table`; ray_rad: the angle across the lenses that one ray of a pixel covers.
     Convention: figures are place across, along, depth; radius; radiance; the sky's radiance; first place of the table
         and its spacing; share passed straight on; ray_rad.  The table's first row is the sky's.
     Source: `light`.
@@ -81,8 +81,8 @@ def _sees_sky(hit: float, depth: float, tx: float, lens: Any) -> bool:  # pragma
     if rz >= 0.0:
         return False
     # How far the next circle's middle lies below the ray, times the ray's length.
-    beside = (pitch if rx >= 0.0 else -pitch) - hit
-    below = (beside * rz - (radius - depth) * rx) * (-1.0 if rx >= 0.0 else 1.0)
+    to_next = (pitch if rx >= 0.0 else -pitch) - hit
+    below = (to_next * rz - (radius - depth) * rx) * (-1.0 if rx >= 0.0 else 1.0)
     above: bool = below >= radius * math.sqrt(rx * rx + rz * rz)
     return above
 
@@ -167,7 +167,7 @@ def lit(
     """Radiance of a ray through the sheet, under a light.
 
     Parameters: value: of ink or paper where it lands; s, along: where it crosses the apex plane; tx, ty: its tangents;
-        landed: its place on the page; step: the width that it stands for, across; lens: as `analytic` packs it.
+        landed: its place on the page; step: the width that it covers, across; lens: as `analytic` packs it.
     """
     cosine, open_sky = 1.0 / math.sqrt(1.0 + tx * tx + ty * ty), True
     if lens[3] > 0.0:

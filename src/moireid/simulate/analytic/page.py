@@ -161,7 +161,7 @@ def printed_scales(scene: Scene, grating: Grating) -> tuple[tuple[float, float],
     """
     x, y = scene.build.print_scales
     (a, b), (c, d) = scene.badge.frame_of(grating).rows
-    # Where one weight is 0 the other scale stands as it is.
+    # Where one weight is 0, the other scale is taken unchanged.
     across, along = (x if not n else y if not m else 1 / (m * m / x + n * n / y) for m, n in ((a, b), (c, d)))
     mixed = a * c / x + b * d / y
     return (across, along), (mixed * across, mixed * along)

@@ -77,7 +77,7 @@ def grating_pixel(
     n2 = sheet.refraction * sheet.refraction
     inside2 = n2 * (1.0 + across2) - across2
     straight = sheet.gap / math.sqrt(inside2)
-    # A ray beside the pixel's middle is a little more slanted, so it lands this much further for each mm.
+    # A ray 1 mm off the pixel's middle is a little more slanted, so it lands this much further.
     lean = straight * (1.0 - tan_x * tan_x * (n2 - 1.0) / inside2) / depth
     shift_x, shift_y = straight * tan_x, straight * tan_y
     middle_x = page_x + shift_x * to_page[0] + shift_y * to_page[1]

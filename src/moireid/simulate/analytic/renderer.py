@@ -121,7 +121,7 @@ class AnalyticRenderer:
         if instant.field is not None:
             if self._eye is not None:
                 raise SpecError(
-                    "a lens array is rendered whole, so no part of it has a course of its own; use another forgery"
+                    "a lens array is rendered whole, so none of its parts can move by itself; use another forgery"
                 )
             board = board._replace(field=instant.field)
         trace_rows(

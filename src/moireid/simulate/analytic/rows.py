@@ -15,7 +15,7 @@ from moireid.simulate.analytic.trace import TracedBoard, TracedSheet, careful_ra
 from moireid.simulate.cameras import undistorted
 from moireid.simulate.compiled import njit, prange
 
-#: What a pixel lies on, beside the number of a grating: plain page, or a border.
+#: What a pixel is on, apart from a grating (its number): plain page, or a border.
 PAGE, BORDER = -1, -2
 #: Multiples of the golden ratio fill a span more evenly than any other's.
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -104,9 +104,9 @@ def _row(
         # Slopes of the sight line, and how they change for a pixel right and for one down.
         right, down = (per_focal, 0.0), (0.0, per_focal)
         if bent:
-            beside = undistorted(u + per_focal, v, distortion), undistorted(u, v + per_focal, distortion)
+            neighbours = undistorted(u + per_focal, v, distortion), undistorted(u, v + per_focal, distortion)
             u, v = undistorted(u, v, distortion)
-            right, down = (beside[0][0] - u, beside[0][1] - v), (beside[1][0] - u, beside[1][1] - v)
+            right, down = (neighbours[0][0] - u, neighbours[0][1] - v), (neighbours[1][0] - u, neighbours[1][1] - v)
         dz = turn[0, 2] * u + turn[1, 2] * v + turn[2, 2]
         if dz <= 1e-9:
             continue
@@ -162,7 +162,7 @@ def _row(
 
 @njit(inline="always", error_model="numpy")
 def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: TracedSheet, cells: Any, board: TracedBoard) -> int:
-    """What a pixel lies on: the number of a grating, PAGE or BORDER."""  # pragma: no cover
+    """What a pixel is on: the number of a grating, PAGE or BORDER."""  # pragma: no cover
     x, y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
     half_x, half_y = _half_footprint(centre, turning)
     if sheet.curvature != 0.0:

@@ -101,15 +101,15 @@ def land(x: float, y: float, tx: float, ty: float, sheet: TracedSheet) -> tuple[
                 vy = ty / length / n
                 vz = 1.0 / length / n + bend * nz
                 landed = axis + hit + vx / vz * (g - depth)
-                beside = y + ty * depth + vy / vz * (g - depth)
+                landed_along = y + ty * depth + vy / vz * (g - depth)
                 if sheet.air > 0.0:
                     # The flat back bends the ray out again, or keeps it.
                     leaving2 = 1.0 - n * n * (vx * vx + vy * vy)
                     if leaving2 <= 0.0:
                         return 0.0, 0.0, False
                     run = sheet.air * n / math.sqrt(leaving2)
-                    landed, beside = landed + vx * run, beside + vy * run
-                return landed, beside, True
+                    landed, landed_along = landed + vx * run, landed_along + vy * run
+                return landed, landed_along, True
         axis += way * pitch
     return 0.0, 0.0, False
 
@@ -209,7 +209,7 @@ def _lines_seen(
         if place - math.floor(place) < cells.lines[cell, 2]:
             value = board.ink
     if board.lamps[grating, 9] > 0.0:
-        # Across the lenses a ray stands for its share of the pixel, widened by the slant.
+        # Across the lenses a ray covers its share of the pixel, widened by the slant.
         step = depth * (1.0 + tan_x * tan_x) * board.lamps[grating, 9]
         value = lit(value, x, y, tan_x, tan_y, landed, step, board.lens, board.lamps[grating], board.lights[grating])
     return value

@@ -2,8 +2,8 @@
 
 effect.py       an effect: what it changes of scene, pictures, times and file
 table.py        all effects by name
-framing.py      crops, tiles, zoom, auto-framing, focus breathing, stretched pixels
+framing.py      crops, tiles, zoom, auto-framing, focus breathing, stretched pixels, virtual background
 stabilising.py  stabilisers, rows that wobble, rolling shutters
-retiming.py     blended, repeated, frozen, lost and jittered frames, slow motion
+retiming.py     frame times, slow motion, encoding, and noise reduction over time
 toning.py       tone mapping, sharpening halos, exposure that follows the fringes, glare
 """

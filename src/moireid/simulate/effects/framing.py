@@ -1,8 +1,9 @@
-"""The frame: crops, tiles, zoom, auto-framing, focus breathing and stretched pixels.
+"""The frame: crops, tiles, zoom, auto-framing, focus breathing, stretched pixels, and a virtual background.
+
+For a virtual background a call program cuts out what it takes for the person, and so removes pieces of the badge's
+outline.
 
 Convention: pixel centres are whole numbers; a map (3, 3) leads from px of the picture before to px of the one after.
-
-A virtual background: a call program cuts out what it takes for the person, and nibbles at the badge's outline.
 """
 
 from __future__ import annotations
@@ -61,11 +62,11 @@ def even(value: float) -> int:
     return 2 * round(value / 2)
 
 
-def zoomed(course: Callable[[Take], Array]) -> Effect:
-    """A zoom about the picture's middle; course: magnification of each frame, 1 or more."""
+def zoomed(zoom: Callable[[Take], Array]) -> Effect:
+    """A zoom about the picture's middle; zoom: magnification of each frame, 1 or more."""
 
     def begin(take: Take) -> tuple[Step, Take]:
-        return reframed(take, window(take, middles(take), take.size[0] / course(take), take.size), take.size)
+        return reframed(take, window(take, middles(take), take.size[0] / zoom(take), take.size), take.size)
 
     return Effect(begin=begin)
 
@@ -92,12 +93,12 @@ def breathing(figure: float) -> Effect:
     The picture is cropped so that no frame looks beyond its rim.
     """
 
-    def course(take: Take) -> Array:
+    def zoom(take: Take) -> Array:
         events = take.rng.uniform(0, figure, 2 + math.ceil(len(take) / take.fps / REFOCUS_S))
         held = events[(np.arange(len(take)) / take.fps / REFOCUS_S).astype(int)]
         return np.asarray(1 + gaussian_filter1d(held, FOCUS_MOVE_S * take.fps, mode="nearest"))
 
-    return zoomed(course)
+    return zoomed(zoom)
 
 
 def cropped(figure: float) -> Effect:
@@ -118,7 +119,7 @@ def tiled(figure: float) -> Effect:
         (width, height), size = take.size, (even(figure * take.size[0]), even(figure * take.size[1]))
         x, y = round(TILE_MARGIN * size[0]), round(TILE_MARGIN * size[1])
         around = np.full(size[::-1], AROUND, np.uint8)
-        # Another speaker, who stands still, below and to the right; as much of that tile as there is room.
+        # Another speaker, who does not move, below and to the right; as much of that tile as there is room.
         grain = take.rng.integers(30, 220, (9, 16)).astype(np.uint8)
         other = cv2.resize(grain, (width, height), interpolation=cv2.INTER_CUBIC)
         below = around[y + height + y :, x + width + x :]
@@ -152,7 +153,7 @@ def wider(times: float, recipe: Callable[[Recipe], Recipe] | None = None) -> Eff
 
 
 def anamorphic(figure: float) -> Effect:
-    """Pixels so many times as wide as high, and a flag in the file that tells so."""
+    """Pixels so many times as wide as high, and a flag in the file that says so."""
     aspect = Fraction(figure).limit_denominator(64)
 
     def flagged(recipe: Recipe) -> Recipe:
@@ -177,12 +178,12 @@ def framed(share: Callable[[Take], Array]) -> Effect:
     return Effect(begin=begin)
 
 
-def followed(course: Array, frames: float) -> Array:
-    """A course (T, 2) as something slow follows it: two low passes of one time constant, one after the other."""
+def followed(path: Array, frames: float) -> Array:
+    """A path (T, 2) as something slow follows it: two low passes of one time constant, one after the other."""
     keep = math.exp(-1 / frames)
-    ways = [course[0], course[0]]
-    out = np.empty_like(course)
-    for k, place in enumerate(course):
+    ways = [path[0], path[0]]
+    out = np.empty_like(path)
+    for k, place in enumerate(path):
         for order, aim in enumerate((place, ways[0])):
             ways[order] = keep * ways[order] + (1 - keep) * aim
         out[k] = ways[1]
@@ -247,7 +248,7 @@ FRAMINGS = (
     Kind(
         "anamorphic",
         (1.125, 4 / 3, 2.0),
-        "width of a pixel by its height, told by a flag",
+        "width of a pixel by its height, given by a flag",
         "PAL and HDV (1440 for 1920 columns) pixels, and a 2x lens",
         anamorphic,
     ),

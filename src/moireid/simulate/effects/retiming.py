@@ -1,11 +1,10 @@
-"""Times: frames that are blended, repeated, frozen, lost or jittered, and slow motion.
+"""Effects on frame times, on the encoding, and over time.
 
-Convention: the file tells evenly spaced times throughout; a frame that shows another time than it tells is the effect.
+Frame times: frames that are blended, repeated, frozen, lost or jittered, and slow motion.
+Encoding: high dynamic range, calls that change their picture's size, and low quality.
+Over time: noise reduction that mixes each picture with the one before, as it was after mixing.
 
-The file: high dynamic range, calls that change their picture's size, and low quality.
-
-Temporal noise reduction: each picture mixed with the one before, as it was after mixing.
-
+Convention: the times in the file are evenly spaced; the effect is that a frame shows another time than its own.
 Source: recursive temporal filters of camera pipelines; compensated ones move the picture before along the optical
 flow, and trust it less where it still differs (Ehret et al. 2019, and the like).
 """
@@ -51,7 +50,7 @@ def averaged(figure: float) -> Effect:
         parts = []
         for k in range(frames):
             some = range(max(k - int(figure) + 1, 0), k + 1)
-            # The last weighs a hair more, so that the truth beside the film is its own.
+            # The last weighs a hair more, so that the truth of this frame is its own.
             parts.append([(j, 1 / len(some) + (1e-6 if j == k else 0.0)) for j in some])
         return Timing(fps, parts)
 
@@ -68,7 +67,7 @@ def repeated(figure: float) -> Effect:
 
 
 def frozen(figure: float) -> Effect:
-    """The picture stands still for so many s, again and again, and then jumps to where it would be."""
+    """The picture is frozen for so many s, again and again, and then jumps to where it would be."""
 
     def times(frames: int, fps: float, seed: int) -> Timing:
         number = np.arange(frames)
@@ -91,7 +90,7 @@ def skipped(figure: float) -> Effect:
 
 
 def jittered(figure: float) -> Effect:
-    """Frames taken so many s before or after the times that the file tells, as a standard deviation."""
+    """Frames taken so many s before or after the times in the file, as a standard deviation."""
 
     def times(frames: int, fps: float, seed: int) -> Timing:
         off = figure * fps * np.random.default_rng(seed).standard_normal(frames)
@@ -127,7 +126,7 @@ RETIMINGS = (
     Kind(
         "jitter",
         (0.002, 0.005, 0.01),
-        "standard deviation of a frame's true time about the told one, s",
+        "standard deviation of a frame's true time from that in the file, s",
         "web cameras wait a part of a frame for the bus and for light",
         jittered,
     ),

@@ -91,10 +91,10 @@ def wobbling(figure: float) -> Effect:
 
 
 def _waves(rng: np.random.Generator, times: Array, count: int) -> Array:
-    """Smooth random courses (T, count) whose largest is 1: sums of four sines."""
+    """Smooth random motions (T, count) whose largest is 1: sums of four sines."""
     rates, starts = rng.uniform(*WOBBLE_HZ, (4, count)), rng.uniform(0, 2 * np.pi, (4, count))
-    course = np.sin(2 * np.pi * rates * times[:, None, None] + starts).sum(axis=1)
-    return np.asarray(course / np.abs(course).max(axis=0))
+    waves = np.sin(2 * np.pi * rates * times[:, None, None] + starts).sum(axis=1)
+    return np.asarray(waves / np.abs(waves).max(axis=0))
 
 
 def rolling(figure: float) -> Effect:

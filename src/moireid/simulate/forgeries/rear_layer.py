@@ -1,21 +1,20 @@
 """What a film shows of the badge, frame by frame: the truth, or a forgery of any kind.
 
-Flat forgeries: a printed photograph of the badge, and a film of the badge replayed on a screen.
+False trajectories of the whole badge are those of `trajectories`.  Two more groups are made here.
 
-In a scene with a light, the forger's picture already has its bands and glare.  When it is filmed it shines evenly, as
-the page around it does, so that no light counts twice.
-
-Both show one picture of the whole badge as seen from one place, straightened, at true size and with the true markers.
-The forger is a good one: tones are exact, the picture is flat, and it has no gloss.
+Flat forgeries are a printed photograph of the badge, and a film of the badge replayed on a screen.  In a scene with a
+light, the forger's picture already has its bands and glare.  When it is filmed it shines evenly, as the page around it
+does, so that no light counts twice.  Both show one picture of the whole badge as seen from one place, straightened, at
+true size and with the true markers.  The forger is a good one: tones are exact, the picture is flat, and it has no
+gloss.
 
 The screen plays a film that was straightened by its markers.  So the badge stays still on the screen, and its fringes
 move with the replayed camera, whose motion has the true spread.  Each frame is held for 1/30 s.  Left out are the
-screen's glow, its black level, and its pixels, which are far finer than a camera's pixel at such distances.
-If the filming camera stays still, the screen shows a true film, and no law of motion can find the forgery.
+screen's glow, its black level, and its pixels, which are far finer than a camera's pixel at such distances.  If the
+filming camera stays still, the screen shows a true film, and no law of motion can find the forgery.
 
-Forgeries whose parts disagree: patches that each have their own clock, and fringes as generated pictures show them.
-
-A field holds, for each part of the board, the parallax coordinate that it shows less the true one.
+Forgeries whose parts disagree are patches that each have their own clock, and fringes as generated pictures show them.
+Their field holds, for each part of the board, the parallax coordinate that it shows less the true one.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.renderer import AnalyticRenderer
 from moireid.simulate.cameras import Camera
-from moireid.simulate.forgeries.courses import COURSES, KINDS, false_camera, random_walk
+from moireid.simulate.forgeries.trajectories import KINDS, TRAJECTORIES, false_camera, random_walk
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Instant, Scene
 
@@ -115,7 +114,7 @@ class OwnClocks:
 class Generative:
     """A true first frame; then phase and pitch wander, as in a film whose pictures are generated one by one.
 
-    The phase wanders with the true course's own spread, at random; the beat's frequency wanders by `PITCH_WANDER`.
+    The phase wanders with the true motion's own spread, at random; the beat's frequency wanders by `PITCH_WANDER`.
     Convention: the wandering phase is in the shown place, so the field holds only the change of pitch.
     """
 
@@ -166,16 +165,16 @@ class ShownViews:
 def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, fps: float, seed: int) -> ShownViews:
     """What is shown in a film.
 
-    Parameters: kind: one of `courses.KINDS`, None for a true film; camera_mm (T, 3): the true centres of every frame.
+    Parameters: kind: one of `trajectories.KINDS`, None for a true film; camera_mm (T, 3): the true centres.
     Convention: the board frame of `motion`.
-    Raises: SpecError for an unknown kind, and for a false course that equals the true one.
-    Source: `courses`, `patches` and `flat`.
+    Raises: SpecError for an unknown kind, and for a false trajectory that equals the true one.
+    Source: `trajectories`, and this module's docstring.
     """
     if kind is None:
         return ShownViews(camera_mm, camera_mm)
-    if kind in COURSES:
+    if kind in TRAJECTORIES:
         false_mm = false_camera(kind, camera_mm, fps, seed)
-        # A course has the true one's spread; if that is zero, a film labelled as forged would show the truth.
+        # A false trajectory has the true one's spread; if that is zero, a film labelled as forged would show the truth.
         if np.abs(false_mm - camera_mm).max() < SAME_MM:
             raise SpecError(
                 f"a {kind} forgery of this motion shows the true fringes, as the camera does not move enough; "

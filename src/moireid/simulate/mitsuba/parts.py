@@ -54,7 +54,7 @@ def _black(mi: Any) -> Any:
 
 
 def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
-    """Paper and markers, and paper beside the printed lines, just behind the lines' own strips.
+    """Paper and markers, and paper around the printed lines, just behind the lines' own strips.
 
     Parameters: green: what the page carries in that channel.
     Convention: the picture is `analytic.page_texture`, one cell of it one colour.

@@ -1,43 +1,41 @@
-"""The badge by Mitsuba 3: the scene of the analytic renderer as geometry, for a second opinion.
+"""The badge by Mitsuba 3: the scene of the analytic renderer as geometry, for a second opinion, and its own error.
 
 The lens sheet is a mesh of cylinder lenses in smooth segments (`mitsuba.sheet`), refracting by Mitsuba's own
-dielectric; the printed lines under it are strips of the page (`page.py`), exact to float32, that shine with the
-radiance of ink and paper; the rest of the page is a picture behind them.  Nothing here shares a line of optics with
-`analytic` or `lenticule`.  What they have in common is the description (`Scene`, `Instant`) and the markers' picture.
+dielectric; the printed lines under it are strips of the page, exact to float32, that shine with the radiance of ink and
+paper; the rest of the page is a picture behind them.  Nothing here shares a line of optics with `analytic` or
+`lenticule`.  What they have in common is the description (`Scene`, `Instant`) and the markers' picture.
 
-With a light in the scene (`Scene.light`) the page is matt and path-traced instead; see `lit.py`.  Without one, the red
-channel carries the radiance, and green the share of rays that came through: page and paper emit 1 in it.  Red over
-green is the mean over the refracted rays.  So reflected light does not show in the picture, nor the random choice by
-which Mitsuba reflects a ray.  One difference stays: rays are weighted by the light that passes.
+Without a light in the scene (`Scene.light`) the red channel carries the radiance, and green the share of rays that came
+through: page and paper emit 1 in it.  Red over green is the mean over the refracted rays.  So reflected light does not
+show in the picture, nor the random choice by which Mitsuba reflects a ray.  One difference stays: rays are weighted by
+the light that passes.
 
 Left out: without a light, glare and direction; in any case colour and the rolling shutter; and unless `scene.need` asks
 for bounces, the sheet's hidden face, rays that leave the lens through its neighbour's flank, and those that are
 reflected within.  Mount and background are left out too.  Forgeries and hidden parts are refused.
 
-Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0.
-Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `docs/explanation/physics.md`.
-
-The badge under a light, for Mitsuba: a matt page, a disc that shines, and an even sky.
-
-Rays are not aimed at the light: a ray goes through a lens to the page, leaves it in any direction, and counts if it
-finds the disc or the sky through a lens.  So a disc a few degrees wide needs some thousand rays in each pixel.
+With a light the scene is a matt page, a disc that shines, and an even sky, and is path-traced.  Rays are not aimed at
+the light: a ray goes through a lens to the page, leaves it in any direction, and counts if it finds the disc or the sky
+through a lens.  So a disc a few degrees wide needs some thousand rays in each pixel.
 
 The red channel carries light from the page, green light that the lens mirrors; they are added.  In red the sheet
 mirrors nothing, inside or outside.  So light from the page to the lens and back is left out, as in `analytic`.  The
 lights are brighter in red by the loss of two passages through the surface, so that both channels have one scale.
 
-Convention: `light` for the scale of radiance; the disc stands in the board's frame.
-Source: Mitsuba 3.9.1, plugins `path`, `diffuse`, `dielectric`, `disk`, `constant`.
+`estimate_mitsuba` estimates the error on one frame before a film is made, and `cheapest_mitsuba` finds the cheapest
+setting that meets a wish.  Two renders of one frame with independent seeds differ by the square root of two times the
+rays' noise.  A third one with twice the segments in each lens differs from their mean by that noise and by the
+segments' error.  That error falls with the square of their number, so three quarters of it show.  The estimate combines
+both.
 
-Mitsuba's own error, estimated on one frame before a film, and the cheapest setting that meets a wish.
+Not included: an error that finer segments share, such as Mitsuba's offset of rays (`page_depth_mm`), 0.001 rad; and the
+difference to the independent tracer of `moireid bench simulate`, 0.004 rad at tangents of 0.3, because Mitsuba weights
+rays by the light that the lens lets pass.
 
-Two renders of one frame with independent seeds differ by the square root of two times the rays' noise.  A third one
-with twice the segments in each lens differs from their mean by that noise and by the segments' error.  That error
-falls with the square of their number, so three quarters of it show.  The estimate combines both.
-
-Not included: an error that finer segments share, such as Mitsuba's offset of rays (`page_depth_mm`), 0.001 rad;
-and the difference to the independent tracer of `moireid bench simulate`, 0.004 rad at tangents of 0.3, because Mitsuba
-weights rays by the light that the lens lets pass.
+Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0;
+the light's disc is in the same frame; `light` for the scale of radiance.
+Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`, and under a light `path`, `diffuse`,
+`dielectric`, `disk`, `constant`; `docs/explanation/physics.md`.
 """
 
 from __future__ import annotations
@@ -76,7 +74,7 @@ BOUNCES = 8
 
 
 def lit_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
-    """Surfaces of a page under a light: matt under the sheet; beside the sheet it shines by itself, as paper.
+    """Surfaces of a page under a light: matt under the sheet; outside the sheet it shines by itself, as paper.
 
     Convention: module docstring.
     Source: the same.
@@ -128,7 +126,7 @@ class MitsubaRenderer:
 
     Parameters: samples: rays a pixel, in strata, some counts rounded up; segments: of each cylinder lens; variant: of
         Mitsuba, one that ends in `_rgb`, None for the best this machine runs; seed: of the rays, each frame has others.
-    Convention: radiance is linear, on the scale of `scene.ink` to `scene.paper`, 0 beside the board.
+    Convention: radiance is linear, on the scale of `scene.ink` to `scene.paper`, 0 outside the board.
     Raises: SpecError for too few rays or segments, a part that something covers, or a variant that is none;
         MissingExtraError without mitsuba or trimesh.
     Source: module docstring.
@@ -172,7 +170,7 @@ class MitsubaRenderer:
 
         Parameters: crop: (left, top, right, bottom) px to render, None for the board's own.
         Convention: that of the class; pixel centres are whole numbers.
-        Returns: Rendered, to be compared pixel by pixel with `AnalyticRenderer.render`.
+        Returns: a picture to be compared pixel by pixel with `AnalyticRenderer.render`.
         Raises: SpecError for a forgery, or a crop beyond the picture.
         Source: module docstring.
         """

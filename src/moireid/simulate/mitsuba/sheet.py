@@ -1,14 +1,12 @@
-"""The lens sheet as a closed solid of triangles, and the part of it that a camera can see.
+"""The lens sheet as a closed solid of triangles, the part of it that a camera can see, and the printed page as strips.
 
 The solid is built and checked by trimesh: one watertight volume, its front made of flat strips along the lenses.  A
-renderer needs the front alone, since the page touches the back and the sides are hidden by the page's paper.
+renderer needs the front alone, since the page touches the back and the sides are hidden by the page's paper.  The
+printed lines are strips as well, exact in float32, so that no texture's resolution limits the phase of a line.
 
 Convention: places are (across the lenses, along them, depth), board mm; the page is at depth 0, the apexes at
 -thickness.  Strips have four corners, in the order of `ACROSS` and `ALONG`, which turns their face towards the camera.
-
-The printed page as strips: exact in float32, so that no texture's resolution limits the phase of a line.
-
-Convention: as `mitsuba.sheet`; strips are (low, high across the lines, begin, end along them), board mm, as printed.
+Strips of the page are (low, high across the lines, begin, end along them), board mm, as printed.
 """
 
 from __future__ import annotations
@@ -61,7 +59,7 @@ def turned_for(build: Build, grating: int, handed: float) -> Build:
     Parameters: grating: its number; handed: of its frame (`moireid.frames`), by which a twist changes its sign.
     """
     offset_mm, twist_rad = build.sheet(grating)
-    return replace(build, lens_offset_mm=offset_mm, twist_rad=handed * twist_rad, laid=())
+    return replace(build, lens_offset_mm=offset_mm, twist_rad=handed * twist_rad, pieces=())
 
 
 def lens_profile(lens: Lens, build: Build, room: Room, segments: int) -> Profile:
@@ -267,9 +265,9 @@ def hidden_face(scene: Scene, room: Room) -> Strips:
 
 
 def wall_strips(scene: Scene, room: Room) -> Strips:
-    """The sheet's four sides: a sight line beside the sheet sees paper there, as in `analytic`.
+    """The sheet's four sides: a sight line that passes the sheet's edge sees paper there, as in `analytic`.
 
-    Convention: their feet stand out as far as lines printed too large reach beyond the sheet.
+    Convention: their feet reach out as far as lines printed too large reach beyond the sheet.
     """
     overhang = (max(*scene.build.print_scales, 1.0) - 1.0) * max(abs(edge) for edge in room)
     tops, feet = (

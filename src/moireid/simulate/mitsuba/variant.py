@@ -161,11 +161,11 @@ def _major_version(path: Path) -> int | None:
     """19 for libLLVM-19.so, libLLVM.so.19.1, llvm@19/lib/libLLVM.dylib; None for another file."""
     if not re.fullmatch(r"libLLVM(-[\d.]+)?\.(so(\.[\d.]+)?|dylib)", path.name):
         return None
-    # A name without a version is a link: the version stands in its target's name or folder.
-    told = re.search(r"libLLVM(?:-|\.so\.)(\d+)", path.resolve().name) or re.search(
+    # A name without a version is a link: the version is in its target's name or folder.
+    found = re.search(r"libLLVM(?:-|\.so\.)(\d+)", path.resolve().name) or re.search(
         r"llvm[-@/](\d+)", str(path.resolve())
     )
-    return int(told.group(1)) if told else None
+    return int(found.group(1)) if found else None
 
 
 def _renders_with(library: Path) -> bool:

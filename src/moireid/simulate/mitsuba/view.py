@@ -1,4 +1,4 @@
-"""Where Mitsuba's camera stands, which pixels it must render, and how much of each the board covers.
+"""Where Mitsuba's camera is, which pixels it must render, and how much of each the board covers.
 
 Convention: pixel centres are whole numbers, as in `scene.Camera`; the shutter is global, at the mean of the first and
 the last row's pose.
@@ -46,7 +46,7 @@ def middle_view(instant: Instant) -> CameraView:
     apart_mm = float(np.linalg.norm(instant.shown_from_mm - centre))
     if apart_mm > FORGERY_MM:
         raise SpecError(
-            f"fringes shown from {apart_mm:.3g} mm beside the camera are a forgery, which real lenses cannot show; "
+            f"fringes shown from {apart_mm:.3g} mm away from the camera are a forgery, which real lenses cannot show; "
             "render it with AnalyticRenderer",
             apart_mm=apart_mm,
         )
@@ -77,7 +77,7 @@ def board_box(scene: Scene, view: CameraView) -> Crop | None:
 def coverage(scene: Scene, view: CameraView, box: Crop) -> Array:
     """Share of each pixel's area that the board covers, (bottom - top, right - left).
 
-    Convention: 0 beside the board, 1 within it.
+    Convention: 0 outside the board, 1 within it.
     Source: 16 x 16 sight lines where the board's edge runs through a pixel.
     """
     at_corners = _meets_board(

@@ -1,14 +1,12 @@
 """Video files: codecs, and recipes that worsen a film as chat programs do.
 
-Convention: luma runs from 16 to 235 in the file, a player stretches it back; a frame's number is its time in units of
-one over the frame rate, so a dropped frame leaves a gap in time and no other frame moves.
-
-Keeps the scheduling class of this program's threads while a library starts that would raise it.
-
-Run by the superuser, SVT-AV1 turns its own threads and the calling thread into real-time threads (first in, first out,
+`scheduling_kept` keeps the scheduling class of this program's threads while an encoder starts that would raise it.  Run
+by the superuser, SVT-AV1 turns its own threads and the calling thread into real-time threads (first in, first out,
 priority 99), and does not turn the caller back.  Processes started later inherit that.  Then threads that wait by
 spinning, such as those of BLAS, keep all processors from the threads that they wait for, and programs hang for ever.
 
+Convention: luma runs from 16 to 235 in the file, a player stretches it back; a frame's number is its time in units of
+one over the frame rate, so a dropped frame leaves a gap in time and no other frame moves.
 Source: sched(7).
 """
 
@@ -84,7 +82,7 @@ TO_VIDEO = np.rint(16 + np.arange(256) * 219 / 255).astype(np.uint8)
 class Pass:
     """One encoding: codec; crf, quality on the encoder's own scale, None for its usual one; or kbps, a bit rate, in
     its place; height: rows to scale down to, None to keep them; turns: rows of spells that take turns, scaled back to
-    those of `height`; transfer: of `transfer.CURVES`, with 10 bits; aspect: width of a pixel by its height, as told.
+    those of `height`; transfer: of `sensor.CURVES`, with 10 bits; aspect: width of a pixel by its height, for the file.
 
     Convention: `turns` are for passes before the last, `transfer` and `aspect` for the last.
     """
@@ -164,7 +162,7 @@ class FilmWriter:
         self._step, self._name = 1 / rate, name
         self._links: list[_Link | _Turns] = []
         for one in recipe.passes[:-1]:
-            with self._telling():
+            with self._translated_errors():
                 self._links.append(_Turns(one, size, rate) if one.turns else _Link(one, size, rate))
             size = self._links[-1].size
         last = self._last = recipe.passes[-1]
@@ -177,7 +175,7 @@ class FilmWriter:
             raise MediaError(
                 f"film {name} cannot be written as {last.codec} ({error}); name it .mp4 or .mkv"
             ) from error
-        with self._telling():
+        with self._translated_errors():
             _set_up(self._stream.codec_context, self.size, rate, last)
 
     def __enter__(self) -> FilmWriter:
@@ -194,7 +192,7 @@ class FilmWriter:
             with contextlib.suppress(av.error.FFmpegError):
                 self._container.close()
             return
-        with self._telling():
+        with self._translated_errors():
             self._pass_on([], 0, flush=True)
             self._container.close()
 
@@ -203,11 +201,11 @@ class FilmWriter:
 
         Raises: MediaError where the file takes no more, or cannot hold the codec.
         """
-        with self._telling():
+        with self._translated_errors():
             self._pass_on([(np.asarray(cv2.LUT(picture, TO_VIDEO), dtype=np.uint8), number)], 0, flush=False)
 
     @contextlib.contextmanager
-    def _telling(self) -> Iterator[None]:
+    def _translated_errors(self) -> Iterator[None]:
         """Turn the encoder's errors into a sentence."""
         import av
 

@@ -1,16 +1,12 @@
 """From radiance to 8-bit pictures: background, lens blur, exposure, noise, and a phone's sharpening.
 
+`opened` gives the poses of a frame whose rows open one after the other, each for as long as the exposure.  `CURVES` are
+transfer curves of high dynamic range, in 10 bits, for pictures that are coded by a square root.
+
 Convention: the background is at infinity and turns with the camera; it is so smooth that it needs no distortion and
-no motion blur.
-
-Transfer curves of high dynamic range, in 10 bits, for pictures that are coded by a square root.
-
-Convention: a white page under an even sky has radiance 1 and is shown as reference white, 203 cd/m2.
+no motion blur.  A frame's time is the middle of its middle row's exposure.  A white page under an even sky has radiance
+1 and is shown as reference white, 203 cd/m2.
 Source: ITU-R BT.2100 (curves), BT.2408 (reference white: 75 % of the signal in hybrid log-gamma).
-
-A frame in time: rows that open one after the other, each for as long as the exposure.
-
-Convention: a frame's time is the middle of its middle row's exposure.
 """
 
 from __future__ import annotations
@@ -80,7 +76,7 @@ def opened(
     """The frame's own pose, and poses at first, middle and last row (3 each) at the instants of its exposure.
 
     Parameters: half_mm: half the board's width and height; an exposure lasts a frame at most.
-    Returns: pose at `time_s` (1,), and one triple where the camera opens for an instant or the badge stands still;
+    Returns: pose at `time_s` (1,), and one triple where the camera opens for an instant or the badge does not move;
         more the farther it moves.
     """
     exposure = min(camera.exposure_s, 1 / fps)
@@ -219,7 +215,7 @@ class Sensor:
         _background(self._behind, self._world, to_world @ spread)
 
     def _with_board(self, board: BoardRadiance, wide: NDArray[np.float32]) -> tuple[NDArray[np.float32], int, int]:
-        """The board laid over the background, both blurred as the lens does, with a margin; its top and left, px."""
+        """The board placed over the background, both blurred as the lens does, with a margin; its top and left, px."""
         camera = self._camera
         blur = math.hypot(BLUR_PX, camera.focus_blur_px)
         margin = math.ceil(4 * blur) + 2
@@ -280,7 +276,7 @@ def _between(patch: Any, wide: Any, top: int, left: int, height: int) -> None:  
 def _count(light: Any, gain: Any, noise: Any, counts: Any) -> Any:  # pragma: no cover
     """A pixel's count, 0 to 255 and not yet whole: exposed, clipped, coded by a square root, noisy, clipped again.
 
-    The square root stands for a camera's transfer curve; noise is added after it, where it is about even.
+    The square root is a model of a camera's transfer curve; noise is added after it, where it is about even.
     """
     coded = np.sqrt(min(max(light * gain, np.float32(0)), np.float32(1)))
     read, shot = np.float32(READ_SHARE), np.float32(1 - READ_SHARE)
@@ -289,7 +285,7 @@ def _count(light: Any, gain: Any, noise: Any, counts: Any) -> Any:  # pragma: no
 
 
 @njit(cache=True, error_model="numpy")
-def _beside(
+def _around(
     out: Any, above: Any, below: Any, share: Any, gain: Any, noise: Any, counts: Any, whole: bool
 ) -> None:  # pragma: no cover
     """Fill part of a row with the background between two coarse rows; see `_develop`."""
@@ -320,7 +316,7 @@ def _develop(picture: Any, light: SensorLight, grain: Grain, whole: bool) -> Non
         out, above, below = picture[row], light.wide[first], light.wide[first + 1]
         noise = grain.noise[row + grain.top][grain.left : grain.left + width]
         a, z = (light.left, right) if light.top <= row < bottom else (width, width)
-        _beside(out[:a], above[:a], below[:a], share, light.gain, noise[:a], grain.counts, whole)
+        _around(out[:a], above[:a], below[:a], share, light.gain, noise[:a], grain.counts, whole)
         if a < z:
             _within(out[a:z], light.patch[row - light.top], light.gain, noise[a:z], grain.counts, whole)
-            _beside(out[z:], above[z:], below[z:], share, light.gain, noise[z:], grain.counts, whole)
+            _around(out[z:], above[z:], below[z:], share, light.gain, noise[z:], grain.counts, whole)

@@ -1,23 +1,19 @@
-"""Fast reprojection errors of a plane's poses, for points and a focal length near those of known poses.
+"""Fast reprojection errors of a plane's poses near known ones; and whether one camera explains all poses of a film.
 
-A film-wide search needs this two hundred times, so it is written for speed: one normal matrix serves all values nearby,
-and poses are the last axis of every array, because NumPy is fast along a long last axis.  It costs a tenth of
-`plane_pose.moved_poses` and gives the same errors (a test checks it).  The gradient is computed anew for each value;
-otherwise poses would stop beside the best ones, and error bars would be up to 4 % too small.
-
-Convention: as `plane_pose`; the plane is z = 0, so a pose has three columns: the plane's x axis and its y axis in
-    camera axes, and the shift.
-
-Does one camera explain all poses of a film, or was its picture zoomed, reframed or stabilised?
+A film-wide search needs the errors two hundred times, so they are written for speed: one normal matrix serves all
+values nearby, and poses are the last axis of every array, because NumPy is fast along a long last axis.  It costs a
+tenth of `plane_pose.moved_poses` and gives the same errors (a test checks it).  The gradient is computed anew for each
+value; otherwise poses would stop next to the best ones, and error bars would be up to 4 % too small.
 
 A program that follows a face, zooms or stabilises moves the optical axis and the focal length within the film.  A zoom
-can often be solved (`zoom_course`).  The course of an axis cannot, from the badge alone: it changes poses much as
-another focal length does.  But both show.  The errors that one camera leaves are then no longer those of single frames,
-but go on over many frames.
+can often be solved (`map_search.zoom_path`).  The path of an axis cannot, from the badge alone: it changes poses much
+as another focal length does.  But both show.  The errors that one camera leaves are then no longer those of single
+frames, but go on over many frames (`lasting_error_px`).
 
-Convention: residuals (T, 2 N) px of N points, as `PlanePoses.residuals_px`.
-Source: the slow part of the residuals, less what white noise leaves in it; noise by the difference of neighbouring
-    frames (von Neumann 1941).
+Convention: as `plane_pose`; the plane is z = 0, so a pose has three columns: the plane's x axis and its y axis in
+    camera axes, and the shift.  Residuals (T, 2 N) px of N points, as `PlanePoses.residuals_px`.
+Source: lasting errors: the slow part of the residuals, less what white noise leaves in it; noise by the difference of
+    neighbouring frames (von Neumann 1941).
 """
 
 from __future__ import annotations
@@ -80,7 +76,7 @@ class NearPoses:
     def following_px(self, moves_px: Array) -> Array:
         """How residuals change as points move by so much, (T, N, 2) px, and the better poses follow; (T, 2 N) px.
 
-        Convention: 0 in a frame without a pose, which tells nothing.
+        Convention: 0 in a frame without a pose, which adds no information.
         Source: the moves less their projection onto the derivatives by the pose, at the known poses.
         """
         moves = self._weighed(moves_px.transpose(2, 1, 0))
@@ -185,7 +181,7 @@ def slow_to_fast(residuals_px: Array, times_s: Array, numbers: NDArray[np.int64]
     """How much of the residuals is too slow for smoothing to remove, over what it removes; 0 where it removes nothing.
 
     A coder that saves leaves small markers as they were for some frames, so their errors are slow.  Poses share them,
-    but in a pose what is slow cannot be told from motion.  In the residuals it can.
+    but in a pose what is slow cannot be distinguished from motion.  In the residuals it can.
     Parameters: numbers (T,): as `stretches`.
     Convention: as `lasting_error_px`.
     Source: one coordinate of a homography errs as another does, so slow and fast parts have one ratio in all of them.

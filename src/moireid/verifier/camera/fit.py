@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.fast_poses import lasting_error_px, slow_to_fast
-from moireid.verifier.camera.map_search import unzoomed, zoom_course
+from moireid.verifier.camera.map_search import unzoomed, zoom_path
 from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.limits import MAX_LASTING_PX
@@ -26,9 +26,9 @@ from moireid.verifier.measuring import FOCAL_RANGE_RATIO, LENS_MODEL_SD_SHARE
 Array = NDArray[np.float64]
 #: Change of the film's unknowns, in standard deviations, to measure their effect on the poses.
 PROBE_SDS = 0.1
-#: A zoom must take away so much of the error that lasts; a course that fits repeated pictures leaves it.  Set by hand.
+#: A zoom must take away so much of the error that lasts; a path that fits repeated pictures leaves it.  Set by hand.
 TAKEN_SHARE = 0.5
-#: The first course is found with the camera of the whole zoomed film, each other one with that of the course before.
+#: The first path of a zoom is found with the camera of the whole film, each other one with that of the path before.
 ROUNDS = 3
 #: A focal length this near to the border of its search, as a share, is at it.
 AT_LIMIT_SHARE = 0.01
@@ -45,7 +45,7 @@ class CameraFit:
     focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution;
     axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
     and focal length are in px of the height; print_aspect: height over width of the print, over those of the design;
-    lasting_px: error that one camera leaves over many frames (`one_camera`); slow_to_fast: as there; log_zoom (T,):
+    lasting_px: error that one camera leaves over many frames (`fast_poses`); slow_to_fast: as there; log_zoom (T,):
     logarithm of the zoom within the film, over its mean; cuts (T,): frames before which the picture jumps.
     """
 
@@ -133,13 +133,13 @@ def _solved(
     best, log_zoom = film, none
     for _ in range(ROUNDS):
 
-        def film_of(course: Array, camera: FilmWide = best) -> FilmWide:
-            return camera.of_points(unzoomed(points_px, course, middle))
+        def film_of(path: Array, camera: FilmWide = best) -> FilmWide:
+            return camera.of_points(unzoomed(points_px, path, middle))
 
-        course = zoom_course(film_of, film.chosen, times_s, film.cuts, frame_px)
-        if course is None:
+        path = zoom_path(film_of, film.chosen, times_s, film.cuts, frame_px)
+        if path is None:
             return film, poses, lasting, none
-        log_zoom = course
+        log_zoom = path
         best = FilmWide(unzoomed(points_px, log_zoom, middle), page_mm, times_s, image_px, None).solve()
     again = best.all_poses()
     left, _ = lasting_error_px(best.residuals_px(again), times_s, np.cumsum(best.cuts))

@@ -1,15 +1,12 @@
-"""How the page moves in the picture: the speed of its points, what of it hides between the frames, and jumps.
-
-Convention: points (T, N, 2) px, times (T,) s.
-
-The effect of a print whose two directions differ in scale, on a registered page.
+"""How the page moves in the picture: the speed of its points, jumps, and the effect of the print's aspect.
 
 A printer feeds paper a little too far or too short, by one or some thousandths, and paper grows more across its fibres
 than along them.  A page that is a thousandth too high looks like one that is tilted by 2.5 degrees.  That tilt is a
-parallax which is not there: on a calm film it makes the fringes' gain 10 % wrong.  Over a film with tilts of its own it
-is told apart, to a ten-thousandth.
+parallax which is not there: on a calm film it makes the fringes' gain 10 % wrong.  A film with tilts of its own shows
+the difference, to a ten-thousandth.
 
-Convention: aspect is the logarithm of the page's height over that of its design, at one width, about the page's middle.
+Convention: points (T, N, 2) px, times (T,) s; aspect is the logarithm of the page's height over that of its design, at
+one width, about the page's middle.
 Source: derivative of each frame's homography along the page's y; an aspect is so small that its square does not matter.
 """
 
@@ -42,7 +39,7 @@ def _even(clock: Array) -> NDArray[np.bool_]:
 
 def velocity_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_]) -> Array:
     """Velocity of each point, (T, N, 2) px/s: derivative of a cubic spline through the frames, not across cuts, and 0
-    beside gaps.
+    next to gaps.
 
     Registered points are exact to some hundredths of a pixel, so they are interpolated and not smoothed: smoothing
     would flatten a hand's tremor, and the shutter time would be overestimated.
@@ -97,7 +94,7 @@ def jumps(points: Array, times_s: Array) -> NDArray[np.bool_]:
     sudden = jerk > np.maximum(np.maximum(MAX_PICTURE_JUMP, by_hand), JUMP_NOISE_SDS * median_near(jerk, AROUND))
     edges = np.diff(np.concatenate([[0], sudden, [0]]).astype(int))
     for first, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
-        # A cut shows in three differences.  A frame that was exposed across the cut makes it four, and stands alone.
+        # A cut shows in three differences.  A frame that was exposed across the cut makes it four, and is alone.
         places = (first + 3, end) if end - first >= 3 else (first + int(np.argmax(jerk[first:end])) + 2,)
         found[list(places)] = True
     return found

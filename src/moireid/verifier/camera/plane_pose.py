@@ -1,4 +1,4 @@
-"""Poses of a known plane in many frames at once.
+"""Poses of a known plane in many frames at once, and a film's camera in closed form.
 
 A distant plane has two poses that fit almost equally well, with opposite tilts; both are kept until the end.  All
 frames are refined together in arrays, because a film-wide search needs them some thirty times.
@@ -6,23 +6,20 @@ frames are refined together in arrays, because a film-wide search needs them som
 A hand that trembles between two frames moves the rows of a rolling shutter by an unknown speed.  Where that matters,
 each frame has some slack along its rows: the errors in that direction count less.
 
+A film may be a crop, or a tile of a recorded call, so that its optical axis meets the picture far from the middle or
+outside of it; or it may be stretched.  A search from the middle does not find that.  So optical axis, focal length and
+pixel aspect are also computed from homographies alone (`closed_form`): each homography of a plane gives two linear
+equations of the image of the absolute conic.
+
 Convention: points (N, 3) of the plane in its own frame; rotation plane -> camera; OpenCV's camera axes; slack (T, N):
     the direction of the rows over the points, of length sqrt(1 - a^2), where a is the weight of an error in that
     direction, in u and in v; None: all errors count alike.
+    In `ClosedForm` lengths are in long sides of the picture, the axis from the picture's middle, x right, y down;
+    aspect is the focal length along x over that along y, 1 for square pixels, below 1 in a picture that was squeezed.
+    Axis and focal length are those of the picture once its pixels are square.
 Source: start by infinitesimal plane-based pose estimation (Collins and Bartoli, 2014, in OpenCV); refinement by
-    Gauss-Newton on the reprojection error.
-
-Optical axis, focal length and pixel aspect in closed form, from homographies alone.
-
-A film may be a crop, or a tile of a recorded call, so that its optical axis meets the picture far from the middle or
-outside of it; or it may be stretched.  A search from the middle does not find that, and need not: each homography of a
-plane gives two linear equations of the image of the absolute conic.
-
-Convention: lengths are in long sides of the picture, the axis from the picture's middle, x right, y down; aspect is the
-focal length along x over that along y, 1 for square pixels, below 1 in a picture that was squeezed.  Axis and focal
-length are those of the picture once its pixels are square.
-Source: Zhang, A flexible new technique for camera calibration, 2000, section 3.1; frames that fit
-    badly, as some are shaken, get Geman and McClure's weight.
+    Gauss-Newton on the reprojection error.  Closed form: Zhang, A flexible new technique for camera calibration, 2000,
+    section 3.1; frames that fit badly, as some are shaken, get Geman and McClure's weight.
 """
 
 from __future__ import annotations
@@ -47,7 +44,7 @@ class ClosedForm:
 
 
 def closed_form(points: Array, plane: Array, *, square: bool) -> ClosedForm | None:
-    """The camera that explains a film's homographies; None where they do not tell it.
+    """The camera that explains a film's homographies; None where they do not determine it.
 
     Parameters: points (T, N, 2): pictures of the plane's points, from the picture's middle, in long sides; plane
         (N, 2): any unit; square: whether pixels are known to be square.

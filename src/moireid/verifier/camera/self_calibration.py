@@ -4,8 +4,8 @@
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
 3. Shutter time alone, then focal length alone, each from its prior.
 4. All together.
-5. If the focal length is far from its prior, estimate it again on a steady camera path (`steady_path`).
-6. If a tremor hides between the frames, rows tell less than they seem to: estimate all again with that slack.
+5. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
+6. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
 Convention: as `fit`; distortion is estimated in units of the usual focal length, and returned in units of the found
     one; unknowns in the order of `FilmWide`.
 Source: maximum a posteriori over reprojection error.
@@ -177,9 +177,9 @@ class FilmWide:
             return film._cost(scale)
 
         best = min(tried, key=cost)
-        # Another direction of the shutter than the usual one may have been told by what was not yet solved then.
-        told = best._steadied or best._rows is best._directions[0]
-        best = best if told else min((best, best._rolled_down()), key=cost)
+        # Another direction of the shutter than the usual one may come from what was not yet solved then.
+        sure = best._steadied or best._rows is best._directions[0]
+        best = best if sure else min((best, best._rolled_down()), key=cost)
         best._count_once()
         best._loosen()
         return best
@@ -210,13 +210,13 @@ class FilmWide:
         rows = self._apart(self._chosen)
         none = np.zeros_like(rows)
         left = [self._near.following_px(np.stack(pair, axis=-1)) for pair in ((rows, none), (none, rows))]
-        told = float(np.median((np.square(left).sum(axis=(0, 2))) / 2))
+        kept = float(np.median((np.square(left).sum(axis=(0, 2))) / 2))
         moved_px = hidden_speed_px_s(self._points, self._times, self.cuts) * self.shutter_s
         error_px = point_error_px(self._start, len(self.plane)) or 1e-9
-        hidden = min(MOST_HIDDEN, told * (moved_px / error_px) ** 2)
+        hidden = min(MOST_HIDDEN, kept * (moved_px / error_px) ** 2)
         if hidden < LEAST_HIDDEN:
             return
-        self._hidden_sds = math.sqrt(hidden / (1 - hidden) / told)
+        self._hidden_sds = math.sqrt(hidden / (1 - hidden) / kept)
         self._solve_again()
 
     def _apart(self, frames: NDArray[np.int64] | slice) -> Array:
@@ -274,7 +274,7 @@ class FilmWide:
             # The closed form's is off by some thousandths, which hides the shutter.
             near = replace(STRETCH.near(film.stretch, NEARBY_STEPS), prior=film.stretch, prior_sd=STRETCH_MAX_LOG)
             film.stretch, _ = minimise(lambda x: film._errors(shutter_s=0.0, stretch=x), *near.alone)
-        # Where the camera is not yet right, the direction of the shutter is told badly, so it is tested again.
+        # Where the camera is not yet right, the direction of the shutter is estimated badly, so it is tested again.
         for _ in range(2):
             before, film._rows = film._rows, film._likeliest_rows()
             film._solve_together()
@@ -431,8 +431,8 @@ class FilmWide:
         """What the poses of all frames leave, (T, 2 N) px; in full, as a zoom would hide behind the rows' slack."""
         return poses.residuals_px(self.plane, self._flat(slice(None)), self.focal, self._centre)
 
-    def zoom_told(self) -> tuple[Array, Array]:
-        """What the chosen frames tell of a zoom: the residual along a zoom's direction, px, and its slope, (n,) each.
+    def zoom_residual(self) -> tuple[Array, Array]:
+        """The residual of the chosen frames along a zoom's direction, px, and its slope, (n,) each.
 
         Convention: residual = slope times (the zoom's logarithm that is missing).
         """

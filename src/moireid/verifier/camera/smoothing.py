@@ -1,16 +1,12 @@
-"""Smoothing the camera's path over time, without removing a hand's motion.
-
-Convention: as `fit`.
-
-The misfit of a focal length if the camera moves on a steady path.
+"""Smoothing the camera's path over time, without removing a hand's motion; and the misfit of poses on a steady path.
 
 If a badge is seen from the front by a camera that shifts but does not rotate, its focal length is poorly determined.
 The longer the focal length, the more freely the tilt of each frame can fit noise.  So the least misfit over free tilts
-lies at a far too long focal length: lower by 30 units of chi-square at three times the true one, in films by an outside
-simulator.  A hand cannot jump from tilt to tilt.  On a smooth path the misfit of such a film is flat, and that of other
-films is as sharp as before.
+is at a far too long focal length: lower by 30 units of chi-square at three times the true one, in films by an outside
+simulator.  A hand cannot jump from tilt to tilt.  On a smooth path (`steady_errors_px`) the misfit of such a film is
+flat, and that of other films is as sharp as before.
 
-Convention: as `plane_pose`; the direction is that of the tangents Cx/Cz and Cy/Cz in the plane's frame.
+Convention: as `fit` and `plane_pose`; the direction is that of the tangents Cx/Cz and Cy/Cz in the plane's frame.
 Source: Gauss-Newton over rotation and distance for a given direction.
 """
 
@@ -150,14 +146,14 @@ def _smooth(clock: Array, values: Array, explained: float, weights: Array | None
         if cut_off > 0.5 * count / length:
             continue
         stiffness = count / length / (2 * np.pi * cut_off) ** 4
-        course = smoothed(clock, values, stiffness, weights)
+        curve = smoothed(clock, values, stiffness, weights)
         freedom = np.sum(1 / (1 + (np.arange(count) / (2 * length) / cut_off) ** 4))
-        left = float(np.sum((values - course) ** 2 if weights is None else weights * (values - course) ** 2))
+        left = float(np.sum((values - curve) ** 2 if weights is None else weights * (values - curve) ** 2))
         if cut_off == CUT_OFFS_HZ[0] and np.sqrt(left / count) <= explained:
-            return course
+            return curve
         score = left / (1 - freedom / count) ** 2
         if best is None or score < best[0]:
-            best = score, course
+            best = score, curve
     return best[1] if best else values
 
 

@@ -1,7 +1,7 @@
 """Stretches: runs of frames within which the badge was followed without a break.
 
 Fringe phase is known modulo a turn, and a badge that is lost, cut or turned within one frame may have moved by any
-number of turns meanwhile.  So what lies between two stretches is no evidence, neither for a badge nor against it: each
+number of turns meanwhile.  So what is between two stretches is no evidence, neither for a badge nor against it: each
 stretch has a phase constant of its own, and only motion seen within one counts.  Else a still picture, shown at two
 views a whole turn apart, would obey the law at both.
 
@@ -69,7 +69,7 @@ def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:
     time = np.diff(times_s)[here]
     reach = MAX_TURN_PER_S2 * np.where(time > 1.5 * np.median(time), time / 2, time) ** 2
     over = (sudden / np.maximum(reach[:, None], JUMP_NOISE_SDS * usual)).max(axis=1)
-    # Windows that straddle a cut beside their middle see some of it too: the cut is where they see most, or beside it
+    # Windows that straddle a cut next to their middle see some of it too: the cut is where they see most, or next to it
     # where the step itself is larger.
     size = np.linalg.norm(steps, axis=1)
     for place in np.flatnonzero((over > 1) & (over == greatest_near(over, 2 * SIDE - 1))) + here.start:

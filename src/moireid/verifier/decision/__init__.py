@@ -1,8 +1,8 @@
 """One decision from one table of explanations.
 
-figures.py     correlation, gain, error bars of one grating
+figures.py     correlation, gain, error bars of one grating; calibrated odds
 sheet_gain.py  which gains this badge's sheet may have
-comparison.py  the table: what the law leaves, and each rival's odds and share
-findings.py    what of it is reported, in sentences
-judge.py       the motion invariant: all of it together
+comparison.py  the table of explanations: the law's residual, and each rival's odds and share
+findings.py    the findings that are reported, as sentences
+judge.py       the motion invariant: the verdict from all of that, also for each few seconds
 """

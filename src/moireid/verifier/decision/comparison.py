@@ -2,10 +2,10 @@
 
 1. Fit the law with bounded nuisances (`explanations.honest`).
 2. Odds of the law over each rival that does not contain it, by the residuals that both leave (`explanations.rivals`).
-3. Spells: does the law lose to a lie for a while? (`explanations.spells`)
+3. Spells: does a forgery fit better than the law for a while? (`explanations.rivals`)
 4. Odds over rivals that contain the law: a motion of its own on top, rows or places on clocks of their own
-   (`explanations.likelihood`).
-5. How often would a rival look as law-like as this film does? (`explanations.lookalikes`)
+   (`explanations.residuals`).
+5. How often would a rival look as law-like as this film does? (`explanations.rivals`)
 
 Convention: odds are decadic logarithms of the law's over the rival's, above 0 where the law is likelier.  Rivals that
 contain the law always fit at least as well; they enter with a penalty for their freedom (4) or by their share alone.
@@ -248,7 +248,7 @@ def camera_doubted(signal: GratingSignal) -> bool:
 
 
 def film_table(gratings: list[GratingComparison]) -> tuple[Explanation, ...]:
-    """The table of a film: each rival where it does best by its odds, and the share of the grating that tells most.
+    """The table of a film: each rival where its odds are best, and the share of the most informative grating.
 
     Convention: a rival must look law-like in every grating that moved, so its share is the least of them.
     """
@@ -264,7 +264,7 @@ def film_table(gratings: list[GratingComparison]) -> tuple[Explanation, ...]:
 
 
 def law_row(gratings: list[GratingComparison]) -> Explanation:
-    """The law's own row of the table, of the grating that tells most."""
+    """The law's own row of the table, of the most informative grating."""
     most = max(gratings, key=lambda one: one.figures.information)
     parameters = {"gain": most.figures.gain_ratio, "residual_rad": most.residual_rad} | {
         f"{name}_rad": value for name, value in (most.nuisances_rad or {}).items()

@@ -1,13 +1,12 @@
-"""The figures of one grating over a film: how well its fringes follow the prediction, and the residuals.
+"""The figures of one grating over a film, and calibrated odds from a score.
 
-Convention: gain is measured over predicted phase, +1 for a genuine badge; all angles in rad.
-
-From a score to calibrated odds, and to words.
+The figures say how well a grating's fringes follow the prediction, and how large the residuals are.
 
 A score is as sharp as its noise model; on films it is overconfident.  So it is calibrated: the logarithm of the odds
 that films with this score are honest, where as many are honest as forged, capped at what the set of films supports.
 Odds are no probability: how many films are forged in the first place is not known here.
 
+Convention: gain is measured over predicted phase, +1 for a genuine badge; all angles in rad.
 Source: logistic regression of honest against forged films on the score (Platt 1999), by `benchmarks/priors.py`; the
     verbal scale is that of the ENFSI guideline for evaluative reporting (2015).
 """

@@ -9,26 +9,23 @@
 A film is accepted if all of that holds.  It is rejected if the law does not explain it with every nuisance allowed, and
 a rival does far better.  Else it is inconclusive, and the findings name the rival that remains.
 
-Convention: as `comparison`; each grating that moved enough must hold by itself.
-
-Could the film show photographs of the badge?  Rows of the table of explanations, and findings.
+Step 5 adds these rows to the table of explanations, and these findings:
 
 | row | the fringes are those of | finding |
 |---|---|---|
 | `photographs_at_one_distance` | photographs from one distance, moved by the law | `spacing` |
 | `photographs_in_turn` | two to four photographs, in turn or cross-faded | `cross_fade` |
 | `photographs_faded` | more photographs, cross-faded | `waveform` |
-| `photographs_laid_over` | photographs, all laid over each other | `third_harmonic` |
+| `photographs_laid_over` | photographs, all superposed | `third_harmonic` |
 
 A zoom within the film, a shadow that moves, or air under the sheet can do the same to a true badge, so none of them
 rejects a film.
 
-Convention: as `comparison`; a row's figure is that of the grating that looks most like photographs.
+`judge_segments` gives the verdict for each few seconds.  A segment is judged by the same limits as a film; one with
+little motion is inconclusive, which does not count against the film.
 
-The verdict by time: the motion invariant in each few seconds of a film.
-
-Convention: a segment is judged by the same limits as a film; one with little motion is inconclusive, which does not
-    count against the film.
+Convention: as `comparison`; each grating that moved enough must hold by itself; a row's figure is that of the grating
+    that looks most like photographs.
 """
 
 from __future__ import annotations
@@ -60,8 +57,8 @@ from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, MAX_SPACING_ERROR_RATIO, SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
-#: A row of the table, and the finding that says the same.
-Told = tuple[Explanation | None, Reason]
+#: A row of the table, if there is one, and its finding.
+RowAndReason = tuple[Explanation | None, Reason]
 
 
 def photographs(
@@ -71,30 +68,30 @@ def photographs(
 
     Parameters: spacing: of all gratings, None where the distance does not change; moved: signals that moved enough.
     """
-    told = [] if spacing is None else [_at_one_distance(spacing)]
+    rows = [] if spacing is None else [_at_one_distance(spacing)]
     fades = [fade for signal in moved if (fade := cross_fade_of(signal)) is not None]
     if fades:
-        told.append(_in_turn(max(fades, key=lambda one: one.certain)))
+        rows.append(_in_turn(max(fades, key=lambda one: one.certain)))
     waveforms = [waveform for signal in moved if (waveform := waveform_of(signal)) is not None]
     if waveforms:
-        told.append(_faded(max(waveforms, key=lambda one: one.ripple / one.limit)))
+        rows.append(_faded(max(waveforms, key=lambda one: one.ripple / one.limit)))
         harmonics = [one.third_harmonic for one in waveforms if one.third_harmonic is not None]
         if harmonics:
-            told.append(_laid_over(min(harmonics, key=lambda one: one.surplus / one.limit)))
+            rows.append(_superposed(min(harmonics, key=lambda one: one.surplus / one.limit)))
         count = max(one.photographs for one in waveforms)
-        told.append((None, _needed(count, from_two=spacing is not None and spacing.tested and not spacing.wrong)))
-    return tuple(row for row, _ in told if row is not None), [reason for _, reason in told]
+        rows.append((None, _needed(count, from_two=spacing is not None and spacing.tested and not spacing.wrong)))
+    return tuple(row for row, _ in rows if row is not None), [reason for _, reason in rows]
 
 
 def _row(name: str, odds: float | None, parameters: dict[str, float], level: Level) -> Explanation:
     return Explanation(name, odds, parameters, None, level == "undecided")
 
 
-def _at_one_distance(spacing: Spacing) -> Told:
+def _at_one_distance(spacing: Spacing) -> RowAndReason:
     level: Level = "undecided" if spacing.wrong else "pass" if spacing.tested else "note"
     seen = "As the badge comes nearer or goes away, the spacing of its fringes"
     text = {
-        "undecided": f"{seen} does not follow, as on photographs laid over a film, or under a zoom. Film without zoom.",
+        "undecided": f"{seen} does not follow, as on photographs over a film, or under a zoom. Film without zoom.",
         "pass": f"{seen} follows, which that of photographs from one distance does not.",
         "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
     }[level]
@@ -104,7 +101,7 @@ def _at_one_distance(spacing: Spacing) -> Told:
     return None if level == "note" else row, reason
 
 
-def _in_turn(fade: CrossFade) -> Told:
+def _in_turn(fade: CrossFade) -> RowAndReason:
     level: Level = "undecided" if fade.seen else "pass"
     text = "The fringes keep their shape all along their way."
     if fade.seen:
@@ -115,7 +112,7 @@ def _in_turn(fade: CrossFade) -> Told:
     return row, Reason("cross_fade", level, fade.certain, MAX_CROSS_FADE_SHARE, "share", text)
 
 
-def _faded(waveform: Waveform) -> Told:
+def _faded(waveform: Waveform) -> RowAndReason:
     level: Level = "pass" if waveform.ripple <= waveform.limit else "undecided"
     text = "The fringes keep their shape from place to place."
     if level == "undecided":
@@ -125,12 +122,12 @@ def _faded(waveform: Waveform) -> Told:
     return row, Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
 
 
-def _laid_over(harmonic: ThirdHarmonic) -> Told:
+def _superposed(harmonic: ThirdHarmonic) -> RowAndReason:
     level: Level = "pass" if harmonic.seen else "undecided"
     text = "The fringes have sharp edges, as lenses make them."
     if not harmonic.seen:
-        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in photographs laid over "
-        text += "each other, or under a sheet with air beneath it. "
+        text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in superposed "
+        text += "photographs, or under a sheet with air beneath it. "
         text += "Film from nearer, in focus, with the sheet pressed flat."
     row = _row("photographs_laid_over", harmonic.log10_odds, {"third_harmonic": harmonic.surplus}, level)
     return row, Reason("third_harmonic", level, harmonic.surplus, harmonic.limit, "contrasts", text)
@@ -138,7 +135,7 @@ def _laid_over(harmonic: ThirdHarmonic) -> Told:
 
 def _needed(count: int, *, from_two: bool) -> Reason:
     least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
-    text = f"To fake this film by cross-fading photographs of the badge, a forger would need {least} along its course"
+    text = f"To fake this film by cross-fading photographs of the badge, a forger would need {least} along its path"
     # One from another distance may be all that the spacing asks for, so it adds nothing to the count.
     text += ", and some from another distance." if from_two else "."
     return Reason("photographs", "note", float(count), None, "photographs", text)
@@ -261,8 +258,8 @@ def judge_signals(
         )
         reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
         if whole:
-            of_photographs, told = photographs(spacing, [signal for signal, _ in moving])
-            reasons += told
+            of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving])
+            reasons += photograph_reasons
             reasons += findings.phase_gaps([signal for signal, _ in moving])
     return Invariant(
         worst(reasons),

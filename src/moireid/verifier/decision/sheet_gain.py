@@ -1,8 +1,8 @@
 """What gain a badge's sheet has: as designed, as measured at enrolment, or still to be measured.
 
 Gain is a property of the built badge: sheets of one pitch are sold in several thicknesses, and air between sheet and
-page lets fringes move farther still.  So a badge that nobody measured may have any gain that a shop's sheet can give
-it; such a film is open, since the gain alone tells no thin sheet from a lie.
+page lets fringes move farther still.  So a badge that was never measured may have any gain that a sheet as sold can
+give it; such a film is inconclusive, since the gain alone cannot distinguish a thin sheet from a forgery.
 
 Convention: `expected` is over the design; signals are judged under it (`GratingSignal.under`), so that 1 is what is
 expected, and all other gains here are shares of it.
@@ -97,7 +97,7 @@ DESIGNED = SheetGain()
 
 
 def designed(badge: Badge) -> SheetGain:
-    """Of a badge that nobody measured."""
+    """Of a badge that was never measured."""
     return replace(DESIGNED, handled=_handled(badge))
 
 
@@ -120,7 +120,7 @@ def _handled(badge: Badge) -> tuple[float, float]:
 
 
 def gain_reason(gain: float, gain_sd: float, sheet: SheetGain) -> Reason:
-    """Pass within the room; open where a sheet as sold explains it; fail beyond by three error bars; else undecided.
+    """Pass within the room; inconclusive where a sheet as sold explains it; fail beyond by three error bars.
 
     Parameters: gain, gain_sd: over what is expected.
     """

@@ -1,7 +1,7 @@
 """Explanations of one film's fringes: the law of optics, and its rivals, each a small model of the same evidence.
 
 honest.py     the law, with what an honest camera, badge and codec may add to it
-rivals.py     whole-film rivals: still, drift, late, place, another gain, a motion of its own
+rivals.py     rivals over the whole film and for a while, and how often one would look law-like
 residuals.py  size of a residual, its independent samples, and odds
 photographs/  photographs of the badge instead of the badge
 """

@@ -1,5 +1,6 @@
 """The honest explanation: the law of optics, with what an honest camera, badge and codec may add to it.
 
+It is fitted to the phase of one grating (`PhaseSeries`): measured, predicted by the law, and what else is known.
 The phase is a gain times the law, plus bounded nuisances: each is a known shape whose size is at most what its cause
 can do.  A nuisance that explains more than that is cut off at its bound, so it cannot hide another motion.
 
@@ -11,14 +12,11 @@ can do.  A nuisance that explains more than that is cut off at its bound, so it 
 | `zoom` | the law times the time | focus breathes |
 | `axis`, `axis_turn` | the time, and its square | a stabilised lens moves the optical axis |
 
-Convention: bounds are root mean squares over the film, rad.
+Convention: bounds are root mean squares over the film, rad.  A series has one entry per block of frames, (N,); phases
+    in rad with weighted mean 0 in each stretch, since the phase constant of a stretch is unknown.  The weight of a
+    block is 1 for a typical frame and less for a vague one.
 Source: linear least squares on columns made orthogonal in this order (Gram-Schmidt), so that cutting one coefficient
     off leaves the others as they are.
-
-One grating's phase as explanations are compared on it: measured, predicted by the law, and what else is known.
-
-Convention: one entry per block of frames, (N,); phases in rad with weighted mean 0 in each stretch, since the phase
-constant of a stretch is unknown.  The weight of a block is 1 for a typical frame and less for a vague one.
 """
 
 from __future__ import annotations
@@ -114,9 +112,9 @@ class PhaseSeries:
 
 
 def without_short_stretches(signal: GratingSignal) -> GratingSignal:
-    """The signal, unread in stretches shorter than the shortest lie that is looked for.
+    """The signal, unread in stretches shorter than the shortest forged part that is searched.
 
-    Each stretch has a phase constant of its own, so a picture that stands still between frequent cuts would leave none.
+    Each stretch has a phase constant of its own, so a picture that stays still between frequent cuts would leave none.
     """
     _, own = np.unique(signal.stretch, return_inverse=True)
     starts = np.flatnonzero(np.diff(own, prepend=-1))
@@ -172,7 +170,7 @@ def phase_series(signal: GratingSignal) -> PhaseSeries | None:
 def _evenly(table: Array, stretch: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
     """A table (T, K), whose first column is the time, with frames put in where some are missing, by interpolation.
 
-    So each second of a film counts alike: a lie that is shown at fewer frames a second would weigh less.
+    So each second of a film counts alike: a forged part with fewer frames a second would weigh less.
     """
     times = table[:, 0]
     steps = np.where(np.diff(stretch) == 0, np.diff(times), 0.0)
@@ -204,7 +202,7 @@ def _rate(law_rad: Array, times_s: Array, stretch: NDArray[np.int64]) -> Array:
     return rate
 
 
-#: A column that keeps less than this share of itself beside the others before it adds nothing.
+#: A column of which less than this share is new, compared with the columns before it, adds nothing.
 LEAST_NEW_SHARE = 1e-3
 
 

@@ -1,10 +1,9 @@
-"""How large a residual is, and how many independent samples it holds.
+"""How large a residual is, how many independent samples it holds, and odds of the law over rivals that contain it.
 
-Odds of the law over rivals that contain it: a motion of their own on top, or parts on clocks of their own.
-
-Such a rival fits at least as well as the law, so it is judged by how large the deviation is that it explains.  On
-honest films the logarithm of a deviation, over what known errors explain, is normally distributed; a forged deviation
-adds in squares and is `FORGED_MIN_SHARE` to `FORGED_MAX_SHARE` of the motion, each octave equally likely.
+A rival contains the law if it adds a motion of its own on top, or lets parts run on clocks of their own.  Such a rival
+fits at least as well as the law, so it is judged by how large the deviation is that it explains.  On honest films the
+logarithm of a deviation, over what known errors explain, is normally distributed; a forged deviation adds in squares
+and is `FORGED_MIN_SHARE` to `FORGED_MAX_SHARE` of the motion, each octave equally likely.
 
 | rival | deviation |
 |---|---|
@@ -49,7 +48,7 @@ def spread_rad(residual_rad: Array) -> Array:
     Notes
     -----
     Source: 1.4826 times the median absolute deviation is the standard deviation of a normal distribution.  The plain
-    one alone would rest on a few bad poses, the robust one alone would overlook a short lie.
+    one alone would rest on a few bad poses, the robust one alone would overlook a short forged part.
     """
     middle = np.median(residual_rad, axis=0)
     robust = 1.4826 * np.median(np.abs(residual_rad - middle), axis=0)
@@ -140,7 +139,7 @@ def containing_odds(
 
     Parameters: deviations_rad: root mean squares by the rivals' names; excitation_rad: spread of the predicted phase;
         error_rad: expected error of one frame; strip_sd_rad: error bar of one strip in one frame; rounding_rad: as
-        `strip_phase.rounding_rad`.
+        `phase.rounding_rad`.
     """
     found = {}
     for name, one in EXPECTED.items():

@@ -1,4 +1,6 @@
-"""Rivals of the law over a whole film: what else could move the fringes, each as a shape and as draws from its priors.
+"""Rivals of the law: what else could move the fringes, over the whole film or for a while.
+
+Over the whole film, each rival is a shape, and draws from its priors:
 
 | name | the fringes | parameters |
 |---|---|---|
@@ -9,28 +11,23 @@
 | `another_gain` | move too far, not far enough, or the wrong way | gain |
 | `own_motion` | move smoothly by themselves | a random walk, smoothed over 0.5 to 3 s |
 
+How often would a rival look as law-like as this film does (`lookalike_shares`)?  Each rival is forged on the film's own
+trajectory, with parameters from its priors and with the film's own residual, resampled in blocks.  The honest
+explanation is then fitted to it as to the film.  The share of such forgeries whose gain an honest sheet may have, and
+whose residual is about as small as the film's, is the rival's share.  A film of much and varied motion leaves no rival
+a share; on a single steady sweep a drift keeps one.
+
+Do the fringes leave the law for a while (`worst_spell`)?  In each window of the film they are compared with the law,
+and with fringes that meanwhile stay still, go the wrong way, or go half or twice as far.  A window's phase constant is
+free, so nothing outside of it counts.
+
 Convention: phases (N, D) in rad with mean 0 in each stretch.  Priors are even over the ranges of `verifier.limits`;
-a gain that an honest sheet may have is no rival.
-
-How often would a rival look as law-like as this film does?
-
-Each rival is forged on the film's own trajectory, with parameters from its priors and with the film's own residual,
-resampled in blocks.  The honest explanation is then fitted to it as to the film.  The share of such forgeries whose
-gain an honest sheet may have, and whose residual is about as small as the film's, is the rival's share.  A film of much
-and varied motion leaves no rival a share; on a single steady sweep a drift keeps one.
-
-Convention: shares from 0 to 1.
-Source: a parametric bootstrap under each rival; blocks of `RESAMPLED_S`, which hold what is correlated (Kuensch 1989).
-
-Do the fringes leave the law for a while?
-
-In each window of the film the fringes are compared with the law, and with fringes that meanwhile stay still, go the
-wrong way, or go half or twice as far.  A window's phase constant is free, so nothing outside of it counts.
-
-Convention: a window's *slip* is its residual's projection on the law's own change there, rad times the root of blocks;
-on an honest film slips scatter about 0, with outliers where a pose is poor.
-Source: ratio of Student's t densities with `SPELL_FREEDOM` degrees of freedom, as outliers are common; its logarithm
-    is lowered by that of the number of windows that are tried.
+    a gain that an honest sheet may have is no rival.  Shares from 0 to 1.  A window's *slip* is its residual's
+    projection on the law's own change there, rad times the root of blocks; on an honest film slips scatter about 0,
+    with outliers where a pose is poor.
+Source: shares: a parametric bootstrap under each rival; blocks of `RESAMPLED_S`, which hold what is correlated (Kuensch
+    1989).  Spells: ratio of Student's t densities with `SPELL_FREEDOM` degrees of freedom, as outliers are common; its
+    logarithm is lowered by that of the number of windows that are tried.
 """
 
 from __future__ import annotations
@@ -289,7 +286,7 @@ LONGER_SHARE = 0.5
 
 @dataclass(frozen=True)
 class Spell:
-    """The window that most resembles a lie: log10 odds of the law over it, its gain, and when it begins and ends, s."""
+    """The window most like a forgery: log10 odds of the law over it, its gain, and when it begins and ends, s."""
 
     log10_odds: float
     gain: float

@@ -1,17 +1,15 @@
-"""What a film shows of a grating beside its phase: evidence that photographs laid over a film do not give.
+"""What a film shows of a grating apart from its phase, as evidence against photographs placed over a film.
 
-Convention: one entry per frame, (T,), over the frames of the signal to which it belongs (`signals.GratingSignal`).
+The depth law is the main part: does the spacing of the fringes follow the camera's distance?  Nearer to the badge the
+fringes are closer together.  Along a strip that is a few thousandths of a radian for a hand's sway, and hundreds of
+frames show it.  A photograph that is placed over a film keeps the spacing of the place where it was taken.  So a table
+of photographs, indexed by parallax, has all that depends on parallax and nothing that depends on distance; only the
+second is used here.
 
-The depth law: does the spacing of the fringes follow the camera's distance?
-
-Nearer to the badge the fringes stand closer.  Along a strip that is a few thousandths of a radian for a hand's sway,
-and hundreds of frames show it.  A photograph that is laid over a film keeps the spacing of the place where it was
-taken.  So a table of photographs, indexed by parallax, has all that depends on parallax and nothing that depends on
-distance; only the second is used here.
-
-Convention: the gain is seen over predicted change of spacing: 1 on a genuine badge, 0 on such a table.
-Source: `predicted_phase`; the change is 2 pi X g_eff / p_r times the change of 1 / |Cz| for a place X along the strip.
-    Least squares of the left-over of `strip_shape` against slope times change, both without what the fit of each
+Convention: one entry per frame, (T,), over the frames of the signal (`signals.GratingSignal`).  The gain is seen over
+predicted change of spacing: 1 on a genuine badge, 0 on such a table.
+Source: `phase.strip_law`; the change is 2 pi X g_eff / p_r times the change of 1 / |Cz| for a place X along the strip.
+    Least squares of the residual of `phase.strip_shape` against slope times change, both without what the fit of each
     frame takes up (Frisch and Waugh 1933).
 """
 

@@ -1,25 +1,22 @@
-"""Are frames mixed with their neighbours, as temporal noise reduction or a change of the frame rate does?
+"""Are frames mixed with their neighbours, and do all places of a strip move alike?
 
-At one pixel the fringe's phase turns from frame to frame, as the page moves in the picture and as the parallax changes.
-A frame that holds a share w of the one before adds two fringes that are apart by this `turn`.  The phase of the sum is
-wrong, and its contrast tells so, because it dips with the turn:
+Temporal noise reduction and a change of the frame rate mix frames.  At one pixel the fringe's phase turns from frame to
+frame, as the page moves in the picture and as the parallax changes.  A frame that holds a share w of the one before
+adds two fringes that are apart by this `turn`.  The phase of the sum is wrong, and its contrast shows that, because it
+dips with the turn:
 
     |1 - w + w exp(i turn)|^2 = 1 - 2 w (1 - w) (1 - cos turn).
 
 A long exposure blurs in the same way: open all frame long, the mean over a turn keeps 1 - turn^2 / 24, as w (1 - w) of
 a twelfth does.  More than that is mixed.
 
-Convention: angles in rad; a series has one entry per frame, (T,).
-Source: sum of two waves; linear regression of the contrast's logarithm, first order in w (1 - w).
+The phase of a strip is a mean over its length, in which small patches that move differently cancel.  So the residual of
+each frame is turned into a phase shift of each block (`places_apart_rad`).
 
-Do all places of a strip move alike?  How far the fringes at one place deviate from those of the whole strip.
-
-The phase of a strip is a mean over its length.  Small patches that move differently cancel in this mean.  So what the
-fringes' shape leaves of each frame is turned into a phase shift of each block.
-
-Convention: phases in rad, positive as in `strip_phase`.
-Source: `strip_shape`: least squares gives the shift of a block as the sum of left-over times slope over the sum of the
-    slope's square.  This is first order in the shift, which is enough to detect it.
+Convention: angles in rad, positive as in `phase`; a series has one entry per frame, (T,).
+Source: sum of two waves; linear regression of the contrast's logarithm, first order in w (1 - w).  Shift of a block:
+    least squares, the sum of residual times slope over the sum of the slope's square (`phase.strip_shape`).  This is
+    first order in the shift, which is enough to detect it.
 """
 
 from __future__ import annotations
@@ -58,7 +55,7 @@ def carried_rad(
 
 
 def mixed_share(contrast: Array, carried_rad: Array, predicted_rad: Array) -> float:
-    """The least w (1 - w) that explains how contrast dips with the turn, within `MIXED_SDS`; 0 where none is told.
+    """The least w (1 - w) that explains how contrast dips with the turn, within `MIXED_SDS`; 0 where none is seen.
 
     Parameters: contrast (T,): not a number where it is not known; predicted_rad (T,): the parallax turns the fringe
         too, and contrast depends on it, and so on this phase and its square.
@@ -69,9 +66,9 @@ def mixed_share(contrast: Array, carried_rad: Array, predicted_rad: Array) -> fl
         return 0.0
     law = predicted_rad[used] - predicted_rad[used].mean()
     table = np.column_stack([1 - np.cos(turn_rad[used]), np.ones(used.sum()), law, law**2])
-    told = np.log(contrast[used])
-    found, *_ = np.linalg.lstsq(table, told, rcond=None)
-    left = told - table @ found
+    log_contrast = np.log(contrast[used])
+    found, *_ = np.linalg.lstsq(table, log_contrast, rcond=None)
+    left = log_contrast - table @ found
     try:
         variance = float(np.linalg.inv(table.T @ table)[0, 0])
     except np.linalg.LinAlgError:

@@ -1,27 +1,25 @@
-"""Fringe frequency and phase of a strip, frame by frame, from its brightness profiles.
+"""Fringe frequency, phase and waveform of a strip, frame by frame, and the phase that the optics predict for it.
 
-The profile of a strip is fitted by least squares with a level, a slope, and the fringe with its second and third
-harmonic (the lens focuses, so fringes are closer to square than to sine).  The predicted *motion* is not used: the
-phase is measured as the film shows it, also in a forged film.
+Measured: the profile of a strip is fitted by least squares with a level, a slope, and the fringe with its second and
+third harmonic (the lens focuses, so fringes are closer to square than to sine).  The predicted *motion* is not used:
+the phase is measured as the film shows it, also in a forged film.  The shape of the fringes is learnt from the film
+(`strip_shape`), together with the residual that it leaves in each frame.
 
-The shape of a strip's fringes, learnt from the film, and what it leaves unexplained in each frame.
-
-Convention: brightness is in contrasts, (profile - level) / contrast; phases in rad, positive as in `strip_phase`.
-    Single precision resolves some millionths of a contrast and of a radian, and noise leaves a thousand times that.
-Source: a small phase shift d adds w'(phase) d to a profile of shape w, so the left-over against w' gives any
-    deviation of places along the strip, to first order.
-
-The fringe phase that the optics predict from the camera's place.
-
-Convention: millimetres of the page, in the grating's own frame (`moireid.frames`), along its axis; the sight line
-through the page point X (rectified on the *page's* plane, where the markers are) has tangent tan = (X - C) / |Cz| and
-crosses the lens plane at x = X - g tan.  With s(tan) the traced shift of the page under a lens, the fringe phase at X
-is
+Predicted: the sight line through the page point X (rectified on the *page's* plane, where the markers are) has tangent
+tan = (X - C) / |Cz| and crosses the lens plane at x = X - g tan.  With s(tan) the traced shift of the page under a
+lens, the fringe phase at X is
 
     psi = 2 pi [ x (1/p_r - 1/p_f) + s(tan)/p_r ] + const = 2 pi [ s/p_f + f (X - g tan + s) ] + const,
 
 where f = 1/p_r - 1/p_f is the beat frequency far away.  In the second form f enters linearly, so one table serves
-any pitch.  Source: `moireid.lenticule`; the first-order law of this form is `optics.page_plane_slope_rad`.
+any pitch.
+
+Convention: phases in rad, positive where the fringe is ahead; brightness of a shape in contrasts, (profile - level) /
+    contrast; millimetres of the page, in the grating's own frame (`moireid.frames`), along its axis.
+    Single precision resolves some millionths of a contrast and of a radian, and noise leaves a thousand times that.
+Source: a small phase shift d adds w'(phase) d to a profile of shape w, so the residual against w' gives any deviation
+    of places along the strip, to first order.  The law: `moireid.lenticule`; its first order is
+    `optics.page_plane_slope_rad`.
 """
 
 from __future__ import annotations
@@ -98,9 +96,9 @@ def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
     law = view_law(badge.lens, pitch_mm)
     places = np.append(strip.along_mm, strip.middle_mm)
     distance = np.abs(camera_mm[:, 2:3])
-    along, beside = strip.frame.places(camera_mm[:, :2]).T
+    along, sideways = strip.frame.places(camera_mm[:, :2]).T
     tangent = (places[None, :] - along[:, None]) / distance
-    across = (strip.across_mm - beside[:, None]) / distance
+    across = (strip.across_mm - sideways[:, None]) / distance
     # The law is smooth along a strip, so 24 look-ups per frame and linear interpolation are enough.
     coarse = np.linspace(0, len(places) - 2, 24).astype(int)
     shift_coarse = law.phase_rad(tangent[:, coarse], across) * pitch_mm / (2 * np.pi)
@@ -131,8 +129,8 @@ class StripPhase:
     """One strip over the film: phase at its middle and its standard deviation, contrast and level in counts, each (T,).
 
     frequency_per_mm is |f| with the sign of the search range; frequency_sd its standard deviation;
-    covered (T,): where something that is no fringe lies over a part of the strip (`covered_frames`), which tells no
-    phase; misfit: what fringes leave unexplained in a middling frame, as a share of the contrast; overtone (T,),
+    covered (T,): where something that is no fringe covers a part of the strip (`covered_frames`), so that its phase
+    is unknown; misfit: what fringes leave unexplained in a middling frame, as a share of the contrast; overtone (T,),
     complex: the third harmonic in contrasts, its phase less three times the fundamental's; 0 where it is not fitted.
     """
 
@@ -195,7 +193,7 @@ def _overtone(fit: Fit) -> Complex:
 
 
 def harmonics_of(frequency_per_mm: float, length_mm: float) -> int:
-    """Harmonics that a strip can tell apart: three where it shows one and a half fringes, else one."""
+    """Harmonics that a strip can resolve: three where it shows one and a half fringes, else one."""
     return 3 if abs(frequency_per_mm) * length_mm >= 1.5 else 1
 
 
@@ -205,10 +203,10 @@ def level_and_slope(samples: int) -> Array:
 
 
 def covered_frames(misfit: Array, contrast: Array) -> NDArray[np.bool_]:
-    """Frames in which something lies over a part of the strip: a hand, a finger, a caption, glare; (T,).
+    """Frames in which something covers a part of the strip: a hand, a finger, a caption, glare; (T,).
 
     Parameters: misfit (T,): root mean square of what fringes leave unexplained in a frame; contrast (T,); counts.
-    Convention: fringes that move wrongly, or stand still, fit as well as any, and are never taken for covered.
+    Convention: fringes that move wrongly, or stay still, fit as well as any, and are never taken for covered.
     """
     usual = float(np.median(misfit))
     limit = max(COVERED_MISFIT_RATIO * usual, COVERED_MISFIT_CONTRASTS * float(np.median(contrast)))
@@ -286,7 +284,7 @@ class StripShape:
 
     clear (T,): frames whose phase is read well; columns (K, 2 + 2 HARMONICS, N): level, slope along the strip, and
     cosine and sine of each harmonic, as `fit_columns` of the shape's argument; left (K, N): what the shape leaves of
-    the brightness, without what stands still (dirt, shading, an uneven lens sheet); slope (K, N): derivative of the
+    the brightness, without what stays still (dirt, shading, an uneven lens sheet); slope (K, N): derivative of the
     shape by its argument, contrasts per rad.
     """
 

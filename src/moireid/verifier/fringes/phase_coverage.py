@@ -1,9 +1,9 @@
-"""How much of the fringes' way does a film show, and how much lies between its views?
+"""How much of the fringes' way does a film show, and how much is between its views?
 
 Each of a few true photographs obeys the law, and so does a film that shows them in turn.  But a camera that moves sees
 the fringes pass all places of their way; photographs show as many places as there are photographs, however often.
 
-Convention: a view is a fringe phase, told apart from others by `REST_RAD`; it counts once, however long it is seen, so
+Convention: a view is a fringe phase that differs from others by `REST_RAD`; it counts once, however long it is seen, so
 that a badge may rest.  Phases in rad, one per frame, (T,).
 Source: Gini's mean difference (1912): two views, drawn at random, are apart by 2 times the integral of F (1 - F) over
     the way, if F is the share of views below a place.  A gap between neighbouring views counts as unseen from

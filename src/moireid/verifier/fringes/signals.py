@@ -2,7 +2,7 @@
 
 Each strip is measured by itself.  Then all strips of a grating are combined into one signal, weighted by their Fisher
 information (one over the variance of a phase).  The offset of a strip is a nuisance parameter: it depends on how the
-sheet was laid.
+sheet was placed.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class GratingSignal:
     given; measured_rad: fringe phase, unwrapped, and predicted_rad: from the optics, both with mean 0 in each stretch;
     phase_sd_rad: error bar of the measured phase, infinite in unreadable frames; pose_sd_rad: error of the prediction
     from the smoothed pose; strip_residual_rad (S,): deviation of each strip from the common signal, root mean square;
-    place_residual_rad (S,): deviation of places along each strip from it (`block_motion`); tangent_sd: error of the
+    place_residual_rad (S,): deviation of places along each strip from it (`mixed_frames`); tangent_sd: error of the
     spread of the parallax along the grating's axis from focal length and distortion, as a share; covariates (T, 2): the
     camera's parallax along the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
@@ -61,9 +61,9 @@ class GratingSignal:
     frames in which something covers a marker or a part of the frame; stray_share: share of frames whose markers do not
     lie as on a flat page, so that their poses are left out;
     focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
-    the error bars tell, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows
-    beside the phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches,
-    as `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`.
+    the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
+    phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
+    `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`.
     """
 
     measured_rad: Array
@@ -150,9 +150,9 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     """Measure a track of at least a few frames.
 
     Parameters: focal_px: focal length in pixels if it is known; otherwise it is estimated.
-    Convention: phases as `predicted_phase`; of a badge with a code only the layout is used.
+    Convention: phases as `phase`; of a badge with a code only the layout is used.
     Returns: Measurement.
-    Source: `camera.fit`, `predicted_phase`, `strip_phase`, and the combination in `_combine`.
+    Source: `camera.fit`, `phase`, and the combination in `_combine`.
     """
     clock, badge = time.perf_counter(), track.badge
     page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
@@ -190,7 +190,7 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
 
 
 def page_covered(correlations: Array) -> NDArray[np.bool_]:
-    """Frames in which something lies over a part of the markers, so that their pose errs; (T,).
+    """Frames in which something covers a part of the markers, so that their pose errs; (T,).
 
     Parameters: correlations (T,): of picture and print, as `Track` has them.
     """
@@ -299,7 +299,7 @@ def _grating_signal(
 def _beyond(
     strips: list[_Strip], known: NDArray[np.bool_], homographies: Array, page_mm: Array, third: float
 ) -> BeyondPhase:
-    """What the film shows beside the phase; known (T,): frames with a good pose; third: the grating's `third_share`."""
+    """As `GratingSignal.beyond`; known (T,): frames with a good pose; third: the grating's `third_share`."""
     depth = strips[0].depth
     for strip in strips[1:]:
         depth = depth + strip.depth
@@ -327,7 +327,7 @@ def _mixed(strips: list[_Strip], known: NDArray[np.bool_], track: Track, frame: 
 
 
 def _uncovered(strips: list[_Strip]) -> list[_Strip]:
-    """The strips without those that a hand or a caption lies over all film long.
+    """The strips without those that a hand or a caption covers all film long.
 
     They are far vaguer than the clearest strip, or fringes explain far less of them.
     """
@@ -342,8 +342,8 @@ def _uncovered(strips: list[_Strip]) -> list[_Strip]:
 def _covariates(camera_mm: Array, page_mm: Array, frame: OwnFrame) -> Array:
     """The camera's parallax along the lines, and one over its distance, (T, 2)."""
     near = 1 / np.abs(camera_mm[:, 2])
-    beside = frame.places(camera_mm[:, :2])[:, 1] - frame.places(page_mm)[:, 1].mean()
-    return np.column_stack([beside * near, near])
+    sideways = frame.places(camera_mm[:, :2])[:, 1] - frame.places(page_mm)[:, 1].mean()
+    return np.column_stack([sideways * near, near])
 
 
 def _small_marker_factors(corners_px: Array) -> tuple[float, float]:
@@ -384,7 +384,7 @@ def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
     """Error of a parallax coordinate after smoothing: a share of its fast part, and all of its slow part.
 
     whole: the total error, from reprojection errors; wander: its fast part, which smoothing removed; rounding: as
-    `strip_phase.rounding_rad`, since markers and lines are printed with the same ink.
+    `phase.rounding_rad`, since markers and lines are printed with the same ink.
     """
     slow = math.sqrt(max(whole**2 - wander**2, 0.0))
     share = min(1.0, math.hypot(SMOOTHED_SHARE, rounding / ROUNDING_ONLY_RAD))

@@ -1,20 +1,19 @@
-"""Least squares of a sinusoid of known argument, with harmonics, on a smooth background.
+"""Least squares of a sinusoid of known argument, with harmonics, on a smooth background; and phase unwrapping.
 
 The model of a row of samples is
 
     value = sum_b d_b background_b + Re sum_h c_h exp(i h argument),    h = 1 .. H.
 
+Phases are unwrapped within segments of frames that join (`joined_frames`, `unwrap`).
+
 Shapes: rows are (..., N); each row along N is fitted by itself.  A background is (B, N), the same for all rows. Columns
-are (..., K, N): the background first, then cos, sin, cos 2, sin 2, ...
-Units: arguments in rad; coefficients in those of the values.
+are (..., K, N): the background first, then cos, sin, cos 2, sin 2, ...  A phase to unwrap has one entry per frame,
+(T,); segments are index arrays of frames, in order of time.
+Units: arguments and phases in rad; coefficients in those of the values.
 Convention: value = contrast cos(argument + phase) has c_1 = contrast exp(i phase), so a phase is positive where the
 fringe is ahead.
-Source: linear least squares by its normal equations (Golub and Van Loan, Matrix Computations, 5.3).
-
-Phase unwrapping: segments of frames that join, and the number of whole turns between segments.
-
-Convention: phases in rad, one per frame, (T,); segments are index arrays of frames, in order of time.
-Source: Itoh's condition: a phase can be unwrapped where neighbours differ by less than half a turn.
+Source: linear least squares by its normal equations (Golub and Van Loan, Matrix Computations, 5.3).  Itoh's condition:
+a phase can be unwrapped where neighbours differ by less than half a turn.
 """
 
 from __future__ import annotations

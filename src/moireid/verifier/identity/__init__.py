@@ -1,6 +1,6 @@
 """Whose badge is it, and are its figures those of enrolment?
 
-cell_phase.py     phases of the cells
+cell_phase.py     phases of the cells, and whether they move with the plain rows
 waveform.py       the shape of a fringe
 decode.py         the identity, and the claim
 compare_built.py  are the figures those of enrolment?

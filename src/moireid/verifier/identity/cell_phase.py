@@ -1,15 +1,14 @@
-"""Phase cells: how far each cell's fringe is ahead of the uniform rows, over the whole film.
+"""Phase cells: how far each cell's fringe is ahead of the uniform rows, and whether the cells move with those rows.
 
 Every sample of a cell sees level + contrast cos(field + symbol).  The field is the phase of the uniform rows: their
 measured beat, the view geometry, and their *measured* motion.  So the reading does not need exact poses, and works even
 if the fringes break the law.  Offset and twist of the sheet depend on assembly.  They are estimated from the uniform
 rows, and again from the cells once their symbols are nearly clear.
 
-Do the rows of the code move with the plain rows, frame by frame?
-
-The plain rows are a quarter of a badge.  Each cell of the others is compared with the fringe that the plain rows and
-its own symbol put there; a small shift of the phase adds the shape's slope times the shift, so what is left of a frame,
-projected on that slope, is the cell's *slip*.  The cells of a row, and neighbouring frames, are averaged.
+The uniform ("plain") rows are a quarter of a badge, so the rows of the code must be seen to move with them, frame by
+frame.  Each cell is compared with the fringe that the plain rows and its own symbol put there.  A small shift of the
+phase adds the shape's slope times the shift, so the residual of a frame, projected on that slope, is the cell's *slip*.
+The slips of the cells of a row, and of neighbouring frames, are averaged.
 
 Convention: phases in rad, positive where the cell's fringes are ahead; frames (F,) are those that cells are read in.
 Source: least squares, first order in the slip; level and contrast of each cell and frame are free (Frisch and Waugh
@@ -121,7 +120,7 @@ class CellPhase:
 
     free_rad: the phase without the constraint to one of the code's places; moved: mean over frames and samples of the
     measured change times the change expected of this symbol; power: mean of the expected change squared; slip: how far
-    its fringes are off the rows' field, frame by frame (`row_slip`).
+    its fringes are off the rows' field, frame by frame (`CellSlip`).
     """
 
     phase_rad: float

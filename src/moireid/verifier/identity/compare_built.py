@@ -1,15 +1,15 @@
 """The badge as built: measured at enrolment, and compared with that at verification.
 
-A copy made from the same files has the same identity, but its sheet lies differently over the lines: another offset,
+A copy made from the same files has the same identity, but its sheet is placed differently: another offset,
 another twist, and another beat if it was printed again.  Weather changes the beat too: paper grows with humidity, along
 its fibre less than across, and the sheet with warmth.  A sheet that is held at an edge then slides over the lines, so
 the tolerance of the offset grows with the measured change of the beat.  The badge that was enrolled stays within what
-moisture and warmth do independently; one that was built anew must lie beyond both together.
+moisture and warmth do independently; one that was built anew must be beyond both together.
 
 So a film whose figures differ shows a badge that was built anew.  One whose figures agree need not show the badge that
 was enrolled: a forger who computes a film can give it any figures.
 
-The sheet lies in one place all film long, so the offset must be the same in every stretch.
+The sheet is in one place all film long, so the offset must be the same in every stretch.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from moireid.verifier.limits import MAX_VAGUENESS_RATIO
 from moireid.verifier.measuring import (
     CELLS_MOST_RATIO,
     CELLS_MOVE_RATIO,
-    CELLS_STAND_RATIO,
+    CELLS_STILL_RATIO,
     MIN_CELL_CHANGE_CONTRASTS2,
     MIN_FREQUENCY_SD_PER_MM,
     MOST_FIELDS,
@@ -73,7 +73,7 @@ class CellReadings:
     cells: one reading per cell, by grating; fields: of the uniform rows, by grating, as used for decoding; cell_motion:
     change of the cells' fringes relative to that expected from the rows: 1 if they move together, 0 for a still picture
     of cells, None if it cannot be measured; rows_apart_rad: how far the code's rows that differ most move apart from
-    the plain rows, over the film and in the worst second (`row_slip`).
+    the plain rows, over the film and in the worst second (`cell_phase.row_apart_rad`).
     """
 
     decoded: DecodeResult | None
@@ -180,18 +180,18 @@ def judge_identity(
 def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
     """Whether the fringes of the cells move; a still picture of cells between genuine rows is a forgery.
 
-    Cells that change more than their rows do lie beside rows that were smoothed, as cross-faded photographs may be.
+    Cells that change more than their rows do are next to rows that were smoothed, as in cross-faded photographs.
     """
     if motion is None or found is None:
         return ()
-    level: Level = "fail" if motion <= CELLS_STAND_RATIO else "undecided"
+    level: Level = "fail" if motion <= CELLS_STILL_RATIO else "undecided"
     if CELLS_MOVE_RATIO <= motion <= CELLS_MOST_RATIO:
         level = "pass"
     text = {
         "pass": "The fringes in the badge's code move together with those of its rows.",
         "undecided": f"The fringes in the badge's code move {motion:.2f} times as far as those of its rows, so they "
         "may not be one picture. Film again from nearer, in even light.",
-        "fail": "The fringes in the badge's code stand still while those of its rows move, as in a picture that was "
+        "fail": "The fringes in the badge's code stay still while those of its rows move, as in a picture that was "
         "pasted in.",
     }[level]
     return (Reason("cells_move", level, motion, CELLS_MOVE_RATIO, "", text),)

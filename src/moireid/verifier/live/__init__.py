@@ -1,8 +1,8 @@
 """A live check: random prompts that the person must follow.
 
 challenge.py  prompts, and whether they were followed
-chance.py     the chance that an older film follows
-clock.py      when a live frame was taken
+chance.py     the chance that an older film follows; the tile of a call
+clock.py      when a live frame was taken, and how fast a challenge goes
 session.py    a live session, of frames and events
-stream.py     one of any stream, told as a film is
+stream.py     a live check of any stream, with a film's report
 """

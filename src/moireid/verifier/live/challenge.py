@@ -39,7 +39,7 @@ WORDS = {
     "farther": "Take it farther from the camera",
     FACE: "Hold it across your face",
 }
-#: The same as somebody reads it aloud in a call.
+#: The same as it is read aloud in a call.
 ALOUD = {
     "left": "Please move the badge to your left, by a hand's length, and hold it still.",
     "right": "Please move the badge to your right, by a hand's length, and hold it still.",
@@ -161,26 +161,26 @@ def moved(place: Place, move: str) -> Place:
 
 
 def judge_challenge(
-    course: PromptPath, prompts: Sequence[Prompt], pace: Pace = HERE, frames_s: Array | None = None
+    path: PromptPath, prompts: Sequence[Prompt], pace: Pace = HERE, frames_s: Array | None = None
 ) -> tuple[Reason, ...]:
     """A finding for each prompt, in order; parameters and convention as `judge_prompt`."""
-    return tuple(judge_prompt(course, prompt, pace, frames_s) for prompt in prompts)
+    return tuple(judge_prompt(path, prompt, pace, frames_s) for prompt in prompts)
 
 
-def judge_unbroken(course: PromptPath, prompts: Sequence[Prompt], frames_s: Array, pace: Pace = HERE) -> Reason:
+def judge_unbroken(path: PromptPath, prompts: Sequence[Prompt], frames_s: Array, pace: Pace = HERE) -> Reason:
     """Whether the badge was in view without a break from before the first prompt until the last one was followed.
 
     Otherwise an attacker could play pieces of an older clip as the prompts come: the phase is not tracked across a
     longer gap, and a hand cannot jump to another place.
     Parameters: frames_s (N,): times of all frames, also of those without the badge.
     Convention: measured is the longest gap, s; "undecided" for a gap, "fail" for a jump; in a call "undecided" for
-        both, as its picture stands still and jumps where the network falters.
+        both, as its picture stops and jumps where the network falters.
     """
     ends = (prompts[0].at_s - REST_S, prompts[-1].at_s + pace.latest_s) if prompts else (0.0, 0.0)
-    within = (course.times_s >= ends[0]) & (course.times_s <= ends[1])
+    within = (path.times_s >= ends[0]) & (path.times_s <= ends[1])
     if within.sum() < MIN_FRAMES:
         return Reason("unbroken", "undecided", None, MAX_GAP_S, "s", "The badge was not in view during the moves.")
-    times, place = course.times_s[within], course.place[within]
+    times, place = path.times_s[within], path.place[within]
     steps = np.diff(times)
     bounds = np.concatenate([[ends[0]], times])
     last = int(np.diff(bounds).argmax())
@@ -202,19 +202,19 @@ def judge_unbroken(course: PromptPath, prompts: Sequence[Prompt], frames_s: Arra
     )
 
 
-def judge_prompt(course: PromptPath, prompt: Prompt, pace: Pace = HERE, frames_s: Array | None = None) -> Reason:
+def judge_prompt(path: PromptPath, prompt: Prompt, pace: Pace = HERE, frames_s: Array | None = None) -> Reason:
     """Whether the badge rested before one prompt, and followed it in time; measured: reaction, s.
 
-    Parameters: frames_s (N,): times of all frames, also of those without the badge; None for those of the course.
+    Parameters: frames_s (N,): times of all frames, also of those without the badge; None for those of the path.
     Convention: "fail" if the badge moved early, late, not at all, or elsewhere; "undecided" if it was not seen, or if
         pictures are missing that might have shown it follow.
     Source: the limits above.
     """
-    found = _judged(course, prompt, pace)
+    found = _judged(path, prompt, pace)
     if found.level != "fail":
         return found
     until_s = prompt.at_s + pace.done_s + (HOLD_S if prompt.move == FACE else 0.0)
-    times = course.times_s if frames_s is None else frames_s
+    times = path.times_s if frames_s is None else frames_s
     times = times[(times >= prompt.at_s - REST_S) & (times <= until_s)]
     lost_s = float(np.diff(times).max(initial=0.0))
     if lost_s <= MAX_GAP_S:
@@ -225,19 +225,19 @@ def judge_prompt(course: PromptPath, prompt: Prompt, pace: Pace = HERE, frames_s
     return replace(found, level="undecided", text=text)
 
 
-def _judged(course: PromptPath, prompt: Prompt, pace: Pace) -> Reason:
+def _judged(path: PromptPath, prompt: Prompt, pace: Pace) -> Reason:
     """The same, as if no picture were missing."""
-    since = course.times_s - prompt.at_s
+    since = path.times_s - prompt.at_s
     before = (since >= -REST_S) & (since < SOONEST_S)
     after = np.flatnonzero((since >= SOONEST_S) & (since <= pace.done_s + (HOLD_S if prompt.move == FACE else 0.0)))
     if before.sum() < MIN_FRAMES or len(after) < MIN_FRAMES:
         text = "the badge was not in view; keep it, with its four markers or its frame, in the picture"
         return _finding(prompt, "undecided", None, text, pace)
-    rest = np.median(course.place[before], axis=0)
-    if np.abs(course.place[before] - rest).max() > BEGUN:
+    rest = np.median(path.place[before], axis=0)
+    if np.abs(path.place[before] - rest).max() > BEGUN:
         text = "the badge moved before it was asked; hold it still until the next prompt"
         return _finding(prompt, "fail", None, text, pace)
-    gone = course.place[after] - rest
+    gone = path.place[after] - rest
     begun = np.flatnonzero(np.abs(gone).max(axis=1) > BEGUN)
     reaction = float(since[after[begun[0]]]) if len(begun) else None
     if reaction is None or reaction > pace.latest_s:
@@ -247,7 +247,7 @@ def _judged(course: PromptPath, prompt: Prompt, pace: Pace) -> Reason:
     # Also where an answer may begin late, the move itself may take no longer than in a room: no detour is an answer.
     after = after[since[after] <= reaction + MOST_MOVE_S + (HOLD_S if prompt.move == FACE else 0.0)]
     if prompt.move == FACE:
-        return _across_face(course, prompt, after, reaction, pace)
+        return _across_face(path, prompt, after, reaction, pace)
     axis, sign = WAYS[prompt.move]
     gone = gone[: len(after)]
     along, aside = sign * gone[:, axis], np.abs(np.delete(gone, axis, axis=1)).max(axis=1)
@@ -273,11 +273,11 @@ def over_s(prompt: Prompt, pace: Pace, found: Reason | None = None) -> float:
     return prompt.at_s + pace.done_s + hold_s
 
 
-def _across_face(course: PromptPath, prompt: Prompt, after: NDArray[np.int64], reaction: float, pace: Pace) -> Reason:
+def _across_face(path: PromptPath, prompt: Prompt, after: NDArray[np.int64], reaction: float, pace: Pace) -> Reason:
     """Whether the badge covered the face for `HOLD_S`, beginning soon after the prompt."""
-    times = course.times_s[after]
+    times = path.times_s[after]
     spans = Spans()
-    for time_s in times[course.before_face[after]]:
+    for time_s in times[path.before_face[after]]:
         spans.add(float(time_s))
     by_s = prompt.at_s + min(pace.done_s, reaction + MOST_MOVE_S)
     held = [end - start for start, end in spans.spans if start <= by_s]

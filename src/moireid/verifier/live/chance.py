@@ -1,11 +1,9 @@
-"""The chance that an older film follows a challenge.
+"""The chance that an older film follows a challenge, and what is wrong with the picture of a call.
 
-Convention: an older film is the right answer to an earlier challenge, drawn as this one is.
+An older film is the right answer to an earlier challenge, drawn as this one is.  In a call the part of the window in
+which one person is shown, the *tile*, may be too small or show several people (`TileWatch`).
 
-What is too poor, or too much, in the picture of a call: a tile that is too small, or shows several people.
-
-Convention: a tile is the part of a call's window in which one person is shown; its pictures come without their
-surroundings.
+Convention: chances from 0 to 1; the pictures of a tile come without their surroundings.
 """
 
 from __future__ import annotations
@@ -39,7 +37,7 @@ def replay_chance(*, pace: Pace = HERE, slack_s: float = 0.0, draws: int = 200_0
 def same_moves_chance(pace: Pace = HERE) -> float:
     """Chance that two challenges have the same moves: the sum of the squares of all challenges' probabilities.
 
-    In a call it is that of a replay, as whoever plays an older film may pause it until a prompt is read aloud.
+    In a call it is that of a replay, as a forger may pause an older film until a prompt is read aloud.
     Source: summed over places on the grid and moves to a side, without the challenges that are drawn again.
     """
     once, twice, _ = _sums(pace)
@@ -47,7 +45,7 @@ def same_moves_chance(pace: Pace = HERE) -> float:
 
 
 def likeliest_chance(pace: Pace = HERE) -> float:
-    """Chance of the likeliest challenge, which somebody may film who once has the badge, and plays and pauses later."""
+    """Chance of the likeliest challenge, which a thief of the badge may film once, and play and pause later."""
     once, _, most = _sums(pace)
     return most / once
 
@@ -82,7 +80,7 @@ LEAST_WIDTH_PX = 480
 #: before again: taken for a badge at rest, it would make the next one look like a jump.  No longer than that of two
 #: pictures, because a call in which nothing moves must still be seen to rest.
 REPEATS_S = 0.08
-#: Time between two counts of faces, s, and the share of them that may find several: a poster, or somebody who passes.
+#: Time between two counts of faces, s, and the share of them that may find several: a poster, or a passer-by.
 COUNT_S, MOST_CROWDED = 2.0, 0.25
 
 

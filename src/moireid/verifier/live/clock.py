@@ -1,15 +1,13 @@
-"""When a frame was taken: by the sender's clock, checked against our own.
+"""When a frame was taken, and how fast a challenge goes.
 
 A network delivers frames unevenly, so their arrival times are imprecise; but a sender may lie.  So one offset, found in
-the first second, moves each claimed time onto our clock.  The result must lie shortly before the arrival. Whatever a
+the first second, moves each claimed time onto our clock.  The result must be shortly before the arrival.  Whatever a
 sender claims, a frame's time is wrong by at most `SLACK_S`, and never later than its arrival.
 
-How fast a challenge goes: before this device's own camera, or in a call, where each answer comes later.
-
-In a call somebody reads each prompt aloud, the words take their way, the person reacts, and the picture takes its way
-back.  How long that takes differs from call to call, so the clock waits for it: the next prompt comes only after the
-last one was followed.  Whoever plays an older film can then pause it until the words come.  So no answer's time counts
-for anything there, and more moves must do what times do elsewhere (`chance.py`).
+A challenge is before this device's own camera, or in a call, where each answer comes later: the prompt is read aloud,
+the words are transmitted, the person reacts, and the picture is transmitted back.  How long that takes differs from
+call to call, so the next prompt comes only after the last one was followed.  A forger can then pause an older film
+until the words come.  So no answer's time counts for anything there, and more moves replace the times (`chance.py`).
 """
 
 from __future__ import annotations
@@ -71,9 +69,9 @@ class BoundedClock:
 
 
 class StreamClock:
-    """Times of frames as a film or a stream says them, where nobody answers prompts.
+    """Times of frames as a film or a stream gives them, where no prompts can be answered.
 
-    Such pictures come faster than they were taken, or in pieces of some seconds, so that their arrival tells nothing.
+    Such pictures come faster than they were taken, or in pieces of some seconds, so that their arrival means nothing.
     """
 
     checked = False

@@ -6,8 +6,8 @@
 due, and judge it when its time is over (`challenge`).
 4. At the end, judge invariant, identity, overlap, prompts and clock together, all on the same frames.
 
-In a call (`pace`) each prompt waits for the answer to the last one and for the badge to rest, and the call's tile is
-looked at, too (`tile`).
+In a call (`clock.Pace`) each prompt waits for the answer to the last one and for the badge to rest, and the call's tile
+is looked at, too (`chance.TileWatch`).
 
 Convention: events are JSON objects with a key "event": status, prompt, prompted, challenge, verdict.
 """
@@ -74,7 +74,7 @@ class LiveCheck:
     ) -> None:
         """Parameters: draw: makes the prompts of a challenge from its earliest start; now: our clock; both are replaced
         in tests only; pace: whether it is a call; aside: as in `Verifier`; clock, watch: None for a `BoundedClock` and
-        an `OverlapWatch`; required: without a challenge the verdict is open.
+        an `OverlapWatch`; required: without a challenge the verdict is inconclusive.
         Raises: SpecError if the badge cannot be read; MissingExtraError without the face detector.
         """
         self._claim, self._draw, self._now, self._pace = claim, draw, now, pace
@@ -87,7 +87,7 @@ class LiveCheck:
         self._index = 0
         self._asked_s: float | None = None
         self._prompts: list[Prompt] | None = None
-        self._told = self._judged = 0
+        self._shown = self._judged = 0
         self._frames_s: list[float] = []
         self._times: list[float] = []
         self._places: list[NDArray[np.float64]] = []
@@ -175,9 +175,9 @@ class LiveCheck:
         if self._prompts is None:
             return self._begin(now_s)
         self._note(frame)
-        if self._judged < self._told:
+        if self._judged < self._shown:
             return self._judge_next(now_s)
-        late_s = now_s - self._prompts[self._told].at_s
+        late_s = now_s - self._prompts[self._shown].at_s
         if late_s < 0:
             return []
         if self._pace.in_call and not self._rests():
@@ -193,15 +193,15 @@ class LiveCheck:
     def _show(self, now_s: float) -> Event:
         """Show the prompt that is due."""
         assert self._prompts is not None
-        planned = self._prompts[self._told]
+        planned = self._prompts[self._shown]
         # The prompt's time is the moment when it is shown: an earlier motion does not follow it.
         prompt = Prompt(planned.move, max(now_s, self._now()))
-        self._prompts[self._told] = prompt
-        self._told += 1
+        self._prompts[self._shown] = prompt
+        self._shown += 1
         if self._pace.in_call:
             self._put_off(prompt.at_s - planned.at_s)
         hold = ", and hold it there" if prompt.move == FACE else ""
-        event = {"event": "prompt", "number": self._told, "of": len(self._prompts), "move": prompt.move}
+        event = {"event": "prompt", "number": self._shown, "of": len(self._prompts), "move": prompt.move}
         return event | {"text": f"{WORDS[prompt.move]}{hold}.", "aloud": ALOUD[prompt.move]}
 
     def _judge_next(self, now_s: float) -> list[Event]:
@@ -210,7 +210,7 @@ class LiveCheck:
         prompt = self._prompts[self._judged]
         if not self._pace.in_call and now_s <= over_s(prompt, self._pace):
             return []
-        reason = judge_prompt(self._course(), prompt, self._pace, np.array(self._frames_s))
+        reason = judge_prompt(self._path(), prompt, self._pace, np.array(self._frames_s))
         if now_s <= over_s(prompt, self._pace, reason):
             return []
         self._judged += 1
@@ -224,14 +224,14 @@ class LiveCheck:
     def _put_off(self, by_s: float) -> None:
         """Let the prompts that were not shown yet come later."""
         assert self._prompts is not None
-        self._prompts[self._told :] = [Prompt(one.move, one.at_s + by_s) for one in self._prompts[self._told :]]
+        self._prompts[self._shown :] = [Prompt(one.move, one.at_s + by_s) for one in self._prompts[self._shown :]]
 
     def _judge_prompts(self, asked: list[Prompt]) -> tuple[Reason, ...]:
-        course, frames_s = self._course(), np.array(self._frames_s)
-        answers = judge_challenge(course, asked, self._pace, frames_s)
+        path, frames_s = self._path(), np.array(self._frames_s)
+        answers = judge_challenge(path, asked, self._pace, frames_s)
         if not asked:
             return answers
-        unbroken = judge_unbroken(course, asked, frames_s, self._pace)
+        unbroken = judge_unbroken(path, asked, frames_s, self._pace)
         return (*answers, unbroken, *((judge_delay(answers),) if self._pace.in_call else ()))
 
     def _begin(self, now_s: float) -> list[Event]:
@@ -257,7 +257,7 @@ class LiveCheck:
         self._places.append(place_of(place, self._middle_mm, (width, height)))
         self._before_face.append(self._verifier.judged.tracker in self._watch.over)
 
-    def _course(self) -> PromptPath:
+    def _path(self) -> PromptPath:
         places = np.array(self._places, float).reshape(-1, 3)
         return PromptPath(np.array(self._times, float), places, np.array(self._before_face, bool))
 

@@ -1,4 +1,4 @@
-"""A live check of any stream, whose verdict is told as that of a film: with all keys of `verify --json`.
+"""A live check of any stream, whose verdict is reported as that of a film: with all keys of `verify --json`.
 
 Two kinds of streams, two clocks.  Of a camera, a call or a network camera each picture comes when it was taken, so its
 time is checked against our own clock.  A film, a pipe or HLS comes faster, or in pieces of seconds; only its own times
@@ -89,7 +89,7 @@ class StreamCheck(LiveCheck):
         luma : array (height, width) of uint8, or Picture
             Brightness; all pictures are of one size.
         claimed_s : float
-            When it was taken, by the clock of whoever sends it, s.
+            When it was taken, by the sender's clock, s.
         arrival_s : float
             When it came, by our clock, s.
 
@@ -133,7 +133,7 @@ class StreamCheck(LiveCheck):
         return document | {"verdict": verdict, "reasons": [*reasons, *added], "overlap": event["overlap"]}
 
     def _replaced(self) -> set[str]:
-        """Findings that say nothing here, or that are told again with what was asked for."""
+        """Findings that mean nothing here, or that are reported again with what was asked for."""
         codes = set() if self._clock.checked else {"clock"}
         return codes | ({"photographs"} if self._claim.photographs else set())
 
@@ -153,8 +153,8 @@ class StreamCheck(LiveCheck):
         cover = self._verifier.cover
         reasons: tuple[Reason, ...] = self._verifier.restarts
         if self._claim.photographs:
-            told = with_photographs(invariant.reasons, self._claim.photographs)
-            reasons += tuple(reason for reason in told if reason.code == "photographs")
+            all_reasons = with_photographs(invariant.reasons, self._claim.photographs)
+            reasons += tuple(reason for reason in all_reasons if reason.code == "photographs")
         if event["frames"]["tracked"] and self._prompts is None:
             reasons += (*cover_findings(cover, self._claim.cover_share), *self._verifier.long_unsearched)
         if self._barred is not None:

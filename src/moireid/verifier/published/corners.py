@@ -2,7 +2,7 @@
 
 Generated videos often lose their markers.  The published protocol then marks the region's four corners in the first
 frame, tracks them by pyramidal Lucas-Kanade, and corrects them by hand when they slip.  Our own pipeline uses markers
-only: a page whose place is given by hand could never be accepted.
+only: a page whose corners are given by hand could never be accepted.
 
 Convention: corners in the order top left, top right, bottom right, bottom left of the first grating, picture px with
 (0, 0) at the centre of the top left pixel.
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 #: Frame number -> corners (4, 2), px.
 Corners = Mapping[int, Array]
 COLUMNS = ("frame", "x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4")
-#: Entries by hand have no letters, but a file's name has.
+#: Entries by hand have no letters; a file's name has some.
 ENTRIES = re.compile(r"[\d.,:;+\-\s]*,[\d.,:;+\-\s]*")
 LEAST_AREA_PX2 = 16
 WINDOW_PX, LEVELS = (31, 31), 4
@@ -92,20 +92,20 @@ def read_corners(path: Path) -> dict[int, Array]:
     return found
 
 
-def _four_sided(values: list[float], said: str) -> Array:
-    """Corners (4, 2) px.  Raises: SpecError, which names the source `said`, if they are no quadrilateral."""
+def _four_sided(values: list[float], source: str) -> Array:
+    """Corners (4, 2) px.  Raises: SpecError, which names the source, if they are no quadrilateral."""
     corners = np.array(values).reshape(4, 2)
     flat = corners.astype(np.float32)
     if not np.all(np.isfinite(flat)) or not cv2.isContourConvex(flat) or cv2.contourArea(flat) < LEAST_AREA_PX2:
         raise SpecError(
-            f"{said} spans no four-sided figure; give the region's corners in order: top left, top right, bottom "
+            f"{source} spans no four-sided figure; give the region's corners in order: top left, top right, bottom "
             "right, bottom left"
         )
     return corners
 
 
 def without_corners(report: Report) -> Report:
-    """Our report on a film with given corners: inconclusive if markers were seen in less than half of it.
+    """Our report on a film with given corners: inconclusive if markers were seen in less than half of its frames.
 
     Policy: most of such a film was not examined, so it cannot be accepted; if its markers reject it, it stays rejected.
     """

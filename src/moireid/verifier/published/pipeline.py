@@ -1,4 +1,4 @@
-"""The published pipeline (Qing et al., *Moiré Video Authentication*, 2026), kept as a baseline to measure ours against.
+"""The published pipeline (Qing et al., *Moiré Video Authentication*, 2026), a baseline to compare ours with.
 
 1. Corners of the markers by ArUco with its default settings, or four corners tracked by `corners`.
 2. A homography rectifies the striped region; CLAHE equalises its contrast.
@@ -44,7 +44,7 @@ Array = NDArray[np.float64]
 #: Rectified pixels per millimetre, and the most along either side.
 PX_PER_MM, MOST_PX = 6.0, 1200.0
 CLAHE_CLIP, CLAHE_TILES = 2.0, (8, 8)
-#: The paper's own, of greatest accuracy on its films.
+#: The paper's own threshold, which gave the greatest accuracy on its films.
 THRESHOLD = 0.927
 #: Contours below this share of the region are ignored.
 SPECK_SHARE = 0.002
@@ -52,7 +52,7 @@ SPECK_SHARE = 0.002
 
 @dataclass(frozen=True)
 class PublishedInvariant(Invariant):
-    """With the spread of |rho| over windows: its greatest, which is the score, its least and its deviation."""
+    """With |rho| over windows: its greatest value, which is the score, its least, and its standard deviation."""
 
     window_correlation_max: float | None = None
     window_correlation_min: float | None = None

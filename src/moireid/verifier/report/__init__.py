@@ -1,10 +1,10 @@
 """The report for people.
 
-page.py           one page in one file, and the files next to it
+page.py           one page in one file, its pictures, and the files next to it
 circumstances.py  what is not in the film: when and by which claim it was checked, and what the registry knows
 headline.py       the result in one line, by name, and what to do next
 findings.py       failures first, passes last
-rival_table.py    what else could move the fringes, and what of it remains
-seconds.py        which seconds were judged, as bars and in words
-plots.py          the plots for experts
+rival_table.py    what else could move the fringes, and which of these explanations remain
+seconds.py        which seconds were judged, as bars and in words; one frame of the film
+plots.py          the plot of the law over time, and the plots for experts
 """

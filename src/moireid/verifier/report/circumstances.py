@@ -1,9 +1,7 @@
-"""What a film does not tell of its own check: when and how it was made, and what a registry knows.
+"""What a report shows besides the film: when and by which claim it was checked, and what the registry says.
 
-Whoever shows a report fills this in, outside the process that decodes strangers' films: who holds the badge that was
-read is looked up once the film is judged, and that process never learns it.
-
-Whose badge is claimed, and how to speak of it.
+The process that shows a report fills this in.  Films of strangers are decoded in another process, which never learns
+who holds the badge that was read: the holder is looked up after the film is judged.
 """
 
 from __future__ import annotations
@@ -43,17 +41,17 @@ class Circumstances:
     film_name : str, optional
         The film's name as people know it; None for the name in the report.
     claim : str, optional
-        The claim as it was made, where one was.
-    barred : Barred, optional
-        Why the claimed badge does not count; None where it does, or that is not known.
-    read : Holder, optional
-        Who holds the badge that was read in the film, by the registry; None where nobody does.
+        The claim as it was made, if one was.
+    barred : Exclusion, optional
+        Why the claimed badge does not count; None if it does, or if that is not known.
+    read : BadgeHolder, optional
+        Who holds the badge that was read in the film, according to the registry; None if no one does.
     standing : Standing, optional
-        Authority and head of the registry, or of its bundle, that was asked; None where none was.
+        Authority and head of the registry, or of its bundle, that was asked; None if none was.
     registry : str, optional
-        Where the registry or bundle lies; None where that is nobody's business.
+        Address of the registry or bundle; None if it is not to be shown.
     looked_up : bool
-        Whether all whom the registry holds were looked through for `read`; a large bundle's seals take too long.
+        Whether `read` was searched among all holders in the registry; a large bundle's seals take too long.
     """
 
     checked_at: datetime
@@ -67,7 +65,7 @@ class Circumstances:
 
     @property
     def bundle(self) -> str | None:
-        """Until which day the bundle counts that was asked, in words; None where it was a registry, or nothing."""
+        """The last day on which the bundle that was asked counts, in words; None if no bundle was asked."""
         expires = self.standing.expires if self.standing else None
         return None if expires is None else day(expires, self.checked_at)
 
@@ -78,9 +76,9 @@ def read_id(document: Mapping[str, Any]) -> object:
 
 
 def day(moment: str | datetime, now: datetime) -> str:
-    """A date in words, such as 3 May; with its year where that is not the present one.
+    """A date in words, such as 3 May; with its year if that is not the present one.
 
-    Parameters: moment: a time, or its ISO 8601 text.  A text that is none is given back as it is.
+    Parameters: moment: a time, or its ISO 8601 text.  Any other text is returned as it is.
     """
     if isinstance(moment, str):
         try:
@@ -102,9 +100,9 @@ def moment_words(moment: datetime) -> str:
 
 @dataclass(frozen=True)
 class ClaimNote:
-    """Whose badge is claimed: the name, the id, and whether anybody vouches for that name.
+    """Whose badge is claimed: the name, the id, and whether a registry vouches for that name.
 
-    sealed: the id is not known: a bundle, or a studio whose visitor may not issue, keeps it sealed until the very badge
+    sealed: the id is not known: a bundle, or a studio for a visitor who may not issue, keeps it sealed until that badge
     is read.
     """
 
@@ -125,7 +123,7 @@ class ClaimNote:
 
     @property
     def holder(self) -> str:
-        """Whose badge is claimed, and on whose word."""
+        """Whose badge is claimed, and who vouches for the name."""
         if self.sealed:
             return f"{self.name} (identity sealed)"
         if self.badge_id is None:
@@ -138,7 +136,7 @@ class ClaimNote:
 def claimed_in(document: Mapping[str, Any]) -> ClaimNote:
     """The claim of a report, as in its JSON.
 
-    Convention: nobody vouches for a name in a file, so with a file a badge is accepted and never a person.
+    Convention: no one vouches for a name in a file, so with a file a badge is accepted, and never a person.
     """
     badge, identity = document.get("badge") or {}, document.get("identity") or {}
     source, claimed_id = document.get("claim_source"), identity.get("claimed_id")

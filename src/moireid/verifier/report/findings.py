@@ -1,6 +1,6 @@
 """The findings of a report in the order in which people need them: failures, what is inconclusive, warnings, passes.
 
-Why a film can be inconclusive, in a few words, and what to do next; by the code of the finding.
+For each code that can make a film inconclusive: the reason in a few words, and what to do next.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from typing import Any
 
 #: One finding, as in the JSON of a report.
 Finding = Mapping[str, Any]
-#: What says most comes first; all other codes follow as they were found.
+#: The most important codes come first; all others follow in the order in which they were found.
 WEIGHTIEST = (
     *("revoked", "suspended", "expired"),
     *("name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
-    # Rivals of the law that say what the fringes do; `wander` only says that they leave it.
+    # Rivals of the law that name a motion of the fringes; `wander` only says that they leave the law.
     *("explanations", "still", "drift", "late", "place", "another_gain", "own_motion", "spell"),
     *("gain", "agreement", "rows", "places", "residual", "spacing", "waveform", "wander"),
 )
-#: What makes everything else inconclusive comes before what it makes inconclusive.
+#: A cause that makes other findings inconclusive comes before them.
 CAUSES = (
     *("badge_absent", "fringes", "camera", "mixed_frames", "small", "covered"),
     *("motion_gaps", "phase_gaps", "motion"),
@@ -44,7 +44,7 @@ WARNINGS = frozenset(
 
 @dataclass(frozen=True)
 class Findings:
-    """Findings by what they mean: they fail, make the film inconclusive, warn, or hold; the rest is for experts."""
+    """Findings by their meaning: they fail, make the film inconclusive, warn, or hold; the rest is for experts."""
 
     fail: tuple[Finding, ...]
     open: tuple[Finding, ...]
@@ -95,7 +95,7 @@ SHOW = (
 
 @dataclass(frozen=True)
 class Words:
-    """The end of "Cannot tell: …", and a sentence on what to do."""
+    """The reason why a film is inconclusive, for the headline, and a sentence on what to do."""
 
     because: str
     advice: str
@@ -127,7 +127,7 @@ RIVALS = {
     "places": Words("differ from place to place within a row", "Ask for another film from nearer, in even light."),
 }
 OPEN = {
-    "badge_absent": Words("the badge is hardly to be seen", NEARER),
+    "badge_absent": Words("the badge can hardly be seen", NEARER),
     "fringes": Words("no fringes could be read", NEARER),
     "motion": Words("the badge hardly moved", MOVE),
     "motion_gaps": Words(
@@ -192,7 +192,7 @@ OPEN = {
     "others_break": Words(
         "another badge in the film breaks the law", "Watch the seconds that the finding names, and judge them apart."
     ),
-    "layout": Words("one kind of badge in the registry cannot be checked", "Tell whoever keeps the registry."),
+    "layout": Words("one kind of badge in the registry cannot be checked", "Inform the operator of the registry."),
     "face": Words("no face was found", "Ask for another film with the face from the front, well lit."),
     "overlap": Words("the badge is not before the face long enough", "Ask that it be held across the face for 2 s."),
     "overlap_law": Words("the badge before the face cannot be read", NEARER),
@@ -213,7 +213,7 @@ def words_of(finding: Mapping[str, Any]) -> Words:
 
 
 def first_open(findings: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
-    """The undecided finding that is named: the first, and of several rivals the one that is likeliest."""
+    """The undecided finding that is named: the first; of several rivals, the likeliest."""
     first = next(iter(findings), None)
     if first is None or first["code"] not in RIVALS:
         return first

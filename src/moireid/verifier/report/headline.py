@@ -1,9 +1,9 @@
-"""The result in one line, by name; what it means; and what to do next.
+"""The headline of a film and of a live check: the result in one line, what it means, and what to do next.
 
-Convention: a badge is given a name only where a registry vouches for it.  "Genuine" is said only where the fringes
-follow the law, and failures come before what is inconclusive.
+In a live check the person is in front of the camera, so the advice is to begin again.
 
-The headline of a live check: that of a film, where the person is in front of the camera and can begin again.
+Convention: the headline names a badge's holder only if a registry vouches for the name.  It says "genuine" only if the
+fringes follow the law, and failures come before what is inconclusive.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from moireid.verifier.report.findings import (
 )
 from moireid.verifier.report.rival_table import Entry, best_rival
 
-#: Shares of the expected motion that have words of their own.
+#: Ranges of the motion over the expected one that have words of their own.
 SHARES = ((-0.12, 0.12, "hardly move where"), (0.45, 0.55, "move half as far as"), (1.9, 2.1, "move twice as far as"))
-#: The law itself; what else fails is not about the fringes.
+#: Findings on the law itself; all others are not about the motion of the fringes.
 LAW = ("gain", "agreement", "rows", "places", "residual", "window_correlation", "overlap_law", "genuine")
-#: What the fringes do by the rival that explains them best, without those whose parameters have words of their own.
+#: What the fringes do according to the best rival; without the rivals whose parameters have words of their own.
 INSTEAD = {
-    "still": "they stand still while the badge moves",
+    "still": "they stay still while the badge moves",
     "drift": "they drift at a constant speed",
     "place": "they go with the badge's place in the picture",
     "rows": "rows of the badge move apart",
     "places": "parts of a row move apart",
 }
-#: What fails without a rival that explains it, in the order in which it is named.
+#: Failures without a rival that explains them, in the order in which they are named.
 BROKEN = {
     "rows": INSTEAD["rows"],
     "places": INSTEAD["places"],
@@ -46,7 +46,7 @@ BROKEN = {
     "window_correlation": "they do not go with the badge's motion",
     "overlap_law": "they leave it while the badge is before the face",
 }
-#: What bars a badge, whatever its film shows, gravest first: the finding's code, and what is the case.
+#: Why a badge does not count, whatever its film shows, the most serious first: the finding's code, and its state.
 BARRED = {
     "revoked": "is no longer valid",
     "suspended": "is not valid until the operator of the registry reinstates it",
@@ -57,7 +57,7 @@ DISTRUST = "Do not use this film as proof. If you think that it is genuine, ask 
 
 @dataclass(frozen=True)
 class Headline:
-    """The case in a line, in a sentence or two, and what to do next.
+    """The result in a line, its meaning in a sentence or two, and what to do next.
 
     colour: "accept", "reject" or "inconclusive"; title, text, advice: plain text, with names as they are.
     """
@@ -69,7 +69,7 @@ class Headline:
 
     @property
     def mark(self) -> str:
-        """A sign for those who do not see the colour."""
+        """A sign for people who do not see the colour."""
         return {"accept": "✓", "reject": "✗"}.get(self.colour, "?")
 
 
@@ -97,11 +97,11 @@ def _genuine(document: Mapping[str, Any], claimed: ClaimNote, known: Circumstanc
             text += f" So says its authority, in a bundle that counts until {known.bundle}."
         return Headline("accept", f"Genuine, and {name}'s", text, _look(name))
     if document["identity"]["verdict"] == "not_claimed":
-        text = f"{law}. Nobody was claimed, so the film says nothing of whose badge it is."
-        return Headline("accept", "Genuine; nobody was claimed", text, "To learn whose badge it is, name a person.")
+        text = f"{law}. No person was claimed, so this does not show whose badge it is."
+        return Headline("accept", "Genuine; no person was claimed", text, "To learn whose badge it is, name a person.")
     if not claimed.vouched:
-        text = "The film shows the badge of the file that was given. Nobody vouches for the name in that file."
-        advice = "Ask whoever issues such badges for the registry, and check again by it."
+        text = "The film shows the badge of the file that was given. No one vouches for the name in that file."
+        advice = "Ask the issuer of such badges for the registry, and check again with it."
         return Headline("accept", "Genuine, and the badge of the file", text, advice)
     text = f"{law}, and the badge is the one that was issued to {claimed.name}."
     if document["identity"].get("built") == "agrees":
@@ -142,11 +142,11 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, k
         return Headline("reject", "The badge's code is a still picture", text, DISTRUST)
     if "name" in failed:
         text = f"The registry issued this badge to {claimed.name}. The file that was given names somebody else."
-        return Headline("reject", "The name in the file is wrong", text, "Do not trust whoever gave you that file.")
+        return Headline("reject", "The name in the file is wrong", text, "Do not trust the source of that file.")
     if "enrolled" in failed:
-        return _nobody(failed["enrolled"], held, known)
+        return _not_held(failed["enrolled"], held, known)
     if "identities" in failed:
-        text = "A film that is cut together from several, or a badge that was exchanged, looks so."
+        text = "A film that is cut together from several, or a badge that was exchanged, looks like this."
         return Headline("reject", "Several badges, one after another", text, DISTRUST)
     if "beats" in failed:
         text = "The badge's code is that of one badge, and the fringes of its rows are those of another."
@@ -162,7 +162,7 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, k
 
 
 def _barred(document: Mapping[str, Any], finding: Finding, claimed: ClaimNote, known: Circumstances) -> Headline:
-    """A badge that was revoked or suspended, or has expired: said before all else."""
+    """A badge that was revoked or suspended, or has expired: this comes before all else."""
     rest = {
         ("accept", "match"): "Apart from that it is genuine: the fringes moved as only a real badge's do.",
         ("accept", "mismatch"): "Besides, the film shows another badge.",
@@ -174,7 +174,7 @@ def _barred(document: Mapping[str, Any], finding: Finding, claimed: ClaimNote, k
     text = f"{whose} {BARRED[code]}. {rest}".strip()
     advice = f"Accept no film of this badge. Ask {claimed.name} for one of the badge that replaced it."
     if code == "suspended":
-        advice = "Accept no film of this badge meanwhile. Ask the operator of the registry what became of it."
+        advice = "Accept no film of this badge meanwhile. Ask the operator of the registry about it."
     if known.barred is not None:
         return Headline("reject", _bar(known.barred, known), text, advice)
     title = f"Expired on {day(reason, known.checked_at)}" if code == "expired" else f"{code.capitalize()}: {reason}"
@@ -182,7 +182,7 @@ def _barred(document: Mapping[str, Any], finding: Finding, claimed: ClaimNote, k
 
 
 def _bar(barred: Exclusion, known: Circumstances) -> str:
-    """What bars a badge in a line, such as: Revoked on 3 May, compromised since 1 May: lost on the train."""
+    """Why a badge does not count, in a line, such as: Revoked on 3 May, compromised since 1 May: lost on the train."""
     on = f"{barred.code.capitalize()} on {day(barred.at, known.checked_at)}"
     if barred.code == "expired":
         return on
@@ -193,17 +193,18 @@ def _bar(barred: Exclusion, known: Circumstances) -> str:
 def _another(held: bool, claimed: ClaimNote, known: Circumstances) -> Headline:
     """The film shows another badge than the claimed one, whose holder the registry may know."""
     genuine, read = ("Genuine, but " if held else "Another badge: "), known.read
-    law = "The fringes move as a real badge's do" if held else "Whether the fringes follow the law is open"
-    advice = f"Do not take this film as one of {claimed.name}. Ask who is to be seen in it."
+    law = "The fringes move as a real badge's do" if held else "Whether the fringes follow the law is not decided"
+    advice = f"Do not take this film as one of {claimed.name}. Ask who can be seen in it."
     if not claimed.vouched:
-        advice = "Do not take this film as one of that badge. Ask who is to be seen in it."
+        advice = "Do not take this film as one of that badge. Ask who can be seen in it."
     if read is None:
         where = "registry" if known.bundle is None else "bundle"
-        other = f"nobody's in this {where}" if known.standing and known.looked_up else "another badge"
+        unknown = known.standing and known.looked_up
+        other = f"held by no one in this {where}, and" if unknown else "another badge,"
         text = f"{law}, but it is not {claimed.whose}."
         if not known.looked_up:
             text += " The bundle keeps identities sealed, and holds too many to look up whose badge it is."
-        return Headline("reject", f"{genuine}{other}, not {claimed.possessive}", text, advice)
+        return Headline("reject", f"{genuine}{other} not {claimed.possessive}", text, advice)
     whose = f"{read.name}'s"
     if claimed.vouched and read.name == claimed.name:
         whose = f"another badge of the name {read.name}"
@@ -214,18 +215,18 @@ def _another(held: bool, claimed: ClaimNote, known: Circumstances) -> Headline:
     return Headline("reject", f"{genuine}{whose}, not {claimed.possessive}", text, advice)
 
 
-def _nobody(finding: Finding, held: bool, known: Circumstances) -> Headline:
-    """Nobody was claimed, and nobody valid holds the badge that is shown."""
+def _not_held(finding: Finding, held: bool, known: Circumstances) -> Headline:
+    """No person was claimed, and no valid holder has the badge that is shown."""
     if known.read is not None and known.read.barred is not None:
         text = f"The badge was issued to {known.read.name}, and {BARRED[known.read.barred.code]}."
         return Headline("reject", _bar(known.read.barred, known), text, "Accept no film of this badge.")
     where = "registry" if known.bundle is None else "bundle"
-    title = f"Genuine, but nobody's in this {where}" if held else f"Nobody's in this {where}"
-    return Headline("reject", title, finding["text"], "If it should be known, ask whose registry the badge is in.")
+    title = f"Genuine, but held by no one in this {where}" if held else f"Held by no one in this {where}"
+    return Headline("reject", title, finding["text"], "If it should be known, ask which registry issued it.")
 
 
 def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
-    """In which way the law is broken, in a few words: by the best rival, or else by what fails."""
+    """How the law is broken, in a few words: by the best rival, or else by what fails."""
     rival = best_rival(document)
     if rival is not None and (words := _instead(rival)):
         return words
@@ -236,7 +237,7 @@ def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
 
 
 def _instead(rival: Entry) -> str:
-    """What the fringes do by a rival; "" for one that only says that they leave the law."""
+    """What the fringes do according to a rival; "" for one that only says that they leave the law."""
     name, parameters = rival["name"], rival["parameters"]
     if name == "late" and (late_s := parameters.get("late_s")):
         return "they come late" if late_s > 0 else "they come early"
@@ -254,24 +255,24 @@ def _far(ratio: float) -> str:
     return f"move {'only ' if ratio < 1 else ''}{ratio:.2g} times as far as"
 
 
-AGAIN = "Begin again, with the badge and the face in good light. If it comes out so again, do not take it for live."
+AGAIN = "Begin again, with the badge and the face in good light. If the result is the same, do not take it for live."
 MOVE = "Begin again, and move the badge sideways by 20 cm or more, several times."
 SLOWLY = "Begin again over a faster connection, or with a smaller picture, and move the badge slowly."
 CHANGE = "Begin again, and move the badge to and fro at changing speed, and turn it as well."
-#: By what makes a check inconclusive.
+#: Advice by the code that makes a check inconclusive.
 ADVICE = {"motion": MOVE, "motion_gaps": SLOWLY, "phase_gaps": SLOWLY} | dict.fromkeys(RIVALS, CHANGE) | {"still": MOVE}
 LIVE_DISTRUST = (
     "Do not take this for the badge. If you think that it is, begin again in better light, with another camera."
 )
 PIN = "Pin the person in the call's program, so that their tile is large and stays where it is, and begin again."
 RECOGNISE = "Only the badge was checked: is the face {name}'s, and does it pass behind the badge as a face does?"
-#: What makes a call's picture inconclusive, in the title.
+#: Why a call's picture is inconclusive, for the title.
 TILE = {
     "tile": "the tile is too small",
     "tile_moved": "the tile did not stay where it was",
     "faces": "several people are in the tile",
 }
-#: What fails of the challenge alone, the weightiest first, and what that means.
+#: Failures of the challenge alone, the most important first: the title, and what it means.
 LIVE = {
     "prompt": (
         "The prompts were not followed",
@@ -291,8 +292,8 @@ LIVE = {
 def live_headline_of(event: Mapping[str, Any], name: str, known: Circumstances) -> Headline:
     """The headline of a live verdict.
 
-    Parameters: event: the verdict's event of `verifier.live`; name: of whom was claimed; known: with the holder of the
-    badge that was read.
+    Parameters: event: the verdict's event of `verifier.live`; name: of the claimed person; known: with the holder of
+    the badge that was read.
     """
     found, document = sorted_findings(event["reasons"]), dict(event) | {"badge": {"name": name}}
     film = headline_of(document, known)

@@ -1,9 +1,8 @@
-"""The report for people: one self-contained page, and the same figures as JSON beside it.
+"""The report for people: one self-contained page, its pictures, and files with the same figures (JSON, CSV).
 
-A page is made of a report's JSON, of its pictures, and of the circumstances of the check.  So whoever holds these can
-make it: the studio makes it outside the process that decoded the film.
-
-The pictures of a report, drawn where the film is, as files by their names.
+A page is made from a report's JSON, its pictures, and the circumstances of the check; the film is not needed.  So the
+studio makes it outside the process that decoded the film.  The pictures are drawn in the process that has the film, as
+files with fixed names.
 """
 
 from __future__ import annotations
@@ -29,12 +28,12 @@ from moireid.verifier.report.findings import sorted_findings
 from moireid.verifier.report.headline import headline_of
 from moireid.verifier.report.plots import NARROW, law_plot, parallax_of, plots_of
 from moireid.verifier.report.rival_table import NO_PROBABILITY, rival_plot, table_of
-from moireid.verifier.report.seconds import frame_picture, seconds_of, telling_moment
+from moireid.verifier.report.seconds import frame_picture, moment_to_show, seconds_of
 from moireid.verifier.session.result import Report
 
 LAW, LAW_NARROW, BADGE, FRAME = "law.svg", "law-narrow.svg", "badge.png", "frame.jpg"
 RIVAL, RIVAL_NARROW = "rival.svg", "rival-narrow.svg"
-#: The names that pictures can have, and nothing else.
+#: The only names that pictures can have.
 NAME = re.compile(r"(?:law|rival)(?:-narrow)?\.svg|plot[0-9]{1,2}\.svg|badge\.png|frame\.jpg")
 KINDS = {"svg": "image/svg+xml", "png": "image/png", "jpg": "image/jpeg"}
 
@@ -58,7 +57,7 @@ def pictures_of(report: Report) -> Pictures:
     files |= {f"plot{number}.svg": svg.encode() for number, (_, svg) in enumerate(plots)}
     if report.track.snapshot is not None:
         files[BADGE] = cv2.imencode(".png", report.track.snapshot)[1].tobytes()
-    moment = telling_moment(report)
+    moment = moment_to_show(report)
     if (shown := frame_picture(report, moment)) is not None:
         files[FRAME] = shown
     return Pictures(files, tuple(title for title, _ in plots), moment.time_s)
@@ -67,7 +66,7 @@ def pictures_of(report: Report) -> Pictures:
 #: What was checked, in plain words.
 SAYS = "Checked were the badge's fringes, which must move with the badge as optics demand, and whose badge it is."
 SAYS_NOT = (
-    "Not checked were the face, the voice, the words and everything else in the film, or who wore the badge and when."
+    "Not checked were the face, the voice, the words and everything else in the film, nor who wore the badge and when."
 )
 
 
@@ -91,13 +90,13 @@ def write_report(
     report : Report
         What `verify` found.
     folder : Path
-        Made where it is absent.
+        Made if it does not exist.
     overwrite : bool
         Whether older files may be replaced.
     pictures : Pictures, optional
         As `pictures_of` draws them; None to draw them now, one of them from the film itself.
     known : Circumstances, optional
-        How the check was made, and what a registry knows; None for a check made just now without one.
+        How the check was made, and what a registry says; None for a check made just now without a registry.
 
     Returns
     -------
@@ -107,7 +106,7 @@ def write_report(
     Raises
     ------
     SpecError
-        Where a file is in the way.
+        If a file would be replaced.
     """
     shown, known = pictures or pictures_of(report), known or Circumstances(datetime.now(UTC))
     return write_pages(report.to_json(), shown, signals_csv(report), known, folder, overwrite=overwrite)
@@ -122,7 +121,7 @@ def write_pages(
     *,
     overwrite: bool,
 ) -> list[Path]:
-    """What `write_report` writes, of a report's JSON, its pictures and its signals as CSV."""
+    """Write the files of `write_report` from a report's JSON, its pictures and its signals as CSV."""
     paths = report_paths(folder)
     planned(paths, overwrite=overwrite)
     shown = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
@@ -158,10 +157,10 @@ def signals_csv(report: Report) -> str:
     return out.getvalue()
 
 
-def told(
+def page_context(
     document: Mapping[str, Any], pictures: Pictures, known: Circumstances, source: Callable[[str], str]
 ) -> dict[str, Any]:
-    """What a page's template shows.
+    """The variables of a page's template.
 
     Parameters: document: what `verify --json` or `identify --json` prints; source: the address of a picture, by name.
     """
@@ -185,7 +184,7 @@ def told(
 
 
 def render_page(document: Mapping[str, Any], pictures: Pictures, known: Circumstances) -> str:
-    """The report as one HTML page that needs no other file; parameters as `told`."""
+    """The report as one HTML page that needs no other file; parameters as `page_context`."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -201,15 +200,15 @@ def render_page(document: Mapping[str, Any], pictures: Pictures, known: Circumst
         return f"data:{kind};base64," + base64.b64encode(pictures.files[name]).decode()
 
     page = environment.get_template("report.html.j2")
-    return page.render(style=style(), **told(document, pictures, known, source))
+    return page.render(style=style(), **page_context(document, pictures, known, source))
 
 
 def template(name: str) -> str | None:
-    """The text of one of this folder's templates, which the studio's pages use too; None where there is none."""
+    """The text of one of this folder's templates, which the studio's pages use too; None if there is none."""
     found = resources.files("moireid.verifier.report").joinpath(name)
     return found.read_text(encoding="utf-8") if name.endswith(".html.j2") and found.is_file() else None
 
 
 def style() -> str:
-    """The style sheet of what this page and the studio's page of a verdict share."""
+    """The style sheet that this page and the studio's page of a verdict share."""
     return resources.files("moireid.verifier.report").joinpath("report.css").read_text(encoding="utf-8")

@@ -1,14 +1,12 @@
-"""The plots for experts, as SVG texts; the same report always gives the same bytes.
+"""The plots of a report as SVG texts: the law over time, and the plots for experts.
 
-Convention: plots over time show the track that the report keeps; for a film in chapters that is one chapter.
+The plot of the law shows where the fringes should be, where they were, and behind them the verdict on each few seconds.
+All plots share their colours, for light and dark pages, and their lines break where frames are missing.  A plot is a
+picture in a page, so its colours are variables of its own that follow the reader's choice of light or dark.  The same
+report always gives the same bytes.
 
-What all plots of a report share: their colours, by day and by night, and lines that break where frames are missing.
-
-A plot is a picture in a page, so its colours are variables of its own that follow the reader's choice of light or dark.
-
-The law by time: where the fringes should be, where they were, and the verdict on each few seconds behind them.
-
-Convention: in fringe widths, a width being a turn of 2 pi; for a film in chapters it shows the one that is kept.
+Convention: plots over time show the track that the report keeps; for a film in chapters that is one chapter.  Places of
+fringes are in fringe widths; one width is a phase of 2 pi.
 """
 
 from __future__ import annotations
@@ -33,7 +31,7 @@ Array = NDArray[np.float64]
 INK, PREDICTED, MEASURED, PALE, GRID = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6", "#e4e8ed"
 RIVAL = "#7a3fa0"
 BANDS = {"accept": "#1c7c4a", "reject": "#b3261e", "inconclusive": "#9aa4b0"}
-#: Each colour by night.
+#: Each colour on a dark page.
 DARK = {
     INK: "#e6eaef",
     PREDICTED: "#f0a06c",
@@ -45,7 +43,7 @@ DARK = {
     BANDS["reject"]: "#ff8a80",
     BANDS["inconclusive"]: "#76818d",
 }
-#: Digits of a place in a plot that nobody sees.
+#: Digits of a coordinate in a plot that are too fine to be seen.
 FINE = re.compile(r"(\d+\.\d{2})\d+")
 
 
@@ -68,7 +66,7 @@ def figure_of(width: float, height: float) -> tuple[Any, Any]:
 
 
 def svg_of(figure: Any) -> str:
-    """The figure as SVG, its colours as variables with a value by day and one by night."""
+    """The figure as SVG, its colours as variables with one value for light pages and one for dark pages."""
     from matplotlib import rc_context
 
     out = io.StringIO()
@@ -86,7 +84,7 @@ def svg_of(figure: Any) -> str:
 
 
 def broken(times_s: Array, stretch: NDArray[np.int64], *values: Array) -> tuple[Array, ...]:
-    """Times and values (T,) with a gap wherever frames are missing, so that no line is drawn across what nobody saw.
+    """Times and values (T,) with a gap wherever frames are missing, so that no line is drawn across unseen time.
 
     Parameters: stretch (T,): number of the stretch of each frame; a new one is a gap too.
     Returns: times, then each of the values, with NaN in each gap.
@@ -102,15 +100,15 @@ def broken(times_s: Array, stretch: NDArray[np.int64], *values: Array) -> tuple[
 WIDE, NARROW = (7.6, 3.1), (3.6, 3.3)
 #: Height of the plot at least, in fringe widths, so that noise does not look like motion.
 LEAST_WIDTHS = 0.2
-#: Of a film so much longer than the part that is plotted, that part alone is shown.
-MOST_BESIDE = 2.0
+#: The time axis shows the whole film if that is at most so many times as long as the plotted part; else only this part.
+MAX_FILM_SHOWN_RATIO = 2.0
 
 
 def law_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
-    """The plot as SVG; None where nothing could be measured."""
+    """The plot as SVG; None if nothing could be measured."""
     if report.measurement is None:
         return None
-    signal, times = report.measurement.gratings[report.telling], report.measurement.times_s
+    signal, times = report.measurement.gratings[report.most_informative], report.measurement.times_s
     figure, axes = figure_of(*size)
     shown: set[str] = set()
     for part in report.segments:
@@ -134,17 +132,17 @@ def law_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
 
 
 def _along(report: Report) -> str:
-    """Which direction is shown, of a badge that senses several."""
+    """Which direction is shown, for a badge that senses several."""
     if len(report.badge.gratings) == 1:
         return ""
-    return f", along {axis_words(report.badge.gratings[report.telling].axis)}"
+    return f", along {axis_words(report.badge.gratings[report.most_informative].axis)}"
 
 
 def _shown_s(report: Report, times_s: Array) -> Span:
-    """First and last time of the plot, s: the whole film's, so that what was not seen is seen to be missing."""
+    """First and last time of the plot, s: of the whole film, so that one sees what is missing."""
     first, last = float(times_s[0]), max(float(times_s[-1]), float(times_s[0]) + 0.1)
     film = report.cover.film_s if report.cover else (first, last)
-    whole = film[1] - film[0] <= MOST_BESIDE * (last - first)
+    whole = film[1] - film[0] <= MAX_FILM_SHOWN_RATIO * (last - first)
     return (min(film[0], first), max(film[1], last)) if whole else (first, last)
 
 
@@ -170,7 +168,7 @@ def plots_of(report: Report) -> list[tuple[str, str]]:
 def _residual_plot(report: Report) -> str:
     """Residual of the measured phase with its error bar."""
     assert report.measurement is not None
-    signal, times = report.measurement.gratings[report.telling], report.measurement.times_s
+    signal, times = report.measurement.gratings[report.most_informative], report.measurement.times_s
     figure, axes = figure_of(3.7, 3.0)
     error = np.hypot(np.where(np.isfinite(signal.phase_sd_rad), signal.phase_sd_rad, np.nan), signal.pose_sd_rad)
     shown, room, left = broken(times, signal.stretch, 2 * error, signal.measured_rad - signal.predicted_rad)
@@ -185,7 +183,7 @@ def _residual_plot(report: Report) -> str:
 def _window_plot(report: Report) -> str:
     """Correlation over windows of 30 frames, at each window's middle."""
     assert report.measurement is not None
-    signal, times = report.measurement.gratings[report.telling], report.measurement.times_s
+    signal, times = report.measurement.gratings[report.most_informative], report.measurement.times_s
     figure, axes = figure_of(3.7, 3.0)
     windows = window_correlations(signal.measured_rad, signal.predicted_rad)
     half = WINDOW_FRAMES // 2
@@ -201,7 +199,7 @@ def _parallax_plot(report: Report) -> str:
     """The camera's place, relative to the badge."""
     assert report.measurement is not None
     figure, axes = figure_of(3.7, 3.0)
-    stretch = report.measurement.gratings[report.telling].stretch
+    stretch = report.measurement.gratings[report.most_informative].stretch
     shown, *places = broken(report.measurement.times_s, stretch, *parallax_of(report).T)
     for place, colour, name in zip(places, (MEASURED, PALE), "xy", strict=True):
         axes.plot(shown, place, color=colour, label=name)
@@ -213,7 +211,7 @@ def _parallax_plot(report: Report) -> str:
 
 def _gain_plot(report: Report) -> str:
     assert report.measurement is not None
-    signal = report.measurement.gratings[report.telling]
+    signal = report.measurement.gratings[report.most_informative]
     figure, axes = figure_of(3.7, 3.0)
     ends = np.array([signal.predicted_rad.min(), signal.predicted_rad.max()])
     axes.plot(ends, ends, color=PREDICTED, linewidth=3.2, alpha=0.55, label="law: slope 1")
@@ -225,7 +223,7 @@ def _gain_plot(report: Report) -> str:
 
 
 def _band_plot(report: Report) -> str:
-    """Beat frequency of every strip and by the claimed badge's design, as differences from the reference cell."""
+    """Beat frequency of every band, measured and by the claimed badge's design, as difference from the reference."""
     assert report.measurement is not None
     grating = next((g for g in report.badge.gratings if g.code), report.badge.gratings[0])
     index = report.badge.gratings.index(grating)

@@ -1,11 +1,10 @@
-"""The table of explanations, for people: what could have moved the fringes, and what of it remains.
+"""The table of explanations, for people: what could have moved the fringes, and which explanations remain.
+
+A plot shows the measured phase with the best fit of the law and of the best rival.
 
 Convention: odds are those of the law over a rival, so they count against the rival; a share is in how many of 100 cases
-a rival would look as much like the law as this film does.
-
-The best rival next to the law: the phase as it was measured, and what either of them makes of it.
-
-Convention: as `law_plot`; each curve has its mean at 0 in each stretch, as explanations are compared so.
+a rival would look as much like the law as this film does.  The plot is as `law_plot`; each curve has mean 0 in each
+stretch, as in the comparison of explanations.
 """
 
 from __future__ import annotations
@@ -43,11 +42,11 @@ DOES = {
     "photographs_at_one_distance": "be those of photographs from one distance, moved by the law",
     "photographs_in_turn": "be those of a few photographs, shown in turn or faded into each other",
     "photographs_faded": "be those of more photographs, faded into each other",
-    "photographs_laid_over": "be those of photographs, all laid over each other",
+    "photographs_laid_over": "be those of photographs, all placed over each other",
 }
-#: Rivals of which the fringes' spacing and shape tell, and not their motion.
+#: Rivals that are judged by the spacing and shape of the fringes, and not by their motion.
 PHOTOGRAPHS = tuple(name for name in DOES if name.startswith("photographs"))
-#: Reminder that belongs to all odds.
+#: Reminder that is shown with all odds.
 NO_PROBABILITY = (
     "They are no probability that the film is genuine: for that, one must also know how many films are forged in the "
     "first place."
@@ -56,7 +55,7 @@ NO_PROBABILITY = (
 
 @dataclass(frozen=True)
 class RivalRow:
-    """One explanation: what the fringes would do, the power of ten of the odds against it, its share in 100 cases, and
+    """One explanation: what the fringes would do, the odds against it as a power of ten, its share in 100 cases, and
     whether it remains; law: whether it is the law of optics itself.
     """
 
@@ -70,7 +69,7 @@ class RivalRow:
 @dataclass(frozen=True)
 class RivalTable:
     """The rows, the law first; what was compared; the support that the calibrated odds give, in words and as a power of
-    ten, "" where it is unknown; capped: whether it is the most that the calibration can give.
+    ten, "" if it is unknown; capped: whether it is the most that the calibration can give.
     """
 
     rows: tuple[RivalRow, ...]
@@ -81,7 +80,7 @@ class RivalTable:
 
 
 def table_of(document: Mapping[str, Any]) -> RivalTable | None:
-    """The table of a report; None where nothing was compared, as in reports of format 1."""
+    """The table of a report; None if nothing was compared, as in reports of format 1."""
     entries = document.get("explanations") or []
     if not entries:
         return None
@@ -102,7 +101,7 @@ def table_of(document: Mapping[str, Any]) -> RivalTable | None:
 
 
 def odds_line(document: Mapping[str, Any]) -> str:
-    """The calibrated odds in one line; "" where they are not known."""
+    """The calibrated odds in one line; "" if they are not known."""
     table = table_of(document)
     if table is None or not table.support:
         return ""
@@ -111,10 +110,10 @@ def odds_line(document: Mapping[str, Any]) -> str:
 
 
 def best_rival(document: Mapping[str, Any]) -> Entry | None:
-    """The rival that explains a film better than the law does; None where none does so by more than chance.
+    """The rival that explains a film better than the law does; None if none does so by more than chance.
 
-    Convention: as `decision.findings`; one that says what the fringes do, and leaves little of the motion, comes before
-        one that only adds freedom to the law; of several that are equally good within a factor of ten, the first of the
+    Convention: as `decision.findings`; one that names a motion of the fringes, with a small residual, comes before one
+        that only adds freedom to the law; of several that are equally good within a factor of ten, the first of the
         table, which is the simplest.
     """
     better = [one for one in _rivals(document) if one["log10_odds"] < -MAX_RIVAL_LOG10]
@@ -146,7 +145,7 @@ def _row(entry: Entry) -> RivalRow:
 
 
 def _detail(entry: Entry) -> str:
-    """The parameters that fit best, in a few words; "" where there is none that people ask for."""
+    """The parameters that fit best, in a few words; "" if there is none of use to people."""
     found = {name: value for name, value in entry["parameters"].items() if value is not None}
     if "start_s" in found and "end_s" in found:
         return f"at best from {found['start_s']:.1f} to {found['end_s']:.1f} s"
@@ -178,11 +177,11 @@ SPARE = 0.25
 
 
 def rival_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
-    """The plot as SVG; None where nothing was compared."""
+    """The plot as SVG; None if nothing was compared."""
     best = shaped_rival(report)
     if best is None or report.measurement is None:
         return None
-    signal = report.measurement.gratings[report.telling]
+    signal = report.measurement.gratings[report.most_informative]
     series = phase_series(signal)
     if series is None:
         return None
@@ -204,9 +203,9 @@ def rival_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
 
 
 def shaped_rival(report: Report) -> Explanation | None:
-    """Of the rivals with a shape of their own the one that is nearest to the film.
+    """Of the rivals with a shape of their own, the one that is nearest to the film.
 
-    Convention: the one that fits best, and of several that are equally good within a factor of ten the simplest; where
+    Convention: the one that fits best, and of several that are equally good within a factor of ten the simplest; if
     none fits better than the law, one that would look the same comes first.
     """
     found = report.invariant.explanations

@@ -1,8 +1,7 @@
-"""Of which seconds the verdict speaks: bars over the film's own time, and the same in words.
+"""Which seconds were judged, as bars over the film's own time and in words; and one frame of the film as a picture.
 
-A whole frame of the film at its most telling moment, with the badge outlined.
-
-The film is opened anew for it, and must still be the file that was judged.
+The frame is the one that shows best what was found, with the badge outlined.  The film is opened again for it, and must
+still be the file that was judged.
 """
 
 from __future__ import annotations
@@ -30,24 +29,24 @@ MOST_PX, QUALITY = 960, 82
 
 @dataclass(frozen=True)
 class Moment:
-    """A frame: its number, its time, s (None where the film's times start anew), the badge's corners (4, 2) px."""
+    """A frame: its number, its time, s (None if the film's times start anew), the badge's corners (4, 2) px."""
 
     index: int
     time_s: float | None
     corners_px: Array | None
 
 
-def telling_moment(report: Report) -> Moment:
-    """Where the fringes are furthest from the law, if they break it; else where the badge is seen best.
+def moment_to_show(report: Report) -> Moment:
+    """The frame whose fringes are furthest from the law, if they break it; else the one that shows the badge best.
 
-    Convention: corners as `BadgeTracker.corners_px`; without a badge the film's middle.
+    Convention: corners as `BadgeTracker.corners_px`; without a badge the middle frame of the film.
     """
     track = report.track
     if not track.tracked:
         return Moment(report.frames["read"] // 2, None, None)
     k = int(np.argmax(track.correlations))
     if report.measurement is not None and report.invariant.verdict == "reject":
-        signal = report.measurement.gratings[report.telling]
+        signal = report.measurement.gratings[report.most_informative]
         off = np.abs(signal.measured_rad - signal.predicted_rad)
         off = np.where(np.isfinite(signal.phase_sd_rad), off, -1.0)
         k = int(np.argmax(off)) if len(off) == track.tracked else k
@@ -61,7 +60,7 @@ def telling_moment(report: Report) -> Moment:
 
 
 def frame_picture(report: Report, moment: Moment) -> bytes | None:
-    """That frame as a JPEG, in colour, the badge outlined; None where the film is gone, or is another by now."""
+    """That frame as a JPEG, in colour, the badge outlined; None if the film is gone or has changed."""
     try:
         film = Film(Path(report.film["path"]))
         if film.described()["sha256"] != report.film["sha256"]:
@@ -82,12 +81,12 @@ def frame_picture(report: Report, moment: Moment) -> bytes | None:
 
 
 Span = tuple[float, float]
-#: A shorter time without verdict is not named, and at most so many are.
+#: A shorter time without verdict is not named, and at most MOST_NAMED of them are.
 LEAST_GAP_S, MOST_NAMED = 0.5, 3
-#: From this share on, all of a film is judged.
+#: From this share on, a film counts as judged completely.
 WHOLE = 0.995
 #: What each colour of the law's bar means.
-LAW = {"accept": "the law holds", "reject": "the law is broken", "inconclusive": "too little to tell"}
+LAW = {"accept": "the law holds", "reject": "the law is broken", "inconclusive": "too little to decide"}
 
 
 @dataclass(frozen=True)
@@ -110,7 +109,7 @@ class Seconds:
 
 
 def seconds_of(document: Mapping[str, Any]) -> Seconds | None:
-    """The seconds of a report, as in its JSON; None where it does not say."""
+    """The seconds of a report, as in its JSON; None if it does not state them."""
     cover = document.get("cover")
     if not cover or not cover.get("film_s") or cover["film_s"][1] <= cover["film_s"][0]:
         return None
@@ -145,7 +144,7 @@ def _bars(film: Span, spans: Sequence[Span], kind: str) -> tuple[Bar, ...]:
 
 
 def _law_bars(film: Span, segments: Sequence[Mapping[str, Any]], seen: Sequence[Span]) -> tuple[Bar, ...]:
-    """The verdict on each few seconds, where the badge was seen in them."""
+    """The verdict on each few seconds, for the time in which the badge was seen."""
     return tuple(
         bar
         for segment in segments
@@ -154,17 +153,17 @@ def _law_bars(film: Span, segments: Sequence[Mapping[str, Any]], seen: Sequence[
 
 
 def _words(film: Span, seen: Sequence[Span], judged: Sequence[Span], share: float) -> str:
-    """How much was judged, and the longest times of which nothing is known."""
+    """How much was judged, and the longest gaps."""
     if not seen:
         return f"The badge was not followed anywhere in this film of {film[1] - film[0]:.1f} s."
     if not judged:
         shown = sum(end - start for start, end in seen)
         return f"The badge is seen in {shown:.1f} of {film[1] - film[0]:.1f} s, and none of them could be judged."
-    text = f"The verdict is of {100 * share:.0f} % of the film's {film[1] - film[0]:.1f} s."
+    text = f"The verdict covers {100 * share:.0f} % of the film's {film[1] - film[0]:.1f} s."
     gaps = [gap for gap in outside(film, judged) if gap[1] - gap[0] >= LEAST_GAP_S]
     if not gaps:
         return f"{text} {'No part' if share >= WHOLE else 'No more than a moment'} of it is left out."
     longest = sorted(sorted(gaps, key=lambda gap: gap[0] - gap[1])[:MOST_NAMED])
     named = ", ".join(f"{start:.1f} to {end:.1f} s" for start, end in longest)
     more = " and more" if len(gaps) > MOST_NAMED else ""
-    return f"{text} It says nothing of {named}{more}."
+    return f"{text} It does not cover {named}{more}."

@@ -1,7 +1,7 @@
-"""One badge of a film: its track, judged chapter by chapter, and its place among the others in view.
+"""One badge of a film: its track, judged chapter by chapter, and its rank among the badges in view.
 
 Policy: with a claim, the verdict is about one badge that carries the claimed identity.  If several badges carry it, a
-rejected one counts first, so that a genuine badge beside a forged one does not excuse it. Without a claim, or if no
+rejected one counts first, so that a genuine badge does not excuse a forged one next to it.  Without a claim, or if no
 badge carries the claimed identity, the verdict is about the badge that is shown largest.  A note names the others.
 """
 
@@ -17,12 +17,12 @@ from moireid.verifier.reasons import Reason, json_number, worst
 from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of, invariant_of, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
-from moireid.verifier.session.threads import give_back
+from moireid.verifier.session.threads import return_freed_memory
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import unreduced_px
 
-#: If several badges carry the claimed identity, a rejected one counts first, then an accepted one, then an open one.
+#: Of several badges with the claimed identity, a rejected one counts first, then an accepted, then an inconclusive one.
 ORDER = {"reject": 0, "accept": 1, "inconclusive": 2}
 #: A note names at most this many identities.
 MOST_NAMED = 4
@@ -32,14 +32,14 @@ MOST_NAMED = 4
 class ChapterTracker:
     """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one.
 
-    beside: where a chapter is judged while the film goes on; one at a time, so that memory stays bounded.
+    executor: judges a chapter while the film goes on; one at a time, so that memory stays bounded.
     """
 
     claim: Claim
     tracker: BadgeTracker
     done: list[Chapter] = field(default_factory=list)
     repeated: int = 0
-    beside: Executor | None = None
+    executor: Executor | None = None
     _pending: Future[Chapter] | None = None
 
     @property
@@ -55,11 +55,11 @@ class ChapterTracker:
             self._take_in(pending.result())
 
     def close(self, keep: int = 0) -> None:
-        """Judge the open chapter, once the one before it is judged; beside the film where that goes on."""
+        """Judge the open chapter, once the one before it is judged; by the executor if the film goes on."""
         self.settle()
         track = self.tracker.take(keep)
-        if self.beside is not None and keep:
-            self._pending = self.beside.submit(_judged, track, self.claim, self.repeated)
+        if self.executor is not None and keep:
+            self._pending = self.executor.submit(_judged, track, self.claim, self.repeated)
         else:
             self._take_in(_judged(track, self.claim, self.repeated))
         self.repeated = keep
@@ -90,7 +90,7 @@ class ChapterTracker:
         return rank_of(self.chapters, self.claim, self.tracker.shown)
 
     def read(self) -> set[str]:
-        """Identities that any chapter reads."""
+        """Identities that were read in any chapter."""
         return {chapter.identity.decoded_id for chapter in self.chapters if chapter.identity.decoded_id}
 
     def breaking(self) -> tuple[Span, ...]:
@@ -106,7 +106,7 @@ class ChapterTracker:
         Parameters: reduced_by: pixels of the film for one of the frames, as `Film.reduced_by`.
         Convention: as `BadgeTracker.outline_px`.
         """
-        corners, first = self.tracker.outline_px(), self.tracker.course.first
+        corners, first = self.tracker.outline_px(), self.tracker.ends.first
         if corners is None or first is None:
             return None
         film_px = unreduced_px(corners, reduced_by)
@@ -115,9 +115,9 @@ class ChapterTracker:
 
 
 def _judged(track: Track, claim: Claim, repeated: int) -> Chapter:
-    """A judged chapter; what judging took is given back."""
+    """Judge a chapter, and return the memory that this took to the system."""
     chapter = judge_chapter(track, claim, repeated=repeated)
-    give_back()
+    return_freed_memory()
     return chapter
 
 
@@ -150,9 +150,9 @@ def others_note(count: int, read: set[str], region: dict[str, Any] | None) -> tu
 
 
 def breaking_finding(breaking: Sequence[Span], judged: Sequence[Span]) -> tuple[Reason, ...]:
-    """Whether a badge without identity breaks the law while the judged one is not to be judged; empty if none does.
+    """A finding if a badge without identity breaks the law while the judged one cannot be judged; empty if none does.
 
-    Convention: a lie shorter than `SPELL_S` is not counted, as in the judged badge itself.
+    Convention: a violation shorter than `SPELL_S` does not count, as for the judged badge itself.
     """
     alone = [part for span in breaking for part in outside(span, judged)]
     seconds = sum(end - start for start, end in alone)
@@ -161,11 +161,11 @@ def breaking_finding(breaking: Sequence[Span], judged: Sequence[Span]) -> tuple[
     start, end = max(alone, key=lambda span: span[1] - span[0])
     text = (
         f"Between {start:.0f} and {end:.0f} s a badge is seen whose fringes break the law and whose code cannot be "
-        "read, and the judged badge is not to be seen; both may be one."
+        "read. The judged badge is not seen then, so both may be the same badge."
     )
     return (Reason("others_break", "undecided", seconds, SPELL_S, "s", text),)
 
 
 def _plot_order(chapter: Chapter) -> tuple[bool, bool, int]:
-    """Order of chapters by what their plots would show: a broken law first, then the law kept, then most frames."""
+    """Sort key for the chapter to plot: the law broken first, then the law obeyed, then the most frames."""
     return chapter.invariant.verdict != "reject", chapter.invariant.verdict != "accept", -chapter.tracked

@@ -1,7 +1,7 @@
 """Enrolment captures: films of a freshly built badge, from which its as-built figures are measured.
 
 The verifier must accept a capture as the issued badge in motion; otherwise nothing is measured from it.  Only the gain
-is free, within `ENROLLED_GAINS`: it depends on the sheet that the maker bought, and on how it lies on the page.
+is free, within `ENROLLED_GAINS`: it depends on the sheet that the maker bought, and on how flat it is on the page.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def capture_as_built(
 
     Parameters: measured_scale: length of the scale bar by a ruler over its nominal length; it is only recorded.
     Convention: as `AsBuilt`.
-    Raises: MediaError where a film cannot be read or does not show this badge in motion; DesignError for a board
+    Raises: MediaError if a film cannot be read or does not show this badge in motion; DesignError for a board
         without an identity.
     Source: `verify`, then `built.measure_built` of each film, merged.
     """
@@ -52,7 +52,7 @@ def capture_as_built(
 
 
 def _check_gains(parts: list[AsBuilt], videos: list[Path]) -> None:
-    """Raise MediaError where two films do not agree on the gain of one sheet."""
+    """Raise MediaError if two films do not agree on the gain of one sheet."""
     for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
         apart = abs(one.gain_ratio - other.gain_ratio)
         sd = math.hypot(one.gain_sd, other.gain_sd)

@@ -1,4 +1,4 @@
-"""A film is judged in chapters, so that memory does not grow with its length and every frame is still examined.
+"""Judging a film in chapters, so that memory does not grow with its length and every frame is still examined.
 
 1. Estimate the camera (focal length, shutter, one smoothed pose per frame); measure and predict the fringe phase.
 2. Decode the identity, and compare it with the claim.
@@ -41,9 +41,9 @@ OVERLAP_FRAMES = 240
 #: drifts.
 PIECE_FRAMES = OVERLAP_FRAMES
 
-NOT_TOLD = (
+FIGURES_NOT_SHOWN = (
     "The film does not show whether its figures are those measured at enrolment. Film the badge nearer and with more "
-    "motion, or do not ask for them."
+    "motion, or do not require them."
 )
 NOT_ENROLLED = "This badge was not measured as built, so a copy looks the same. Enroll it with a film of it."
 
@@ -53,9 +53,8 @@ class Chapter:
     """One chapter: what was found in it.
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
-    its frames, None once they are dropped; sheet: the gains that the badge
-    may have, under whose expected one its signals are; passed: as in `Track`; judged_s, seen_s: when it was
-    judged, and the badge seen.
+    its frames, None once they are dropped; sheet: the gains that the badge may have (the signals are computed with the
+    expected one); passed: as in `Track`; judged_s, seen_s: the spans that were judged, and those that show the badge.
     """
 
     frames_read: int
@@ -172,8 +171,8 @@ def _is_broken(chapter: Chapter, limit_log10: float) -> bool:
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
     """The identity of all chapters together, and the findings on the badge as built.
 
-    The first chapter whose figures differ from enrolment decides; else the first with another identity than the claimed
-    one; else the first that reads an identity, and of those rather one whose figures agree.
+    The first chapter whose figures differ from those of enrolment decides; otherwise the first with another identity
+    than the claimed one; otherwise the first with a readable identity, where chapters whose figures agree come first.
     """
     order = {"mismatch": 0, "match": 1, "not_claimed": 2, "unreadable": 3}
 
@@ -223,7 +222,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
 
 
 def _numbered_on(numbers: Sequence[np.ndarray]) -> np.ndarray:
-    """Numbers of the stretches of several chapters; no stretch goes on from one to the next."""
+    """Numbers of the stretches of several chapters; no stretch continues from one chapter to the next."""
     begins = np.cumsum([0, *(own[-1] - own[0] + 1 for own in numbers[:-1])])
     return np.concatenate([own - own[0] + begin for own, begin in zip(numbers, begins, strict=True)])
 
@@ -234,12 +233,12 @@ def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:
 
 
 def _is_doubtful(chapter: Chapter) -> bool:
-    """Whether a chapter that moves enough is left inconclusive."""
+    """Whether a chapter with enough motion is inconclusive."""
     return chapter.invariant.verdict == "inconclusive" and any(one.moved for one in chapter.invariant.compared)
 
 
 def _broken_chapter(chapter: Chapter) -> Reason | None:
-    """The gravest finding of a chapter, with its time; None where it has none that is grave."""
+    """The most serious finding of a chapter, with its time; None if none fails or is undecided."""
     start, end = chapter.span_s
     order: dict[Level, int] = {"fail": 0, "undecided": 1, "pass": 2, "note": 2}
     why = min(chapter.invariant.reasons, key=lambda reason: order[reason.level])
@@ -249,7 +248,7 @@ def _broken_chapter(chapter: Chapter) -> Reason | None:
 
 
 def _compared_built(track: Track, measurement: Measurement, identity: Identity, claim: Claim) -> Comparison | None:
-    """The film's figures compared with those of enrolment; None where there are none, or another badge is shown."""
+    """The film's figures compared with those of enrolment; None if there are none, or another badge is shown."""
     gain = gain_of(measurement.gratings)
     if claim.as_built is None or identity.verdict != "match" or gain is None:
         return None
@@ -262,9 +261,9 @@ def _compared_built(track: Track, measurement: Measurement, identity: Identity, 
 def _judge_built(
     identity: Identity, compared: Comparison | None, invariant: Invariant, claim: Claim
 ) -> tuple[Identity, tuple[Reason, ...]]:
-    """The identity with what is known of the badge as built, and the findings on that.
+    """The identity with the result for the badge as built, and the findings on that.
 
-    Convention: where the law does not explain the fringes, their constants say nothing of a badge.
+    Convention: if the law does not explain the fringes, their constants are no figures of a badge.
     """
     as_built = claim.as_built
     if as_built is not None:
@@ -278,7 +277,7 @@ def _judge_built(
     text = {
         "agrees": "The figures of this film are those measured at enrolment; a badge that was built anew has others.",
         "differs": "The figures of this film are not those measured at enrolment, as of a copy that was built anew.",
-    }.get(identity.built, NOT_TOLD if as_built else NOT_ENROLLED)
+    }.get(identity.built, FIGURES_NOT_SHOWN if as_built else NOT_ENROLLED)
     return identity, (*reasons, Reason("built", level, identity.built, "agrees", "", text))
 
 

@@ -1,4 +1,4 @@
-"""What a film is checked against, and what is known of the claim itself."""
+"""What a film is checked against, and findings on the claim itself."""
 
 from __future__ import annotations
 
@@ -18,31 +18,32 @@ from moireid.verifier.reasons import Level, Reason
 
 @dataclass(frozen=True)
 class Claim:
-    """What is held against a film.
+    """What a film is checked against.
 
     Parameters
     ----------
     badge : Badge
         The claimed badge, or any badge of the same layout.
     badge_id : str, optional
-        The id that must be read, hex digits; None where no identity is claimed.
+        The id that must be read, hex digits; None if no identity is claimed.
     focal_px : float, optional
-        Focal length of the film's camera, px; None where it is not known, and it is then estimated.
+        Focal length of the film's camera, px; None if it is not known, and it is then estimated.
     as_built : AsBuilt, optional
         Figures of the badge as it was measured when it was enrolled.
     require_original : bool, optional
-        Reject a film whose figures differ from those of enrolment, and leave open one that does not show them; None
-        does so where `as_built` is known.
+        Reject a film whose figures differ from those of enrolment; one that does not show them is inconclusive.  None
+        requires this if `as_built` is known.
     provenance : Provenance, optional
-        Where the claim comes from; None where a program makes it of its own.
+        Where the claim comes from; None if a program makes it by itself.
     seal : Seal, optional
-        Of the identity that must be read, in the place of `badge_id`, where a bundle keeps it sealed.
+        Of the identity that must be read, instead of `badge_id`, if a bundle keeps the identity sealed.
     cover_share : float
-        Share of the film, 0 to 1, that the verdict must be of; with less it is inconclusive.
+        Least share of the film, 0 to 1, that must be judged; with less the verdict is inconclusive.
     photographs : int
-        So many photographs of the badge a forger must need to make such a film; with fewer it is inconclusive.
+        Number of photographs of the badge that a forger must need at least to make such a film; if fewer suffice, the
+        verdict is inconclusive.
     enrolling : bool
-        Measure the gain of the badge's sheet: any that a badge can be enrolled with will do.
+        Measure the gain of the badge's sheet: accept any gain with which a badge can be enrolled.
     """
 
     badge: Badge
@@ -62,14 +63,14 @@ class Claim:
         return self.badge_id is not None or self.seal is not None
 
     def id_if_read(self, found: str | None) -> str | None:
-        """The claimed identity as far as it is known once `found` was read: a seal opens for the right one alone."""
+        """The claimed identity, as far as it is known once `found` was read: a seal opens only for the right one."""
         if self.seal is None:
             return self.badge_id
         return found if found is not None and self.seal.holds(found) else None
 
     @property
     def sheet(self) -> SheetGain:
-        """The gain that the badge's sheet is expected to have; where copies may pass, that of the design."""
+        """The gain that the badge's sheet is expected to have; that of the design if copies may pass."""
         if self.enrolling:
             return to_measure()
         built = self.as_built if self.original_required else None
@@ -82,7 +83,7 @@ class Claim:
 
 
 def claim_reasons(claim: Claim, identity: Identity) -> tuple[Reason, ...]:
-    """Findings on the claim, whatever the film shows: whose word it is, and who else could have this badge."""
+    """Findings on the claim, whatever the film shows: who vouches for it, and who else could have this badge."""
     if not claim.names_someone:
         return ()
     if claim.seal is not None:
@@ -99,12 +100,12 @@ def badge_notes(badge: Badge, *, copyable: bool) -> tuple[Reason, ...]:
 
 
 def with_badge_notes(document: dict[str, Any], badge: Badge, *, measured: bool) -> dict[str, Any]:
-    """Add to what ``identify --json`` prints who else could have the badge that was found, as ``verify`` says it.
+    """Add notes on who else could have the badge that was found to the output of ``identify --json``, as in ``verify``.
 
     Parameters
     ----------
     document : dict
-        Of a badge that was found; it is left as it is.
+        Of a badge that was found; it is not changed.
     badge : Badge
         The one that was found, as the registry holds it.
     measured : bool
@@ -113,19 +114,19 @@ def with_badge_notes(document: dict[str, Any], badge: Badge, *, measured: bool) 
     Returns
     -------
     dict
-        With the findings `name_derived` and `copyable` where they hold.
+        With the findings `name_derived` and `copyable` if they hold.
     """
     notes = [reason.to_json() for reason in badge_notes(badge, copyable=not measured)]
     return document | {"reasons": [*document["reasons"], *notes]}
 
 
 def with_photographs(reasons: tuple[Reason, ...], least: int) -> tuple[Reason, ...]:
-    """The findings, of which the count of photographs decides where at least one is asked for."""
+    """The findings; if photographs are required (`least` > 0), their count decides."""
     if least == 0:
         return reasons
     found = next((reason for reason in reasons if reason.code == "photographs"), None)
     if found is None:
-        # Without enough motion nothing else is told, and the film is open anyway.
+        # Without enough motion there is no other finding, and the film is inconclusive anyway.
         if not any(reason.code == "motion" and reason.level == "pass" for reason in reasons):
             return reasons
         text = f"The film does not show how many photographs would make it; {least} are asked for."
@@ -141,7 +142,7 @@ def with_photographs(reasons: tuple[Reason, ...], least: int) -> tuple[Reason, .
 def _source(claim: Claim) -> Reason | None:
     if claim.provenance is None or claim.provenance.source != "file":
         return None
-    text = f"The claim is from a file, not from a registry: nobody vouches for the name in it, {claim.badge.name!r}."
+    text = f"The claim is from a file, not from a registry: no one vouches for the name in it, {claim.badge.name!r}."
     return Reason("claim_source", "note", "file", "registry", "", text)
 
 
@@ -193,7 +194,7 @@ def _name_derived(badge: Badge) -> Reason | None:
 
 def _copyable() -> Reason:
     text = (
-        "This badge is copyable: it was not enrolled with a film of it, so whoever has its files can print the same "
-        "badge, and no film tells the two apart."
+        "This badge is copyable: it was not enrolled with a film of it, so anybody who has its files can print the "
+        "same badge, and no film can show the difference."
     )
     return Reason("copyable", "note", None, None, "", text)

@@ -1,7 +1,7 @@
-"""Of which seconds of a film does the verdict speak?
+"""Which seconds of a film were judged?
 
-A verdict is of the frames in which the badge was seen, its fringes could be read, and it moved between one cut and the
-next.  Two seconds of a badge are no proof of a film of thirty.
+A verdict is about the frames in which the badge was seen, its fringes could be read, and it moved between one cut and
+the next.  Two seconds with a badge prove nothing about a film of thirty.
 
 Convention: seconds of the film's own time, as `Verifier.now_s`; each frame counts for the usual time between frames.
 """
@@ -23,8 +23,8 @@ from moireid.verifier.reasons import Level, Reason, json_number
 
 Array = NDArray[np.float64]
 Span = tuple[float, float]
-#: Seconds whose pictures were lost are not covered, though motion is followed across them (`limits.MIN_GAP_S`): whoever
-#: takes out what would tell gains no cover by it.  A gap shorter than this is a file's times that jitter.
+#: Seconds whose pictures were lost are not covered, though motion is followed across them (`limits.MIN_GAP_S`), so
+#: removing frames gains no cover.  A gap shorter than this is only jitter in the file's times.
 JITTER_S = 0.05
 #: Spans that a sentence names.
 MOST_NAMED = 3
@@ -70,12 +70,12 @@ def seen_spans(times_s: Array) -> tuple[Span, ...]:
 def judged_spans(signals: Sequence[GratingSignal]) -> tuple[Span, ...]:
     """Runs of frames in which a grating's fringes were read and moved, first and last time of each, s.
 
-    Convention: a stretch in which the badge rests counts for nothing, as it says nothing (`REST_RAD`).
+    Convention: a stretch in which the badge rests does not count, as it shows nothing (`REST_RAD`).
     """
     if not signals:
         return ()
     times = signals[0].times_s
-    read = np.any([_told(signal) for signal in signals], axis=0)
+    read = np.any([_moving_frames(signal) for signal in signals], axis=0)
     if not read.any():
         return ()
     longest = longest_step_s(times, JITTER_S)
@@ -83,14 +83,14 @@ def judged_spans(signals: Sequence[GratingSignal]) -> tuple[Span, ...]:
     return tuple((float(times[read][run[0]]), float(times[read][run[-1]])) for run in runs)
 
 
-def _told(signal: GratingSignal) -> NDArray[np.bool_]:
-    """Frames that are read, of stretches that move, (T,)."""
-    told = np.isfinite(signal.phase_sd_rad)
-    for number in np.unique(signal.stretch[told]):
-        part = told & (signal.stretch == number)
+def _moving_frames(signal: GratingSignal) -> NDArray[np.bool_]:
+    """Mask of the frames whose phase was read and whose stretch moves, (T,)."""
+    counted = np.isfinite(signal.phase_sd_rad)
+    for number in np.unique(signal.stretch[counted]):
+        part = counted & (signal.stretch == number)
         if signal.predicted_rad[part].std() < REST_RAD:
-            told[part] = False
-    return told
+            counted[part] = False
+    return counted
 
 
 def cover_of(
@@ -121,7 +121,7 @@ def cover_of(
 
 
 def _joined(spans: Sequence[Span], step_s: float) -> list[Span]:
-    """The spans in order, and those that overlap or lie no further apart than a frame or so made one."""
+    """The spans in order; those that overlap or are at most about a frame apart are joined."""
     joined: list[Span] = []
     for start, end in sorted(spans):
         if joined and start <= joined[-1][1] + 1.5 * step_s:
@@ -132,7 +132,7 @@ def _joined(spans: Sequence[Span], step_s: float) -> list[Span]:
 
 
 def outside(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
-    """The parts of a span that lie in none of the others."""
+    """The parts of a span that are in none of the others."""
     left: list[Span] = [span]
     for start, end in spans:
         left = [part for one in left for part in ((one[0], min(one[1], start)), (max(one[0], end), one[1]))]
@@ -141,7 +141,7 @@ def outside(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
 
 
 def within(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
-    """The parts of a span that lie in any of the others."""
+    """The parts of a span that are in any of the others."""
     parts = [(max(span[0], start), min(span[1], end)) for start, end in sorted(spans)]
     return tuple(part for part in parts if part[1] > part[0])
 
@@ -163,6 +163,6 @@ def _cover_finding(cover: Cover, least: float) -> Reason:
     level: Level = "pass" if cover.share >= least else "undecided"
     named = [f"{start:.1f} to {end:.1f} s" for start, end in cover.spans_s[:MOST_NAMED]]
     where = ", ".join(named) + (" and more" if len(cover.spans_s) > MOST_NAMED else "")
-    text = f"The verdict is of {100 * cover.share:.0f} % of the film" + (f" ({where})" if where else "")
+    text = f"The verdict covers {100 * cover.share:.0f} % of the film" + (f" ({where})" if where else "")
     text += f"; at least {100 * least:.0f} % are needed." if level == "undecided" else "."
     return Reason("cover", level, cover.share, least, "share", text)

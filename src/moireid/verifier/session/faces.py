@@ -1,4 +1,4 @@
-"""Where the face is: searched a few times a second, and kept in between and for a fixed time while it is hidden.
+"""Where the face is: searched a few times a second; between searches, and for a while when hidden, its place is kept.
 
 The detector is dlib's frontal HOG detector, a maintained library whose weights are part of its package.  It finds faces
 of 80 pixels and more, and its cost grows with the picture's area.  So the whole frame is shrunk, and a known face is
@@ -26,8 +26,8 @@ LOOK_S, SEARCH_S = 0.3, 0.5
 SEARCH_PX = 720
 #: A known face is searched in a square of this many times its size, scaled so that the face has this many pixels.
 AROUND_SIZES, FACE_PX = 2.5, 110
-#: A box stays valid for this long after the face was last seen: without the badge before it, and behind the badge.  A
-#: talking person's head moves by less than half a face in that time.
+#: A box stays valid for this long after the face was last seen: without the badge in front of it, and behind the badge.
+#: A talking person's head moves by less than half a face in that time.
 CARRY_S, HIDDEN_S = 1.0, 4.0
 
 
@@ -42,7 +42,7 @@ class Face:
 class FaceFinder:
     """Finds the faces of a picture.
 
-    Raises: MissingExtraError where dlib is not installed.
+    Raises: MissingExtraError if dlib is not installed.
     Source: dlib's `get_frontal_face_detector` (histograms of oriented gradients, a linear classifier).
     """
 
@@ -76,7 +76,7 @@ class FaceFinder:
 class FaceFollower:
     """Follows one face over a film: the known one while it is seen, otherwise the largest.
 
-    Raises: MissingExtraError where dlib is not installed.
+    Raises: MissingExtraError if dlib is not installed.
     """
 
     def __init__(self) -> None:

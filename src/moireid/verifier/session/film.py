@@ -59,13 +59,13 @@ def verify(
     video : Path
         The film.
     claim : Claim
-        The badge, the identity that must be read, and what else is known of it.
-    barred : Barred, optional
+        The badge, the identity that must be read, and what else is known about them.
+    barred : Exclusion, optional
         Why the claimed badge does not count, if it does not.
     overlap : bool
-        Ask that the badge passes before the face, and obeys the law there (`overlap`).
+        Require that the badge passes in front of the face and obeys the law there (`overlap`).
     progress : callable, optional
-        Called with frames read, and frames expected where the file says.
+        Called with the number of frames read, and the number expected (None if the file does not state it).
 
     Returns
     -------
@@ -77,20 +77,21 @@ def verify(
     SpecError
         The badge cannot be read at all.
     CodeError
-        The badge's code is none that this version reads.
+        This version cannot read the badge's code.
     MediaError
-        The film cannot be read, or was written to meanwhile.
+        The film cannot be read, or was changed while it was read.
     MissingExtraError
         The face detector is missing.
 
     Notes
     -----
-    Convention: a failure of either test rejects, a doubt of either leaves the verdict open.
+    Convention: if either test fails, the film is rejected; if either is in doubt, the verdict is inconclusive.
     Source: the steps and the policy are those of the module docstring.
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
-    # The matrices are small: a second thread of BLAS waits far longer than it works, half a verify in all.
+    # The matrices are small: a second BLAS thread waits far longer than it works, and costs half
+    # of a verification's time.
     with threadpool_limits(limits=1, user_api="blas"):
         seen = _judged(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
@@ -158,8 +159,8 @@ class _DecodedFilm:
 
 
 @contextmanager
-def _beside() -> Iterator[Executor | None]:
-    """Where chapters are judged: in a thread, or in this one where the process keeps to one."""
+def _chapter_thread() -> Iterator[Executor | None]:
+    """A thread that judges chapters; None if the process may use only one thread."""
     if one_thread():
         yield None
         return
@@ -169,13 +170,13 @@ def _beside() -> Iterator[Executor | None]:
 
 def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _DecodedFilm:
     """Steps 2 to 7."""
-    with _beside() as beside:
-        verifier = Verifier(claim, running=False, beside=beside, reduced_by=film.reduced_by)
+    with _chapter_thread() as executor:
+        verifier = Verifier(claim, running=False, chapter_executor=executor, reduced_by=film.reduced_by)
         return _read(film, verifier, overlap, progress)
 
 
 def _read(film: Film, verifier: Verifier, overlap: bool, progress: Progress | None) -> _DecodedFilm:
-    """The film pushed into a verifier, frame by frame."""
+    """Push the film into a verifier, frame by frame."""
     watch = OverlapWatch() if overlap else None
     read, decode_s, face_s = 0, 0.0, 0.0
     clock = time.perf_counter()

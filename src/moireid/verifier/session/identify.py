@@ -1,8 +1,8 @@
-"""No claim: who is it, if anyone enrolled?
+"""Identification without a claim: which enrolled person's badge does a film show, if any?
 
-The film is read once for each layout among the enrolled badges, usually one.  The payload is decoded without looking at
-anybody's pitches, and then looked up.  If too many symbols are wrong to decode it, they are compared with the code
-words of the enrolled people that agree in part.  A film whose fringes break the motion law shows nobody's badge.
+The film is read once for each layout among the enrolled badges, usually one.  The payload is decoded without using any
+person's pitches, and then looked up.  If too many symbols are wrong to decode it, they are compared with the code words
+of the enrolled people that agree in part.  A film whose fringes break the motion law shows no enrolled badge.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Finding = Literal["found", "nobody", "inconclusive"]
 
 
 class EnrolledPeople(Protocol):
-    """What identification must know of the enrolled people."""
+    """What identification needs to know about the enrolled people."""
 
     def holds(self, badge_id: str) -> bool:
         """Whether that id is enrolled, and its badge counts at present."""
@@ -44,11 +44,11 @@ class Identification:
     finding : {"found", "nobody", "inconclusive"}
         "found" needs an enrolled id and a motion that obeys the optics.
     found_id : str or None
-        The id, lower-case hex digits; None where nobody was found.
+        The id, lower-case hex digits; None if no one was found.
     reasons : tuple of Reason
-        What the finding rests on.
+        What the finding is based on.
     report : Report or None
-        Of the badge layout that says most; None where nobody is enrolled or that layout cannot be checked.
+        Of the layout with the most definite finding; None if no one is enrolled or that layout cannot be checked.
     """
 
     finding: Finding
@@ -62,7 +62,7 @@ class Identification:
         Returns
         -------
         dict
-            Its keys contain those of ``verify --json`` where there is a report.
+            With the keys of ``verify --json`` if there is a report.
         """
         document: dict[str, Any] = self.report.to_json() if self.report else {}
         return document | {
@@ -88,28 +88,28 @@ def identify(
         The film.
     layouts : iterable of Badge
         One badge of each layout that is enrolled.
-    enrolled : Enrolled
-        Tells whether an id is enrolled, and which ids are alike; `moireid.registry.People` is one.
+    enrolled : EnrolledPeople
+        Answers whether an id is enrolled, and which ids are alike; `moireid.registry.People` is one.
     focal_px : float, optional
-        Focal length of the film's camera, px; None where it is not known.
+        Focal length of the film's camera, px; None if it is not known.
     progress : callable, optional
-        Called with frames read, and frames expected where the file says.
+        Called with the number of frames read, and the number expected (None if the file does not state it).
 
     Returns
     -------
     Identification
-        Of the layout that says most.
+        Of the layout with the most definite finding.
 
     Raises
     ------
     MediaError
-        Where the film cannot be read.
+        If the film cannot be read.
 
     Notes
     -----
-    Convention: "found" needs an enrolled id, decoded or told by `PartialWord`, *and* the invariant.  "nobody" is a
+    Convention: "found" needs an enrolled id, decoded or found by `PartialWord`, *and* the invariant.  "nobody" is a
     readable badge that is not enrolled, or fringes that break the law.
-    Source: `verify` without a claim, a layout at a time.
+    Source: `verify` without a claim, once for each layout.
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
     outcomes = []
@@ -126,7 +126,7 @@ def identify(
         if outcomes[-1].finding == "found":
             break
     if not outcomes:
-        reason = Reason("enrolled", "fail", 0.0, 1.0, "badges", "Nobody is enrolled in this registry yet.")
+        reason = Reason("enrolled", "fail", 0.0, 1.0, "badges", "No one is enrolled in this registry yet.")
         return Identification("nobody", None, (reason,), None)
     return min(outcomes, key=lambda outcome: order[outcome.finding])
 
@@ -135,7 +135,7 @@ def judge(report: Report, enrolled: EnrolledPeople) -> Identification:
     """The finding of one layout's report, made without a claim."""
     invariant = report.invariant
     if invariant.verdict == "reject":
-        text = "The fringes do not move as a real badge's do, so this is nobody's badge."
+        text = "The fringes do not move as a real badge's do, so the film shows no enrolled badge."
         reason = Reason("genuine", "fail", None, None, "", text)
         return Identification("nobody", None, (*invariant.reasons, reason), report)
     found, reason = _whose(report.identity, enrolled)
@@ -155,7 +155,7 @@ def _whose(identity: Identity, enrolled: EnrolledPeople) -> tuple[str | None, Re
         return _nearest(identity.partial, enrolled)
     if not enrolled.holds(read):
         text = (
-            "Nobody in this registry holds the badge that is shown: it was never issued here, was revoked or "
+            "No one in this registry holds the badge that is shown: it was never issued here, was revoked or "
             "suspended, has expired, or its holder was erased."
         )
         return None, Reason("enrolled", "fail", read, None, "", text)
@@ -178,7 +178,7 @@ def _nearest(word: PartialWord | None, enrolled: EnrolledPeople) -> tuple[str | 
         return None, unread
     # Revoked ids take part too; otherwise the next best id would be named in their place.
     near = {candidate: word.agreeing(bytes.fromhex(candidate)) for candidate in enrolled.alike(word.parts())}
-    near = {candidate: agreeing for candidate, agreeing in near.items() if word.tells(agreeing)}
+    near = {candidate: agreeing for candidate, agreeing in near.items() if word.identifies(agreeing)}
     if len(near) != 1:
         return None, unread
     found, agreeing = next(iter(near.items()))
@@ -186,6 +186,6 @@ def _nearest(word: PartialWord | None, enrolled: EnrolledPeople) -> tuple[str | 
         return None, unread
     text = (
         f"Too much of the badge's code is wrong to correct it, but {agreeing} of its {len(word.octets)} parts are "
-        f"those of one enrolled badge. Another would agree so well with a chance of {word.wrong_person(agreeing):.0e}."
+        f"those of one enrolled badge. The chance that another agrees so well is {word.wrong_person(agreeing):.0e}."
     )
     return found, Reason("enrolled", "pass", found, None, "", text)

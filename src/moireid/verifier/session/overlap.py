@@ -1,12 +1,13 @@
 """The overlap protocol: does the badge pass in front of the face, and does the law hold meanwhile?
 
-A badge beside a face says nothing about the face.  If the badge covers part of it, a forger must combine both in every
-frame: a face swap must work on a partly covered face, and a pasted badge shows at its border.  So badge and face must
-overlap for a while, and the fringes must obey the law in each frame of it.
+A badge next to a face proves nothing about the face.  If the badge covers part of it, a forger must combine both in
+every frame: a face swap must work on a partly covered face, and a pasted badge shows at its border.  So badge and
+face must overlap for a while, and the fringes must obey the law in each frame of it.
 
-1. Follow the face (`faces`) and the badges in view, and keep the times at which they overlap.
+1. Follow the face (`faces`) and the badges in view, and record the times at which they overlap.
 2. Take the longest of these intervals of the badge that the verdict is about.
-3. Check each of its frames against the law with the gain of the film, and the seconds around it if they move enough.
+3. Check each of its frames against the law with the gain of the film, and the seconds around it if the badge moves
+   enough in them.
 
 Convention: the overlap in a frame is the common area of badge and face box, divided by the smaller of the two.
 Source: the second mitigation of Qing et al. (2026): overlap of badge and face.
@@ -112,13 +113,13 @@ class OverlapWatch:
 
 
 class NoWatch(OverlapWatch):
-    """Looks for no face, where nobody asks for one: the detector is an optional package, and costs time."""
+    """Searches for no face, for checks that need none: the detector is an optional package, and takes time."""
 
     def __init__(self) -> None:
         self.face, self.over = None, []
 
     def push(self, frame: Frame, in_view: Sequence[tuple[BadgeTracker, Array]]) -> None:
-        """Leave the frame alone."""
+        """Ignore the frame."""
 
 
 def overlap_share(corners: Array, face: Face) -> float:
@@ -137,13 +138,13 @@ def overlap_share(corners: Array, face: Face) -> float:
 
 
 def law_through(interval_s: tuple[float, float], chapters: Sequence[Chapter]) -> tuple[Reason, float | None]:
-    """Whether the law holds in an interval: in each frame, and over the seconds around it if they move enough.
+    """Whether the law holds in an interval: in each frame, and over the seconds around it if there is enough motion.
 
     Convention: a frame agrees if every grating with a readable phase does; each grating has the gain and offset of its
         chapter, so an interval with still fringes, or with those of another badge, deviates.
     Returns: the finding, and the share of the readable frames that agree (None if none is readable).
     """
-    frames, told, agreeing = 0, 0, 0
+    frames, readable, agreeing = 0, 0, 0
     broken: Reason | None = None
     for chapter in chapters:
         times = chapter.signals[0].times_s if chapter.signals else np.zeros(0)
@@ -152,11 +153,11 @@ def law_through(interval_s: tuple[float, float], chapters: Sequence[Chapter]) ->
             continue
         knows, holds = np.array([_held(signal, own, chapter.sheet) for signal in chapter.signals]).swapaxes(0, 1)
         known = knows.any(axis=0)
-        frames, told = frames + int(own.sum()), told + int(known.sum())
+        frames, readable = frames + int(own.sum()), readable + int(known.sum())
         agreeing += int((known & (holds | ~knows).all(axis=0)).sum())
         broken = broken or _broken(chapter, times, interval_s)
-    share = agreeing / told if told else None
-    return (broken if broken is not None else _agreement(frames, told, share)), share
+    share = agreeing / readable if readable else None
+    return (broken if broken is not None else _agreement(frames, readable, share)), share
 
 
 def _held(signal: GratingSignal, own: NDArray[np.bool_], sheet: SheetGain) -> NDArray[np.bool_]:
@@ -187,16 +188,16 @@ def _broken(chapter: Chapter, times: Array, interval_s: tuple[float, float]) -> 
     return Reason("overlap_law", "fail", why.measured, why.limit, why.unit, text)
 
 
-def _agreement(frames: int, told: int, share: float | None) -> Reason:
-    if share is None or told < MIN_READ_SHARE * frames:
+def _agreement(frames: int, readable: int, share: float | None) -> Reason:
+    if share is None or readable < MIN_READ_SHARE * frames:
         text = (
-            f"While the badge is before the face, its fringes can be read in {told} of {frames} frames only; keep its "
-            "markers in view and free of fingers."
+            f"While the badge is before the face, its fringes can be read in {readable} of {frames} frames only; keep "
+            "its markers in view and free of fingers."
         )
-        return Reason("overlap_law", "undecided", told / max(frames, 1), MIN_READ_SHARE, "share", text)
+        return Reason("overlap_law", "undecided", readable / max(frames, 1), MIN_READ_SHARE, "share", text)
     level: Level = "pass" if share >= MIN_AGREEING_SHARE else "fail"
     text = (
-        f"While the badge is before the face, its fringes follow the optics in {share:.0%} of {told} frames; "
+        f"While the badge is before the face, its fringes follow the optics in {share:.0%} of {readable} frames; "
         f"{MIN_AGREEING_SHARE:.0%} are needed."
     )
     return Reason("overlap_law", level, share, MIN_AGREEING_SHARE, "share", text)

@@ -1,4 +1,4 @@
-"""The verdict with all that it rests on, and its JSON."""
+"""The verdict with all that it is based on, and its JSON."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ REPORT_FORMAT = 2
 
 @dataclass(frozen=True)
 class Report:
-    """The verdict with all that it rests on.
+    """The verdict with all that it is based on.
 
     Attributes
     ----------
@@ -38,36 +38,36 @@ class Report:
     film : dict
         The film, as `Film.described`.
     frames : dict of str to int
-        Frames "read" and "tracked".
+        Numbers of frames "read" and "tracked".
     timing : dict
         Seconds in all and by stage.
     left_out : tuple of str
-        What was not looked at.
+        What was not examined.
     track : Track
         Where the badge was in each frame.
     measurement : Measurement or None
-        Camera and fringe phases; None where nothing could be measured.
+        Camera and fringe phases; None if nothing could be measured.
     pipeline : str
-        Who judged: "moireid", or another method that was compared.
+        Which method judged: "moireid", or another one that was compared.
     segments : tuple of Segment
         The film's seconds, each judged by itself.
     region : dict or None
-        Where the judged badge was first: the frame, and its board's corners, px.
+        Where the judged badge was first seen: the frame, and its board's corners, px.
     overlap : Overlap or None
-        Whether the badge passed before the face; None where that was not asked for.
+        Whether the badge passed in front of the face; None if that was not asked for.
     cover : Cover or None
-        Of which seconds the verdict speaks; None by a method that does not say.
+        Which seconds were judged; None for a method that does not state it.
     claim_source : {"registry", "file", "bundle"} or None
-        Who named the badge's holder; None where nothing was claimed, or a program made the claim.
+        Where the name of the badge's holder comes from; None if nothing was claimed, or a program made the claim.
     detectors : tuple of (str, float)
-        Names and scores of other detectors, as they were given; no part of the verdict.
+        Names and scores of other detectors, as they were given; they do not change the verdict.
     registry : Standing or None
-        Authority and head of the registry, or of its bundle, that was asked; None where none was.
+        Authority and head of the registry, or of its bundle, that was asked; None if none was.
 
     Notes
     -----
-    Convention: "accept" needs the invariant, and the identity where one is claimed.  Of a figure that could not be
-    measured there is None.
+    Convention: "accept" needs the invariant, and the identity if one is claimed.  A figure that could not be measured
+    is None.
     Source: the steps and the policy of `moireid.verifier.session.film`.
     """
 
@@ -92,14 +92,14 @@ class Report:
 
     @property
     def badge(self) -> Badge:
-        """The badge that the film was held against."""
+        """The badge that the film was checked against."""
         return self.track.badge
 
     @property
-    def telling(self) -> int:
-        """Number of the grating that tells most of the motion, which is the one that plots show."""
-        told = [figures["information"] or 0.0 for figures in self.invariant.gratings]
-        return told.index(max(told)) if told else 0
+    def most_informative(self) -> int:
+        """Number of the grating with the most information on the motion; the plots show this one."""
+        information = [figures["information"] or 0.0 for figures in self.invariant.gratings]
+        return information.index(max(information)) if information else 0
 
     def _gratings(self) -> list[dict[str, Any]]:
         """The figures of each grating, with the direction that it senses."""

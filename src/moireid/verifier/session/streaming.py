@@ -26,7 +26,7 @@ from moireid.verifier.session.badge_session import ChapterTracker, breaking_find
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Cover, Span, cover_of
-from moireid.verifier.session.threads import GivingWay
+from moireid.verifier.session.threads import BackgroundExecutor
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker
@@ -43,9 +43,9 @@ class Running:
     Attributes
     ----------
     time_s : float
-        Of the frame that it was made at, s.
+        Time of the frame at which it was made, s.
     span_s : (float, float)
-        Of the first and the last frame that it rests on, s.
+        Times of the first and the last frame that it is based on, s.
     verdict : {"accept", "reject", "inconclusive"}
         The outcome on those seconds alone.
     reasons : tuple of Reason
@@ -55,8 +55,8 @@ class Running:
 
     Notes
     -----
-    Convention: it knows nothing of what comes, and is not the verdict of the film.
-    Source: the same judging as for a chapter of a film.
+    Convention: it uses no later frame, and is not the verdict of the film.
+    Source: judged in the same way as a chapter of a film.
     """
 
     time_s: float
@@ -71,7 +71,7 @@ class Verifier:
 
     Notes
     -----
-    Convention: of several badges in view each is judged alone; the verdict is of one of them (`ChapterTracker.rank`).
+    Convention: each badge in view is judged by itself; the verdict is about one of them (`ChapterTracker.rank`).
     Source: `moireid.verifier.session.chapters`.
     """
 
@@ -81,7 +81,7 @@ class Verifier:
         *,
         running: bool = True,
         aside: Executor | None = None,
-        beside: Executor | None = None,
+        chapter_executor: Executor | None = None,
         reduced_by: int = 1,
     ) -> None:
         """Begin a film.
@@ -89,28 +89,27 @@ class Verifier:
         Parameters
         ----------
         claim : Claim
-            What is held against it.
+            What the film is checked against.
         running : bool
-            Make running verdicts; a film that is judged at its end can leave them out.
+            Make running verdicts; they are not needed for a film that is judged at its end.
         aside : Executor, optional
-            Where running verdicts are made while `push` goes on, so that a camera's frames need not wait half a
-            second.  Each is then told by a later push, and one at a time is made.  Threads that change places
-            sooner meanwhile keep `push` from waiting (`giving_way`).
-        beside : Executor, optional
-            Where the chapters of a long film are judged while `push` goes on; they come out the same.  None for
-            `aside`.
+            Makes the running verdicts while `push` goes on, so that a camera's frames need not wait half a second.
+            One at a time is made, and a later `push` returns it.  Meanwhile the interpreter switches threads sooner,
+            so that `push` does not wait (`threads`).
+        chapter_executor : Executor, optional
+            Judges the chapters of a long film while `push` goes on; the results are the same.  None: use `aside`.
         reduced_by : int
-            Pixels of the film, across and down, for one of the frames, as `Film.reduced_by`; the claim's focal length
-            and places in findings are in the film's.
+            Width of one pixel of the pushed frames in pixels of the film, as `Film.reduced_by`; the claim's focal
+            length and the places in findings are in pixels of the film.
 
         Raises
         ------
         SpecError
-            Where the badge cannot be read at all.
+            If the badge cannot be read at all.
         """
-        self._aside = aside = GivingWay(aside) if aside is not None else None
+        self._aside = aside = BackgroundExecutor(aside) if aside is not None else None
         if running:
-            # A frame with two markers alone needs it, and a camera's frame cannot wait a third of a second for it.
+            # A frame with only two markers needs it, and a camera's frame cannot wait a third of a second for it.
             importlib.import_module("scipy.special")
         self._pending: Future[Running] | None = None
         self._begun = 0.0
@@ -122,9 +121,9 @@ class Verifier:
         #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
-        self._beside = beside if beside is not None else aside
-        self._lines = [ChapterTracker(claim, self._view.trackers[0], beside=self._beside)]
-        #: Lost badges: their number, the identities that they carried, and the one that the verdict would be about.
+        self._chapter_executor = chapter_executor if chapter_executor is not None else aside
+        self._lines = [ChapterTracker(claim, self._view.trackers[0], executor=self._chapter_executor)]
+        #: Lost badges: their number, the identities that were read on them, and the one of least rank.
         self._gone, self._gone_read = 0, set[str]()
         self._gone_breaking: list[tuple[BadgeTracker, tuple[Span, ...]]] = []
         self._kept: ChapterTracker | None = None
@@ -133,7 +132,7 @@ class Verifier:
 
     @property
     def judged(self) -> ChapterTracker:
-        """The badge that the verdict is of, as far as it is judged by now."""
+        """The badge that the verdict is about, as far as it is judged by now."""
         if self._kept is None and len(self._lines) == 1:
             # Its rank would wait for a chapter that is being judged.
             return self._lines[0]
@@ -141,7 +140,7 @@ class Verifier:
 
     @property
     def chapters(self) -> list[Chapter]:
-        """Chapters of that badge that are judged by now."""
+        """The chapters of that badge that are judged by now."""
         return self.judged.chapters
 
     @property
@@ -157,20 +156,20 @@ class Verifier:
 
     @property
     def others(self) -> tuple[Reason, ...]:
-        """Findings on the badges that the verdict is not of, where there are any."""
+        """Findings on the badges that the verdict is not about, if there are any."""
         judged = self.judged
-        beside = [line for line in self._lines if line is not judged and line.tracker.course.first is not None]
-        read = set[str]().union(self._gone_read, *(line.read() for line in beside))
-        breaking = [span for line in beside for span in line.breaking()]
+        others = [line for line in self._lines if line is not judged and line.tracker.ends.first is not None]
+        read = set[str]().union(self._gone_read, *(line.read() for line in others))
+        breaking = [span for line in others for span in line.breaking()]
         breaking += [span for tracker, spans in self._gone_breaking if tracker is not judged.tracker for span in spans]
         spans = [span for chapter in judged.chapters for span in chapter.judged_s]
-        count = len(beside) + self._gone - (judged is self._kept)
+        count = len(others) + self._gone - (judged is self._kept)
         note = others_note(count, read, judged.region(self._reduced_by))
         return note + breaking_finding(breaking, spans)
 
     @property
     def cover(self) -> Cover:
-        """Of how much of the film so far the judged badge's chapters speak."""
+        """How much of the film so far the chapters of the judged badge cover."""
         if not self._pushed:
             return Cover(0.0, (), 0.0)
         chapters = self.chapters
@@ -181,19 +180,19 @@ class Verifier:
 
     @property
     def long_unsearched(self) -> tuple[Reason, ...]:
-        """A finding where nothing was followed or searched for so long that a badge may have gone unseen."""
+        """A finding if no badge was followed or searched for so long that one may have been missed."""
         longest_s = self._view.unsearched_s
         if longest_s <= MAX_UNSEARCHED_S:
             return ()
         text = (
-            f"For {longest_s:.1f} s in a row nobody looked for the badge, as so much in the picture looks like "
-            "markers that looking costs more than decoding. What the badge did then is not known."
+            f"For {longest_s:.1f} s in a row the badge was not searched, as so much in the picture looks like markers "
+            "that a search takes longer than decoding. What the badge did then is not known."
         )
         return (Reason("unsearched", "undecided", longest_s, MAX_UNSEARCHED_S, "s", text),)
 
     @property
     def restarts(self) -> tuple[Reason, ...]:
-        """Findings on times that start anew, where they do."""
+        """Findings on times that start anew, if they do."""
         unjudged = sum(chapter.tracked for chapter in self.chapters if not chapter.signals)
         return restart_findings(self._times.restarts, unjudged, WINDOW_FRAMES)
 
@@ -208,18 +207,18 @@ class Verifier:
         Returns
         -------
         Running or None
-            A running verdict where one is due, about once a second of the film; with `aside` seldomer where one takes
-            longer than that, so that judging takes half of a processor at most.
+            A running verdict if one is due, about once a second of the film.  With `aside` less often if one takes
+            longer than that, so that judging takes at most half of a processor.
 
         Raises
         ------
         SpecError
-            Where a time is not finite.
+            If a time is not finite.
 
         Notes
         -----
-        Convention: where times start anew, a chapter ends (`PIECE_FRAMES`), and they are moved so that they rise
-        (`FilmTime`).
+        Convention: if the times start anew, a chapter ends (`PIECE_FRAMES`), and the times are shifted so that they
+        rise (`FilmTime`).
         """
         self.now_s, restarted = self._times.place(frame.time_s)
         self._first_s = min(self._first_s, self.now_s)
@@ -239,7 +238,7 @@ class Verifier:
             self._due_s = frame.time_s + RUNNING_S
         done = self._pending if self._pending is not None and self._pending.done() else None
         if done is not None:
-            # A slow machine rests for as long as the last verdict took: the frames need it more.
+            # A slow machine waits as long as the last verdict took, so that time is left for the frames.
             self._due_s = max(self._due_s, frame.time_s + time.perf_counter() - self._begun)
             self._pending = None
         if frame.time_s >= self._due_s and self._pending is None:
@@ -257,11 +256,11 @@ class Verifier:
         Returns
         -------
         list of Chapter
-            All chapters of the badge that the verdict is of, at least one.
+            All chapters of the badge that the verdict is about, at least one.
 
         Notes
         -----
-        Convention: the chapter that shows most keeps its track.
+        Convention: the chapter that the report plots keeps its track.
         """
         if self._pending is not None:
             self._pending.cancel()
@@ -270,7 +269,7 @@ class Verifier:
         return self.chapters
 
     def _renew_lines(self) -> None:
-        """Judge the badges that were lost, and keep the one with the least rank; add the badges that are new."""
+        """Judge the badges that were lost, and keep the one of least rank; add the badges that are new."""
         for tracker in self._view.given_up:
             line = next(line for line in self._lines if line.tracker is tracker).finish()
             self._lines.remove(line)
@@ -279,7 +278,7 @@ class Verifier:
             self._kept = min([line, *([self._kept] if self._kept else [])], key=ChapterTracker.rank)
         self._view.given_up.clear()
         for tracker in self._view.trackers[len(self._lines) :]:
-            self._lines.append(ChapterTracker(self._claim, tracker, beside=self._beside))
+            self._lines.append(ChapterTracker(self._claim, tracker, executor=self._chapter_executor))
 
     def _looks(self) -> list[tuple[ChapterTracker, Track]]:
         """The last frames of the badges that are in view now."""
@@ -308,10 +307,10 @@ class Verifier:
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
 
     def _judged_now(self, track: Track) -> Chapter:
-        # Estimating the focal length is half of the work, so it is repeated only once there are twice as many frames.
+        # Estimating the focal length is half of the work, so it is repeated only when there are twice as many frames.
         anew = self._claim.focal_px is None and track.tracked >= 2 * self._focal_frames
         focal_px = None if anew else self._focal_px
-        # A few seconds mostly do not show the figures of enrolment; unless asked for, they are left to the end.
+        # A few seconds mostly do not show the figures of enrolment; unless they are required, only the end checks them.
         required = self._claim.require_original or False
         chapter = judge_chapter(track, replace(self._claim, focal_px=focal_px, require_original=required))
         if anew and chapter.measurement is not None and max(chapter.measurement.camera.tangent_sd) < FOCAL_KEPT_SHARE:

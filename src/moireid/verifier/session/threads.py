@@ -1,13 +1,11 @@
-"""Memory that was freed, given back to the system.
+"""Judging in a background thread that does not delay the frames, and returning freed memory to the system.
 
-Judging a chapter takes 80 MB for a moment.  The C library keeps what is freed for later, in pieces between what is
-still used and once more for each thread, so a long film would hold what all its chapters once took.
+Python runs one thread at a time, and a thread that computes gives way only after `sys.getswitchinterval()`, by default
+5 ms.  For each frame, `push` calls OpenCV a dozen times outside the interpreter, and at each return it would wait that
+long.  So the interval is shorter while something is judged in the background.
 
-Judging in a thread beside the frames, without holding them up.
-
-Python lets one thread run at a time, and one that computes gives way after `sys.getswitchinterval()`, by default 5 ms.
-A frame's `push` leaves the interpreter to OpenCV a dozen times, and would wait so long at each return.  While
-something is judged beside it, threads change places sooner.
+Judging a chapter takes 80 MB for a moment.  The C library keeps freed memory for later use, in pieces between memory
+that is still in use and separately for each thread.  So a long film would keep the memory of all its chapters.
 """
 
 from __future__ import annotations
@@ -24,35 +22,35 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 Found = TypeVar("Found")
-#: Of `sys.setswitchinterval` meanwhile, s.
+#: The interval for `sys.setswitchinterval` while something is judged in the background, s.
 SWITCH_S = 2e-4
 
 _lock = threading.Lock()
 _judging, _before_s = 0, 0.0
 
 
-class GivingWay(Executor):
-    """Hands work to another executor; the work gives way to the caller's threads.
+class BackgroundExecutor(Executor):
+    """Passes work on to another executor, and lets the caller's threads interrupt that work soon.
 
-    Convention: the switch interval is the whole process's; the last work to end puts it back.
+    Convention: the switch interval is that of the whole process; the last work to end restores it.
     """
 
     def __init__(self, other: Executor) -> None:
         self._other = other
 
     def submit(self, fn: Callable[..., Found], /, *args: Any, **kwargs: Any) -> Future[Found]:
-        """Begin some work, as `Executor.submit`."""
-        return self._other.submit(_done, fn, args, kwargs)
+        """Start a call, as `Executor.submit` does."""
+        return self._other.submit(_call, fn, args, kwargs)
 
 
-def _done(work: Callable[..., Found], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Found:
-    # The matrices are small: a second thread of BLAS would take the processor that the frames need.
-    with _switching_soon(), threadpool_limits(limits=1, user_api="blas"):
+def _call(work: Callable[..., Found], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Found:
+    # The matrices are small: a second BLAS thread would take the processor that the frames need.
+    with _short_switch_interval(), threadpool_limits(limits=1, user_api="blas"):
         return work(*args, **kwargs)
 
 
 @contextmanager
-def _switching_soon() -> Iterator[None]:
+def _short_switch_interval() -> Iterator[None]:
     global _judging, _before_s
     with _lock:
         if not _judging:
@@ -68,8 +66,8 @@ def _switching_soon() -> Iterator[None]:
                 sys.setswitchinterval(_before_s)
 
 
-def give_back() -> None:
-    """Give freed memory back to the system, where the C library can: glibc's `malloc_trim`; takes milliseconds."""
+def return_freed_memory() -> None:
+    """Return freed memory to the system by glibc's `malloc_trim`, if the C library has it; takes milliseconds."""
     trim = _trim()
     if trim is not None:
         trim(0)
@@ -79,7 +77,7 @@ def give_back() -> None:
 def _trim() -> Callable[[int], Any] | None:
     try:
         found = ctypes.CDLL(None).malloc_trim
-    # Windows has no library of that kind, and other C libraries no such function.
+    # Windows has no such library, and other C libraries have no such function.
     except (AttributeError, TypeError, OSError):
         return None
     found.argtypes = [ctypes.c_size_t]

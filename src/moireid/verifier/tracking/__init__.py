@@ -1,4 +1,4 @@
-"""Where the page lies in each frame, and the brightness along its rows.
+"""Where the page is in each frame, and the brightness along its rows.
 
 finding/           pages found in a picture
 patches.py         what is printed to find a page by

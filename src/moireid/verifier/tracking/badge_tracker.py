@@ -49,9 +49,9 @@ FAINT_BELOW_COUNTS = 20.0
 class BadgeTracker:
     """Follows one badge, frame after frame, and returns what it has seen as tracks.
 
-    All badges share the tools of the scene tracker.  Each badge has its own memory: its course, its template at the
-    present scale, and the exposure estimated from its smears.  `SceneTracker` decides where a badge is found first, and
-    where it is found again after it was lost.
+    All badges share the tools of the scene tracker.  Each badge has its own memory: where it was seen, its template at
+    the present scale, and the exposure estimated from its smears.  `SceneTracker` decides where a badge is found first,
+    and where it is found again after it was lost.
     Convention: homographies as `MarkerFinder`; only the badge's layout is used, not its pitches or id.
     Source: `registration`, or `smeared_frames`, or `markers`, and `profiles`, in that order in each frame.
     """
@@ -62,8 +62,8 @@ class BadgeTracker:
         """Parameters: finder, registrar, reader: made for the badge's layout; purses: of the whole scene."""
         self._badge, self._finder, self._registrar, self._reader = badge, finder, registrar, reader
         self._purses = purses
-        self.course, self._template, self._faint = TrackEnds(), KeptTemplate(registrar.printer), faint_turns()
-        self._shaken = ShakenFollower(registrar, self._template, self.course)
+        self.ends, self._template, self._faint = TrackEnds(), KeptTemplate(registrar.printer), faint_turns()
+        self._shaken = ShakenFollower(registrar, self._template, self.ends)
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
@@ -104,8 +104,8 @@ class BadgeTracker:
         """Pass by a frame that shows the badge as the last measured one did; returns whether that is so."""
         if self._stride == 1 or frame.index % self._stride == 0 or self.smeared or frame.time_s < self._restless_s:
             return False
-        last, expected = self.course.last, self.course.expected(frame.index)
-        if last is None or expected is None or not (self._watch.holds and self.course.repeats(frame.index + 1)):
+        last, expected = self.ends.last, self.ends.expected(frame.index)
+        if last is None or expected is None or not (self._watch.holds and self.ends.repeats(frame.index + 1)):
             return False
         # By time, as a file's times may slow down at any frame.
         if frame.time_s - last.time_s > LONGEST_STEP_S * (1 - 1 / self._stride):
@@ -127,7 +127,7 @@ class BadgeTracker:
         self._image_px = (luma.shape[1], luma.shape[0])
         self._clock = time.perf_counter()
         # The expected place is mostly near enough for registration, so no marker has to be decoded.
-        expected = self.course.expected(frame.index)
+        expected = self.ends.expected(frame.index)
         registration = _clear(self._registered(luma, expected)) if expected is not None else None
         self.smeared = False
         self._lap("register")
@@ -158,7 +158,7 @@ class BadgeTracker:
         A page that was there in the last frame has a purse of its own: what is tried in vain after it has left must not
         be missing where it is seen, smeared, in frame after frame.
         """
-        purse = self._purses.smeared if self.course.followed else self._purses.gone
+        purse = self._purses.smeared if self.ends.followed else self._purses.gone
         if not purse.open:
             return None
         before_ns = self._purses.work_ns
@@ -169,8 +169,8 @@ class BadgeTracker:
     def seek(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:
         """Look for its markers around its last place; returns whether it was found."""
         self._clock = time.perf_counter()
-        last, purse = self.course.last, self._purses.near
-        if last is None or not self.course.followed or not purse.open:
+        last, purse = self.ends.last, self._purses.near
+        if last is None or not self.ends.followed or not purse.open:
             return False
         before_ns = self._purses.work_ns
         # A search for faded print costs ten times as much, so it is left out where little is saved and the print clear.
@@ -222,7 +222,7 @@ class BadgeTracker:
             self._watch.keep(luma, registration.homography)
         else:
             self._watch.forget()
-        self.course.follow(FrameSighting(frame.index, frame.time_s, registration.homography))
+        self.ends.follow(FrameSighting(frame.index, frame.time_s, registration.homography))
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
         self._numbers.append(frame.index)
         self._times.append(frame.time_s)
@@ -241,9 +241,9 @@ class BadgeTracker:
 
     def _note_if_calm(self, frame: Frame, page: Array, expected: Array | None, profiles: NDArray[np.float32]) -> None:
         """Count the frames that look like the one before, and be restless after one that does not."""
-        last = self.course.last
+        last = self.ends.last
         before, self._profiles = self._profiles, profiles
-        # Times that stand still tell no rate.
+        # Times that do not advance give no rate.
         if last is None or before is None or not 0 < 2 * self._step_s(last, frame) <= LONGEST_STEP_S:
             self._calm = 0
             return
@@ -282,7 +282,7 @@ class BadgeTracker:
 
     def outline_px(self) -> Array | None:
         """Corners of the board in the first frame that shows it, as `corners_px`; None if no frame does."""
-        return self.corners_px(self.course.first.page) if self.course.first is not None else None
+        return self.corners_px(self.ends.first.page) if self.ends.first is not None else None
 
     def corners_px(self, page: Array) -> Array:
         """Corners of the board under the homography `page`, (4, 2) px of the original film.

@@ -34,8 +34,8 @@ SEGMENT_CORRELATION, SEGMENT_GAIN = 0.85, 0.15
 LEAST_SEGMENTS, LEAST_SPAN = 8, 0.25
 #: Weight of a sample at a border against one of a marker: fringes are not an even grey.
 BORDER_WEIGHT = 0.25
-#: Standard deviations of a border's displacement, mm (a sheet of 1 mm, laid by hand, seen at up to 15 degrees), and of
-#: its rotation, rad (the twist that a sheet may have).
+#: Standard deviations of a border's displacement, mm (a sheet of 1 mm, put on by hand, seen at up to 15 degrees), and
+#: of its rotation, rad (the twist that a sheet may have).
 SHIFT_SD_MM, TURN_SD = 0.3, 0.004
 
 

@@ -6,11 +6,11 @@ seen.  A film of 240 a second comes to that rate step by step.
 
 A badge is calm if its page goes on as it did and its fringes hardly move from one measured frame to the next; of one
 that trembles all frames are needed.  A frame that is passed by is looked at all the same: its markers and gratings,
-block by block.  If any differs, be it by a fast hand or by a picture that somebody put between the others, it is
+block by block.  If any differs, because of a fast hand or of a picture that was put between the others, it is
 measured, and so is each frame of the next half second.
 
-Whoever makes a film has this source.  So each pixel of a block counts: if only some places were compared, those alone
-would have to be true.  And time counts, not the number of frames: times in the file may slow down at any frame.
+A forger can read this source.  So each pixel of a block counts: if only some places were compared, a forger would have
+to get only those right.  And time counts, not the number of frames: times in the file may slow down at any frame.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ RESTLESS_S = 0.5
 #: and 16 mm of a badge in hand format.
 SAMPLES, BLOCK = 128, 16
 #: Least correlation with the last measured frame, of each block of a grating, and of each strip that both frames
-#: measured.  Derived: fringes that have moved by 0.3 rad, a tenth of the half turn by which their course could be
+#: measured.  Derived: fringes that have moved by 0.3 rad, a tenth of the half turn by which their motion could be
 #: mistaken, still have cos 0.3 = 0.955.
 ALIKE = 0.95
 #: A frame halfway to the next measured one may have moved by half of that, or it is measured as well: 0.22 rad of
 #: fringes.  In every second frame put off by so much, a motion test of all frames finds hardly anything.  No less is
 #: asked of an earlier one, as noise and coding take some.
 LEAST_SHARE = 0.5
-#: The same of a whole marker.  Set by hand: it drops by that if a marker of 25 px lies half a pixel beside itself.
+#: The same of a whole marker.  Set by hand: it drops by that if a marker of 25 px is off by half a pixel.
 SAME_MARKER = 0.9
 
 
@@ -73,7 +73,7 @@ class CalmWatch:
         columns, rows = np.ceil((high - low) / self._step_mm).astype(int).tolist()
         self._size, self._hull, self._middle = (columns, rows), hull_of((*low, *high)), (low + high) / 2
         self._page = np.array([[self._step_mm, 0, low[0]], [0, self._step_mm, low[1]], [0, 0, 1.0]])
-        # Samples at a border are mixed with what lies beside it.
+        # Samples at a border are mixed with what is next to it.
         first = np.ceil((rects[:, :2] - low) / self._step_mm).astype(int)
         end = np.maximum(np.floor((rects[:, 2:] - low) / self._step_mm).astype(int), first + 1)
         self._parts = [(slice(y0, y1), slice(x0, x1)) for (x0, y0), (x1, y1) in zip(first, end, strict=True)]

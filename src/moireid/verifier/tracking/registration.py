@@ -56,7 +56,7 @@ MIN_GAIN = 2.0
 SCALE_STEP = 1.2
 #: A patch of a frame counts as covered where the print leaves more than this share of its power unexplained, and so
 #: many times what it leaves in the middle one of the patches.  Set by hand: a fingertip over a corner leaves a third in
-#: the two patches beside it, and a hundredth to a tenth in the others.
+#: the two patches next to it, and a hundredth to a tenth in the others.
 SQUARES, COVERED_LEFT, COVERED_LEFT_RATIO = 4, 0.2, 4.0
 
 
@@ -108,7 +108,7 @@ class PageRegistrar:
         self.work_ns = 0.0
         self._least_seen = math.ceil(MIN_SHARE * len(self.printer.patches))
         sides = [patch.side for patch in self.printer.patches]
-        # Without one of its sides a frame slides: what lies beside it is taken for its line.
+        # Without one of its sides a frame slides: what is next to it is taken for its line.
         self._sides = [[k for k, own in enumerate(sides) if own == side] for side in set(sides) - {None}]
         self._middle, self._extent = self.printer.middle, self.printer.extent
         # Warps are estimated in coordinates of about one, so that their eight parameters are of like size.
@@ -133,7 +133,7 @@ class PageRegistrar:
             self.work_ns += STEP_NS * len(values)
             compared = _compared(values, template)
             correlation, seen, contrast = compared.correlation, compared.seen, compared.contrast
-            # A page that is found but still moves goes on: where it is stopped, a marker may lie a pixel beside itself.
+            # A page that is found but still moves goes on: where it is stopped, a marker may be off by a pixel.
             found = correlation >= MIN_CORRELATION and self._enough(seen)
             if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not found):
                 break
@@ -247,8 +247,8 @@ class PatchComparison:
     def step(self, template: Template, asked: tuple[bool, ...]) -> Array:
         """Change of the warp's eight parameters that takes most of the residual away.
 
-        Convention: a solver's rows are free of each marker's offset and of its print, so the brightness may stand for
-            the residual.
+        Convention: a solver's rows are free of each marker's offset and of its print, so the brightness may be
+            used as the residual.
         """
         step = np.zeros(8)
         for solver, own, gain in zip(template.solver(asked), self.centred, self.gain, strict=True):
@@ -283,7 +283,7 @@ def _compared(values: NDArray[np.float32], template: Template) -> PatchCompariso
 
 
 def _uncovered(seen: list[bool], fits: list[tuple[float, float]]) -> list[bool]:
-    """The visible patches without those that a thumb lies over in part; only a frame has enough to leave some out.
+    """The visible patches without those that a thumb covers in part; only a frame has enough to leave some out.
 
     Parameters: fits: of each patch, what the print explains, and what it would if it explained all.
     """

@@ -1,6 +1,7 @@
-"""Reading a picture at places of the page; only the part around them is turned into counts.
+"""Reading a picture at places of the page, and an even sample of a film's frames.
 
-A bounded, even sample of a film of unknown length.
+Only the part of a picture around the places is turned into counts.  `EvenSample` is bounded, for a film of unknown
+length.
 """
 
 from __future__ import annotations

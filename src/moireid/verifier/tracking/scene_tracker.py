@@ -104,7 +104,7 @@ class SceneTracker:
         if not self._places() or self._glance_is_due(frame):
             self._search(frame, luma)
         for tracker in self._lost():
-            tracker.course.lose()
+            tracker.ends.lose()
         self._note_when_looked(frame, unsearched=self.unsearched > before)
         return bool(self._places())
 
@@ -183,7 +183,7 @@ class SceneTracker:
             small = finder.around(last.page, luma.shape) is not None
             if small and purses.near.open:
                 yield purses.near, partial(finder.closely, page=last.page)
-            if not (small or tracker.course.followed) and purses.near.open:
+            if not (small or tracker.ends.followed) and purses.near.open:
                 yield purses.near, partial(finder.near, page=last.page, faint=tracker.faint)
         if purses.glance.open and not soon:
             yield purses.glance, finder.quick
@@ -193,7 +193,7 @@ class SceneTracker:
 
     def _recently(self, tracker: BadgeTracker, frame: Frame) -> FrameSighting | None:
         """Where a lost badge was last seen, unless that is too long ago."""
-        last = tracker.course.last
+        last = tracker.ends.last
         return last if last is not None and frame.time_s - last.time_s <= KEPT_S else None
 
     def _close_looks(self, shape: tuple[int, ...], lost: list[FrameSighting], *, faint: bool) -> Iterator[Look]:
@@ -215,7 +215,7 @@ class SceneTracker:
         """The pages that are the badge, and the frame in which they lie: mirrored, if the film turns out to be so."""
         found = self._registered(luma, pages[0])
         # Only until the first badge is found: a film is mirrored as a whole or not at all.
-        if found or not pages[1] or any(tracker.course.first is not None for tracker in self.trackers):
+        if found or not pages[1] or any(tracker.ends.first is not None for tracker in self.trackers):
             return found, luma
         turned = luma.mirrored()
         found = self._registered(turned, pages[1])
@@ -240,7 +240,7 @@ class SceneTracker:
     def _tracker_for(self, page: Array, frame: Frame, *, alone: bool) -> BadgeTracker | None:
         """The tracker for a page; None if the largest number of badges is already followed."""
         only = self.trackers[0] if len(self.trackers) == 1 else None
-        if only is not None and only.place is None and (alone or only.course.first is None):
+        if only is not None and only.place is None and (alone or only.ends.first is None):
             return only
         for tracker in self._lost():
             if self._was_there(tracker, page, frame):
@@ -256,7 +256,7 @@ class SceneTracker:
 
     def _was_there(self, tracker: BadgeTracker, page: Array, frame: Frame) -> bool:
         """Whether a lost badge was recently near this place, at about this size."""
-        last = tracker.course.last
+        last = tracker.ends.last
         if last is None or frame.time_s - last.time_s > KNOWN_S:
             return False
         before, now = scale_px_per_mm(last.page, self._middle), scale_px_per_mm(page, self._middle)

@@ -69,16 +69,16 @@ LEAST_PX = 4
 class ShakenFollower:
     """Follows one badge through smeared frames; its only memory is the exposure."""
 
-    def __init__(self, registrar: PageRegistrar, template: KeptTemplate, course: TrackEnds) -> None:
-        """Parameters: template, course: of the badge, kept by its tracker."""
-        self._registrar, self._template, self._course = registrar, template, course
+    def __init__(self, registrar: PageRegistrar, template: KeptTemplate, ends: TrackEnds) -> None:
+        """Parameters: template, ends: of the badge, kept by its tracker."""
+        self._registrar, self._template, self._ends = registrar, template, ends
         self._centers = registrar.printer.centers_mm
         self._module_mm = registrar.printer.module_mm
         self.exposure_s: float | None = None  #: Estimated from the film so far.
 
     def find(self, luma: Picture | NDArray[np.uint8], time_s: float) -> Registration | None:
         """The page in a smeared frame; None if it is not found near its expected place."""
-        before, last = self._course.before, self._course.last
+        before, last = self._ends.before, self._ends.last
         if before is None or last is None or not 0 < time_s - last.time_s <= LOST_S:
             return None
         expected, lost = _expected(before, last, time_s)
@@ -152,13 +152,13 @@ class ShakenFollower:
     ) -> tuple[Registration | None, float]:
         """Step 4 from a place and a smear; returns the page and the exposure, as `_registered`."""
         best: Registration | None = None
-        told_s, tried_s = exposure_s, exposure_s
+        best_s, tried_s = exposure_s, exposure_s
         for _ in range(STEPS):
             template = self._smeared(place, smear)
             found = self._registrar.register(light, place, template)
             if found is None or (best is not None and found.correlation <= best.correlation):
                 break
-            best, place, told_s = found, found.homography, tried_s
+            best, place, best_s = found, found.homography, tried_s
             if self.exposure_s and found.correlation >= WELL_SMEARED:
                 break
             growth, turn = self._change(light, place, template, smear)
@@ -166,7 +166,7 @@ class ShakenFollower:
                 break
             c, s = math.cos(turn), math.sin(turn)
             smear, tried_s = self._limited((1 + growth) * smear @ np.array([[c, s], [-s, c]])), (1 + growth) * tried_s
-        return best, told_s
+        return best, best_s
 
     def _smear(
         self, past: tuple[FrameSighting, FrameSighting], place: Array, time_s: float, exposure_s: float

@@ -31,7 +31,7 @@ Single = NDArray[np.float32]
 BORDER_MODULES, FREE_MODULES = 0.7, 1.05
 #: Standard deviation of the picture's own blur, px: the pixel's box (0.29), demosaicing, lens and codec.
 BLUR_PX = 0.8
-#: Samples along a square's side: at least this many, and more than this tell no more; and along a part of a frame.
+#: Samples along a square's side: at least this many; more than this add nothing; and along a part of a frame.
 SIDE_SAMPLES, LONG_SAMPLES = (24, 96), (48, 240)
 #: The print is drawn with this many fine samples per sample of the template.
 FINE = 8

@@ -1,7 +1,4 @@
-"""What a film shows of one badge, frame by frame.
-
-Where one badge was in the first frame and the last two frames that show it.
-"""
+"""What a film shows of one badge, frame by frame; and where it was in the first and in the last two of its frames."""
 
 from __future__ import annotations
 

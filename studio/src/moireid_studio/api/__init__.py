@@ -1,7 +1,10 @@
 """The API.
 
-films.py   verify and identify             registry.py  look up, revoke, audit
-issue.py   badges and captures             schema.py    what /openapi.json says
-verdicts.py  verdicts that were given    health.py      is it up, is it ready; its figures
+films.py     verify and identify; jobs and their reports
+issue.py     badges and captures
+registry.py  look up, revoke, audit
+verdicts.py  verdicts that were given
 events.py    a job's progress, as it changes
+health.py    whether the studio is up and ready; its figures
+schema.py    what /openapi.json says of forms and reports
 """

@@ -10,7 +10,7 @@ from fastapi.concurrency import run_in_threadpool
 
 from moireid_studio.jobs.queue import Job, Jobs
 
-#: Time between two looks at a job that somebody watches.
+#: Time between two looks at a job that is watched, s.
 LOOK_S = 0.2
 
 

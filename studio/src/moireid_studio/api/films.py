@@ -24,7 +24,7 @@ from moireid_studio.api.events import events_of
 from moireid_studio.api.schema import IDENTIFICATION, REPORT, answers, form
 from moireid_studio.auth.guard import Visitor, anyone, require
 from moireid_studio.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
-from moireid_studio.jobs.work import SIGNALS
+from moireid_studio.jobs.task import SIGNALS
 from moireid_studio.jobs.workers import STOPPED
 from moireid_studio.problems import Problem, Refusal, problem_responses
 from moireid_studio.reports import circumstances_of, kept_file, pictures_of_job
@@ -101,7 +101,7 @@ async def verify(request: Request, visitor: Verifier) -> Response:
     responses=UPLOAD | answers(IDENTIFICATION, "what `moireid identify --json` prints"),
 )
 async def identify(request: Request, visitor: Verifier) -> Response:
-    """Say whose badge a film shows, if anybody's in the registry; answers once it is judged."""
+    """Say whose badge a film shows, if anyone's in the registry; answers once it is judged."""
     return await _result(request, visitor, "identify")
 
 

@@ -22,7 +22,7 @@ class Readiness(BaseModel):
 
 @router.get("/healthz", dependencies=[anyone])
 async def alive() -> dict[str, str]:
-    """Whether the process answers at all; it asks nothing else, so that nobody restarts it for another's fault."""
+    """Whether the process answers at all; it asks nothing else, so that it is not restarted for another's fault."""
     return {"status": "ok"}
 
 
@@ -31,8 +31,8 @@ def ready(request: Request) -> Response:
     """Whether this studio can take work now: registry, database and storage answer, and it is not being stopped."""
     needs = studio_of(request).needs()
     # Without a scheduler films still come in, and wait.
-    told = Readiness(ready=all(here for name, here in needs.items() if name != "scheduler"), needs=needs)
-    return JSONResponse(told.model_dump(), 200 if told.ready else 503)
+    answer = Readiness(ready=all(here for name, here in needs.items() if name != "scheduler"), needs=needs)
+    return JSONResponse(answer.model_dump(), 200 if answer.ready else 503)
 
 
 @router.get(
@@ -42,5 +42,5 @@ def ready(request: Request) -> Response:
     responses={200: {"description": "figures in Prometheus' text format", "content": {"text/plain": {}}}},
 )
 def metrics(request: Request) -> Response:
-    """Figures for Prometheus; they tell of no person, film or token."""
+    """Figures for Prometheus; they name no person, film or token."""
     return Response(studio_of(request).metrics.text(), media_type="text/plain; version=0.0.4; charset=utf-8")

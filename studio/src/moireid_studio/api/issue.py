@@ -46,7 +46,9 @@ class CheckAnswer(BaseModel):
     already_issued: bool = Field(description="This very badge is in the registry already.")
     namesakes: list[str] = Field(description="Ids of other badges of that name.")
     look_alikes: list[str] = Field(description="Ids of badges whose names look like it, in other letters or case.")
-    name_derived: bool = Field(description="The identity is made from the name: whoever knows it can print this badge.")
+    name_derived: bool = Field(
+        description="The identity is made from the name; anyone who knows it can print this badge."
+    )
     explain: dict[str, str]
     link_budget: list[LinkPoint]
     files: list[str] = Field(description="Files of the mount.")

@@ -25,12 +25,12 @@ MOST = 100
 class RecordSummary(BaseModel):
     """One record, as `moireid registry list --json` prints it.
 
-    A list gives no id to whoever may not issue (null): with the name it is all that a copy of the badge takes.
+    A list gives no id to a visitor who may not issue (null): name and id are all that a copy of the badge takes.
     """
 
     id: str | None
     name: str
-    line: str | None = Field(description="The line below the name on the badge, which tells namesakes apart.")
+    line: str | None = Field(description="The line below the name on the badge, which distinguishes namesakes.")
     issued_at: str
     revoked_at: str | None
     revoked_reason: str | None
@@ -49,7 +49,8 @@ class Holders(BaseModel):
 class RecordDetail(RecordSummary):
     """One record, as `moireid registry show --json` prints it.
 
-    Who may not issue gets neither the badge's file nor its measured figures (null): the file is all that a copy takes.
+    A visitor who may not issue gets neither the badge's file nor its measured figures (null), because
+    the file is all that a copy takes.
     """
 
     fingerprint: str
@@ -88,7 +89,7 @@ class AuditSummary(BaseModel):
     erased: int = Field(description="People who were erased on their wish.")
     entries: int
     actors: dict[str, int] = Field(description="Who did how many of the entries.")
-    unnamed: int = Field(description="Entries of an older version, or by somebody who was erased.")
+    unnamed: int = Field(description="Entries of an older version, or by a person who was erased.")
     head: str | None
     findings: list[Finding]
     found: int

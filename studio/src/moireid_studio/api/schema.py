@@ -15,7 +15,7 @@ from moireid_studio.auth.guard import rules_of
 REPORT = {"$ref": "#/components/schemas/Report"}
 IDENTIFICATION = {
     "type": "object",
-    "description": "The report of the layout that says most, where anybody is enrolled; and whose badge it is.",
+    "description": "The report of the layout that says most, where anyone is enrolled; and whose badge it is.",
     "required": ["finding", "found_id", "found_name", "reasons"],
     "properties": {
         "finding": {"enum": ["found", "nobody", "inconclusive"]},
@@ -70,7 +70,7 @@ def answers(schema: dict[str, Any], description: str) -> dict[int | str, dict[st
 
 
 def describe(app: FastAPI) -> None:
-    """Let /openapi.json hold the report's own schema beside what the framework writes."""
+    """Add the report's own schema to what the framework writes into /openapi.json."""
     made: dict[str, Any] = {}
 
     def openapi() -> dict[str, Any]:

@@ -21,7 +21,7 @@ class Verdict(BaseModel):
 
     number: int
     at: str
-    token: str = Field(description="The id of the token of whoever asked.")
+    token: str = Field(description="The id of the token that asked.")
     kind: str = Field(description="verify, identify, live, call or link.")
     film_sha256: str | None = Field(description="Of the film as it came; null of live pictures.")
     claim: str | None = Field(description="The id of the claimed badge.")

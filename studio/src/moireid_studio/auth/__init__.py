@@ -1,5 +1,5 @@
 """Who may do what.
 
-guard.py   no requests from other sites
-tokens.py  tokens and sessions
+guard.py   the rule of each route, and no requests from other sites
+tokens.py  tokens, and the sessions of browsers
 """

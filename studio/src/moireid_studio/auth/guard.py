@@ -1,14 +1,15 @@
-"""The guard before every route: it sets headers of each answer, and refuses requests that other sites cause.
+"""The guard before every route, and the rules of who may use it.
 
-A browser states which site caused a request (Sec-Fetch-Site, and Origin for all that changes things), and no page can
-forge these headers.  So forms need no secret of their own: a request that changes things, or opens a WebSocket, passes
-only if it comes from this same origin, or not from a browser.
+The guard sets headers of each answer, and refuses requests that other sites cause.  A browser states which site caused
+a request (Sec-Fetch-Site, and Origin for all that changes things), and no page can forge these headers.  So forms need
+no secret of their own: a request that changes things, or opens a WebSocket, passes only if it comes from this same
+origin, or not from a browser.
 Source: "Cross-Site Request Forgery Prevention" of the OWASP cheat sheets, on Fetch Metadata; RFC 6455, section 10.2.
 
 Without tokens, the Host must also be loopback.  Otherwise another site could let its own name lead to this server
 (DNS rebinding), and its pages would then count as the same origin.
 
-Who may do what.  Every route names its rule; a test walks over all routes and fails where one has none.
+Every route names its rule; a test walks over all routes and fails where one has none.
 
     router = APIRouter(dependencies=[require("issuer")])        a whole file of routes
     @router.get("/x", dependencies=[require("verifier")])       or one
@@ -147,7 +148,7 @@ class Rule:
             refusal = Refusal(
                 401,
                 "token",
-                "Sign in with a token to use this; whoever runs this studio gives you one.",
+                "Sign in with a token to use this; the operator of this studio gives you one.",
                 headers={"WWW-Authenticate": "Bearer"},
             )
         else:
@@ -176,7 +177,7 @@ def require(*roles: Role) -> Any:
     return Depends(Rule(roles))
 
 
-#: The dependency of routes that need no token; the visitor is None where nobody is signed in.
+#: The dependency of routes that need no token; the visitor is None where no one is signed in.
 anyone: Any = Depends(Rule(()))
 
 

@@ -1,13 +1,11 @@
-"""Tokens: shown only once, when they are made; only a hash, a role and times are kept.  And the sessions of browsers.
+"""Access tokens and the sessions of browsers: their tables, and how they are made, found and ended.
 
-A token is 256 random bits, so nobody can find it from its plain SHA-256: neither salt nor a slow hash is needed.
-The file lies in the studio's folder and not in the registry, which is copied and exported to others.  Studios that work
-as one share a database of their own.
+A token is shown only once, when it is made; only its hash, a role and times are kept.  It is 256 random bits, so no one
+can find it from its plain SHA-256: neither salt nor a slow hash is needed.  The file is in the studio's folder and not
+in the registry, which is copied and exported to others.  Studios that work as one share a database of their own.
 
 A token lasts until it expires or is revoked.  A browser that signs in with one gets a session of its own, and keeps no
 token: signing out ends that session, so what was in its cookie opens nothing any more.  A session ends with its token.
-
-The tables of tokens and sessions, and what an older file lacks of them.
 """
 
 from __future__ import annotations
@@ -72,7 +70,7 @@ PREFIX = "moireid_"
 #: A token's id is this many hex digits of its hash: enough to name it, and useless for signing in.
 ID_DIGITS = 12
 LONGEST_NOTE = 100
-#: How long a token lasts where nobody says otherwise, and how long at most, days; a session, hours.
+#: How long a token lasts by default, and how long at most, days; a session, hours.
 DEFAULT_DAYS, MOST_DAYS, SESSION_H = 90.0, 3650.0, 12.0
 
 
@@ -127,11 +125,11 @@ class Tokens:
         return self._valid(_hash(secret))
 
     def begin_session(self, secret: str) -> str | None:
-        """A session for whoever shows a token: the secret for its cookie; None where the token is not valid."""
+        """A session for a browser that shows a token: the secret for its cookie; None where the token is not valid."""
         if self.find(secret) is None:
             return None
         session, now = PREFIX + secrets.token_urlsafe(32), _after(timedelta())
-        # Those that have ended are of no use to anybody.
+        # Those that have ended are of no use.
         self._write(delete(sessions).where(sessions.c.expires_at <= now))
         row = {"sha256": _hash(session), "token": _hash(secret), "expires_at": _after(timedelta(hours=SESSION_H))}
         self._write(insert(sessions).values(row))

@@ -116,7 +116,7 @@ def serve_command(
 ) -> None:
     """Run the studio: web pages and an API for all of this.
 
-    Whoever uses the studio needs a token; make one with `moireid token create`. To try it on your own machine, use
+    Every user of the studio needs a token; make one with `moireid token create`. To try it on your own machine, use
     --no-auth, which asks for none.
     Without --registry, the default registry is used; it is made if there is none yet.
     """
@@ -157,7 +157,7 @@ def serve_command(
         if made:
             say(f"there was no registry, so a new one was made: {registry.shown_url}")
         elif not registry.count():
-            say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
+            say(f"no one is enrolled yet in its registry, {registry.shown_url}")
         begin_log(as_json=log == "json")
         serve(app, bound)
 
@@ -253,8 +253,8 @@ def token_create(role: str, note: str, days: float, data: Path | None, state: st
     with open_tokens(data, state) as tokens:
         secret, token = tokens.create(role, note, days)
     if as_json:
-        told = {"token": secret, "id": token.id, "role": token.role, "note": token.note}
-        show_json(told | {"made_at": token.made_at, "expires_at": token.expires_at})
+        document = {"token": secret, "id": token.id, "role": token.role, "note": token.note}
+        show_json(document | {"made_at": token.made_at, "expires_at": token.expires_at})
         return
     click.echo(secret)
     say(

@@ -69,11 +69,12 @@ def verdicts_command(
         table.writerows(one.to_json() for one in found)
         write_text(path, text.getvalue())
     if as_json:
-        told = {"file": str(path)} if path is not None else {"verdicts": [one.to_json() for one in found]}
-        show_json(told | {"count": len(found)})
+        document = {"file": str(path)} if path is not None else {"verdicts": [one.to_json() for one in found]}
+        show_json(document | {"count": len(found)})
     elif path is not None:
         click.echo(f"{path}: {len(found)} verdicts")
     else:
         for one in found:
             film = one.film_sha256[:12] if one.film_sha256 else "live"
-            click.echo(f"{one.at}  {one.token}  {one.kind:<8}  {film:<12}  {one.claim or 'nobody':<16}  {one.verdict}")
+            claim = one.claim or "no claim"
+            click.echo(f"{one.at}  {one.token}  {one.kind:<8}  {film:<12}  {claim:<16}  {one.verdict}")

@@ -32,32 +32,32 @@ if TYPE_CHECKING:
     from moireid_studio.watch.source import Source
 
 
-Tell = Callable[[dict[str, Any]], None]
+Send = Callable[[dict[str, Any]], None]
 COLOURS = {"accept": "green", "reject": "red", "inconclusive": "yellow"}
 #: Findings of a running verdict that are shown.
 MOST_FINDINGS = 4
 
 
-class JsonLines(AbstractContextManager[Tell]):
+class JsonLines(AbstractContextManager[Send]):
     """One object a line on stdout, at once."""
 
-    def __enter__(self) -> Tell:
-        return self._tell
+    def __enter__(self) -> Send:
+        return self._print
 
     def __exit__(self, *error: object) -> None:
         return None
 
     @staticmethod
-    def _tell(event: dict[str, Any]) -> None:
+    def _print(event: dict[str, Any]) -> None:
         show_json(event)
         sys.stdout.flush()
 
 
 @contextmanager
-def told(shown: str) -> Iterator[Tell]:
+def live_display(shown: str) -> Iterator[Send]:
     """A table on stderr that changes as it goes; without a terminal a line where something changes."""
     if not sys.stderr.isatty():
-        yield _Lines().tell
+        yield _Lines().show
         return
     from rich.console import Console
     from rich.live import Live
@@ -65,13 +65,13 @@ def told(shown: str) -> Iterator[Tell]:
     panel = _Panel(shown)
     with Live(panel.table(), console=Console(stderr=True), refresh_per_second=8, transient=True) as live:
 
-        def tell(event: dict[str, Any]) -> None:
+        def show(event: dict[str, Any]) -> None:
             if (line := line_of(event)) is not None:
                 live.console.print(f"{panel.elapsed}  {line}", markup=False, highlight=False)
             panel.take(event)
             live.update(panel.table())
 
-        yield tell
+        yield show
 
 
 def line_of(event: dict[str, Any]) -> str | None:
@@ -103,7 +103,7 @@ class _Lines:
     def __init__(self) -> None:
         self._begun, self._verdict = time.monotonic(), ""
 
-    def tell(self, event: dict[str, Any]) -> None:
+    def show(self, event: dict[str, Any]) -> None:
         line = line_of(event)
         if event["event"] == "status" and event["verdict"] != self._verdict:
             self._verdict = event["verdict"]
@@ -155,7 +155,7 @@ class _Panel:
         return sorted(found, key=lambda one: order[one["level"]])[:MOST_FINDINGS]
 
 
-#: Letters of a token, so that nobody guesses it.
+#: Least letters of a token, so that it cannot be guessed.
 LEAST_TOKEN = 12
 OPTIONS = (
     *CLAIM_OPTIONS,
@@ -238,7 +238,7 @@ def watch_command(**given: Any) -> None:
       whep://host/room          a WebRTC stream; wheps:// with encryption
       whip://127.0.0.1:8080     wait for a WebRTC sender, such as OBS
       screen                    this screen (Linux with X11 alone)
-      screen:0x3a00007          one window, by the number that xwininfo tells
+      screen:0x3a00007          one window, by the number that xwininfo shows
 
     An address is opened because you name it. What it names in turn is opened only on the same host or on the public
     internet. Strangers' pictures are read in a process of their own.
@@ -272,8 +272,8 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedB
 
     prompts = draw_prompts(0.0) if wish.challenge else None
     order = WatchOrder(source, _claim(wish, found), found.barred, prompts)
-    with _stopped() as stop, JsonLines() if wish.as_json else told(source.shown) as tell:
-        document = watch(order, Terms(wish.seconds, token), stop, tell)
+    with _stopped() as stop, JsonLines() if wish.as_json else live_display(source.shown) as show:
+        document = watch(order, Terms(wish.seconds, token), stop, show)
     sealed = tuple(document.pop("sealed"))
     if (lacking := missing(sealed)) is not None:
         say(f"note: the process that read the stream {lacking}: this system has no means against that")

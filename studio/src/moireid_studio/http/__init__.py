@@ -1,7 +1,7 @@
-"""What stands between the network and the routes.
+"""What is between the network and the routes.
 
 connections.py  how many connections there are, and how long one may be silent
 logs.py         the log, without names
 metrics.py      figures for Prometheus
-server.py       the studio's server, on a socket
+server.py       the studio's server, on a socket; rates of requests and places for films
 """

@@ -1,8 +1,8 @@
-"""Connections: a most of them, and an end to those that say nothing.
+"""Connections: a limit on how many there are, and an end to those that stay silent.
 
 A connection costs its sender nothing.  Where all are taken, one that has not sent a whole request must go: first the
-one that has been silent longest, then the one whose request comes slowest.  So whoever sends a request gets in, however
-many wait in silence.
+one that has been silent longest, then the one whose request comes slowest.  So a client that sends a request gets in,
+however many wait in silence.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-#: Connections at most, and of the files that this process may open the share that they may take.  Whoever opens a
-#: thousand connections a second must not push out within a second those that have just come and are about to speak.
+#: Connections at most, and of the files that this process may open the share that they may take.  A client that opens
+#: a thousand connections a second must not push out, within a second, those that are about to send a request.
 MOST_CONNECTIONS, SHARE_OF_FILES = 4096, 0.5
 #: Time for the headers of a request, from the connection or from the last answer on.
 HEADERS_S = 10.0
@@ -124,7 +124,7 @@ class Connection(H11Protocol):
         super().handle_websocket_upgrade(event)
 
     def _look(self, got: int) -> None:
-        """Tell the door what is heard of this connection."""
+        """Report to the door what this connection does."""
         if self.transport.is_closing() or self.transport.get_protocol() is not self:
             self.door.left(self)
         elif self.conn.their_state is h11.IDLE or (

@@ -14,35 +14,35 @@ from collections import Counter
 from datetime import UTC, datetime
 from typing import Any
 
-#: Lines of one kind within a minute; what is more is counted, and told with the next one.
+#: Lines of one kind within a minute; further ones are counted, and their number is written with the next line.
 MOST_A_MINUTE = 20
-#: Whose lines are written; requests are told from this one alone.
+#: The program's logger, and the one of requests alone.
 OURS, REQUESTS = "moireid", "moireid.requests"
 
 
 class Lines(logging.Formatter):
-    """A record as one line of JSON; what stands in its place for an error is the error's kind."""
+    """A record as one line of JSON; an error is replaced by its kind."""
 
     def format(self, record: logging.LogRecord) -> str:
         at = datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds")
-        told: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "at": at,
             "level": record.levelname.lower(),
             "from": record.name,
             "event": _words(record),
         }
-        told |= getattr(record, "told", {})
+        fields |= getattr(record, "fields", {})
         if left_out := getattr(record, "left_out", 0):
-            told["left_out"] = left_out
+            fields["left_out"] = left_out
         if record.exc_info and (error := record.exc_info[1]) is not None:
-            told["error"] = type(error).__name__
+            fields["error"] = type(error).__name__
             frames = traceback.extract_tb(error.__traceback__)
-            told["at_lines"] = [f"{_short(frame.filename)}:{frame.lineno} {frame.name}" for frame in frames]
-        return json.dumps(told, ensure_ascii=False)
+            fields["at_lines"] = [f"{_short(frame.filename)}:{frame.lineno} {frame.name}" for frame in frames]
+        return json.dumps(fields, ensure_ascii=False)
 
 
 class Seldom(logging.Filter):
-    """Lets a limited number of lines of a kind pass: whoever sends rubbish must not fill the disk."""
+    """Lets a limited number of lines of a kind pass: a client that sends rubbish must not fill the disk."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -74,9 +74,9 @@ def begin(*, as_json: bool) -> None:
 
 
 def note_request(method: str, route: str, status: int, seconds: float) -> None:
-    """Tell of an answer: the route's pattern, and no part of the address that was asked for."""
-    told = {"method": method, "route": route, "status": status, "ms": round(1000 * seconds, 1)}
-    logging.getLogger(REQUESTS).info("request", extra={"told": told})
+    """Log an answer: the route's pattern, and no part of the address that was asked for."""
+    fields = {"method": method, "route": route, "status": status, "ms": round(1000 * seconds, 1)}
+    logging.getLogger(REQUESTS).info("request", extra={"fields": fields})
 
 
 def _words(record: logging.LogRecord) -> str:

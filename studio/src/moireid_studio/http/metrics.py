@@ -1,6 +1,6 @@
 """Figures for Prometheus: requests, uploads, jobs, connections.  No label ever holds a name, an id or a token.
 
-Each studio has its own figures but those of the queue, which every studio of one database tells alike.
+Each studio has its own figures but those of the queue, which are the same in every studio of one database.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from moireid.errors import RegistryError
 
-#: A gauge that is asked for when somebody reads it: name, meaning, label or "", and values by label.
+#: A gauge that is asked for when it is read: name, meaning, label or "", and values by label.
 Gauge = tuple[str, str, str, Callable[[], dict[str, float]]]
 #: From pages to long films, s.
 BUCKETS = (0.01, 0.05, 0.1, 0.5, 1, 2, 5, 10, 30, 60, 300, 600)
@@ -83,19 +83,19 @@ class RequestMetrics:
             return
         begun, status = time.monotonic(), 500
 
-        async def heard() -> Message:
+        async def counted_receive() -> Message:
             message = await receive()
             self.metrics.uploaded.inc(len(message.get("body", b"")))
             return message
 
-        async def said(message: Message) -> None:
+        async def noted_send(message: Message) -> None:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
             await send(message)
 
         try:
-            await self.app(scope, heard, said)
+            await self.app(scope, counted_receive, noted_send)
         finally:
             seconds, route = time.monotonic() - begun, _pattern(scope)
             method = scope["method"] if scope["method"] in METHODS else "other"
@@ -104,7 +104,7 @@ class RequestMetrics:
             self._note(method, route, status, seconds)
 
 
-#: Whoever asks may write any word there, and each would be kept for good.
+#: Methods with a label of their own: a client may send any word there, and each label would be kept for good.
 METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"})
 
 

@@ -1,8 +1,8 @@
-"""The studio's server on a socket that listens.
+"""The studio's server on a socket that listens, and the limits on what a token may ask of it.
 
-How often a token may ask, by its role.  The counts are those of this process; each studio has its own.
-
-Who may take how many of the places for films: a token leaves some to others, and verifiers leave some to issuers.
+`Rates`: how often a token may ask, by its role.  The counts are those of this process; each studio has its own.
+`fits`: who may take how many of the places for films.  A token leaves some to others, and verifiers leave some to
+issuers.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STOP_S = 5
 #: Connections that wait to be taken.  As many are taken at once, before the first of them can be ended: with those that
 #: the door lets stay they must be fewer than the files that a process may open, or each costs a page of log.
 BACKLOG = 128
-#: Bytes of a WebSocket's message: a picture has a megabyte, and anybody may open the socket behind a one-time link.
+#: Bytes of a WebSocket's message: a picture has a megabyte, and anyone with a one-time link may open its socket.
 MESSAGE_BYTES = 2 << 20
 
 

@@ -1,12 +1,13 @@
 """Work that takes time; each job has its own process.
 
-queue.py       the jobs of a studio: taken in, found, removed
-workers.py     threads that do them, and tidy up
-claims.py      from its wish to what its process gets
+queue.py       the jobs of a studio: accepted, looked up, removed
+workers.py     threads that do jobs, and tidy up after lost processes
+claims.py      what a job's process gets: the claimed badge, and what the registry knows of it
 cluster.py     films judged by a Dask deployment
-child.py       the process for each job
+child.py       the process for each job, and checks of what it says
+task.py        a piece of work, and what its process may ask of the registry
 work.py        what a film's process does, sealed
-issue_work.py  badges and their packages
-orders.py      wishes, checked as by the command
-lists.py       lists of people: what each badge wears
+issue_work.py  what the process does that makes badges and issues them
+orders.py      a visitor's orders, checked as by the command
+lists.py       lists of people: the badge of each row, with its pictures
 """

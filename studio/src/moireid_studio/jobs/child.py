@@ -1,8 +1,8 @@
-"""A process for each film: if it crashes, hangs or grows, only its own job is lost.
+"""A process for each job, and the checks of what it says.
 
-What a film's process says, checked where it is read: types and ranges, before anything in the server relies on it.
-
-The process may be in a stranger's hands.  What is checked here can still be untrue; it cannot be of another shape.
+If a film's process crashes, hangs or grows, only its own job is lost.  The process may be in a stranger's hands, so
+types and ranges are checked as its messages are read, before anything in the server relies on them.  What is checked
+here can still be untrue; it cannot be of another shape.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd
 from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
-from moireid_studio.jobs.work import Task
+from moireid_studio.jobs.task import Task
 
 if TYPE_CHECKING:
     from jsonschema import Draft202012Validator
@@ -46,15 +46,15 @@ class JobFailure(Exception):
 def run_task(
     task: Task,
     limits: ProcessLimits,
-    heard: Callable[[dict[str, Any]], object],
+    handle: Callable[[dict[str, Any]], object],
     *,
     wall_s: float,
     stopping: Callable[[], bool],
 ) -> None:
-    """Do a task in its own process; each of its messages goes to `heard`, and what that returns but None goes back.
+    """Do a task in its own process; `handle` gets each of its messages, and what it returns, unless None, goes back.
 
-    Raises: Lost where the film is at fault, the process crashes or takes too long, or `stopping` says so; the process
-        is ended then.  OSError where no process can be started.
+    Raises: JobFailure where the film is at fault, the process crashes or takes too long, or `stopping` says so; the
+        process is ended then.  OSError where no process can be started.
     """
     if task.kind in ORDERS:
         child = orders.fork(limits, task.folder)
@@ -62,7 +62,7 @@ def run_task(
         child = films.fork(limits, task.folder, within=reach(write=[task.folder]))
     try:
         child.send(task, wall_s)
-        _listen(child, heard, wall_s, stopping)
+        _listen(child, handle, wall_s, stopping)
     except ProcessEnd as ended:
         if ended.kind == "memory":
             raise JobFailure("memory", "This film asks for more memory than one may have here.") from ended
@@ -75,14 +75,14 @@ def run_task(
 
 
 def _listen(
-    child: Child, heard: Callable[[dict[str, Any]], object], wall_s: float, stopping: Callable[[], bool]
+    child: Child, handle: Callable[[dict[str, Any]], object], wall_s: float, stopping: Callable[[], bool]
 ) -> None:
-    """Pass messages on until the process says that it has ended.  Raises: Ended, Lost."""
+    """Pass messages on until the process says that it has ended.  Raises: ProcessEnd, JobFailure."""
     deadline = time.monotonic() + wall_s
     while (rest := deadline - time.monotonic()) > 0:
         if stopping():
             raise JobFailure("stopped", "The studio was stopped meanwhile.")
-        if (message := child.hear(min(rest, LOOK_S))) is not None and (back := heard(message)) is not None:
+        if (message := child.hear(min(rest, LOOK_S))) is not None and (back := handle(message)) is not None:
             child.send(back, min(rest, ANSWER_S))
     raise JobFailure("time", f"This film takes longer than the {wall_s:g} s that one may take here.")
 

@@ -1,7 +1,7 @@
-"""From a job's wish to what its process gets: whose badge is claimed, and what the registry knows of it now.
+"""What a job's process gets, from the visitor's wish: the claimed badge, and what the registry knows of it now.
 
-The wish is looked up again when its turn has come, by whoever does the job: what was revoked meanwhile counts, and
-nothing that a worker must believe is handed from machine to machine.
+The worker that does the job looks the wish up again.  So a badge that was revoked meanwhile counts as revoked, and a
+worker need not believe anything that another machine found.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from moireid.idcodes import specimen_of
 from moireid.lenticule import view_law
 from moireid.provenance import Seal, Standing
 from moireid.registry import ClaimedBadge, People, Registry, claimed, claimed_by_file
-from moireid_studio.jobs.work import MOST_OF_A_LAYOUT, Law
+from moireid_studio.jobs.task import MOST_OF_A_LAYOUT, Law
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 
@@ -41,7 +41,7 @@ class PreparedJob:
 def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[], Mapping[str, Any]]) -> PreparedJob:
     """What the process of a job gets; maker: gives the registry's place and keys to those who make badges.
 
-    Raises: Refusal where the claim means nobody any more; RegistryError.
+    Raises: Refusal where the claim no longer means anyone; RegistryError.
     """
     wish = job.wish
     if job.kind == "verify":
@@ -59,8 +59,8 @@ def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[]
 
 
 def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) -> tuple[ClaimedBadge, list[Law]]:
-    """The badge that a wish claims, by name or id (`claim`) or by its file (`badge`); ids: whether those who ask may be
-    told of other ids.
+    """The badge that a wish claims, by name or id (`claim`) or by its file (`badge`); ids: whether those who ask may
+    learn other ids.
 
     Raises: Refusal as `find_claimed`; RegistryError, SpecError.
     """
@@ -76,8 +76,8 @@ def claim_of(registry: Registry, wish: Mapping[str, Any], standing: Standing) ->
 
 
 def sealed(found: ClaimedBadge) -> ClaimedBadge:
-    """An enrolled badge for a film that somebody shows who may not issue: its report then tells no identity that the
-    film itself does not show, neither as digits nor as lines in a plot.
+    """An enrolled badge for the film of a visitor who may not issue: its report then shows no identity that the film
+    itself does not show, neither as digits nor as lines in a plot.
     """
     if found.provenance.source != "registry" or found.badge.id is None:
         return found
@@ -87,9 +87,9 @@ def sealed(found: ClaimedBadge) -> ClaimedBadge:
 
 
 def find_claimed(registry: Registry, claim: str, *, ids: bool) -> ClaimedBadge:
-    """Like `claimed`; ids: whether those who ask may be told of other ids than the claimed one.
+    """Like `claimed`; ids: whether those who ask may learn other ids than the claimed one.
 
-    Raises: Refusal 404 where the claim means nobody, 409 where it means several people, 422 where it is too long.
+    Raises: Refusal 404 where the claim means no one, 409 where it means several people, 422 where it is too long.
     """
     try:
         found = claimed(registry, claim)
@@ -98,10 +98,10 @@ def find_claimed(registry: Registry, claim: str, *, ids: bool) -> ClaimedBadge:
         if error.details.get("code") == "long_claim":
             raise Refusal(422, "long_claim", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error
         if known == []:
-            text = f"Nobody named {claim[:80]!r} is in the registry, and no badge has such an id."
+            text = f"No one named {claim[:80]!r} is in the registry, and no badge has such an id."
             if alike := error.details.get("alike"):
-                told = _names(alike, ids=ids)  # type: ignore[arg-type]
-                text += f" The name looks like {' and '.join(told)}, but is written in other letters."
+                names = _names(alike, ids=ids)  # type: ignore[arg-type]
+                text += f" The name looks like {' and '.join(names)}, but is written in other letters."
             raise Refusal(404, "no_claim", text) from error
         if known and not ids:
             count, by = len(known), error.details.get("by_line", "")  # type: ignore[arg-type]
@@ -123,5 +123,5 @@ def laws_of(badges: Sequence[Badge]) -> list[Law]:
 
 
 def _names(alike: Sequence[str], *, ids: bool) -> tuple[str, ...]:
-    """People who look like somebody, each "NAME (ID)"; without the ids where these are not told."""
+    """Names that look like the claimed one, each "NAME (ID)"; without the ids for those who may not learn them."""
     return tuple(alike) if ids else tuple(one.rpartition(" (")[0] for one in alike)

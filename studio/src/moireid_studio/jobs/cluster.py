@@ -1,10 +1,10 @@
 """Films judged by a Dask deployment, the same that judges archives.
 
-Which jobs there are, the database says, and not Dask: what is handed to a scheduler is only "do one".  A worker that
-has such a task takes the next job as a studio's own thread does, and settles it in the database.  So nothing is lost
-with a scheduler, a studio or a worker: a task that comes twice finds nothing to do, and a job whose worker died is
-taken again.
-Whoever reaches a scheduler may run code on its workers, so it must be on a network of its own, or ask for certificates.
+The database says which jobs there are, and not Dask: a scheduler is only given "do one".  A worker that has such a
+task takes the next job as a studio's own thread does, and settles it in the database.  So nothing is lost with a
+scheduler, a studio or a worker: a task that comes twice finds nothing to do, and a job whose worker died is taken
+again.
+All who reach a scheduler can run code on its workers, so it must be on a network of its own, or ask for certificates.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from moireid.registry import open_registry
 from moireid.result_cache import program_digest
 from moireid_studio.jobs.child import films
 from moireid_studio.jobs.claims import prepared
-from moireid_studio.jobs.workers import BESIDE_S, Doer
+from moireid_studio.jobs.workers import OVERHEAD_S, Doer
 from moireid_studio.settings import Limits
 from moireid_studio.store.database import database_of
 from moireid_studio.store.ledger import BEAT_S, Ledger
@@ -34,14 +34,14 @@ from moireid_studio.store.verdicts import Verdicts
 CONNECT_S, AGAIN_S, LOOK_S = 10.0, 2.0, 0.25
 #: Tasks at a scheduler for each of its threads: one at work, and one that waits.
 TASKS_A_THREAD = 2
-#: Before archives' films, for which nobody waits.
+#: Greater than that of archives' films, for which no one waits.
 PRIORITY = 10
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Parcel:
-    """What a worker must know to do any job: where things lie, and the limits; program: digest of the studio's own."""
+    """What a worker must know to do any job: where things are, and the limits; program: digest of the studio's own."""
 
     # Dask writes a task's arguments to its log where it fails, and these may hold passwords.
     registry_url: str = field(repr=False)
@@ -110,7 +110,7 @@ class Dispatcher:
 
 
 class Seat:
-    """A worker's place: the open registry, database and storage, and a thread that says that it lives."""
+    """A worker's place: the open registry, database and storage, and a thread that reports that it is alive."""
 
     def __init__(self, parcel: Parcel, folder: Path) -> None:
         """Raises: SpecError where the worker has another program than the studio; RegistryError."""
@@ -130,7 +130,7 @@ class Seat:
             registry=registry,
         )
         films.warm_up()
-        self._most_s = limits.job_s + BESIDE_S
+        self._most_s = limits.job_s + OVERHEAD_S
         threading.Thread(target=self._beat, daemon=True).start()
 
     def _beat(self) -> None:

@@ -1,13 +1,11 @@
-"""Making packages in the studio's child processes, so that the server never loads build123d.
+"""The work of a process that makes badges and issues them.  It reads the registry, and no film.
 
-The functions are called through `making.WORK`, with the file of the order and with callbacks for progress and results.
-They write to the present folder.  A badge is issued together with its files, as by `print-your-badge --registry`.
-If a child dies after issuing and before its archive is ready, the same order again makes it and issues nothing new, if
-it gives the identities.
+It is a process of its own, so that the server never loads build123d.  Its functions are called through `WORK`, with
+the file of the order and with callbacks for progress and results, and write to the present folder.  An order is an
+archive that the server wrote: `ORDER` or `PEOPLE`, and the pictures that were made of the visitor's.
 
-An order is an archive of ours: `ORDER` or `PEOPLE`, and the pictures that the server has had made of the visitor's.
-
-The work of a process that makes badges and issues them.  It reads the registry, and no film.
+A badge is issued together with its files, as by `print-your-badge --registry`.  If a process dies after issuing and
+before its archive is ready, the same order again makes it and issues nothing new, if it gives the identities.
 """
 
 from __future__ import annotations
@@ -28,15 +26,15 @@ from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
 from moireid.sandbox.child import Talk
 from moireid_studio.jobs.lists import dress_people
 from moireid_studio.jobs.orders import BadgeOrder, Wish, ready
-from moireid_studio.jobs.work import ORDER, PACKAGE, PEOPLE, Progress, Task, Tell
+from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE, Progress, Send, Task
 from moireid_studio.problems import plain
 from moireid_studio.store.storage import unpacked, written
 
 
 def issue_badge(
-    order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, signer: str | None, actor: str
+    order_file: Path, progress: Progress, send: Send, *, registry_url: str, keys: str, signer: str | None, actor: str
 ) -> None:
-    """Make one badge's package, and issue the badge; `order_file` holds an `BadgeOrder`.
+    """Make one badge's package, and issue the badge; `order_file` holds a `BadgeOrder`.
 
     Raises: as `orders.ready`, and FabricationError where a file fails its check.
     """
@@ -53,11 +51,11 @@ def issue_badge(
             mount=made.mount,
             look=made.look,
             maker="studio",
-            before_moving=lambda: registry.enroll(made.badge, told=True),
+            before_moving=lambda: registry.enroll(made.badge, warned=True),
             progress=lambda file: progress(next(steps), most),
         )
     _pack(folder, f"badge-{made.badge.id}")
-    tell(
+    send(
         {
             "result": {
                 "kind": "badge",
@@ -75,7 +73,7 @@ def issue_badge(
 def issue_event(
     people_file: Path,
     progress: Progress,
-    tell: Tell,
+    send: Send,
     *,
     wish: dict[str, Any],
     registry_url: str,
@@ -103,11 +101,11 @@ def issue_event(
             mount=wanted.mount or "none",
             looks=[row.look for row in rows],
             maker="studio",
-            before_moving=lambda: registry.enroll_many(badges, told=True),
+            before_moving=lambda: registry.enroll_many(badges, warned=True),
             progress=progress,
         )
     _pack(folder, "event")
-    tell(
+    send(
         {
             "result": {
                 "kind": "event",
@@ -159,7 +157,7 @@ def make(talk: Talk) -> None:
         return
 
     def progress(done: int, of: int | None) -> None:
-        talk.tell({"progress": [done, of]})
+        talk.send({"progress": [done, of]})
 
     os.chdir(task.folder)
-    WORK[task.kind](Path(task.video), progress, talk.tell, **task.arguments)
+    WORK[task.kind](Path(task.video), progress, talk.send, **task.arguments)

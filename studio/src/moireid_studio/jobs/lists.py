@@ -32,7 +32,7 @@ MOST_AT_AN_EVENT = 300
 FOR_ALL = "/for all"
 #: The columns whose cells name files.
 NAMED = ("logo", "portrait")
-#: Names that are told of pictures that no row names.
+#: Most pictures that are listed by name because no row names them.
 SHOWN = 5
 
 
@@ -82,7 +82,7 @@ def dress_people(
             continue
         try:
             cells = _own(one.person.cells, pictures)
-            # The cells hold paths of ours, so that nothing is looked for beside a list.
+            # The cells hold paths of ours, so that no file is looked for in a list's folder.
             badge, worn = dressed(one.badge, cells, look, wish.lines, next(iter(pictures.values()), Path()).parent)
             check_look(badge, worn)
         except SpecError as error:
@@ -153,19 +153,19 @@ def _unnamed(people: Iterable[PersonRow], pictures: Mapping[str, Path]) -> str |
 
 
 def _namesakes(badge: Badge, registry: Registry) -> list[str]:
-    """A note where somebody who is enrolled has the same name and the same first line."""
+    """A note where another enrolled person has the same name and the same first line."""
     line = line_of(badge.print)
     same = [one for one in registry.named(badge.name) if one.id != badge.id and one.line == line and not one.barred()]
     if not same:
         return []
     what = f"the name and the line {line[:40]!r}" if line else "the name, and no line"
-    return [f"badge {same[0].id} has {what} too, so claims tell the two apart by their ids alone"]
+    return [f"badge {same[0].id} has {what} too, so claims distinguish the two by their ids alone"]
 
 
 def _row(one: ListRow, registry: Registry, alike: list[str]) -> dict[str, Any]:
-    """One row of the table: a badge that somebody else holds, or that was revoked, is a fault too.
+    """One row of the table: a badge that another person holds, or that was revoked, is a fault too.
 
-    An identity that is drawn is drawn anew when the list is issued, so it is not told here.
+    An identity that is drawn is drawn anew when the list is issued, so it is not shown here.
     """
     person, badge, fault = one.designed.person, one.badge, one.fault
     row, name = person.row, person.name
@@ -185,14 +185,14 @@ def _row(one: ListRow, registry: Registry, alike: list[str]) -> dict[str, Any]:
         notes.append(f"issued already on {holder.issued_at[:10]}; its files are made again")
     if badge is not None and is_name_derived(badge):
         notes.append("made from the name, so anybody who knows it can print this badge")
-    told = badge.id if badge is not None and person.payload and not fault else None
+    shown_id = badge.id if badge is not None and person.payload and not fault else None
     worn = set(NAMED) if badge is None or one.look is None else shown_pieces(badge, one.look)
     return {
         "row": row,
         "name": name,
         "line": (line_of(badge.print) if badge is not None else person.line) or "",
         "wears": [what for what in NAMED if person.cells.get(what) and what in worn],
-        "id": told,
+        "id": shown_id,
         "fault": fault,
         "note": "; ".join(notes) or None,
     }

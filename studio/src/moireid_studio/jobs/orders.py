@@ -48,7 +48,7 @@ LensLabel = Literal[
     "100lpi-14mil",
 ]
 Mount = Literal["lanyard", "clip", "stand", "holder", "none"]
-#: Names of `designer.formats.FORMATS`, and of `looks.template.TEMPLATES`.
+#: Names of `designer.formats.FORMATS`, and of `artwork.template.TEMPLATES`.
 FormatName = Literal["cr80", "a7", "4x3in", "a6", "a5", "webcam", "board"]
 TemplateName = Literal["plain", "conference", "newsroom", "court", "webcam"]
 Orientation = Literal["landscape", "portrait"]
@@ -67,7 +67,7 @@ class Wish(BaseModel):
         None, description="A size that holders are made for, with a sheet and a range that suit it; else the board's."
     )
     orientation: Orientation | None = Field(
-        None, description="Whether the badge lies or stands; else as its format is made: all lie but the board."
+        None, description="Landscape or portrait; else as its format is made: all are landscape but the board."
     )
     lens: LensLabel | None = Field(
         None, description="Lenticular sheet, lenses per inch; else the format's, of the board 50lpi."
@@ -76,7 +76,7 @@ class Wish(BaseModel):
         None, gt=0, le=20, allow_inf_nan=False, description="Thickness of the sheet by a calliper, mm."
     )
     front: Literal["lens", "array"] = Field(
-        "lens", description="What lies on top: a lenticular sheet, or an array of round lenses (fly's-eye sheet)."
+        "lens", description="What is on top: a lenticular sheet, or an array of round lenses (fly's-eye sheet)."
     )
     printer_dpi: int = Field(1200, ge=72, le=9600, description="Printer's dots per inch.")
     paper: Literal["a4", "letter"] = "a4"
@@ -93,7 +93,7 @@ class Wish(BaseModel):
     )
     template: TemplateName | None = Field(
         None,
-        description="What stands where; else plain, of a webcam's badge webcam, of a bare board name and id alone.",
+        description="Layout of the front; else plain, for a webcam's badge webcam, for a bare board name and id alone.",
     )
     colour: str | None = Field(None, max_length=100, description="Of the template's accents: #134e8c, or teal.")
     lines: list[Annotated[str, Field(max_length=2000)]] = Field(
@@ -162,7 +162,7 @@ class BadgeOrder(Wish):
         return payload_from_hex(self.payload.strip(), family="spacing") if self.payload.strip() else None
 
     def of(self, badge: Badge) -> BadgeOrder:
-        """The order of this very badge, so that whoever makes it draws no other identity."""
+        """The order of this very badge, so that no other identity is drawn when it is made."""
         return self.model_copy(update={"payload": badge.id})
 
 
@@ -192,8 +192,8 @@ class CheckedOrder:
     @property
     def to_read(self) -> str | None:
         """What the issuer must have read before this badge is issued, as a mark of it; None where there is nothing."""
-        told = self.holder or self.namesakes or self.look_alikes or self.name_derived
-        return f"{self.badge.id} {self.badge.name}" if told else None
+        notable = self.holder or self.namesakes or self.look_alikes or self.name_derived
+        return f"{self.badge.id} {self.badge.name}" if notable else None
 
 
 @dataclass(frozen=True)

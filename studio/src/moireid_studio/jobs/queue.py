@@ -1,7 +1,7 @@
 """The jobs of one studio: a limited number waits, workers judge them, and results are kept for a while.
 
-What jobs there are, the database says (`web.store`); where several studios share one, each sees the same.  A film lies
-in the folder of its job as it comes, then in the storage until it is judged.
+The database says which jobs there are (`store.ledger`); where several studios share one, each sees the same.  A film
+is in the folder of its job as it comes, then in the storage until it is judged.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from moireid_studio.store.ledger import Ledger
 from moireid_studio.store.storage import JOB_ID, Folder, Storage, StorageError
 
 __all__ = ["Job", "Jobs"]
-#: Folders that a killed studio leaves: of films as they came, and copies of what lies in a storage.
+#: Folders that a killed studio leaves: of films as they came, and copies of files in a storage.
 LEFT = re.compile(r"[0-9a-f]{32}(-.*)?|kept-.*")
 #: How often it is asked whether jobs have ended that others do, s.
 WATCH_S = 0.25
@@ -70,7 +70,7 @@ class Jobs:
         """Begin to work, after removing what a killed server has left; judging: films too, and not badges alone."""
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not self.ledger.database.shared:
-            # This process is alone here, so what others had is nobody's any more.
+            # This process is alone here, so what other processes had is free again.
             self.ledger.disown()
         self._clear_folder()
         both: Sequence[Lane] = ("issue", "judge")
@@ -83,19 +83,19 @@ class Jobs:
         self._watcher.start()
 
     def stop(self) -> None:
-        """End the work: films that are not judged yet wait for whoever starts next, results are kept."""
+        """End the work: films that are not judged yet wait for the next start, results are kept."""
         self.workers.stop()
         if self._watcher is not None:
             self._watcher.join()
         for job_id in list(self._awaited):
             self._has_ended(job_id)
-        # A folder with something of somebody's in it stays.
+        # A folder that holds other files stays.
         with contextlib.suppress(OSError):
             self._folder.rmdir()
 
     @property
     def at_work(self) -> bool:
-        """Whether there is somebody to do the work."""
+        """Whether there are workers that take jobs."""
         return bool(self.workers.threads) and not self.workers.stopping.is_set()
 
     def admit(self, kind: str, owner: str, role: Role = "verifier") -> Job:
@@ -175,7 +175,7 @@ class Jobs:
         self.workers.wake()
 
     def keep(self, job: Job, name: str, size: int) -> None:
-        """Keep a file of a job that nobody works on, for as long as results are kept.
+        """Keep a file of a job that no worker does, for as long as results are kept.
 
         Raises: Refusal 503 where it cannot be stored, 404 where the job was removed meanwhile.
         """
@@ -209,7 +209,7 @@ class Jobs:
         return future
 
     def remove(self, job: Job) -> None:
-        """Forget a job, with all that lies there of it."""
+        """Forget a job, and remove all its files."""
         self._coming.pop(job.id, None)
         shutil.rmtree(job.folder, ignore_errors=True)
         self.workers.remove(job.id)
@@ -238,7 +238,7 @@ class Jobs:
             future.set_result(None)
 
     def _watch(self) -> None:
-        """Tell those who wait for jobs that others do."""
+        """Notify those who wait for jobs that other processes do."""
         while not self.workers.stopping.wait(WATCH_S):
             ids = list(self._awaited)
             # A database that is away says nothing of any job.

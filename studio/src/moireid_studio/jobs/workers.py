@@ -1,11 +1,11 @@
-"""The threads of one process that do jobs, say that it lives, and tidy up after processes that were lost.
+"""The threads of one process that do jobs, report that it is alive, and tidy up after processes that were lost.
 
-One job, from the moment that it was taken to its end, on whatever machine.
+One job, from the moment that it was taken to its end, on any machine (`Doer`):
 
 1 prepare: what the registry knows of the claim     2 the film's process does its work, sealed
 3 keep its pictures      4 settle: the result counts, if the job is still this worker's
 5 write the verdict down, once      6 remove the film, and close
-A worker that dies after 4 leaves 5 and 6 to whoever finds the job (`finish`); before it, the job is done again.
+If a worker dies after 4, the process that finds the job does 5 and 6 (`finish`); before it, the job is done again.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from moireid.verifier.session.claim import with_badge_notes
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.child import JobFailure, Unusable, frames_of, kept_of, result_of, run_task
 from moireid_studio.jobs.claims import PreparedJob
-from moireid_studio.jobs.work import PACKAGE, SIGNALS, Task, answer_to, with_name
+from moireid_studio.jobs.task import PACKAGE, SIGNALS, Task, answer_to, with_name
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
 from moireid_studio.store.database import patiently
@@ -43,7 +43,7 @@ PROCESSOR_BYTES = 64 << 20
 #: Greatest size of a file that a job writes.
 FILE_BYTES = 256 << 20
 #: Least time between two notes of a job's progress in the database, s.
-TELL_S = 0.5
+PROGRESS_S = 0.5
 STOPPED = ("stopped", "The studio was stopped meanwhile.")
 BROKEN = ("system", "Something went wrong inside moireid; the server's log says what.")
 _log = logging.getLogger(__name__)
@@ -60,7 +60,7 @@ class WorkerMessages:
     job: Job
     ready: PreparedJob
     questions: int = 0
-    told_s: float = field(default_factory=time.monotonic)
+    noted_s: float = field(default_factory=time.monotonic)
 
 
 class Doer:
@@ -98,7 +98,7 @@ class Doer:
         except JobWithdrawal:
             self._clear(job)
             return
-        # The boundary between a stranger's film and all others: an error that nobody thought of must not end the
+        # The boundary between a stranger's film and all others: an unexpected error must not end the
         # thread, which has the next visitor's film to judge.
         except Exception:
             logging.getLogger(__name__).exception("a job failed inside moireid")
@@ -118,7 +118,7 @@ class Doer:
         self._metrics.ended.labels(job.kind, "failed" if job.problem else "done").inc()
 
     def finish(self, job: Job) -> None:
-        """What remains once a job is settled; whoever does it again changes nothing."""
+        """What remains once a job is settled; doing it again changes nothing."""
         if job.result is not None:
             patiently(lambda: self._note(job))
         try:
@@ -136,7 +136,7 @@ class Doer:
         patiently(lambda: self._ledger.close(job))
 
     def _clear(self, job: Job) -> None:
-        """Remove what lies there of a job that was removed; not of one that another worker has."""
+        """Remove the files of a job that was removed; not of one that another worker has."""
         if patiently(lambda: self._ledger.find(job.id)) is None:
             with suppress(StorageError):
                 self._storage.remove(job.id)
@@ -180,11 +180,10 @@ class Doer:
     def _run(self, said: WorkerMessages, folder: Path, stopping: Callable[[], bool]) -> None:
         job = said.job
         task = Task(job.kind, folder, job.video, said.ready.arguments)
-        heard = lambda message: self._heard(said, message)  # noqa: E731
-        run_task(task, self._of_one, heard, wall_s=self._limits.job_s, stopping=stopping)
+        run_task(task, self._of_one, partial(self._handle, said), wall_s=self._limits.job_s, stopping=stopping)
 
-    def _heard(self, said: WorkerMessages, message: dict[str, Any]) -> object:
-        """Take a message in; returns the answer to a question.  Raises: Unusable, RegistryError, Gone."""
+    def _handle(self, said: WorkerMessages, message: dict[str, Any]) -> object:
+        """Take a message in; returns the answer to a question.  Raises: Unusable, RegistryError, JobWithdrawal."""
         job, people = said.job, said.ready.people
         if "ask" in message:
             said.questions -= 1
@@ -193,9 +192,9 @@ class Doer:
             return patiently(lambda: answer_to(message["ask"], people))
         if "progress" in message:
             job.frames = frames_of(message["progress"])
-            if time.monotonic() - said.told_s > TELL_S:
-                said.told_s = time.monotonic()
-                self._tell(job)
+            if time.monotonic() - said.noted_s > PROGRESS_S:
+                said.noted_s = time.monotonic()
+                self._note_progress(job)
         elif "result" in message:
             job.result = self._own_words(said, result_of(job.kind, message["result"]))
         else:
@@ -215,8 +214,8 @@ class Doer:
             result = with_notes(self._registry, result)
         return result
 
-    def _tell(self, job: Job) -> None:
-        """Note how far a job has come.  Raises: Gone where it is this worker's no more."""
+    def _note_progress(self, job: Job) -> None:
+        """Note how far a job has come.  Raises: JobWithdrawal where it is no longer this worker's."""
         try:
             if not self._ledger.progress(job):
                 raise JobWithdrawal
@@ -263,8 +262,8 @@ CLEAR_S = 600.0
 POLL_S = 1.0
 #: A film waits for this long at least, however soon results are removed.
 WAIT_S = 3600.0
-#: What a job may take beside its process's time, for storage and databases that are slow, s.
-BESIDE_S = 900.0
+#: What a job may take in addition to its process's time, for storage and databases that are slow, s.
+OVERHEAD_S = 900.0
 
 
 class Workers:
@@ -273,7 +272,7 @@ class Workers:
     def __init__(
         self, ledger: Ledger, storage: Storage, doer: Doer, limits: Limits, ended: Callable[[str], None]
     ) -> None:
-        """Parameters: ended: told the id of each job that was ended here."""
+        """Parameters: ended: called with the id of each job that was ended here."""
         self._ledger, self._storage, self._doer, self._limits = ledger, storage, doer, limits
         self._ended = ended
         #: No more is begun; and what goes on is given back.
@@ -319,7 +318,7 @@ class Workers:
                     self._do(job)
                     continue
             except RegistryError as error:
-                # The job of this thread, if it has one, is done again by whoever finds it.
+                # The job of this thread, if it has one, is done again by the process that finds it.
                 _log.error("no job could be taken or ended: %s", error)
             with self._news:
                 self._news.wait_for(partial(self._is_new, number), POLL_S)
@@ -347,7 +346,7 @@ class Workers:
                 _log.error("jobs could not be looked after: %s", error)
 
     def _beat(self) -> None:
-        self._ledger.beat(self._limits.job_s + BESIDE_S)
+        self._ledger.beat(self._limits.job_s + OVERHEAD_S)
 
     def sweep(self) -> None:
         """End what was lost, and remove what is too old; several processes may do so side by side."""
@@ -363,14 +362,14 @@ class Workers:
                 self.remove(job_id)
 
     def remove(self, job_id: str) -> None:
-        """Forget a job, with all that lies there of it."""
+        """Forget a job, and remove all its files."""
         self._ledger.remove(job_id)
         # What is left is found by a later sweep, as no job knows of it.
         with suppress(StorageError):
             self._storage.remove(job_id)
 
     def clear(self) -> None:
-        """Remove what lies there of no job: listed first, as each job is known before anything lies there of it."""
+        """Remove files that belong to no job; they are listed first, as each job is known before it has files."""
         try:
             there = self._storage.ids()
             known = self._ledger.states(there) if there else {}

@@ -1,6 +1,8 @@
-"""The live check, and *Check a call*.
+"""The live check, *Check a call*, and one-time links.
 
-routes.py  their pages and sockets     sockets.py  one session over a socket
-worker.py  the process behind one session
-link_pages.py  one-time links for who asks     link_check.py  and for who is asked
+routes.py      pages and sockets of the two checks
+sockets.py     one session over a socket
+worker.py      the process of one session
+link_pages.py  one-time links, for the person who asks
+link_check.py  one-time links, for the person who is asked
 """

@@ -1,8 +1,8 @@
-"""The person's side of a one-time link: a page that anybody may open, and a session for who has the secret.
+"""The person's side of a one-time link: a page that anyone may open, and a session for the one who has the secret.
 
-The secret stands after the # of the address, which browsers send to no server.  So whoever only fetches the page, as
-programs do that make previews of links, learns nothing and uses nothing up.  The page's script shows the secret: to
-look at what is asked (`look`), and, once the camera runs, to begin (the socket), which uses the link up.
+The secret is after the # of the address, which browsers send to no server.  So a program that only fetches the page, to
+make a preview of the link, learns nothing and uses nothing up.  The page's script shows the secret: to look at what is
+asked (`look`), and, once the camera runs, to begin (the socket), which uses the link up.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def usable(studio: Studio, token: str) -> OneTimeLink:
     if link.state == "late":
         raise Refusal(410, "late", f"This link could be used until {moment(link.expires_at)}; ask for another.")
     if not _may_still_ask(studio, link.asked_by):
-        raise Refusal(410, "asker", "Whoever made this link may ask no more; ask for another.")
+        raise Refusal(410, "asker", "The person who made this link may ask no more; ask for another.")
     return link
 
 
@@ -79,7 +79,7 @@ def moment(text: str) -> str:
 def name_of(studio: Studio, link: OneTimeLink) -> str:
     """Whose badge a link claims, as the registry knows now."""
     record = studio.registry.by_id(link.claim)
-    return record.name if record is not None else "somebody who is in the registry no longer"
+    return record.name if record is not None else "a person who is in the registry no longer"
 
 
 def _asked(studio: Studio, hello: Mapping[str, Any]) -> SessionRequest:
@@ -95,7 +95,7 @@ def _asked(studio: Studio, hello: Mapping[str, Any]) -> SessionRequest:
         allowed=lambda: _may_still_ask(studio, link.asked_by),
         begun=kept.begin,
         picture=kept.see if kept.agreed else None,
-        heard=kept.hear,
+        on_event=kept.record,
         ended=kept.end,
     )
 
@@ -118,7 +118,7 @@ class _CheckRecord:
         self._last, self._pictures = b"", list[bytes]()
 
     def begin(self) -> None:
-        """Use the link up.  Raises: Refusal where somebody was quicker."""
+        """Use the link up.  Raises: Refusal where another session was quicker."""
         if not self._links.use(self._link, agreed=self.agreed):
             raise Refusal(410, "used", "This link was used a moment ago; it works once, so ask for another.")
 
@@ -126,8 +126,8 @@ class _CheckRecord:
         """A picture; only the last one is remembered."""
         self._last = jpeg
 
-    def hear(self, event: dict[str, Any]) -> None:
-        """An event of the session."""
+    def record(self, event: dict[str, Any]) -> None:
+        """Keep what an event of the session brings: a picture of each answer, or the verdict."""
         if event.get("event") == "prompted" and self._last and len(self._pictures) < MOST_PICTURES:
             self._pictures.append(self._last)
         if event.get("event") == "verdict":

@@ -76,7 +76,7 @@ def make(
     studio, ids = studio_of(request), visitor.may("issuer")
     found = claimed_now(studio, claim.strip(), ids=ids)
     if found.badge.id is None:
-        raise Refusal(422, "no_id", "This badge has no identity, so nobody can be asked for it.")
+        raise Refusal(422, "no_id", "This badge has no identity, so no one can be asked for it.")
     made = studio.links.make(visitor.id, asks.strip(), found.badge.id, ids=ids, wants_pictures=pictures)
     if made is None:
         raise Refusal(503, "busy", f"{MOST_WAITING} of your links wait to be used; remove some, or wait for them.")
@@ -108,12 +108,12 @@ def receipt(request: Request, link_id: LinkId, visitor: Verifier) -> Response:
     studio = studio_of(request)
     link = _done(studio, link_id, visitor)
     event, one = json.loads(link.report or "{}"), _shown(studio, link)
-    told: dict[str, Any] = {"format": 1, "kind": "one-time link", "link": link.id, "claim": one.name}
-    told |= {"asked_as": link.asks, "made_at": link.made_at, "opened_at": link.opened_at, "used_at": link.used_at}
-    told |= {"ended_at": link.ended_at, "verdict": event.get("verdict"), "title": (one.headline or {}).get("title")}
-    told |= {"report_sha256": link.report_sha256, "pictures_kept": len(studio.links.pictures(link))}
-    told |= {"registry": event.get("registry"), "moireid": __version__}
-    return _file(json.dumps(told, ensure_ascii=False, indent=1) + "\n", f"moireid-{link.id}-receipt.json")
+    content: dict[str, Any] = {"format": 1, "kind": "one-time link", "link": link.id, "claim": one.name}
+    content |= {"asked_as": link.asks, "made_at": link.made_at, "opened_at": link.opened_at, "used_at": link.used_at}
+    content |= {"ended_at": link.ended_at, "verdict": event.get("verdict"), "title": (one.headline or {}).get("title")}
+    content |= {"report_sha256": link.report_sha256, "pictures_kept": len(studio.links.pictures(link))}
+    content |= {"registry": event.get("registry"), "moireid": __version__}
+    return _file(json.dumps(content, ensure_ascii=False, indent=1) + "\n", f"moireid-{link.id}-receipt.json")
 
 
 @router.get("/{link_id}/picture/{number}")

@@ -41,13 +41,13 @@ def call_page(request: Request, claim: str = "") -> Response:
 
 @router.websocket("/live/socket")
 async def live_socket(connection: WebSocket) -> None:
-    """A session of whoever sits at this camera."""
+    """A session of the person at this camera."""
     await serve(connection, lambda hello: _asked(connection, hello, "live"))
 
 
 @router.websocket("/call/socket")
 async def call_socket(connection: WebSocket) -> None:
-    """A session of whoever is seen in a call."""
+    """A session of the person who is seen in a call."""
     await serve(connection, lambda hello: _asked(connection, hello, "call"))
 
 
@@ -66,7 +66,7 @@ def _asked(connection: WebSocket, hello: Mapping[str, Any], kind: str) -> Sessio
 def claimed_now(studio: Studio, claim: str, *, ids: bool) -> ClaimedBadge:
     """The claimed badge with the registry's standing.
 
-    Raises: Refusal where the claim means nobody, or several people; RegistryError where the badge does not count.
+    Raises: Refusal where the claim means no one, or several people; RegistryError where the badge does not count.
     """
     standing = studio.standing()
     found = find_claimed(studio.registry, claim, ids=ids)

@@ -41,7 +41,7 @@ from moireid_studio.studio import Studio, studio_of
 
 #: Sessions at a time in all, and with one token; seconds that one may last, and that it may send no message.
 MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S = 4, 3, 300.0, 30.0
-#: Sockets at a time that have not said what they ask: anybody may open the one behind a link, and the server pushes
+#: Sockets at a time that have not said what they ask: anyone may open the one behind a link, and the server pushes
 #: silent requests out for others, but no socket.
 MOST_SILENT = 64
 #: Bytes of a picture at most, letters of a message, and pictures a second.
@@ -57,8 +57,8 @@ class SessionRequest:
     """What a session is about.
 
     found: the claimed badge, of which the session's process learns what `given` says alone; asked_by: the token of
-    whoever asks; kind: "live", "call" or "link"; allowed: whether the session may go on; begun: called once there is
-    room, just before it begins, and raises Refusal where it must not; picture: is shown each picture; heard: is told
+    the asker; kind: "live", "call" or "link"; allowed: whether the session may go on; begun: called once there is
+    room, just before it begins, and raises Refusal where it must not; picture: gets each picture; on_event: gets
     the answers to prompts, and the verdict; ended: called when the session is over, however that came.
     """
 
@@ -69,7 +69,7 @@ class SessionRequest:
     allowed: Callable[[], bool]
     begun: Callable[[], None] = lambda: None
     picture: Callable[[bytes], None] | None = None
-    heard: Callable[[dict[str, Any]], None] = lambda _: None
+    on_event: Callable[[dict[str, Any]], None] = lambda _: None
     ended: Callable[[], None] = lambda: None
 
     @property
@@ -219,17 +219,17 @@ async def _events(connection: WebSocket, child: Child, asked: SessionRequest) ->
 
     The process that reads pictures never learns whose badge it has read.
     """
-    told = False
+    finished = False
     with contextlib.suppress(ProcessEnd):
         while event := await run_in_threadpool(child.hear):
-            told = told or event.get("event") in ("verdict", "error")
+            finished = finished or event.get("event") in ("verdict", "error")
             if event.get("event") == "verdict":
                 await run_in_threadpool(_note, studio_of(connection), asked, event)
                 event["headline"] = await run_in_threadpool(_headline, studio_of(connection), event, asked)
             if event.get("event") in ("prompted", "verdict"):
-                await run_in_threadpool(asked.heard, event)
+                await run_in_threadpool(asked.on_event, event)
             await connection.send_json(event)
-    if not told:
+    if not finished:
         await connection.send_json({"event": "error", "text": "The check broke off; begin again."})
     await connection.close()
 
@@ -237,7 +237,7 @@ async def _events(connection: WebSocket, child: Child, asked: SessionRequest) ->
 def _headline(studio: Studio, event: dict[str, Any], asked: SessionRequest) -> dict[str, str]:
     """The verdict in a line, by the names that the registry knows.  Raises: RegistryError as `holder_of`."""
     known = Circumstances(datetime.now(UTC))
-    # Whoever has a link learns nothing of other people's badges: the asker's own page says whose was shown.
+    # The person with the link learns nothing of other people's badges: the asker's own page says whose was shown.
     if not asked.by_link:
         read = holder_of(studio.registry, read_id(event))
         known = replace(known, read=read, standing=asked.found.provenance.standing)

@@ -69,7 +69,7 @@ def serve(talk: Talk) -> None:
         try:
             _session(talk, start)
         except MoireIdError as error:
-            talk.tell({"event": "error", "text": " ".join(str(error).split())})
+            talk.send({"event": "error", "text": " ".join(str(error).split())})
 
 
 def _session(talk: Talk, start: Start) -> None:
@@ -91,27 +91,27 @@ def _session(talk: Talk, start: Start) -> None:
         )
         pace = CALL if start.in_call else HERE
         check = LiveCheck(claim, draw=draw, pace=pace, aside=aside, required=start.required)
-        talk.tell({"event": "ready"})
+        talk.send({"event": "ready"})
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:
             if isinstance(message, LivePicture):
                 luma = picture(message.jpeg)
                 if start.in_call and size is not None and luma is not None and luma.shape != size:
-                    talk.tell(check.moved())
+                    talk.send(check.moved())
                     return
                 if luma is None or (size is not None and luma.shape != size):
                     text = "A picture could not be read; it must be a JPEG of an even size."
-                    talk.tell({"event": "error", "text": text})
+                    talk.send({"event": "error", "text": text})
                     return
                 size, taken = luma.shape, taken + 1
                 for event in check.push(luma, message.claimed_s, message.arrival_s):
-                    talk.tell(event)
-                talk.tell({"event": "taken", "frames": taken})
+                    talk.send(event)
+                talk.send({"event": "taken", "frames": taken})
             elif isinstance(message, Ask):
                 prompts = message.prompts
                 check.ask(message.arrival_s)
             else:
-                talk.tell(check.moved() if message.moved else check.finish())
+                talk.send(check.moved() if message.moved else check.finish())
 
 
 def picture(body: bytes) -> Any:

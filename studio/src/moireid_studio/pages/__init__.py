@@ -1,7 +1,7 @@
 """The pages.
 
-home.py         first page, help, signing in
-verify.py       a film and its verdict
+home.py         first page, help, signing in; how pages are made from templates
+verify.py       a film and its verdict; errors as pages or JSON
 registry.py     records, revoking, audit
 issue.py        one person, or an event
 enroll.py       a capture, measured, then kept

@@ -1,6 +1,6 @@
 """The Enroll pages: a film of a finished badge, what was measured of it, and keeping that.
 
-What a capture measured, in words and as places on small scales.
+`measured_words` gives the figures of a capture in words and as places on small scales.
 
 Convention: as `AsBuilt`; each figure with two standard deviations, and the range in which a badge of this design works.
 Source: a sheet that is d to the right turns the phase by 2 pi d / p_f; the phase is that of the light, and a dark line
@@ -56,15 +56,15 @@ class FigureRow:
 
     @property
     def within(self) -> bool:
-        """Whether it lies on its scale."""
+        """Whether the value is on its scale."""
         return self.low <= self.value <= self.high
 
     def end(self, value: float) -> str:
-        """An end of the scale as it is written beside it."""
+        """An end of the scale, as its label says it."""
         return f"{value:.3g}{' mm' if self.unit == 'mm' else self.unit}".replace("-", "−")
 
     def place(self, value: float) -> float:
-        """Where a value lies on the scale, 0 to 1; beyond its ends at the end."""
+        """Where a value is on the scale, 0 to 1; beyond its ends at the end."""
         return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
 
 

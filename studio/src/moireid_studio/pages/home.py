@@ -1,6 +1,6 @@
-"""The first page, help, and signing in and out.
+"""The first page, help, signing in and out, and `render`, which makes every page from its template.
 
-Makes pages from templates.  Jinja2 escapes all values, and fails at a name that has no value.
+Jinja2 escapes all values, and fails at a name that has no value.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from moireid_studio.studio import studio_of
 
 @dataclass(frozen=True)
 class Place:
-    """An entry of the navigation, shown to the roles that may open it; without roles, to everybody."""
+    """An entry of the navigation, shown to the roles that may open it; without roles, to everyone."""
 
     path: str
     label: str
@@ -97,7 +97,7 @@ def login(request: Request, token: Annotated[str, Form(max_length=200)], back: A
     """Begin a session, whose cookie scripts cannot read, and requests from other sites do not carry."""
     session = studio_of(request).tokens.begin_session(token.strip())
     if session is None:
-        text = "This token is unknown, has expired or was revoked; ask whoever runs this studio for another."
+        text = "This token is unknown, has expired or was revoked; ask the operator of this studio for another."
         raise Refusal(401, "token", text)
     # Only known places are allowed, because the visitor's request names where to go next.
     known = {place.path for place in NAVIGATION}
@@ -116,7 +116,7 @@ def login(request: Request, token: Annotated[str, Form(max_length=200)], back: A
 
 @router.post("/logout")
 def logout(request: Request) -> Response:
-    """End the session: whoever has copied its cookie is signed out too."""
+    """End the session, also for anyone who has copied its cookie."""
     studio_of(request).tokens.end_session(request.cookies.get(COOKIE, ""))
     answer = RedirectResponse("/", 303)
     answer.delete_cookie(COOKIE, path="/", httponly=True, samesite="strict")

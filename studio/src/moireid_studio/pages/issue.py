@@ -1,8 +1,6 @@
-"""The Issue pages: one person, or everybody at an event.
+"""The Issue pages: one person, or everyone at an event; their choices, and the link budget in words.
 
-Pictures come with a form once: what is read of them is kept, and the form's next showing names them (`kept`).
-
-What the Issue pages say of the choices, and the link budget in words.
+Pictures come with a form once: what is read of them is kept, and when the form is shown again it names them (`kept`).
 """
 
 from __future__ import annotations
@@ -43,7 +41,7 @@ FORMAT_WORDS = {
 }
 #: What the templates are: value, name, words, and the picture that shows one; without a value the usual one is taken.
 TEMPLATES = [
-    ("", "As usual", "The name, and beside or above it lines and pictures. For video calls: large letters.", "plain"),
+    ("", "As usual", "The name, and next to or above it lines and pictures. For video calls: large letters.", "plain"),
     ("conference", "Conference", "A large name on a band in your colour, the logo above it.", "conference"),
     ("newsroom", "Newsroom", "A press card: the portrait, name and lines, the logo.", "newsroom"),
     ("court", "Court", "Sober: name and office between two lines, the seal above.", "court"),
@@ -53,13 +51,13 @@ TEMPLATES = [
 
 def _formats() -> list[tuple[str, str, str]]:
     """Each format: its value, its name, and in words its size, what it goes into, and from where it is filmed."""
-    told = []
+    formats = []
     for value, (name, where) in FORMAT_WORDS.items():
         form = FORMATS[value]
         size = " × ".join(f"{side:g}" for side in form.size_mm)
         near, far = form.range_m
-        told.append((value, name, f"{size}\u00a0mm, {where}; filmed from {near:g} to {far:g}\u00a0m"))
-    return told
+        formats.append((value, name, f"{size}\u00a0mm, {where}; filmed from {near:g} to {far:g}\u00a0m"))
+    return formats
 
 
 #: For the templates of the pages; in `styles` the plain one has the value that leaves the choice to the format.
@@ -71,19 +69,21 @@ def sentences(checked: CheckedOrder, format_name: str | None = None) -> list[str
     badge = checked.badge
     camera = "in a call, by a camera of 720p" if format_name == "webcam" else "with a phone at 1080p"
     assert badge.range_m is not None
-    told = [
+    lines = [
         f"Badge {badge.id} carries {badge.payload_bits} bits, and is made to be filmed from {badge.range_m[0]:g} to "
         f"{badge.range_m[1]:g} m {camera}."
     ]
     chances = {metres: _chance(link.decode_probability) for metres, link in checked.links}
     if len(set(chances.values())) == 1:
-        told.append(f"Over all of that the identity is read {next(iter(chances.values()))}.")
+        lines.append(f"Over all of that the identity is read {next(iter(chances.values()))}.")
     else:
-        told += [f"From {metres:g} m the identity is read {chance}." for metres, chance in chances.items()]
+        lines += [f"From {metres:g} m the identity is read {chance}." for metres, chance in chances.items()]
     reach_m, far_m = verdict_reach_m(badge), badge.range_m[1]
     until = "" if reach_m >= far_m else f" up to {reach_m:.1f} m; from farther away, move it more"
-    told.append(f"Whoever films it must move it. Eight seconds of swaying are enough for a verdict{until}.")
-    return told
+    lines.append(
+        f"Move badge or camera while filming. Eight seconds of swaying are enough for a verdict{until}."
+    )
+    return lines
 
 
 def _chance(probability: float) -> str:
@@ -124,8 +124,8 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
         order = order if order.payload else order.model_copy(update={"payload": sent.texts.get("drawn", "")})
         with at_hand(chosen.pictures) as files:
             found = checked(order, studio.registry, files)
-            told = found.to_read is None or sent.texts.get("told") == found.to_read
-            if sent.texts.get("do") == "issue" and told:
+            was_shown = found.to_read is None or sent.texts.get("told") == found.to_read
+            if sent.texts.get("do") == "issue" and was_shown:
                 job = start_badge(studio, order.of(found.badge), visitor, chosen.pictures)
                 return RedirectResponse(f"/issue/jobs/{job.id}", 303)
             law = preview_law(found.badge, found.look)

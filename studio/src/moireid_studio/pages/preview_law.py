@@ -77,7 +77,7 @@ def _worn(badge: Badge, look: Look | None) -> str | None:
 def _grating(badge: Badge, grating: Grating) -> dict[str, Any]:
     """One grating: its axis and frame, its law, and its cells, whose rectangles are in own order (`moireid.frames`)."""
     frame, (x0, y0, x1, y1) = badge.frame_of(grating), badge.outline_mm
-    # The camera's own reach, and half the board seen from the nearest place; aslant, both reaches add up.
+    # The camera's own reach, and half the board seen from the nearest place; at an angle, both reaches add up.
     reach = (REACH + 1 / 6 + 0.02) * max(abs(a) + abs(b) for a, b in frame.rows)
     along = np.arange(-math.ceil(reach / STEP_X), math.ceil(reach / STEP_X) + 1) * STEP_X
     across = np.arange(0, math.ceil(reach / STEP_Y) + 1) * STEP_Y

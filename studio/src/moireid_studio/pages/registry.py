@@ -1,4 +1,4 @@
-"""Registry: look somebody up, see the record, suspend or revoke it with a reason, audit the whole."""
+"""Registry: look a person up, see the record, suspend or revoke it with a reason, audit the whole."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ENTRIES = 20
 def search(request: Request, visitor: Reader, search: Annotated[str, Query(max_length=200)] = "") -> Response:
     """Who holds a badge: all, or those that the text finds."""
     registry = studio_of(request).registry
-    # Whoever only verifies learns no id: with the name it is all that a copy of the badge takes.
+    # A visitor who only verifies learns no id: name and id are all that a copy of the badge takes.
     ids = visitor.may("issuer")
     found = registry.search(search, SHOWN + 1, ids=ids)
     more, count = len(found) > SHOWN, registry.count()
@@ -58,7 +58,7 @@ def show(request: Request, badge_id: str, visitor: Reader) -> Response:
         record=record,
         fingerprint=registry.fingerprint,
         may_revoke=visitor.may("issuer"),
-        # Whoever only verifies need not know who works here.
+        # A visitor who only verifies need not know who works here.
         entries=registry.entries(record.id, ENTRIES) if visitor.may("issuer") else [],
         may_verify=visitor.may("verifier"),
     )

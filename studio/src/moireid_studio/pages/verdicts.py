@@ -19,9 +19,9 @@ SHOWN = 50
 WORDS = {
     "accept": "accepted",
     "reject": "rejected",
-    "inconclusive": "left open",
-    "found": "somebody's",
-    "nobody": "nobody's",
+    "inconclusive": "inconclusive",
+    "found": "holder found",
+    "nobody": "held by no one",
 }
 
 

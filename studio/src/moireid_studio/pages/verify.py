@@ -2,11 +2,11 @@
 
 All of it works without JavaScript: the form is posted, and the page of a job reloads until the job has ended.
 
-The law beneath the film as it plays: what the page's script draws, made of the signals that a job's process left.
+`course_of` gives what the page's script draws below the film as it plays: the fringes as the law predicts them and as
+they were measured, from the signals that a job's process left.  The studio keeps no film.  The visitor's own copy is
+played, on the visitor's machine; it is not sent again.
 
-The studio keeps no film.  The visitor's own copy is played, on the visitor's machine; it is not sent again.
-
-Errors for people and programs: one sentence, on a page or, under /api, as JSON.
+`install` lets the application answer every error with one sentence, on a page or, under /api, as JSON.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from moireid.errors import MoireIdError
 from moireid.names import CLAIM_LIMIT
 from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.report.page import KINDS as KINDS_OF
-from moireid.verifier.report.page import NAME, told
+from moireid.verifier.report.page import NAME, page_context
 from moireid.verifier.report.seconds import Seconds
 from moireid_studio.auth.guard import HEADERS, Visitor, require
 from moireid_studio.checks import KINDS, start_job
-from moireid_studio.jobs.work import SIGNALS
+from moireid_studio.jobs.task import SIGNALS
 from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
-from moireid_studio.reports import circumstances_of, kept_file, pictures_told
+from moireid_studio.reports import circumstances_of, kept_file, list_pictures
 from moireid_studio.samples import Sample, start_sample
 from moireid_studio.store.database import is_away
 from moireid_studio.store.job import Job
@@ -67,7 +67,7 @@ class Course:
 
 
 def course_of(job: Job, seconds: Seconds | None) -> Course | None:
-    """The course of a job's film; None where there is none, or where its process left what is no course."""
+    """The fringes of a job's film over time; None where its process left none, or none that can be read."""
     result: dict[str, Any] = job.result or {}
     if seconds is None or not job.kept or job.film_sha256 is None:
         return None
@@ -81,7 +81,7 @@ def course_of(job: Job, seconds: Seconds | None) -> Course | None:
 
 
 def _rows(text: str) -> Iterator[Row]:
-    """Time, law and fringes as seen (NaN where nobody saw them) of each line.  Raises: ValueError, KeyError."""
+    """Time, law and fringes as seen (NaN where they were not seen) of each line.  Raises: ValueError, KeyError."""
     for line in csv.DictReader(io.StringIO(text)):
         row = (float(line["time_s"]), float(line["predicted_rad_0"]), float(line["measured_rad_0"]))
         if not (math.isfinite(row[0]) and math.isfinite(row[1])):
@@ -141,7 +141,7 @@ def outcome(request: Request, job_id: str, visitor: Verifier) -> Response:
     keep = int(studio_of(request).settings.limits.keep_s)
     kept = f"{keep // 60} minutes" if keep >= 120 else f"{keep} seconds"
     known = circumstances_of(studio_of(request), job)
-    shown = told(job.result, pictures_told(job), known, lambda name: f"/verify/{job.id}/picture/{name}")
+    shown = page_context(job.result, list_pictures(job), known, lambda name: f"/verify/{job.id}/picture/{name}")
     course = course_of(job, shown["seconds"])
     return render(request, "verdict.html.j2", job=job, kept_for=kept, course=course, **shown)
 
@@ -189,8 +189,8 @@ async def _ours(request: Request, error: Exception) -> Response:
 
 async def _invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
-    told = [f"{'.'.join(map(str, one['loc'][1:])) or one['loc'][0]}: {one['msg']}" for one in error.errors()[:5]]
-    return answer(request, Refusal(422, "fields", "The request cannot be used: " + "; ".join(told) + "."))
+    problems = [f"{'.'.join(map(str, one['loc'][1:])) or one['loc'][0]}: {one['msg']}" for one in error.errors()[:5]]
+    return answer(request, Refusal(422, "fields", "The request cannot be used: " + "; ".join(problems) + "."))
 
 
 async def _http(request: Request, error: Exception) -> Response:
@@ -207,7 +207,7 @@ async def _broken(request: Request, _: Exception) -> Response:
 
 
 async def _gone(request: Request, _: Exception) -> Response:
-    # Nobody reads this answer, but without one the server would log an error.
+    # The client does not read this answer, but without one the server would log an error.
     return answer(request, Refusal(400, "broken_off", "The request was broken off; send it again."))
 
 

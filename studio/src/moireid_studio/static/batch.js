@@ -1,8 +1,8 @@
-// Several films at once: each is sent by itself, a few at a time, and its verdict stands in a list.
+// Several films at once: each is sent by itself, a few at a time, and its verdict appears in a list.
 "use strict";
 const AT_A_TIME = 3, WAIT_MS = 1500, BUSY_MS = 10000;
-const SAID = { accept: ["pass", "✓ accepted"], reject: ["fail", "✗ rejected"], inconclusive: ["undecided", "? left open"],
-  found: ["pass", "✓ somebody's"], nobody: ["fail", "✗ nobody's"] };
+const SAID = { accept: ["pass", "✓ accepted"], reject: ["fail", "✗ rejected"], inconclusive: ["undecided", "? inconclusive"],
+  found: ["pass", "✓ holder found"], nobody: ["fail", "✗ held by no one"] };
 const wait = (ms) => new Promise((done) => { setTimeout(done, ms); });
 
 async function judgeAll(form, films, refused) {

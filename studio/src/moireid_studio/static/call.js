@@ -48,7 +48,7 @@ const grown = (one) => {
 function outline() {
   if (!shared.videoWidth || check) return;
   const found = findTiles(glance());
-  // A button that is renewed while somebody presses it is never pressed.
+  // A button that is renewed while someone presses it is never pressed.
   if (!drawn && JSON.stringify(found) === JSON.stringify(tiles)) return;
   tiles = found;
   $("outlines").replaceChildren(...tiles.map((one) => {
@@ -101,7 +101,7 @@ function wave() {
   }, WAVE_MS);
 }
 
-/** Begin with a box in the window; by hand: one that no outline tells the place of. */
+/** Begin with a box in the window; by hand: one whose place no outline gives. */
 function choose(chosen, byHand) {
   if (check) return;
   box = { ...chosen, byHand };
@@ -133,7 +133,7 @@ function shot() {
   check.send(tile, performance.now());
 }
 
-// A tile that left its place may show somebody else now.
+// A tile that left its place may show another person now.
 function look() {
   if (!check) return;
   const there = sized === `${shared.videoWidth} ${shared.videoHeight}`;
@@ -143,14 +143,14 @@ function look() {
   if (misses < (there ? MISSES : 1)) return;
   stop();
   asked("Judging …");
-  check.tell({ do: "moved" });
+  check.request({ do: "moved" });
 }
 
 function quality() {
   const poor = [], rate = check.rate();
   if (box.w < least) poor.push(`The tile is ${Math.round(box.w)} px wide; enlarge it to ${least} px or more, or pin the person.`);
   if (rate !== null && rate < POOR_RATE) poor.push(`Only ${Math.round(rate)} pictures a second are judged; 24 are wanted. Close other programs.`);
-  if (document.hidden) poor.push("This page is hidden, and browsers slow it down then; put it beside the call.");
+  if (document.hidden) poor.push("This page is hidden, and browsers slow it down then; put it next to the call.");
   $("poor").hidden = !poor.length;
   $("poor").textContent = poor.join(" ");
 }
@@ -218,12 +218,12 @@ $("whole").addEventListener("click", () => choose({ x: 0, y: 0, w: shared.videoW
 $("challenge").addEventListener("click", () => {
   $("challenge").dataset.asked = "yes";
   $("challenge").disabled = true;
-  check.tell({ do: "challenge" });
+  check.request({ do: "challenge" });
 });
 $("end").addEventListener("click", () => {
   stop();
   asked("Judging …");
-  check.tell({ do: "end" });
+  check.request({ do: "end" });
 });
 $("again").addEventListener("click", () => {
   $("result").hidden = true;

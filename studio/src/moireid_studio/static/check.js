@@ -12,8 +12,8 @@ export class Check {
     Object.assign(this, { on, sent: 0, taken: 0, last: -Infinity, over: false, starved: false, counted: [], away: [] });
     Object.assign(this, { gap: LEAST_MS, soonest: Infinity });
     this.socket = new WebSocket((location.protocol === "https:" ? "wss://" : "ws://") + location.host + path);
-    this.socket.onopen = () => this.tell(hello);
-    this.socket.onmessage = (message) => this.heard(JSON.parse(message.data));
+    this.socket.onopen = () => this.request(hello);
+    this.socket.onmessage = (message) => this.receive(JSON.parse(message.data));
     this.socket.onclose = () => {
       if (this.over) return;
       this.over = true;
@@ -22,7 +22,7 @@ export class Check {
     addEventListener("pagehide", () => this.socket.close());
   }
 
-  heard(event) {
+  receive(event) {
     if (event.event === "taken") {
       this.taken = event.frames;
       this.pace(performance.now() - this.away.shift());
@@ -39,7 +39,7 @@ export class Check {
     else this.gap = Math.max(this.gap * FASTER, LEAST_MS);
   }
 
-  tell(message) {
+  request(message) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 

@@ -1,4 +1,4 @@
-// Suggests whose badge is meant while somebody types: a name, and where several people have it, each with the line below
+// Suggests whose badge is meant while someone types: a name, and where several people have it, each with the line below
 // the name on their badge, or else by the id, if this visitor may know it.  The fields also work without this.
 "use strict";
 

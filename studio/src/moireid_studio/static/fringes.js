@@ -47,7 +47,7 @@ export function turnsAt(law, g, cell, x, y, camera) {
   return (grating.middle_mm - edge) / printed + lens * (1 / printed - 1 / law.lens.pitch_mm) + shift / printed;
 }
 
-/** How far the fringes in the middle of a grating's first cell have moved since the camera stood straight ahead, mm. */
+/** How far the fringes in the middle of a grating's first cell have moved since the camera was straight ahead, mm. */
 export function movedMm(law, g, camera) {
   const grating = law.gratings[g], [low, top, high, bottom] = grating.cells[0].rect_mm;
   const first = (low + high) / 2, second = (top + bottom) / 2, step = 0.5;
@@ -140,7 +140,7 @@ export class BadgePicture {
       }
       this.row.canvas.width = count;
       this.row.putImageData(image, 0, 0);
-      // The row of pixels is laid along the grating's axis and drawn out along its lines.
+      // The row of pixels is placed along the grating's axis and stretched along its lines.
       const [[a, b], [d, e]] = grating.own, [x, y] = onPage(grating, low, top), [x0, y0] = this.law.board_mm;
       const [across, down] = [(high - low) / count, bottom - top].map((value) => value * PX_PER_MM);
       const pen = this.context;

@@ -1,4 +1,4 @@
-// The live check by this device's camera: on the page Live, and behind a one-time link (data-link), whose secret stands
+// The live check by this device's camera: on the page Live, and behind a one-time link (data-link), whose secret is
 // after the # of the address, which no browser sends to a server.
 import { Check, LEAST_MS } from "./check.js";
 import { $, answered, clear, judged, say, seen } from "./told.js";
@@ -49,7 +49,7 @@ async function openCamera() {
   return true;
 }
 
-// Browsers tell the names of cameras only to a page that was allowed to use one.
+// Browsers give the names of cameras only to a page that was allowed to use one.
 async function listCameras() {
   const found = (await navigator.mediaDevices.enumerateDevices()).filter((one) => one.kind === "videoinput");
   const now = stream?.getVideoTracks()[0]?.getSettings().deviceId;
@@ -164,12 +164,12 @@ $("challenge").addEventListener("click", () => {
   $("challenge").dataset.asked = "yes";
   $("challenge").disabled = true;
   $("cameras").hidden = true;
-  check.tell({ do: "challenge" });
+  check.request({ do: "challenge" });
 });
 $("end").addEventListener("click", () => {
   running = false;
   asked("Judging …");
-  check.tell({ do: "end" });
+  check.request({ do: "end" });
 });
 $("again")?.addEventListener("click", () => {
   $("result").hidden = true;

@@ -4,15 +4,15 @@ import { $, say } from "./told.js";
 async function look() {
   const token = location.hash.slice(1);
   const answer = await fetch("/check/look", { method: "POST", body: new URLSearchParams({ token }) }).catch(() => null);
-  const told = answer ? await answer.json().catch(() => null) : null;
+  const asked = answer ? await answer.json().catch(() => null) : null;
   $("who").hidden = !answer?.ok;
   if (!answer?.ok) {
-    say(told?.text ?? "The studio cannot be reached; try again.");
+    say(asked?.text ?? "The studio cannot be reached; try again.");
     return;
   }
-  $("asks").textContent = told.asks;
-  $("name").textContent = told.name;
-  $("pictures").hidden = !told.pictures;
+  $("asks").textContent = asked.asks;
+  $("name").textContent = asked.name;
+  $("pictures").hidden = !asked.pictures;
 }
 
 // Another link that is pasted into the address of this page loads nothing anew.

@@ -15,7 +15,7 @@
   const across = (time) => (WIDE * (time - course.from_s)) / long;
   const down = (place) => HIGH / 2 - ((place - middle) / half) * (HIGH / 2 - EDGE);
 
-  // A line through one column of the frames; it breaks where nobody saw the fringes.
+  // A line through one column of the frames; it breaks where the fringes were not seen.
   function path(column) {
     let drawn = "", pen = "M";
     for (const frame of course.frames) {
@@ -47,7 +47,7 @@
     else $("play-now").textContent = `${clock}fringes at ${frame[2].toFixed(2)} widths; the law says ${frame[1].toFixed(2)}`;
   }
 
-  // Where the browser tells of each frame as it is shown, the line stands at that very frame.
+  // Where the browser reports each frame as it is shown, the line is at that very frame.
   function follow() {
     if (film.requestVideoFrameCallback) film.requestVideoFrameCallback((now, frame) => { show(frame.mediaTime); follow(); });
   }

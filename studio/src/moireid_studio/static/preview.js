@@ -103,11 +103,11 @@ export class Preview {
       const [right, down, metres] = this.sliders.map((slider) => Number(slider.value));
       const camera = cameraAt(this.law, right, down, metres * 1000);
       this.picture.draw(camera);
-      this.tell(right, down, metres, camera);
+      this.describe(right, down, metres, camera);
     });
   }
 
-  tell(right, down, metres, camera) {
+  describe(right, down, metres, camera) {
     const sides = [side(right, "from the right", "from the left"), side(down, "from below", "from above")];
     const from = sides.filter(Boolean).join(" and ") || "straight ahead";
     const moved = this.law.gratings.map((grating, g) => {
@@ -117,8 +117,8 @@ export class Preview {
       return Math.abs(mm) < 0.5 ? "" : `${Math.abs(mm).toFixed(0)} mm ${way}`;
     });
     const shown = [...new Set(moved.filter(Boolean))].join(" and ");
-    const told = shown ? `the fringes of the first row have moved ${shown}` : "no fringe has moved";
-    this.words.textContent = `Seen ${from}, ${metres.toFixed(1)} m away: ${told}.`;
+    const motion = shown ? `the fringes of the first row have moved ${shown}` : "no fringe has moved";
+    this.words.textContent = `Seen ${from}, ${metres.toFixed(1)} m away: ${motion}.`;
     this.sliders[0].setAttribute("aria-valuetext", sides[0] || "straight ahead");
     this.sliders[1].setAttribute("aria-valuetext", sides[1] || "straight ahead");
     this.sliders[2].setAttribute("aria-valuetext", `${metres.toFixed(1)} metres`);

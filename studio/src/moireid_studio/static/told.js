@@ -1,7 +1,7 @@
-// What a check tells: what is seen, answers to prompts, the verdict with its reasons.
+// What a check reports: what is seen, answers to prompts, the verdict with its reasons.
 export const $ = (id) => document.getElementById(id);
 const MARKS = { pass: "✓", fail: "✗", undecided: "?", note: "·" };
-const WORDS = { pass: "holds", fail: "fails", undecided: "open", note: "note" };
+const WORDS = { pass: "holds", fail: "fails", undecided: "undecided", note: "note" };
 
 export function say(problem) {
   $("problem").textContent = problem || "";

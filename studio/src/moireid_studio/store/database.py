@@ -1,9 +1,7 @@
-"""The studio's own databases: a file of SQLite for one studio, PostgreSQL for several.
+"""The studio's own databases, a file of SQLite for one studio, PostgreSQL for several; and the table of jobs.
 
 Times come from the database's clock alone, so machines whose clocks differ agree on what is late.  A database that is
-away is no verdict on a film: whoever works waits for it, and whoever asks is told to come again.
-
-The table of jobs.
+away is no verdict on a film: a worker waits for it, and a visitor is asked to come again.
 """
 
 from __future__ import annotations
@@ -47,7 +45,7 @@ Got = TypeVar("Got")
 PATIENCE_S, PAUSE_S = 60.0, 0.5
 #: How long a connection may take, and how long a writer waits for another one in SQLite, s.
 CONNECT_S, SQLITE_WAIT_S = 5, 30.0
-#: Connections that one process holds, and those that it may open beside them for a while.
+#: Connections that one process holds, and those that it may open in addition for a while.
 POOL, POOL_MORE = 10, 30
 #: The mark of connections that will write, as in `registry.engine`.
 WRITES = "studio_writes"
@@ -216,7 +214,7 @@ def _begin_in_sqlite(connection: Connection) -> None:
 metadata = MetaData()
 #: `lane`: "issue" or "judge"; `turn`: how many jobs of the owner were there before it; `wish`, `about`, `result`,
 #: `kept`, `problem`: JSON; `holder`: the process that receives or works; `taken`: how often it was begun, which with
-#: the holder tells who may end it; `lease`: until when the holder has it, of one that waits from when on it may be
+#: the holder says who may end it; `lease`: until when the holder has it, of one that waits from when on it may be
 #: taken; `settled`: how it has ended, before what is left of it was tidied up.  Times: s, of the database's clock.
 jobs = Table(
     "jobs",

@@ -1,4 +1,4 @@
-"""A job as it stands in the database: who asked for what, how far it has come, and what came out."""
+"""A job as the database keeps it: who asked for what, how far it has come, and what came out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from moireid.provenance import Exclusion, Standing
 
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed")
-#: Work that badges are made by, and the films and pictures of issuers: verifiers' films never stand before it.
+#: Work that badges are made by, and the films and pictures of issuers: verifiers' films never come before it.
 ISSUE = frozenset({"badge", "event", "capture", "pictures"})
 #: How often a job is begun at most; one that dies with its worker is done again, once.  An event's identities are drawn
 #: as it is made: begun again, it would issue all of them anew.
@@ -34,14 +34,14 @@ class JobCounts:
 
 @dataclass
 class Job:
-    """One job, as it stood when it was looked at.
+    """One job, as it was when it was read.
 
     folder: for the film as it comes, and in a studio without a storage for all that is kept; wish: what is to be done,
-    as JSON; result: the JSON of the command; kept: what was kept beside it; problem: code and sentence; begun: when it
+    as JSON; result: the JSON of the command; kept: what was kept with it; problem: code and sentence; begun: when it
     was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
     of the registry when the film was judged; film_sha256: of the film as it came; claimed_id, claim_source: the badge
     that the claim means, and who says so; holder, taken: who has it, and how often it was begun; files: gives
-    what was kept by its name, None where it lies in the folder.
+    what was kept by its name, None where it is in the folder.
     """
 
     id: str
@@ -86,11 +86,11 @@ class Job:
         return TRIES_OF.get(self.kind, TRIES)
 
     def about(self) -> str:
-        """What is known of it beside its work, as the database keeps it."""
-        told: dict[str, Any] = {name: getattr(self, name) for name in TEXTS} | {"begun": self.begun.isoformat()}
-        told["barred"] = None if self.barred is None else asdict(self.barred)
-        told["standing"] = None if self.standing is None else asdict(self.standing)
-        return json.dumps(told)
+        """What is known of it apart from its work, as the database keeps it."""
+        known: dict[str, Any] = {name: getattr(self, name) for name in TEXTS} | {"begun": self.begun.isoformat()}
+        known["barred"] = None if self.barred is None else asdict(self.barred)
+        known["standing"] = None if self.standing is None else asdict(self.standing)
+        return json.dumps(known)
 
 
 TEXTS = ("label", "film_name", "claim", "film_sha256", "claimed_id", "claim_source")

@@ -1,7 +1,7 @@
-"""What becomes of jobs, as the database has it: each step is a short transaction, and whoever lost a job changes none.
+"""The steps of a job, as the database has them: short transactions, in which a process that lost a job changes nothing.
 
-A worker takes a job for a while and says again and again that it lives.  Where it falls silent, another takes the job;
-the first one's result then counts no more, as holder and number of the beginning must still be its own.
+A worker takes a job for a while and reports again and again that it is alive.  Where it falls silent, another takes
+the job; the first one's result then counts no more, as holder and number of the beginning must still be its own.
 PostgreSQL: FOR UPDATE SKIP LOCKED.  SQLite: one writer at a time.
 """
 
@@ -18,7 +18,7 @@ from sqlalchemy import ColumnElement, Connection, and_, case, delete, func, inse
 from moireid_studio.store.database import PLACES_LOCK, Database, jobs, metadata
 from moireid_studio.store.job import STATES, Job, JobCounts, Lane, State, job_of
 
-#: A holder that was not heard of for so long has lost its jobs; it says that it lives each `BEAT_S`.
+#: A holder that was silent for so long has lost its jobs; it reports that it is alive each `BEAT_S`, s.
 LEASE_S, BEAT_S = 30.0, 5.0
 #: A job whose film could not be fetched is tried again after this.
 AGAIN_S = 10.0
@@ -70,8 +70,8 @@ class Ledger:
     def take(self, lanes: Sequence[Lane]) -> Job | None:
         """The next job for a worker of these lanes, now this process's own; None where there is none.
 
-        Issuing comes first.  Then each owner's first job comes before anybody's second, so that one with many films
-        keeps nobody waiting.
+        Issuing comes first.  Then each owner's first job comes before any owner's second, so that one with many films
+        does not keep the others waiting.
         """
         free = and_(self._free(), jobs.c.lane.in_(lanes))
         with self.database.reading() as connection:
@@ -90,7 +90,7 @@ class Ledger:
         return job_of({**row, "state": "working", "holder": self.holder, "taken": row["taken"] + 1}, self._folder)
 
     def beat(self, most_s: float) -> None:
-        """Say that this process lives, of all jobs that it receives or does; not of one begun longer ago than that."""
+        """Report that this process is alive, for all jobs that it receives or does but those begun longer ago."""
         young = or_(jobs.c.taken_at.is_(None), jobs.c.taken_at > self.database.now - most_s)
         self._change(
             and_(jobs.c.holder == self.holder, jobs.c.state.in_(("receiving", "working")), young),
@@ -152,7 +152,7 @@ class Ledger:
             return {row.id: row.state for row in rows}
 
     def remove(self, job_id: str) -> None:
-        """Forget a job; whoever works on it finds out."""
+        """Forget a job; a process that works on it finds out."""
         with self.database.writing() as connection:
             connection.execute(delete(jobs).where(jobs.c.id == job_id))
 

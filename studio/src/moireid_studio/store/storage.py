@@ -1,12 +1,11 @@
 """Films that wait, and what is made of them: in the studio's own folder, or in any storage that fsspec knows.
 
 A storage serves several studios and their workers.  A film is there whole before its job may be taken, and work is done
-in a folder on the worker's own machine.  What a process left in that folder is nobody's word: a link is not followed.
+in a folder on the worker's own machine.  What a process left in that folder is not trusted: a link is not followed.
 
-Pictures in an archive: as they are kept for their visitor, and as they go with an order to the process that prints.
-
-A picture has a key: what it is for, or the name by which a list calls it.  In the archive and in folders it bears a
-number, so that nothing that a visitor wrote becomes a path.
+Pictures are packed in archives: to be kept for their visitor, or with an order for the process that prints.  A picture
+has a key: what it is for, or the name by which a list calls it.  In the archive and in folders it bears a number, so
+that nothing that a visitor wrote becomes a path.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class Storage(Protocol):
         """A film has come whole to the folder for films that come; from now on others may take it."""
 
     def at_work(self, job_id: str, name: str) -> AbstractContextManager[Path]:
-        """A context with a folder of this machine, in which the film lies."""
+        """A context with a folder of this machine, in which the film is."""
 
     def keep(self, job_id: str, folder: Path, names: list[str]) -> None:
         """Keep these files of a folder that `at_work` gave."""
@@ -59,7 +58,7 @@ class Storage(Protocol):
         """Remove all of a job."""
 
     def ids(self) -> list[str]:
-        """The jobs of which something lies there."""
+        """The jobs that have files there."""
 
     def check(self) -> None:
         """Raises: StorageError where it cannot be reached."""
@@ -72,7 +71,7 @@ class Folder:
         self._root = root
 
     def sent(self, job_id: str, name: str) -> None:
-        """Nothing is to be done: it lies there."""
+        """Nothing is to be done: it is there."""
 
     @contextmanager
     def at_work(self, job_id: str, name: str) -> Iterator[Path]:
@@ -83,11 +82,11 @@ class Folder:
         yield folder
 
     def keep(self, job_id: str, folder: Path, names: list[str]) -> None:
-        """Nothing is to be done: they lie there."""
+        """Nothing is to be done: they are there."""
 
     @contextmanager
     def file(self, job_id: str, name: str) -> Iterator[Path]:
-        """Where it lies."""
+        """Its own path."""
         yield self._root / job_id / name
 
     def drop(self, job_id: str, name: str) -> None:
@@ -242,8 +241,8 @@ def pack(packed: zipfile.ZipFile, pictures: Mapping[str, StoredPicture]) -> None
 
 def unpacked(packed: zipfile.ZipFile) -> dict[str, StoredPicture]:
     """The pictures of an archive that we have made, by key."""
-    told = json.loads(packed.read("pictures.json"))
-    return {key: StoredPicture(name, packed.read(f"pictures/{number}")) for number, (key, name) in enumerate(told)}
+    listed = json.loads(packed.read("pictures.json"))
+    return {key: StoredPicture(name, packed.read(f"pictures/{number}")) for number, (key, name) in enumerate(listed)}
 
 
 def written(pictures: Mapping[str, StoredPicture], folder: Path) -> dict[str, Path]:

@@ -3,7 +3,7 @@
 No film is kept, no name of a file, and no name of a person: a claim is kept as the badge's id, and whose that is, the
 registry says as long as it knows.  So nothing here need be erased with a person.  Entries go after `keep_days`.
 
-The file lies in the studio's folder.  It is the studio's own note and bears no signature: `moireid verify --sign` makes
+The file is in the studio's folder.  It is the studio's own note and bears no signature: `moireid verify --sign` makes
 a verdict that others can check.
 """
 
@@ -53,9 +53,9 @@ verdicts = Table(
 class StoredVerdict:
     """One verdict that was given.
 
-    at: UTC, ISO 8601; token: the id of whoever asked, "loopback" where the studio asks for none; kind: verify,
+    at: UTC, ISO 8601; token: the id of the token that asked, "loopback" where the studio asks for none; kind: verify,
     identify, live, call or link; film_sha256: of the film as it came, None of live pictures; claim: the claimed badge's
-    id, None where nobody was claimed; claim_source: "registry", "file" or None; read: the id that the film was found to
+    id, None where no one was claimed; claim_source: "registry", "file" or None; read: the id that the film was found to
     show; registry: the fingerprint and head that were asked; moireid: the version.
     """
 
@@ -72,7 +72,7 @@ class StoredVerdict:
     moireid: str
 
     def to_json(self) -> dict[str, Any]:
-        """As the API, the command and its exports tell it."""
+        """As the API, the command and its exports show it."""
         return asdict(self)
 
 

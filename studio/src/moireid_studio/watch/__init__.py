@@ -1,8 +1,8 @@
 """Any stream judged as it comes: a camera, the screen, a file that grows, a pipe, an address, a WebRTC sender.
 
 source.py    what a source is, from what was typed
-order.py     what is said between the two processes
-watching.py  our side: start the judge, feed it, hear it
+order.py     the messages between the two processes
+watching.py  our side: start the judge, feed it, take its events
 feeding.py   bytes for the judge: of a pipe, of addresses
 fetching.py  HTTP, and which addresses a playlist may name
 devices.py   cameras of this machine, and its screen
@@ -10,6 +10,6 @@ whip.py      a server that takes one WebRTC sender (WHIP)
 whep.py      a WebRTC stream, asked for (WHEP)
 judge.py     the judge's process: pictures in, events out
 inbox.py     what waits to be judged
-readers.py   a file that grows, and bytes that are asked for
+readers.py   a file that grows, bytes that are asked for, and their pictures
 peer.py      pictures of a WebRTC sender
 """

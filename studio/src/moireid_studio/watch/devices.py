@@ -30,7 +30,7 @@ def shots_of(source: Source) -> Iterator[Shot]:
 
 
 def _camera(number: int) -> Iterator[Shot]:
-    # Its own messages would stand among ours.
+    # Its own messages would appear among ours.
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     camera = cv2.VideoCapture(number)
     try:
@@ -55,9 +55,9 @@ def _camera(number: int) -> Iterator[Shot]:
         camera.release()
 
 
-def taken_s(told_ms: float, now_s: float) -> float:
-    """When a camera took a picture, by its driver where that tells, else when it came, s."""
-    return told_ms / 1000 if told_ms > 0 else now_s
+def taken_s(driver_ms: float, now_s: float) -> float:
+    """When a camera took a picture, by its driver where that gives a time, else when it came, s."""
+    return driver_ms / 1000 if driver_ms > 0 else now_s
 
 
 def shot(picture: cv2.typing.MatLike, claimed_s: float, arrival_s: float) -> Shot:
@@ -87,7 +87,7 @@ def _screen(text: str) -> Iterator[Shot]:
         what = f"window {named['window']}" if named["window"] else "the screen"
         words = str(getattr(error, "strerror", None) or error)[:160]
         raise MediaError(
-            f"{what} cannot be read ({words}); it must be shown whole, and `xwininfo` tells a window's number"
+            f"{what} cannot be read ({words}); it must be shown whole, and `xwininfo` shows a window's number"
         ) from error
 
 

@@ -59,29 +59,29 @@ class Feeder:
             self._aside(self._shoot)
 
     def send(self, message: object) -> None:
-        """Tell the judge; where it has gone, whoever hears it finds out why."""
+        """Send the judge a message; where it has gone, the thread that listens to it finds out why."""
         with self._lock, suppress(ProcessEnd):
             self._child.send(message)
 
-    def answer(self, told: dict[str, Any]) -> None:
+    def answer(self, message: dict[str, Any]) -> None:
         """Answer a wish."""
-        wish = told.get("want")
+        wish = message.get("want")
         if wish == "open" and self._addresses is not None and len(self._streams) < MOST_OPEN:
             # It counts from now on, so that a judge that was taken over cannot ask for many at once.
-            number = int(told["number"])
+            number = int(message["number"])
             self._streams[number] = None
-            self._aside(lambda: self._open(number, str(told["address"])))
+            self._aside(lambda: self._open(number, str(message["address"])))
         elif wish == "read":
-            self._aside(lambda: self._read(int(told["number"]), min(int(told["most"]), PIECE)))
+            self._aside(lambda: self._read(int(message["number"]), min(int(message["most"]), PIECE)))
         elif wish == "close":
-            self._close(int(told["number"]))
+            self._close(int(message["number"]))
         elif wish is not None:
-            self.send(Data(int(told.get("number", 0)), b"", time.monotonic(), "it may not be opened"))
-        elif isinstance(told.get("answer"), str):
-            self.described.put(told["answer"])
-        elif isinstance(told.get("offer"), str) and self._source.kind == "whep" and self._asking is None:
+            self.send(Data(int(message.get("number", 0)), b"", time.monotonic(), "it may not be opened"))
+        elif isinstance(message.get("answer"), str):
+            self.described.put(message["answer"])
+        elif isinstance(message.get("offer"), str) and self._source.kind == "whep" and self._asking is None:
             self._asking = Asking(self._source, self._token)
-            self._aside(lambda: self._offer(told["offer"]))
+            self._aside(lambda: self._offer(message["offer"]))
 
     def end(self) -> None:
         """Let go of all that is open."""
@@ -120,7 +120,7 @@ class Feeder:
 
     def _some(self, number: int, most: int) -> bytes:
         if self._pipe is not None:
-            # A pipe into which nobody has written yet would seem to be at its end; and a read that waits would take
+            # A pipe into which no one has written yet would seem to be at its end; and a read that waits would take
             # what is written for the next reader.
             while not select.select([self._pipe], [], [], LOOK_S)[0]:
                 if self._over.is_set():
@@ -152,7 +152,7 @@ def _pipe(source: Source) -> BinaryIO:
     """The pipe, opened for its bytes."""
     if source.text != "-":
         try:
-            # Without waiting: who will write into it may not be there yet, and the judge tells how long that may take.
+            # Without waiting: the writer may not be there yet, and the judge decides how long that may take.
             opened = os.open(source.text, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
             os.set_blocking(opened, True)
             return open(opened, "rb", buffering=0)

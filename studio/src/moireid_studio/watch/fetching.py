@@ -31,12 +31,12 @@ REDIRECTS = (301, 302, 303, 307, 308)
 class Addresses:
     """The addresses that a stream may be read from.
 
-    Parameters: first: the address that a user gave.  Its password is told to its own host alone.
+    Parameters: first: the address that a user gave.  Its password is sent to its own host alone.
     """
 
     def __init__(self, first: str) -> None:
         self._first, self._origin = first, origin_of(first)
-        #: Whether the user's own host lay on the public internet as it was first asked.
+        #: Whether the user's own host was on the public internet as it was first asked.
         self._outside = False
 
     def open(self, address: str) -> Stream:
@@ -61,16 +61,16 @@ class Addresses:
         parts, own = urlsplit(address), origin_of(address) == self._origin
         if self._origin[0] == "https" and parts.scheme != "https":
             raise MediaError(f"{_host(address)} is named without encryption by an address that has it; that is refused")
-        told = {"User-Agent": f"moireid/{__version__}", "Accept": "*/*", **(headers or {})}
+        sent = {"User-Agent": f"moireid/{__version__}", "Accept": "*/*", **(headers or {})}
         if own and (secret := _password(self._first)):
-            told.setdefault("Authorization", secret)
+            sent.setdefault("Authorization", secret)
         target = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
         scheme, host, port = origin_of(address)
         try:
             connection = _connection(scheme, host, port, public=not own or self._outside)
             if own and public(connection.sock.getpeername()[0]):
                 self._outside = True
-            connection.request(method, target, body, told)
+            connection.request(method, target, body, sent)
             return connection.getresponse()
         except (OSError, http.client.HTTPException, ValueError) as error:
             words = getattr(error, "strerror", None) or str(error) or type(error).__name__
@@ -138,7 +138,7 @@ def _connected(host: str, port: int, *, only_public: bool) -> socket.socket:
     error: OSError | None = None
     for family, kind, protocol, _, place in found:
         if only_public and not public(cast(str, place[0])):
-            error = error or OSError(1, f"it lies at {place[0]}, within this machine or its network")
+            error = error or OSError(1, f"it is at {place[0]}, within this machine or its network")
             continue
         made = socket.socket(family, kind, protocol)
         made.settimeout(WAIT_S)
@@ -162,6 +162,6 @@ def _password(address: str) -> str | None:
 
 
 def _host(address: str) -> str:
-    """What is told of an address: no password, and no query, which may be one."""
+    """What is shown of an address: no password, and no query, which may be one."""
     parts = urlsplit(address)
     return f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"[:200]

@@ -1,4 +1,4 @@
-"""What waits to be judged: pictures, at most so many, and what else is told."""
+"""What waits to be judged: pictures, at most so many, and messages."""
 
 from __future__ import annotations
 

@@ -28,22 +28,22 @@ from moireid_studio.watch.readers import RemoteReaders, pictures
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-#: Steps between pictures of which the rate is told.
+#: Steps between pictures from which the rate is estimated.
 RATE_STEPS = 240
 #: A source whose pictures change their size more often is given up.
 MOST_SIZES = 20
 
 
 class Voice:
-    """What is told to the process that started us, by any thread."""
+    """Sends events to the process that started us; for any thread."""
 
     def __init__(self, talk: Talk) -> None:
         self._talk, self._lock = talk, threading.Lock()
 
-    def tell(self, answer: dict[str, Any]) -> None:
-        """Tell one thing."""
+    def send(self, answer: dict[str, Any]) -> None:
+        """Send one event or wish."""
         with self._lock:
-            self._talk.tell(answer)
+            self._talk.send(answer)
 
 
 def serve(talk: Talk) -> None:
@@ -53,7 +53,7 @@ def serve(talk: Talk) -> None:
         return
     voice = Voice(talk)
     inbox = Inbox(waits=not order.source.live(challenged=order.prompts is not None))
-    asked = RemoteReaders(voice.tell)
+    asked = RemoteReaders(voice.send)
     signals = threading.Thread(target=_listen, args=(talk, inbox, asked), daemon=True)
     with ThreadPoolExecutor(1, "verdict") as aside:
         try:
@@ -62,7 +62,7 @@ def serve(talk: Talk) -> None:
             signals.start()
             watching.run()
         except MoireIdError as error:
-            voice.tell({"event": "error", "text": " ".join(str(error).split())})
+            voice.send({"event": "error", "text": " ".join(str(error).split())})
 
 
 def _listen(talk: Talk, inbox: Inbox, asked: RemoteReaders) -> None:
@@ -86,7 +86,7 @@ def _begin_source(order: WatchOrder, voice: Voice, inbox: Inbox, asked: RemoteRe
     if kind in ("whip", "whep"):
         from moireid_studio.watch.peer import Peer
 
-        inbox.put(Peer(inbox, voice.tell, offers=kind == "whep"))
+        inbox.put(Peer(inbox, voice.send, offers=kind == "whep"))
         return
 
     def decode() -> None:
@@ -135,7 +135,7 @@ class Watching:
                 break
             else:
                 self._peer = item
-        self._tell_end(end)
+        self._send_end(end)
 
     @property
     def _patience_s(self) -> float | None:
@@ -165,7 +165,7 @@ class Watching:
         """Judge a picture; one of another size begins a new check, unless what came before is a lie."""
         size = taken.picture.shape
         if self._size is None:
-            self._voice.tell({"event": "begun", "width": size[1], "height": size[0]})
+            self._voice.send({"event": "begun", "width": size[1], "height": size[0]})
         elif size != self._size and not self._changed(size):
             return
         self._size, self._taken = size, self._taken + 1
@@ -174,7 +174,7 @@ class Watching:
         self._last_s = taken.claimed_s
         for event in self._check.push(taken.picture, taken.claimed_s, taken.arrival_s):
             if event["event"] != "verdict":
-                self._voice.tell(event)
+                self._voice.send(event)
             else:
                 self._verdict = event
 
@@ -185,7 +185,7 @@ class Watching:
         if before["verdict"] == "reject" or before["challenged"] or self._sizes > MOST_SIZES:
             self._verdict = before
             return False
-        self._voice.tell(
+        self._voice.send(
             {"event": "anew", "text": f"The pictures are now {size[1]} x {size[0]}; the check begins anew."}
         )
         if before["verdict"] == "accept":
@@ -206,15 +206,15 @@ class Watching:
         others = [one for one in event["reasons"] if one["code"] != "cover"]
         return event | {"verdict": "inconclusive", "reasons": [*others, cover.to_json()]}
 
-    def _tell_end(self, end: StreamEnd) -> None:
-        """The verdict on what came; without any picture, why there is none."""
+    def _send_end(self, end: StreamEnd) -> None:
+        """Send the verdict on what came; without any picture, why there is none."""
         if self._size is None:
-            self._voice.tell({"event": "error", "text": end.words or f"{self._order.source.shown} gave no picture"})
+            self._voice.send({"event": "error", "text": end.words or f"{self._order.source.shown} gave no picture"})
             return
         event = self._verdict if self._check.ended else self._check.finish()
         if not event["frames"]["read"]:
             words = end.words or "send them for some seconds, and in time"
-            self._voice.tell(
+            self._voice.send(
                 {"event": "error", "text": f"{self._taken} pictures came, and none could be used; {words}"}
             )
             return
@@ -227,4 +227,4 @@ class Watching:
         if self._before:
             left_out.append(f"{self._before} pictures of another size, which came before")
         ended = {"why": end.why, "text": end.words}
-        self._voice.tell(self._of_all(event) | {"input": film | {"reduced_by": 1}, "left_out": left_out, "end": ended})
+        self._voice.send(self._of_all(event) | {"input": film | {"reduced_by": 1}, "left_out": left_out, "end": ended})

@@ -1,12 +1,11 @@
-"""What is said between the process that judges and the one that started it.
+"""The messages between the process that judges and the one that started it.
 
-To the judge: a `WatchOrder`, then `Data`, `Shot`, `Signal`, `Ask` and `StreamEnd`.  Its answers are JSON: events of the
-check
+To the judge: a `WatchOrder`, then `Data`, `Shot`, `Signal` and `StreamEnd`.  Its answers are JSON: events of the check
 (`verifier.live`), and what it asks for:
 
 want     {"want": "open", "number": N, "address": A}: open an address; {"want": "read", "number": N, "most": B};
          {"want": "close", "number": N}
-answer   {"answer": SDP}: what a WebRTC sender is to be told; {"offer": SDP}: what a WebRTC server is to be asked
+answer   {"answer": SDP}: our answer for a WebRTC sender; {"offer": SDP}: our offer to a WebRTC server
 event    begun (size), status, challenge, prompt, prompted, anew, verdict, error
 """
 
@@ -37,7 +36,7 @@ HARMLESS = dict.fromkeys((*range(32), *range(127, 160)), " ")
 class Patience:
     """How long to wait, s: for the first picture, for each further one, and for a file to grow until it is whole.
 
-    Who waits for a sender (WHIP) has no end of patience until there is one.
+    The wait for a sender (WHIP) has no end until there is one.
     """
 
     open_s: float = 30.0
@@ -87,7 +86,7 @@ class Signal:
 class StreamEnd:
     """The wish for the verdict on what came so far.
 
-    why: it was asked for, the source has ended, it gave nothing for a while, or it failed; words: the last two told.
+    why: it was asked for, the source has ended, it gave nothing for a while, or it failed; words: for the last two.
     """
 
     why: Literal["asked", "source", "silent", "failed"] = "asked"

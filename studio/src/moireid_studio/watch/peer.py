@@ -1,6 +1,6 @@
 """Pictures of a WebRTC sender, received in the judge's process by aiortc, which decodes them, too.
 
-No server of anybody is asked for this machine's address: both ends must reach each other.
+No outside server is asked for this machine's address: both ends must reach each other.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ MOST_MEDIA = 8
 class Peer:
     """One end of a WebRTC session, on a thread of its own; only its first video track is received.
 
-    Parameters: tell: tells our descriptions; offers: whether we make the offer (WHEP) or answer one (WHIP).
+    Parameters: send: sends our descriptions; offers: whether we make the offer (WHEP) or answer one (WHIP).
     Raises: MissingExtraError without aiortc.
     """
 
-    def __init__(self, inbox: Inbox, tell: Callable[[dict[str, Any]], None], *, offers: bool) -> None:
+    def __init__(self, inbox: Inbox, send: Callable[[dict[str, Any]], None], *, offers: bool) -> None:
         try:
             import aiortc
         except ImportError as missing:
             raise missing_extra("WebRTC", "aiortc", "webrtc", "moireid-studio") from missing
-        self._rtc, self._inbox, self._tell, self._offers = aiortc, inbox, tell, offers
+        self._rtc, self._inbox, self._send, self._offers = aiortc, inbox, send, offers
         self._loop = asyncio.new_event_loop()
         self._tasks = set[asyncio.Task[None]]()
         self._connection: Any = None
@@ -47,7 +47,7 @@ class Peer:
         self._do(self._take(signal.sdp) if self._offers else self._answer(signal.sdp))
 
     def _do(self, work: Coroutine[Any, Any, None]) -> None:
-        """Let the loop do it; what goes wrong is told in a sentence."""
+        """Let the loop do it; what goes wrong ends the stream with a sentence."""
 
         async def safely() -> None:
             try:
@@ -75,7 +75,7 @@ class Peer:
         connection = self._begin()
         connection.addTransceiver("video", direction="recvonly")
         await connection.setLocalDescription(await connection.createOffer())
-        self._tell({"offer": connection.localDescription.sdp})
+        self._send({"offer": connection.localDescription.sdp})
 
     async def _take(self, sdp: str) -> None:
         if self._connection.signalingState == "have-local-offer":
@@ -88,7 +88,7 @@ class Peer:
         await connection.setRemoteDescription(self._described(sdp, "offer"))
         self._receive_one()
         await connection.setLocalDescription(await connection.createAnswer())
-        self._tell({"answer": connection.localDescription.sdp})
+        self._send({"answer": connection.localDescription.sdp})
 
     def _described(self, sdp: str, kind: str) -> Any:
         if sdp.count("\nm=") > MOST_MEDIA:

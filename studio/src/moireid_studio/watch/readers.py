@@ -1,9 +1,8 @@
-"""Where the decoder's bytes come from: a file that may still grow, or the process that reads a pipe or an address.
+"""Pictures of a container: a file that may still grow, a pipe, an address.
 
-Pictures of a container: a file, a pipe, an address.
-
-Formats are those of films, and HLS where an address was given: a playlist in a file names nothing that is opened.
-Addresses within a playlist are opened by the process that started us, which decides on each (`fetching`).
+The process that started us reads the bytes of a pipe and of addresses (`RemoteReaders`).  Addresses within a playlist
+are opened by that process too, which decides on each (`fetching`).  Formats are those of films, and HLS where an
+address was given: a playlist in a file names nothing that is opened.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ class GrowingFile:
         while not self._whole:
             if piece := self._stream.read(count):
                 return piece
-            # Nobody has written to an older file for a while.
+            # An older file was not written to for a while.
             age_s = time.time() - os.fstat(self._stream.fileno()).st_mtime
             self._whole = age_s > self._grown_s or time.monotonic() > last_s
             time.sleep(LOOK_S)
@@ -60,7 +59,7 @@ class GrowingFile:
 
 
 def is_closed(path: Path) -> bool:
-    """Whether a file can only be read once it is whole: an MP4 file whose table of frames stands behind its pictures.
+    """Whether a file can only be read once it is whole: an MP4 file whose table of frames is behind its pictures.
 
     Source: ISO/IEC 14496-12, section 4.2: each box is its size (four bytes, big endian; 1: eight bytes follow its name)
         and its name.
@@ -90,14 +89,14 @@ class RemoteReaders:
     The decoder's thread asks and waits; another thread hands on what comes (`give`).
     """
 
-    def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
-        self._tell, self._answers = tell, dict[int, queue.SimpleQueue[Data]]()
+    def __init__(self, send: Callable[[dict[str, Any]], None]) -> None:
+        self._send, self._answers = send, dict[int, queue.SimpleQueue[Data]]()
         self._next = 0
         #: When the last bytes came, by our clock, s; and how many came in all.
         self.arrival_s, self.count = time.monotonic(), 0
 
     def open(self, address: str | None) -> AskedStream:
-        """A stream: of an address, or of the pipe.  Raises: Refused where it cannot be opened."""
+        """A stream: of an address, or of the pipe.  Raises: BytesRefusal where it cannot be opened."""
         number, self._next = self._next, self._next + 1
         self._answers[number] = queue.SimpleQueue()
         if address is not None:
@@ -105,8 +104,8 @@ class RemoteReaders:
         return AskedStream(self, number, address or "-")
 
     def ask(self, wish: dict[str, Any]) -> bytes:
-        """What is answered to a wish.  Raises: Refused where that is an error."""
-        self._tell(wish)
+        """What is answered to a wish.  Raises: BytesRefusal where that is an error."""
+        self._send(wish)
         answer = self._answers[wish["number"]].get()
         if answer.error is not None:
             raise BytesRefusal(5, answer.error)
@@ -120,7 +119,7 @@ class RemoteReaders:
 
     def close(self, number: int) -> None:
         """Nothing more is asked of a stream."""
-        self._tell({"want": "close", "number": number})
+        self._send({"want": "close", "number": number})
         self._answers.pop(number, None)
 
 

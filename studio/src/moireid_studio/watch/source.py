@@ -46,7 +46,7 @@ class Source:
 
     @property
     def ports(self) -> tuple[int, ...] | None:
-        """TCP ports that the process which decodes it must reach, beside UDP; None where it needs no network."""
+        """TCP ports that the process which decodes it must reach, apart from UDP; None where it needs no network."""
         if self.kind == "rtsp":
             return (urlsplit(self.text).port or RTSP_PORT,)
         return () if self.kind in ("whep", "whip") else None
@@ -73,7 +73,7 @@ def source_of(text: str) -> Source:
 
 
 def participant(name: str) -> Source:
-    """The video of somebody in a call, whom a program of its own connects by WebRTC; name: for reports."""
+    """The video of a person in a call, whom a program of its own connects by WebRTC; name: for reports."""
     return Source("whip", "", name)
 
 
@@ -106,7 +106,7 @@ def _file(text: str) -> Source:
 
 
 def check_prompts(source: Source) -> None:
-    """Raise SpecError where nobody could answer prompts through a source."""
+    """Raise SpecError where prompts cannot be answered through a source."""
     if source.kind not in PROMPTED:
         why = "is a film, which cannot answer" if source.kind == "file" else "comes in pieces of some seconds, too late"
         raise SpecError(f"--challenge asks for moves, and {source.shown} {why}; leave it out, or use a live source")

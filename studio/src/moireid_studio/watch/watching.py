@@ -1,4 +1,4 @@
-"""Our side of a watch: start the judge, feed it, hear it, and end it."""
+"""Our side of a watch: start the judge, feed it, take its events, and end it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from moireid_studio.watch.whip import WhipServer
 
 #: Of the judge: of 4K pictures some wait, and some are in the decoder.
 LIMITS = ProcessLimits(memory_bytes=2 << 30, file_bytes=0)
-#: Time between two looks at whether somebody wants the verdict, and for the verdict once it is wanted, s.
+#: Time between two looks at whether the verdict is wanted, and for the verdict once it is wanted, s.
 LOOK_S, VERDICT_S = 0.1, 120.0
 
 
@@ -42,10 +42,10 @@ class Terms:
     answered: Callable[[str], None] | None = None
 
 
-def watch(order: WatchOrder, terms: Terms, stop: threading.Event, tell: Callable[[Event], None]) -> Event:
+def watch(order: WatchOrder, terms: Terms, stop: threading.Event, notify: Callable[[Event], None]) -> Event:
     """Judge a source until it ends, its time is over, or `stop` is set.
 
-    Parameters: tell: is told each event as it comes, but the last.
+    Parameters: notify: called with each event as it comes, but the last.
     Returns: the event of the verdict, with all keys of `verify --json`; "end": why it ended, in words too where it
         should not have; "sealed": what held of the judge's seal, as in `sandbox.seal.MEANS`.
     Raises: MediaError where the source cannot be opened, or gives no picture; SpecError where a claim or an option
@@ -56,8 +56,8 @@ def watch(order: WatchOrder, terms: Terms, stop: threading.Event, tell: Callable
     source = order.source
     child = _started(order)
     try:
-        with _fed(order, terms, child, tell) as feeder:
-            found = _heard(child, feeder, terms, stop, tell)
+        with _fed(order, terms, child, notify) as feeder:
+            found = _listen(child, feeder, terms, stop, notify)
     except ProcessEnd as ended:
         raise _broken(ended, order) from ended
     finally:
@@ -82,7 +82,7 @@ def _without_password(source: Source) -> Source:
 
 
 @contextmanager
-def _fed(order: WatchOrder, terms: Terms, child: Child, tell: Callable[[Event], None]) -> Iterator[Feeder]:
+def _fed(order: WatchOrder, terms: Terms, child: Child, notify: Callable[[Event], None]) -> Iterator[Feeder]:
     """What the judge needs of us: its bytes, its pictures, its sender."""
     feeder = Feeder(order.source, child, terms.token)
     try:
@@ -91,7 +91,7 @@ def _fed(order: WatchOrder, terms: Terms, child: Child, tell: Callable[[Event], 
             yield feeder
         elif order.source.kind == "whip":
             with WhipServer(order.source, terms.token, feeder) as door:
-                tell({"event": "waiting", "address": door.address, "token": door.token, "here": door.here})
+                notify({"event": "waiting", "address": door.address, "token": door.token, "here": door.here})
                 yield feeder
         else:
             feeder.begin()
@@ -100,57 +100,57 @@ def _fed(order: WatchOrder, terms: Terms, child: Child, tell: Callable[[Event], 
         feeder.end()
 
 
-def _heard(
-    child: Child, feeder: Feeder, terms: Terms, stop: threading.Event, tell: Callable[[Event], None]
+def _listen(
+    child: Child, feeder: Feeder, terms: Terms, stop: threading.Event, notify: Callable[[Event], None]
 ) -> dict[str, Any]:
-    """Hear the judge until its verdict."""
+    """Take what the judge sends, until its verdict."""
     last: float | None = None
     asked = False
     while True:
-        told = child.hear(LOOK_S)
+        message = child.hear(LOOK_S)
         now = time.monotonic()
         if not asked and (stop.is_set() or (last is not None and now > last)):
             asked, last = True, now + VERDICT_S
             feeder.send(StreamEnd())
         elif asked and last is not None and now > last:
             raise ProcessEnd("crash", f"gave no verdict within {VERDICT_S:.0f} s")
-        if told is None:
+        if message is None:
             continue
-        if "event" in told:
-            told = harmless(told)
-        if told.get("event") == "verdict":
-            return _checked(told)
-        if told.get("event") == "error":
-            raise MediaError(str(told.get("text", ""))[:1000])
-        if told.get("event") == "begun" and last is None:
+        if "event" in message:
+            message = harmless(message)
+        if message.get("event") == "verdict":
+            return _checked(message)
+        if message.get("event") == "error":
+            raise MediaError(str(message.get("text", ""))[:1000])
+        if message.get("event") == "begun" and last is None:
             last = now + terms.seconds
-        if "event" in told:
-            tell(told)
-        elif terms.answered is not None and isinstance(told.get("answer"), str):
-            terms.answered(told["answer"])
+        if "event" in message:
+            notify(message)
+        elif terms.answered is not None and isinstance(message.get("answer"), str):
+            terms.answered(message["answer"])
         else:
-            feeder.answer(told)
+            feeder.answer(message)
 
 
-def harmless(told: Any) -> Any:
+def harmless(event: Any) -> Any:
     """An event without signs that steer a terminal: its words may be a server's, or a decoder's that was taken over."""
-    if isinstance(told, dict):
-        return {name: harmless(value) for name, value in told.items()}
-    if isinstance(told, list):
-        return [harmless(value) for value in told]
-    return told.translate(HARMLESS) if isinstance(told, str) else told
+    if isinstance(event, dict):
+        return {name: harmless(value) for name, value in event.items()}
+    if isinstance(event, list):
+        return [harmless(value) for value in event]
+    return event.translate(HARMLESS) if isinstance(event, str) else event
 
 
-def _checked(told: dict[str, Any]) -> dict[str, Any]:
-    """A verdict as it should be: what says it has read what a stranger made.  Raises: Ended where it is not."""
+def _checked(verdict: dict[str, Any]) -> dict[str, Any]:
+    """A verdict of the right shape: its sender has read what a stranger made.  Raises: ProcessEnd where it is not."""
     from jsonschema import Draft202012Validator
 
     from moireid.verifier.session.result import report_schema
 
     schema = json.loads(report_schema())
-    if not Draft202012Validator(schema).is_valid(told) or not isinstance(told.get("end"), dict):
+    if not Draft202012Validator(schema).is_valid(verdict) or not isinstance(verdict.get("end"), dict):
         raise ProcessEnd("crash", "gave a verdict that is none")
-    return told
+    return verdict
 
 
 def _digest(order: WatchOrder, found: dict[str, Any]) -> str | None:

@@ -41,11 +41,11 @@ class Asking:
         return body.decode("utf-8", "replace")
 
     def end(self) -> None:
-        """Tell the server that we are gone."""
+        """End the session on the server."""
         with self._lock:
             session, self._session = self._session, None
         if session is not None:
-            # Whether it hears that is its own affair.
+            # Whether the server takes notice is its own affair.
             with suppress(MediaError):
                 self._request("DELETE", session, None, {})
 

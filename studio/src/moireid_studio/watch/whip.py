@@ -1,6 +1,6 @@
 """A server that takes one WebRTC sender: OBS, a browser, GStreamer (WHIP, RFC 9725).
 
-It stands in our process and knows the token; it hands descriptions on to the judge, which receives the pictures.
+It runs in our process and knows the token; it hands descriptions on to the judge, which receives the pictures.
 """
 
 from __future__ import annotations

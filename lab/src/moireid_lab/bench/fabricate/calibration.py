@@ -1,7 +1,7 @@
 """How exactly a lens pitch is measured from a photograph of the pitch test sheet.
 
 A photograph of the chart is rendered: the sheet's pitch differs from its label, the sheet is turned, and the camera
-stands to the side.  The program's own reader then measures the pitch.  Reported are its error, and that error in the
+is to the side.  The program's own reader then measures the pitch.  Reported are its error, and that error in the
 reader's own standard deviations.
 
 Convention: pitches in units of the printed page, as a photograph gives them (`moireid.calibration.lens_fit`).
@@ -35,7 +35,7 @@ NOTED_DISTANCE_SD = 0.06
 
 @dataclass(frozen=True)
 class PhotoCase:
-    """One photograph: the sheet's pitch over its label's, its twist, and where the camera stands."""
+    """One photograph: the sheet's pitch over its label's, its twist, and where the camera is."""
 
     lens: str
     lens_scale: float

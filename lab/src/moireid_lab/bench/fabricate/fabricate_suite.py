@@ -1,4 +1,4 @@
-"""Table and plots of the fabricate suite.
+"""The fabricate suite, with its table and plots.
 
 Error against run time of what is printed: pages by form and resolution, mounts by the tolerance of their facets.
 

@@ -23,7 +23,7 @@ from moireid_lab.bench.fabricate.painted import painted_figures
 from moireid_lab.bench.fabricate.raster import paint
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
-#: Advice is followed this many times; nobody would try a fifth time.
+#: Advice is followed this many times; no user would try a fifth time.
 MOST_STEPS = 4
 #: An edge on the border between two dots may be counted to either.
 HALF_DOT = 0.5 + 1e-3
@@ -118,20 +118,20 @@ def settle(case: PageCase, folder: Path) -> tuple[PageCase, Badge | None, list[s
 
 def follow(case: PageCase, error: MoireIdError) -> PageCase:
     """The wish changed as an error advises; the same one where it advises nothing."""
-    told: dict[str, Any] = error.details
+    details: dict[str, Any] = error.details
     request = case.request
-    if isinstance(told.get("least_dpi"), int):
-        request = replace(request, printer_dpi=told["least_dpi"])
-    if "size_mm" in told:
-        request = replace(request, size_mm=told["size_mm"])
-    elif "near_m" in told:
-        near, far = float(told["near_m"]), float(told["far_m"])
+    if isinstance(details.get("least_dpi"), int):
+        request = replace(request, printer_dpi=details["least_dpi"])
+    if "size_mm" in details:
+        request = replace(request, size_mm=details["size_mm"])
+    elif "near_m" in details:
+        near, far = float(details["near_m"]), float(details["far_m"])
         wanted = max(near, request.range_m[0]), min(far, request.range_m[1])
         request = replace(request, range_m=wanted if wanted[0] <= wanted[1] else (near, far))
     sheet = case.sheet_mm
-    if sheet and "most_pitch_mm" in told:
+    if sheet and "most_pitch_mm" in details:
         # The sheet's thickness is what is extreme, so its pitch gives way.
-        sheet = (float(told["most_pitch_mm"]), sheet[1])
+        sheet = (float(details["most_pitch_mm"]), sheet[1])
     return replace(case, request=request, sheet_mm=sheet)
 
 

@@ -127,7 +127,7 @@ def without_lines(badge: Badge) -> Badge:
         cells = tuple(Cell(cell.rect_mm, pitch, 0.0, cell.duty) for cell in grating.cells)
         return replace(grating, pitch_mm=pitch, cells=cells)
 
-    return replace(badge, id=None, name="nobody", gratings=tuple(blank(grating) for grating in badge.gratings))
+    return replace(badge, id=None, name="unknown", gratings=tuple(blank(grating) for grating in badge.gratings))
 
 
 def read_page(page: Raster, known: Badge) -> PageReading | None:

@@ -90,7 +90,7 @@ def moving(shoot: Shoot) -> Motion:
 
 
 def level(shoot: Shoot) -> Motion:
-    """Sideways to and fro at one distance, which tells nothing of the fringes' spacing: the forger's best course."""
+    """Sideways to and fro at one distance, which does not test the fringes' spacing: the forger's best trajectory."""
     return shoot.motion("linear")
 
 
@@ -109,8 +109,8 @@ def photographs(count: int, *, course: Callable[[Shoot], Motion] = moving, **how
 def slid(course: Callable[[Shoot], Motion] = moving) -> Make:
     """One photograph whose rows are slid by the law for each frame, cells included; their spacing stays.
 
-    This is the best that such a forger does: no seam, no blur.  Whoever stretches the rows by the distance too has a
-    film that obeys the law, and no rule here can tell it.
+    This is the best that such a forger can do: no seam, no blur.  If he also stretches the rows by the distance, the
+    film obeys the law, and no rule here can detect it.
     """
 
     def make(shoot: Shoot) -> Filming:
@@ -137,7 +137,7 @@ def still_in_turns(gap_s: float) -> Make:
 
 
 def slides(hold_s: float, fps: float = FPS) -> Make:
-    """A slide show of true photographs from along the course: page and fringes stand still, and then step as one."""
+    """A slide show of true photographs from the trajectory: page and fringes stay still, and then step together."""
     return lambda shoot: Filming(in_steps(moving(shoot), hold_s), fps=fps)
 
 
@@ -152,7 +152,7 @@ def turn_tangent(badge: Badge) -> float:
 
 
 def frozen_in_spells(share: float, shift_px: float) -> Make:
-    """Fringes that stand still for a share of the frames, in spells of half a second, the markers shifted there."""
+    """Fringes that stay still for a share of the frames, in spells of half a second, the markers shifted there."""
 
     def make(shoot: Shoot) -> Filming:
         spell = round(0.5 * FPS)
@@ -174,7 +174,7 @@ def frozen_in_spells(share: float, shift_px: float) -> Make:
 
 
 def spell(seconds: float) -> Make:
-    """Fringes that stand still for some seconds within a true film, while they should move.
+    """Fringes that stay still for some seconds within a true film, while they should move.
 
     The seconds are drawn from those whose parallax spans `LEAST_SPAN`; where the badge rests, a frozen picture is true.
     """
@@ -201,7 +201,7 @@ def short_of_film(seconds: float, times: float) -> Make:
 
 
 def decoy(shoot: Shoot) -> Filming:
-    """A true badge for six tenths of the film; then it stands elsewhere, frozen and its code greyed, beside a decoy."""
+    """A true badge for six tenths of the film; then it is elsewhere, frozen and its code greyed, next to a decoy."""
     cut = round(0.6 * shoot.frames)
     true = moving(shoot)
     aside = Rotation.from_euler("y", 15.0, degrees=True).as_matrix()

@@ -71,7 +71,7 @@ def fingers_on(badge: Badge, share: float, seed: int) -> Edit:
 
 
 def caption(text: str, at: tuple[float, float], height_px: int) -> Edit:
-    """A subtitle laid over the picture, fixed in it: white letters on a dark bar, at shares of width and height."""
+    """A subtitle over the picture, at a fixed place: white letters on a dark bar, at shares of width and height."""
 
     def edit(frame: int, luma: Luma, homography: Array) -> Luma:
         out = luma.copy()
@@ -163,9 +163,9 @@ class Decoy:
         board = np.zeros_like(self._card)
         left, top, right, bottom = (round(CARD_PX_PER_MM * value) for value in self._badge.outline_mm)
         board[top:bottom, left:right] = 255
-        laid = cv2.warpPerspective(board, place, size)
+        mask = cv2.warpPerspective(board, place, size)
         card = cv2.warpPerspective(cv2.GaussianBlur(self._card, (0, 0), 2), place, size)
-        return np.where(laid > 127, card, luma).astype(np.uint8)
+        return np.where(mask > 127, card, luma).astype(np.uint8)
 
 
 #: Fineness of a drawn card.

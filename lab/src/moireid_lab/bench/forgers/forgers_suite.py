@@ -1,9 +1,9 @@
-"""Table and plot of the forgers suite.
+"""The forgers suite, with its table and plot.
 
-What an attacker who reads this code gets past it, and what happens to honest films that a hand or an editor spoils.
+Which attacks by a reader of this code are accepted, and what happens to honest films that a hand or an editor spoils.
 
-Convention: a film is accepted, open or rejected by `verify` with the badge as claim and its identity, not known as
-built.
+Convention: a film is accepted, inconclusive or rejected by `verify` with the badge as claim and its identity; its
+    figures as built are not known.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid_lab.bench.forgers.cases import ForgeryCase, Shoot, cases
 from moireid_lab.bench.rows import Where, chosen_names, rows_of_cases
-from moireid_lab.bench.verdicts import COLOURS, VERDICTS, told
+from moireid_lab.bench.verdicts import COLOURS, VERDICTS, verdict_row
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FRAMES = 240
@@ -65,7 +65,7 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
         clock = time.perf_counter()
         report = verify(video, Claim(badge, badge.id))
         seconds = time.perf_counter() - clock
-    return {"case": name, "genuine": case.genuine, "seed": seed, "seconds": seconds} | told(report)
+    return {"case": name, "genuine": case.genuine, "seed": seed, "seconds": seconds} | verdict_row(report)
 
 
 def run(

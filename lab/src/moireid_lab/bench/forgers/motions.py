@@ -1,4 +1,4 @@
-"""Courses that attacks and mishaps are filmed on, beside those of `simulate.motion`."""
+"""Trajectories of attacks and mishaps, in addition to those of `simulate.motion`."""
 
 from __future__ import annotations
 

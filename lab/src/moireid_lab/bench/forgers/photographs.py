@@ -31,11 +31,11 @@ PX_PER_MM = 4.0
 class Photographs:
     """What the forger has and does.
 
-    count: photographs, evenly spaced over the course that is to be shown; blend: cross-fade two neighbours in coded
+    count: photographs, evenly spaced over the trajectory that is to be shown; blend: cross-fade two neighbours in coded
     brightness, as editing programs do, else show the nearest; distance_mm: from which they were taken, None for the
-    course's mean; late_s: how late the picture is laid over the film; by_grating: each grating's region is taken from
-    the photograph that suits its own axis; distances: from how many distances the photographs were taken, evenly over
-    those of the course, so that there are `count` from each.
+    trajectory's mean; late_s: how late the picture is put over the film; by_grating: each grating's region is taken
+    from the photograph that suits its own axis; distances: from how many distances the photographs were taken, evenly
+    over those of the trajectory, so that there are `count` from each.
     """
 
     count: int

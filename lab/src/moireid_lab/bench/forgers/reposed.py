@@ -1,8 +1,8 @@
-"""A forger with N photographs who re-poses them onto a course that he could not choose.
+"""A forger with N photographs who re-poses them onto a trajectory that he could not choose.
 
-He lays over each frame the nearest of his photographs, or cross-fades those around; of a badge with several fields he
-may do so field by field.  He is a good one: he knows from where each picture was taken and where each frame's camera
-is, squares the pictures up without error, and reads them without noise.  He knows how far the course will go to each
+He puts the nearest of his photographs over each frame, or cross-fades those around it; with a badge of several fields
+he may do so field by field.  He is a good one: he knows from where each picture was taken and where each frame's camera
+is, squares the pictures up without error, and reads them without noise.  He knows how far the trajectory goes to each
 side, so he photographs from all over that box of views; he does not know which way it will take through the box.
 
 Where the whole picture is taken, a badge of one axis needs pictures along one parallax, and one of more axes needs them
@@ -39,9 +39,9 @@ PX_PER_MM = 3.0
 REACH_MM = 35.0
 #: A coordinate that changes by less over a course shows in no picture: 0.015 rad of phase.
 STILL = 0.002
-#: Views that stand for the box of a course.
+#: Views that represent the box of a trajectory.
 BOX = 3000
-#: Rounds in which the places of photographs move to the middle of the views that they stand for.
+#: Rounds in which the places of photographs move to the middle of the views that they represent.
 ROUNDS = 20
 
 

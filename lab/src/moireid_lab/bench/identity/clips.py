@@ -41,7 +41,7 @@ class Clip:
 def build_of(clip: Clip) -> Any:
     """A build anywhere within the tolerances: print scale 0.5 %, lens pitch 0.3 %, twist 0.3 degrees, any offset.
 
-    `assembly_seed` lays the sheet anew over the same print.
+    `assembly_seed` assembles the same print again: the sheet gets another offset and twist.
     """
     from moireid.simulate.scene import Build
 

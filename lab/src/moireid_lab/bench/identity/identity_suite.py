@@ -1,11 +1,8 @@
-"""Table and plot of the identity suite.
+"""The identity suite, with its table and plot: is the whole identity read, and is a copy recognised?
 
-Error against run time of the identity stage: clips read as if they had ended earlier, by both decoders.
-
-Is the whole identity read, and is a copy distinguished from the original?
-
-Each clip has another payload, another build within the stated tolerances and another motion: 8 s of swaying, H.264
-crf 28.  The clips are few enough for a morning; confidence intervals show how far the rates can be trusted.
+Error against run time of the identity stage comes from clips that are read as if they had ended earlier, by both
+decoders.  Each clip has another payload, another build within the stated tolerances and another motion: 8 s of swaying,
+H.264 crf 28.  The clips are few enough for a morning; confidence intervals show how far the rates can be trusted.
 """
 
 from __future__ import annotations
@@ -193,8 +190,8 @@ def identity_table(result: dict[str, Any]) -> str:
         )
     lines.append("")
     for kind, counts in result["built"].items():
-        told = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
-        lines.append(f"films of the {kind:<9} told as: {told}")
+        summary = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
+        lines.append(f"films of the {kind:<9} judged as: {summary}")
     lines.append("")
     lines += _matching_lines(result["matching"])
     lines.append("")
@@ -236,7 +233,7 @@ def _matching_lines(matching: dict[str, Any]) -> list[str]:
         f"{issued['payloads']:,} issued words differ in {issued['least_distance_bytes']} bytes or more; "
         f"the code promises {issued['promised_bytes']}",
         f"wrong payloads of {undetected['words_each']:,} words at random: {undetected['random']}; "
-        f"of as many with one error more than can be mended: {undetected['one_error_too_many']}",
+        f"of as many with one error more than can be corrected: {undetected['one_error_too_many']}",
     ]
     return lines
 

@@ -69,28 +69,28 @@ def _scores(rows: list[dict[str, Any]], rng: np.random.Generator, claims: int) -
         reading = np.exp(1j * (_phases(bytes.fromhex(row["payload"])) + error))
         genuine.append(float(np.cos(error).mean()))
         impostor.append((claimed @ reading).real / len(error))
-    fixed, told = np.concatenate(impostor[::2]), np.concatenate(impostor[1::2])
+    fixed, tested = np.concatenate(impostor[::2]), np.concatenate(impostor[1::2])
     # Beyond the counted range the tail is normal, because the score is a sum of many independent cosines.
     true = np.array(genuine[1::2])
     threshold = max(float(np.quantile(fixed, 1 - FIXED_AT_FMR)), float(fixed.mean() + 4.75 * fixed.std()))
-    false, missed = int((told >= threshold).sum()), int((true < threshold).sum())
+    false, missed = int((tested >= threshold).sum()), int((true < threshold).sum())
     curve = [
-        {"threshold": float(x), "fmr": float((told >= x).mean()), "fnmr": float((true < x).mean())}
+        {"threshold": float(x), "fmr": float((tested >= x).mean()), "fnmr": float((true < x).mean())}
         for x in np.linspace(0.0, 1.0, 101)
     ]
     crossing = min(curve, key=lambda point: (abs(point["fmr"] - point["fnmr"]), point["threshold"]))
     return {
         "threshold": threshold,
         "films": len(true),
-        "comparisons": len(told),
-        "fmr": false / len(told),
-        "fmr_interval": interval(false, len(told)),
+        "comparisons": len(tested),
+        "fmr": false / len(tested),
+        "fmr_interval": interval(false, len(tested)),
         "fnmr": missed / len(true),
         "fnmr_interval": interval(missed, len(true)),
         "equal_error_rate": max(crossing["fmr"], crossing["fnmr"]),
         "det": curve,
         "genuine_least": min(genuine),
-        "impostor_greatest": float(max(fixed.max(), told.max())),
+        "impostor_greatest": float(max(fixed.max(), tested.max())),
     }
 
 
@@ -157,7 +157,7 @@ def _issued_apart(rng: np.random.Generator, count: int) -> dict[str, int]:
 
 
 def _undetected(rng: np.random.Generator, words: int) -> dict[str, int]:
-    """How many words at random, and how many with one error more than can be mended, decode to a wrong payload."""
+    """How many words at random, and how many with one error more than can be corrected, decode to a wrong payload."""
     wrong = dict.fromkeys(("random", "one_error_too_many"), 0)
     for _ in range(words):
         doubts = list(rng.uniform(0, 0.5, WORD.word_bytes))

@@ -4,5 +4,5 @@ left_out.py        what a scene does not need
 reference.py       an independent tracer
 scenes.py          eleven scenes
 stiff_scenes.py    scenes that renderers find hard
-simulate_suite.py  table and plot of the simulate suite
+simulate_suite.py  the simulate suite, with its table and plot
 """

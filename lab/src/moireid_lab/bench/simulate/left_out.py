@@ -123,7 +123,7 @@ def _sensor_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, An
                 sensor.expose(board, instant.first.rotation[0], 0.0)
             return BoardRadiance(shown, np.ones_like(shown), 0, 0)
 
-        # A sensor made anew draws the same noise.
+        # A new sensor draws the same noise.
         sensor = Sensor(replace(scene.camera, noise_counts=0.0), seed, need=Need(background=background))
         return expose
 

@@ -34,7 +34,7 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 
 @dataclass(frozen=True)
 class Setup:
-    """What stands where: the badge, how its sheet and print lie, and radiances of ink and paper."""
+    """What is where: the badge, how its sheet and print lie, and radiances of ink and paper."""
 
     badge: Badge
     lens_offset_mm: float = 0.0

@@ -1,4 +1,4 @@
-"""The eleven scenes on which the renderers are held against the outside tracer, and the views of each."""
+"""The eleven scenes on which the renderers are compared with the outside tracer, and the views of each."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def aimed(camera_mm: Array, roll_deg: float = 0.0) -> Instant:
 
 
 def board(lens: Lens, rear_pitch_mm: float, axes: str = "x", duty: float = 0.5) -> Badge:
-    """A board with one uniform grating, or with one of each axis beside one another; markers at the corners."""
+    """A board with one uniform grating, or with one of each axis side by side; markers at the corners."""
     margin, gap, size = 16.0, 4.0, 12.0
     width = len(axes) * (SIDE_MM + gap) - gap
     gratings = []

@@ -1,4 +1,4 @@
-"""Table and plot of the simulate suite.
+"""The simulate suite, with its table and plot.
 
 Error against run time of the renderers, and both compared with an independent tracer (`reference`).
 

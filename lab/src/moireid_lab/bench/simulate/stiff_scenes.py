@@ -88,7 +88,7 @@ def render_case(case: StiffScene) -> dict[str, Any]:
     if truth is None:
         return row | {
             "outcome": "unheld" if finite else "wrong",
-            "why": "too small to hold a strip; finite, and no more is told",
+            "why": "too small to hold a strip; finite, and no more is known",
         }
     found = error_of(fast, truth, contrast)
     bar_rad = max(TIMES * (estimate.phase_rad or 0.0), PHASE_FLOOR_RAD)

@@ -3,5 +3,5 @@
 films.py            films whose truth is known
 judged.py           frames in, verdict out
 motion_extremes.py  stiff and extreme motions
-verify_suite.py     table and plot of the verify suite
+verify_suite.py     the verify suite, with its table and plot
 """

@@ -22,7 +22,7 @@ from moireid.verifier.video import Film
 
 Array = NDArray[np.float64]
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
-#: Print and sheet of their nominal size, as the truth beside a film is that of the badge as designed.
+#: Print and sheet of their nominal size, because the truth file of a film is that of the badge as designed.
 BUILD = Build(lens_offset_mm=0.13, twist_rad=math.radians(0.1))
 FPS = 30.0
 
@@ -100,7 +100,7 @@ def shoot(kind: Kind, frames: int, seed: int, folder: Path) -> DecodedFilm:
 
 
 def truth_of(badge: Badge, video: Path) -> FilmTruth:
-    """The truth of a film from the file beside it."""
+    """The truth of a film, from the file next to it."""
     with truth_path(video).open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     camera = np.array([[float(row[f"camera_{axis}_mm"]) for axis in "xyz"] for row in rows])

@@ -1,7 +1,7 @@
-"""Stiff and extreme motions: each must be read right, or be left open with the reason; a true film is never rejected.
+"""Stiff and extreme motions: each must be read correctly, or be inconclusive with the reason.
 
 Each case is one film with the outcome that physics expects: it is accepted, or it is inconclusive for a stated reason,
-because its motion cannot test the law.
+because its motion cannot test the law.  A true film must never be rejected.
 
 right: as expected.  open: inconclusive although the film shows enough: a shortfall.  wrong: a true film is rejected, a
 film that shows nothing is accepted, a figure is not finite, or the program crashes.
@@ -38,7 +38,7 @@ from moireid_lab.bench.verify.judged import JudgedFrames, judge_frames
 
 Array = NDArray[np.float64]
 Outcome = Literal["right", "open", "wrong"]
-#: What physics expects: a verdict of the film, or the code of the reason for which it must be left open.
+#: What physics expects: a verdict of the film, or the code of the reason for which it must be inconclusive.
 Expected = Literal["accept", "accept or open", "motion", "gain", "badge_absent"]
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FPS, FRAMES = 30.0, 150
@@ -68,7 +68,7 @@ def held(
 
 
 def panned(distance_m: float, turn_deg: Callable[[Array], Array]) -> Motion:
-    """A camera that turns on a stand before a badge at rest."""
+    """A camera that turns on a tripod before a badge at rest."""
 
     def poses(times_s: Array) -> Poses:
         place = np.tile([0.0, 0.0, -1000 * distance_m], (len(times_s), 1))

@@ -1,4 +1,4 @@
-"""Table and plot of the verify suite.
+"""The verify suite, with its table and plot.
 
 Error against run time of the verifier, and its verdicts on stiff and extreme motions (`motion_extremes`).
 
@@ -43,13 +43,13 @@ RUNS, QUICK_RUNS = 3, 2
 EVERY, SCALES = (1, 2, 3, 4), (1.0, 3 / 4, 1 / 2, 1 / 3)
 ESTIMATORS = ("ours", "focal length given", "nothing solved", "poses not smoothed", "published")
 QUICK_KINDS = (KINDS[1], KINDS[-1])
-#: What a row depends on; the digest of the rest of the package changes no figure.
+#: Packages that a row depends on; the digest of the rest of the package changes no figure.
 ROOMS = ("bench", "designer", "idcodes", "simulate", "verifier")
 
 
 @dataclass(frozen=True)
 class EstimatorSetting:
-    """Which frames are used, at which share of the film's resolution, and by which estimator; as it stands: ours.
+    """Which frames are used, at which share of the film's resolution, and by which estimator; default: ours.
 
     focal length given: by the user.  nothing solved: a usual phone's focal length and shutter are assumed.
     published: `evaluation.baseline.published`.
@@ -322,7 +322,7 @@ def setting_name(setting: dict[str, Any]) -> str:
 
 
 def knee_sentence(result: dict[str, Any]) -> str:
-    """Where the knee is, and how far from it the default stands, in a sentence."""
+    """Where the knee is, and how far the default is from it, in a sentence."""
     knee = result["knee"]
     if knee is None:
         return "no setting judges all films right"

@@ -1,11 +1,11 @@
-"""Photographs of the badge instead of the badge: phases that are posed by the law do not tell, other figures do.
+"""Photographs of the badge instead of the badge: phases that the law prescribes do not show them, other figures do.
 
 The picture of a badge with one axis depends on one parallax, and weakly on distance.  So a forger with some photographs
-can show, in each frame, what the law asks for.  What photographs cannot do as well:
+can show, in each frame, the phase that the law asks for.  What photographs cannot do as well:
 
-spacing.py         the spacing of the fringes follows the distance; of photographs from one distance it stays
+spacing.py         the spacing of the fringes follows the distance; also: where a forger would take photographs
 cross_fade.py      two to four photographs, shown in turn or cross-faded, bend the waveform in a form of their own
 waveform.py        many cross-faded photographs let the waveform ripple, and how many would not
 ripple.py          how much the waveform changes from place to place
-third_harmonic.py  of photographs laid over each other the third harmonic does not turn with the fringes
+third_harmonic.py  in superposed photographs the third harmonic does not turn with the fringes
 """

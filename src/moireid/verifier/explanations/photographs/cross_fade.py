@@ -2,7 +2,7 @@
 
 Two cross-faded pictures, apart by a phase d, keep (1 - w) + w exp(i h d) of harmonic h.  So on its way from one to the
 other the third harmonic sinks and lags, by some 4.5 d^2 of itself where d is small, and comes back.  On a badge it
-hardly changes within a fringe.  Few photographs bend the waveform over the whole way, which a smooth course takes for a
+hardly changes within a fringe.  Few photographs bend the waveform over the whole way, which a smooth curve takes for a
 lens out of focus; so what they do is looked for by its own form.
 
 A long exposure makes it sink too, where the badge is quick: by (3 turn)^2 / 24 if it lasts as long as a frame.  So what
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 #: Photographs that are looked for, at most, and places between the outermost at which they may have been taken.
 MOST_LOOKED_FOR, PLACES = 4, 12
-#: Frames below which nothing is told, and views below which all may be photographs.
+#: Frames below which there is no result, and views below which all may be photographs.
 LEAST_FRAMES, LEAST_VIEWS = 10, 8
 #: A form of which there is more than this much is not what was filmed: photographs show about 1.
 MOST_SHARE = 2.0
@@ -100,7 +100,7 @@ def cross_fade_of(signal: GratingSignal) -> CrossFade | None:
     frame_s = float(np.median(np.diff(times)))
     turn2 = speed2(signal.phase_rad[:, None], stretch, times)[used] * frame_s**2
     lost = np.minimum(9 * turn2 / 24, 1.0) + signal.mixed_share * (1 - np.cos(3 * np.sqrt(turn2)))
-    # Noise lasts over frames, so a view is seen anew only where the course comes back to it.
+    # Noise lasts over frames, so a view is seen anew only where the fringes come back to it.
     passed = np.bincount(view, weights=np.diff(view, prepend=-1) != 0)
     scattered = float(np.mean(seen(np.abs(overtone - shown[view]) ** 2) / 2 / passed))
     known = _ViewTable(bent(shown), bent(-typical * seen(lost).astype(complex)), scattered, UNEVEN_SHARE * abs(typical))

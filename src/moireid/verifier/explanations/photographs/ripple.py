@@ -1,17 +1,15 @@
-"""How much does the fringes' waveform change from place to place?
+"""How much does the fringes' waveform change from place to place, and what does a long exposure do to it?
 
 Two cross-faded pictures, apart by a phase d, keep (1 - w) + w exp(i h d) of harmonic h, so the third one dips nine
-times as deep between two photographs as the first.  On a badge the waveform changes slowly with parallax, but for what
-stands still (`third_harmonic`) and what a long exposure smears.
+times as deep between two photographs as the first.  On a badge the waveform changes slowly with parallax, except for
+what stays still (`third_harmonic`) and for the smear of a long exposure, which is largest on a badge that is quick in
+the picture and on fine fringes.
 
 Convention: waveform is the third harmonic in contrasts, as `StripPhase.overtone`; its *ripple* is the root mean square,
-over views (`fringes.phase_coverage`), of what depends on parallax finely.
-Source: complex amplitudes of a sum of two shifted waves; regression on B-splines (Eilers and Marx 1996).
-
-What a long exposure does to a waveform: it smears a badge that is quick in the picture, and fine fringes most.
-
-Convention: speeds are per second, so that missing frames change nothing.  Series (T,) or (T, N), one entry per frame.
-Source: the Fourier transform of a box of width x is 1 - x^2 / 24 + x^4 / 1920 and so on.
+over views (`fringes.phase_coverage`), of what depends on parallax finely.  Speeds are per second, so that missing
+frames change nothing.  Series (T,) or (T, N), one entry per frame.
+Source: complex amplitudes of a sum of two shifted waves; regression on B-splines (Eilers and Marx 1996).  Smear: the
+Fourier transform of a box of width x is 1 - x^2 / 24 + x^4 / 1920 and so on.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ Array = NDArray[np.float64]
 def speed2(series: Array, stretch: NDArray[np.int64], times_s: Array) -> Array:
     """Square of a series' speed, (T,), per s^2: the mean of that from the frame before and that to the one after.
 
-    Within a stretch (`camera.stretches`); 0 for a frame that stands alone.
+    Within a stretch (`camera.stretches`); 0 for a frame that is alone in it.
     """
     joined = (np.diff(stretch) == 0) & (np.diff(times_s) > 0)
     step2 = np.where(joined, np.sum(np.diff(series, axis=0) ** 2, axis=1), 0.0)
@@ -55,7 +53,7 @@ Complex = NDArray[np.complex128]
 KNOTS_RANGE, FRAMES_PER_UNKNOWN = (4, 80), 2
 #: Frames that are taken at a time.
 PIECE_FRAMES = 8192
-#: A film with fewer frames is too short for a smooth course of many parts.
+#: A film with fewer frames is too short for a smooth curve of many parts.
 SHORT_FRAMES = 120
 
 
@@ -109,7 +107,7 @@ class WaveformModel:
         return third_harmonic_of(overtone, self._phase_rad, self._weight, self._third_share)
 
     def _without_other_causes(self, overtone: Complex) -> Complex:
-        """The waveform without what stands still on the badge, and as it was before a long exposure smeared it."""
+        """The waveform without what stays still on the badge, and as it was before a long exposure smeared it."""
         own = self.third_harmonic(overtone).size
         most = MAX_STILL_SHARE * abs(own)
         seen = overtone - standing_still(overtone, self._phase_rad, self._weight, self._smooth, most)

@@ -1,14 +1,13 @@
-"""Does the spacing of the fringes follow the distance?
+"""Does the spacing of the fringes follow the distance?  And which photographs would a forger take for a film?
 
-Nearer to the camera the fringes stand closer (`fringes.depth_law`).  Photographs from one distance that are laid over
-a film keep their spacing.  A zoom within a film changes it too, so it rejects no film; where a zoom is seen, its error
-counts.
+Nearer to the camera the fringes are closer together (`fringes.beyond_phase`).  Photographs from one distance that are
+placed over a film keep their spacing.  A zoom within a film changes it too, so it rejects no film; where a zoom is
+seen, its error counts.
 
-Convention: the gain is the change seen over that predicted: 1 on a badge, 0 on photographs.
+`seen_most` and `cross_faded` give the places where a forger would take photographs of a badge, and what they show.
 
-Where would a forger take photographs of a badge for a film, and what would they show?
-
-Convention: a place is a fringe phase, rad, with whole turns taken out, as a picture shows the same fringes a turn on.
+Convention: the gain is the change seen over that predicted: 1 on a badge, 0 on photographs.  A place is a fringe phase,
+rad, with whole turns taken out, as a picture shows the same fringes a turn on.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from moireid.verifier.limits import (
     ZOOM_ERROR_SHARE,
 )
 
-#: Independent times below which the scatter of the spacing says nothing.
+#: Independent times below which the scatter of the spacing means nothing.
 LEAST_PIECES = 2.0
 
 
@@ -46,7 +45,7 @@ class Spacing:
 
     @property
     def tested(self) -> bool:
-        """Whether the distance changed enough to tell a badge from photographs."""
+        """Whether the distance changed enough to distinguish a badge from photographs."""
         return PHOTOGRAPH_SDS * self.sd <= 1.0
 
     @property
@@ -97,9 +96,9 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     # Numbered anew, as a film's times may leave out a thousand years, and sums take memory for each number.
     times = signals[0].times_s
     _, piece = np.unique(np.floor((times - times[0]) * INDEPENDENT_PER_S), return_inverse=True)
-    told = np.bincount(piece, weights=information)
-    # Times that tell nothing do not count.
-    pieces = whole**2 / float(np.sum(told**2))
+    by_piece = np.bincount(piece, weights=information)
+    # Times without information do not count.
+    pieces = whole**2 / float(np.sum(by_piece**2))
     scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
     change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
     floor = SPACING_FLOOR_RAD / max(change, 1e-12)
@@ -116,7 +115,7 @@ def _by_zoom(signal: GratingSignal) -> float:
     if signal.covariates is None:
         return math.inf
     near = signal.covariates[np.isfinite(signal.phase_sd_rad), 1]
-    # A steady course over a range has a standard deviation of the range over sqrt(12).
+    # A steady motion over a range has a standard deviation of the range over sqrt(12).
     zoom = ZOOM_ERROR_SHARE * math.log(signal.zoom) / math.sqrt(12)
     return zoom * float(np.mean(near)) / max(float(np.std(near)), 1e-12) if len(near) else math.inf
 

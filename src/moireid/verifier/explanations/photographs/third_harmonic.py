@@ -1,14 +1,14 @@
 """Does the third harmonic turn with the fringes, as on a badge?
 
 On a badge it turns three times while the fringes pass once, so that a fringe keeps its shape.  Photographs that are all
-laid over each other, each as strongly as the fringes' place asks, give a fundamental that is right in any place.  But
-the third harmonics of three, taken a third of a turn apart, are alike and stand still; those of five or six, or of
-blurred ones, are gone.
+superposed, each as strongly as the fringes' place asks, give a fundamental that is right in any place.  But the third
+harmonics of three, taken a third of a turn apart, are alike and stay still; those of five or six, or of blurred ones,
+are gone.
 
-A true badge has a little that stands still too: the printer's dots make lines wider here and narrower there, and where
+A true badge has a little that stays still too: the printer's dots make lines wider here and narrower there, and where
 that beats at a third of a fringe it is read as third harmonic.  Dirt and uneven lenses do the same.
 
-Convention: as in `ripple`; seen from the fringes, what turns with them rests, and what stands still turns back by three
+Convention: as in `ripple`; seen from the fringes, what turns with them rests, and what stays still turns back by three
 turns in each of theirs.
 Source: Fourier series; sampling at three places a turn takes the third harmonic for a constant.
 """
@@ -31,7 +31,7 @@ LASTING_FRAMES = 4
 
 @dataclass(frozen=True)
 class ThirdHarmonic:
-    """What of the third harmonic turns with the fringes, how much stands still, and their error; contrasts.
+    """What of the third harmonic turns with the fringes, how much stays still, and their error; contrasts.
 
     least: by how much the first is more than the second on a badge, at least; sd: standard deviation of either.
     """
@@ -48,7 +48,7 @@ class ThirdHarmonic:
 
     @property
     def log10_odds(self) -> float:
-        """Decadic logarithm of the odds of a badge over photographs that are laid over each other.
+        """Decadic logarithm of the odds of a badge over superposed photographs.
 
         Source: ratio of two normal densities of the surplus: about any of at least `least`, and about any of at most 0.
             A surplus of `least` counts as `PHOTOGRAPH_SDS` standard deviations at most, as light and dirt change it.
@@ -59,7 +59,7 @@ class ThirdHarmonic:
 
     @property
     def surplus(self) -> float:
-        """What turns with the fringes, less what stands still."""
+        """What turns with the fringes, less what stays still."""
         return abs(self.size) - self.still
 
     @property
@@ -86,7 +86,7 @@ def third_harmonic_of(overtone: Complex, phase_rad: Array, weight: Array, third_
 
 
 def standing_still(overtone: Complex, phase_rad: Array, weight: Array, smooth: Array, most: float) -> Complex:
-    """The part of the overtone, (T,), that stands still on the badge; `most` contrasts of it, no more.
+    """The part of the overtone, (T,), that stays still on the badge; `most` contrasts of it, no more.
 
     Parameters: smooth (T, K): orthonormal columns that change slowly, times the weights' roots; what these take is not
         taken twice.

@@ -1,6 +1,6 @@
 """The waveform of a grating's fringes, and how many cross-faded photographs would show it as even as the film does.
 
-A forger can lay the fitting one of some photographs over each frame, or cross-fade two.  Their waveform then changes
+A forger can place the fitting one of some photographs over each frame, or cross-fade two.  Their waveform then changes
 between two of them, by its `ripple`; the more photographs, the less.
 
 Convention: contrasts, as in `ripple`.

@@ -1,6 +1,6 @@
-"""Where pages may lie in a picture: a search that needs no frame before it.
+"""Where pages may be in a picture: a search that needs no frame before it.
 
 markers.py       pages with four squares
-page_groups.py   which squares belong to one page
+page_groups.py   which squares belong to one page; the interface of a page finder
 coded_frames.py  pages with a thin coded frame
 """

@@ -32,7 +32,7 @@ LEAST_SIDE_PX = 32.0
 WINDOWS_PX, COUNTS, FAINT_COUNTS = (11, 23), 7.0, 1.5
 QUICK_WINDOW_PX, QUICK_COUNTS = 15, 10.0
 #: Gaps of an outline below this are closed, px: in the picture, and where it is enlarged.  More would join the frame to
-#: what lies beside the badge.
+#: what is next to the badge.
 CLOSED_PX, CLOSED_ENLARGED_PX = 3, 5
 #: An outline's corners are found to this share of its length.
 CORNER_SHARE = 0.03

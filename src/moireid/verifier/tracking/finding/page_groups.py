@@ -4,10 +4,10 @@ Badges of one layout carry the same four numbers, so a number does not identify 
 distance of two markers of one page fits their sizes.  For markers of two pages that is rare, and a third or fourth
 fitting marker excludes it.
 
+`PageFinder` is the interface through which the tracker searches for pages, by markers or by frames.
+
 Source: greedy search: start from pairs that a homography maps within the tolerance, and add the markers that fit best.
     Take the page with most markers, set its markers aside, and repeat.
-
-What the tracker asks of a search for pages, whatever they are found by.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def _plain(quads_px: Array, squares_mm: Array) -> list[Array]:
 def moved_page(quads_px: Array, index: Sequence[int], corners_mm: Array, before: Array) -> Array | None:
     """The page as it was a moment ago, turned, scaled and shifted in the picture onto two markers; None for others.
 
-    Two markers tell a page's tilt poorly, and registration by the gratings' borders begins only from within a pixel.
+    Two markers show a page's tilt poorly, and registration by the gratings' borders begins only from within a pixel.
     Parameters: as `pages_of`, and before: homography page mm -> px of a recent frame.
     Source: least squares over the eight corners; tilt and perspective stay those of the recent frame.
     """
@@ -165,7 +165,7 @@ EitherWay = tuple[list[Array], list[Array]]
 
 
 class PageFinder(Protocol):
-    """Finds the pages of one layout; `MarkerFinder` says what each method does."""
+    """Finds the pages of one layout; `MarkerFinder` describes each method."""
 
     work_ns: float
 

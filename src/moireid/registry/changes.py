@@ -1,18 +1,21 @@
-"""What is decided of a badge after its issue: revoked for good, suspended, reinstated.
+"""Changes to a badge after its issue: it is revoked for good, suspended or reinstated.
 
-Each is signed, and an entry of the log says who did it.
+Each change is signed, and an entry of the log says who made it.
+
+Convention: days are ISO 8601, such as 2027-05-03, in UTC.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import date
 
-from moireid.errors import RegistryError
+from moireid.errors import RegistryError, SpecError
 from moireid.registry.canonical import utc_now
-from moireid.registry.face.outward import compromise_day
-from moireid.registry.face.reading import RegistryQueries
 from moireid.registry.ledger import Transaction
+from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record, storable
 from moireid.registry.schema import badges, select_records
 
@@ -20,13 +23,13 @@ from moireid.registry.schema import badges, select_records
 LONGEST_REASON = 500
 
 
-class Deciding(RegistryQueries):
-    """The part of a registry by which badges stop to count, and count again.
+class RegistryChanges(RegistryQueries):
+    """The methods of a registry by which an issued badge stops counting, or counts again.
 
     Attributes
     ----------
     actor : str
-        Who does what is done with it.
+        The person or account that makes the changes.
     """
 
     actor: str
@@ -41,7 +44,7 @@ class Deciding(RegistryQueries):
         reason : str
             One line of at most 500 letters.
         since : str, optional
-            The day from which on it may have been in other hands, such as 2026-05-01; None where nobody knows.
+            The first day on which another person may have had it, such as 2026-05-01; None if that is not known.
 
         Returns
         -------
@@ -51,13 +54,13 @@ class Deciding(RegistryQueries):
         Raises
         ------
         RegistryError
-            Where nobody or more than one is meant, the reason is empty, or it is revoked already.
+            If the claim means no one or several people, the reason is empty, or the badge is revoked already.
         SpecError
-            Where `since` is no day, or one to come.
+            If `since` is no day, or is in the future.
 
         Notes
         -----
-        Films of before that day are rejected too: a film's own date can be forged.
+        Films from before that day are rejected too: a film's own date can be forged.
         """
         said, day = _reason(reason), None if since is None else compromise_day(since)
 
@@ -84,7 +87,7 @@ class Deciding(RegistryQueries):
         Raises
         ------
         RegistryError
-            As `revoke`; also where it is suspended already.
+            As `revoke`; also if it is suspended already.
         """
         said = _reason(reason)
 
@@ -116,7 +119,7 @@ class Deciding(RegistryQueries):
         Raises
         ------
         RegistryError
-            Where nobody or more than one is meant, or it is not suspended, or revoked.
+            If the claim means no one or several people, or the badge is not suspended, or is revoked.
         """
 
         def reinstated(old: Record) -> Record:
@@ -127,7 +130,7 @@ class Deciding(RegistryQueries):
         return self._decide(claim, "reinstate", reinstated)
 
     def _decide(self, claim: str, action: str, change: Callable[[Record], Record]) -> Record:
-        """Change a record where nobody else can write.  Raises: RegistryError where it is revoked already."""
+        """Change a record in a transaction.  Raises: RegistryError if it is revoked already."""
         found = self.find(claim)
         with self._ledger.writing(self.actor) as transaction:
             record = locked(transaction, found)
@@ -142,7 +145,7 @@ class Deciding(RegistryQueries):
 
 
 def locked(transaction: Transaction, record: Record) -> Record:
-    """The record as it is now that nobody else can write.  Raises: RegistryError where it was taken out meanwhile."""
+    """The record, read again under the transaction's write lock.  Raises: RegistryError if it was removed meanwhile."""
     holders = transaction.records(select_records().where(badges.c.id == record.id))
     if not holders:
         raise RegistryError(f"badge {record.id} was taken out of registry {transaction.ledger.shown} meanwhile")
@@ -150,10 +153,39 @@ def locked(transaction: Transaction, record: Record) -> Record:
 
 
 def _reason(text: str) -> str:
-    """A reason as it is recorded.  Raises: RegistryError where it cannot be."""
+    """A reason as it is recorded.  Raises: RegistryError if it is empty, too long, or not one line of text."""
     if not 0 < len(text.strip()) <= LONGEST_REASON or not storable(text):
         raise RegistryError(
             f"the reason {text[:80]!r} cannot be recorded; give one in plain words on a single line of at most "
             f"{LONGEST_REASON} letters"
         )
     return text.strip()
+
+
+_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
+
+
+def expiry_day(text: str) -> str:
+    """The last day on which a badge counts.  Raises: SpecError if it is no day, or in the past."""
+    day, today = _day(text, "expiry"), utc_now()[:10]
+    if day < today:
+        raise SpecError(f"the day of expiry {day} is over (today is {today}); give one to come")
+    return day
+
+
+def compromise_day(text: str) -> str:
+    """The day from which a badge's films count for nothing.  Raises: SpecError if it is no day, or in the future."""
+    day, today = _day(text, "compromise"), utc_now()[:10]
+    if day > today:
+        raise SpecError(f"the day of compromise {day} is to come (today is {today}); give the first day of doubt")
+    return day
+
+
+def _day(text: str, what: str) -> str:
+    try:
+        # `fromisoformat` also reads 20270503 and 2027-W18-1, which do not compare as text.
+        if not _DAY.fullmatch(text):
+            raise ValueError
+        return date.fromisoformat(text).isoformat()
+    except ValueError as error:
+        raise SpecError(f"the day of {what} {text[:40]!r} is none; give one such as 2027-05-03") from error

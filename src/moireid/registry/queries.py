@@ -1,4 +1,4 @@
-"""What a registry holds, looked up: one record by claim or id, lists, searches, layouts."""
+"""Queries of a registry: one record by claim or id, lists, searches, layouts, the log's entries."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from moireid.registry.claims import as_id, find_row
 from moireid.registry.ledger import Ledger
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.maintenance.erasure import erased_at
-from moireid.registry.maintenance.told import Entry, entries_of
+from moireid.registry.maintenance.log_entries import Entry, entries_of
 from moireid.registry.record import Record, storable
 from moireid.registry.schema import badges, select_alike, select_layouts, select_named_so, select_records
 
@@ -24,7 +24,7 @@ MOST_ALIKE = 2000
 
 
 class RegistryQueries:
-    """The part of a registry that is read.
+    """The methods of a registry that only read.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class RegistryQueries:
         Raises
         ------
         RegistryError
-            Where there is none, or more than one; `error.details["ids"]` lists those.
+            If there is none, or more than one; `error.details["ids"]` lists those.
         """
         try:
             return self._ledger.record(find_row(claim, self._ledger.rows, self._ledger.shown))
@@ -61,7 +61,7 @@ class RegistryQueries:
                 raise
             raise RegistryError(
                 f"the holder of badge {as_id(claim)} was erased from registry {self._ledger.shown} on {when[:10]}, so "
-                "nobody is known by it and nothing can be checked against it; ask the person for a badge issued since",
+                "it belongs to no one and nothing can be checked against it; ask the person for a badge issued since",
                 code="erased",
                 erased_at=when,
             ) from error
@@ -82,7 +82,7 @@ class RegistryQueries:
         Raises
         ------
         RegistryError
-            Where a record is not as the authority signed it.
+            If a record is not as the authority signed it.
         """
         whole = unicodedata.normalize("NFC", name)
         query = select_records().where(badges.c.name_nfc == whole).order_by(badges.c.id)
@@ -99,14 +99,14 @@ class RegistryQueries:
         Returns
         -------
         Record or None
-            None where the id is not issued.
+            None if the id is not issued.
         """
         query = select_records().where(badges.c.id == as_id(badge_id))
         rows = self._ledger.rows(query) if storable(badge_id) else []
         return self._ledger.record(rows[0]) if rows else None
 
     def ids_alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Find the issued ids, revoked or not, of which at least one of the first four parts reads so.
+        """Find the issued ids, revoked or not, that agree with at least one of these parts.
 
         Parameters
         ----------
@@ -116,8 +116,8 @@ class RegistryQueries:
         Returns
         -------
         list of str
-            Empty where more than `MOST_ALIKE` do: ids that were counted up share their first parts, which tell nobody.
-            Whether their records are sound, `by_id` tells.
+            Empty if more than `MOST_ALIKE` do: ids that were numbered in order share their first parts, which then
+            identify no one.  Their records are not checked here; `by_id` does that.
         """
         rows = self._ledger.rows(select_alike(parts).limit(MOST_ALIKE + 1)) if parts else []
         return [row.id for row in rows] if len(rows) <= MOST_ALIKE else []
@@ -133,7 +133,7 @@ class RegistryQueries:
         Returns
         -------
         dict
-            Name to the records, by id; names that look like nobody's are left out.
+            Name to the records, by id; names that look like no other are left out.
         """
         found = self._ids_named_like(list(dict.fromkeys(names)))
         return {name: [record for one in sorted(ids) if (record := self.by_id(one))] for name, ids in found.items()}
@@ -152,7 +152,7 @@ class RegistryQueries:
         return found
 
     def erased_at(self, badge_id: str) -> str | None:
-        """Tell when the holder of a badge was erased.
+        """Find when the holder of a badge was erased.
 
         Parameters
         ----------
@@ -162,12 +162,12 @@ class RegistryQueries:
         Returns
         -------
         str or None
-            UTC, ISO 8601; None where nobody was.
+            UTC, ISO 8601; None if the holder was not erased.
 
         Raises
         ------
         RegistryError
-            Where the entry that says so is not as the authority signed it.
+            If the entry that says so is not as the authority signed it.
         """
         return erased_at(self._ledger, badge_id)
 
@@ -184,12 +184,12 @@ class RegistryQueries:
         Returns
         -------
         list of Entry
-            As the log holds it; whether it is sound, `audit` tells.
+            As the log holds it, not checked; `audit` checks it.
 
         Raises
         ------
         RegistryError
-            Where the claim means nobody, or several people.
+            If the claim means no one, or several people.
         """
         subject = None if claim is None else as_id(claim)
         if claim is not None and self.erased_at(claim) is None:
@@ -218,11 +218,11 @@ class RegistryQueries:
         Parameters
         ----------
         text : str
-            Of all records where it is empty.  SQLite folds the case of ASCII letters alone.
+            If empty, all records are found.  SQLite folds the case of ASCII letters alone.
         limit : int
             How many at most.
         ids : bool
-            Without it ids are not looked at: whoever may try beginnings finds an id digit by digit.
+            If false, ids are not searched: a user who may try beginnings finds an id digit by digit.
 
         Returns
         -------
@@ -239,7 +239,7 @@ class RegistryQueries:
         return [self._ledger.record(row) for row in self._ledger.rows(page)]
 
     def layouts(self) -> list[Badge]:
-        """Give one badge of each distinct layout: all that a reader needs to read any of them.
+        """List one badge of each distinct layout, which is enough for a reader to read any of them.
 
         Returns
         -------

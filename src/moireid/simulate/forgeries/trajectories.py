@@ -1,11 +1,11 @@
 """Forgeries by a false law of motion: only the fringes are false; they are those of a camera at another place.
 
-A forged film shows the lens as a camera elsewhere would see it, while page, markers and motion stay true.  Each course
-is a false parallax coordinate at the badge's centre.  It has the mean of the true one, and its spread if it moves at
-all, so that no forgery is found by its size alone.  Within one frame, from its first row to its last, the fringes move
-with the true camera, by less than 0.01 rad over the badge.
+A forged film shows the lens as a camera elsewhere would see it, while page, markers and motion stay true.  Each
+trajectory is a false parallax coordinate at the badge's centre over time.  It has the mean of the true one, and its
+spread if it moves at all, so that no forgery is found by its size alone.  Within one frame, from its first row to its
+last, the fringes move with the true camera, by less than 0.01 rad over the badge.
 
-`shown.py` makes a forged film of any kind; `patches.py` and `flat.py` hold the kinds that need more than one course.
+`rear_layer.py` holds the kinds that need more than one trajectory, and what a film of any kind shows.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from moireid.errors import SpecError
 from moireid.simulate.motion import measured_run
 
 Array = NDArray[np.float64]
-#: Kinds that are a false course of one place, for the whole badge.
-COURSES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "reversed", "splice", "wobble")
-#: Kinds whose parts follow courses of their own.
+#: Kinds that are one false trajectory for the whole badge.
+TRAJECTORIES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "reversed", "splice", "wobble")
+#: Kinds whose parts follow trajectories of their own.
 FIELDS = ("patchy", "generative")
 #: Kinds that are a flat picture.
 FLAT = ("photo", "screen")
-KINDS = COURSES + FIELDS + FLAT
+KINDS = TRAJECTORIES + FIELDS + FLAT
 LATE_S = 0.25
 GAIN_LOW, GAIN_HIGH = 0.5, 1.9
 #: Correlation time of the random walk: with it the walk moves about as fast as a hand.
@@ -35,13 +35,13 @@ WOBBLE = 0.3
 def false_camera(kind: str, camera_mm: Array, fps: float, seed: int) -> Array:
     """Camera centres (T, 3) from which the fringes are shown, board frame.
 
-    Parameters: kind: one of `COURSES`; camera_mm (T, 3): the true centres; fps: of the film; seed: of what is random.
+    Parameters: kind: one of `TRAJECTORIES`; camera_mm (T, 3): the true centres; fps: of the film; seed: of chance.
     Convention: the parallax coordinates Cx/|Cz| and Cy/|Cz| are forged, the distance stays true.
     Raises: SpecError for an unknown kind.
     Source: each kind is one wrong law of motion.
     """
-    if kind not in COURSES:
-        raise SpecError(f"forgery {kind!r} is no false course; choose one of {', '.join(COURSES)}")
+    if kind not in TRAJECTORIES:
+        raise SpecError(f"forgery {kind!r} is no false trajectory; choose one of {', '.join(TRAJECTORIES)}")
     distance = np.abs(camera_mm[:, 2:])
     true = camera_mm[:, :2] / distance
     mean, spread = true.mean(axis=0), true.std(axis=0)
@@ -65,15 +65,15 @@ def false_camera(kind: str, camera_mm: Array, fps: float, seed: int) -> Array:
 
 
 def random_walk(count: int, fps: float, seed: int) -> Array:
-    """Two smooth random courses (T, 2), mean 0 and standard deviation 1 over the film."""
+    """Two smooth random walks (T, 2), mean 0 and standard deviation 1 over the film."""
     from scipy.ndimage import gaussian_filter1d
 
     steps = np.random.default_rng(seed).standard_normal((count, 2))
     keep = np.exp(-1.0 / (MEMORY_S * fps))
-    course = np.zeros_like(steps)
+    path = np.zeros_like(steps)
     for frame in range(1, count):
-        course[frame] = keep * course[frame - 1] + steps[frame]
-    return _of_unit_spread(gaussian_filter1d(course, 0.1 * fps, axis=0))
+        path[frame] = keep * path[frame - 1] + steps[frame]
+    return _of_unit_spread(gaussian_filter1d(path, 0.1 * fps, axis=0))
 
 
 def _other_film(count: int, fps: float, seed: int) -> Array:
@@ -86,14 +86,14 @@ def _other_film(count: int, fps: float, seed: int) -> Array:
     return np.asarray(camera[:, :2] / np.abs(camera[:, 2:]))
 
 
-def _apart_from(true: Array, course: Array) -> Array:
-    """The part of a course (T, 2) that is uncorrelated with the true one, for each axis, spread 1: the gain stays 1."""
+def _apart_from(true: Array, path: Array) -> Array:
+    """The part of a path (T, 2) that is uncorrelated with the true one, for each axis, spread 1: the gain stays 1."""
     true = true - true.mean(axis=0)
-    share = (true * course).sum(axis=0) / np.maximum((true**2).sum(axis=0), 1e-30)
-    return _of_unit_spread(course - share * true)
+    share = (true * path).sum(axis=0) / np.maximum((true**2).sum(axis=0), 1e-30)
+    return _of_unit_spread(path - share * true)
 
 
-def _of_unit_spread(course: Array) -> Array:
-    """The course less its mean, in units of its standard deviation; zeros where it stays still."""
-    course = course - course.mean(axis=0)
-    return np.asarray(course / np.maximum(course.std(axis=0), 1e-12))
+def _of_unit_spread(path: Array) -> Array:
+    """The path less its mean, in units of its standard deviation; zeros where it stays still."""
+    path = path - path.mean(axis=0)
+    return np.asarray(path / np.maximum(path.std(axis=0), 1e-12))

@@ -1,4 +1,4 @@
-"""The log as it is told: what was done to which badge, when, and by whom."""
+"""The log's entries for display: what was done to which badge, when, and by whom."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Entry:
     action : str
         Such as "enroll", "revoke", "as_built", "import", "erase".
     subject : str
-        The badge's id; of the first entry the authority's fingerprint, of "erase_actor" what stood for the actor.
+        The badge's id; of the first entry the authority's fingerprint, of "erase_actor" the actor's commitment.
     actor : str or None
-        Who did it; None where they were erased, or the entry is of a version that named nobody.
+        Who did it; None if they were erased, or the entry is of a version that named no actor.
     actor_erased : bool
         Whether they were erased.
     """
@@ -40,7 +40,7 @@ class Entry:
     actor_erased: bool
 
     def to_json(self) -> dict[str, Any]:
-        """Give what ``moireid registry log --json`` prints of it.
+        """Make the JSON object that ``moireid registry log --json`` prints.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Which films the suite makes, and one of them judged.  Beside each test: what it would catch."""
+"""Which films the suite makes, and one of them judged.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from moireid.errors import SpecError
 from moireid.simulate.effects.table import KINDS, STRENGTHS
-from moireid.simulate.forgeries.courses import KINDS as FORGED
+from moireid.simulate.forgeries.trajectories import KINDS as FORGED
 from moireid.simulate.motion import NAMED
 from moireid_lab.bench import reality
 from moireid_lab.bench.reality import DISTANCES_M, FORGERIES, NOTHING, cases, usual
@@ -27,7 +27,7 @@ def test_every_effect_is_filmed_at_every_strength_and_distance():
 
 
 def test_forged_films_are_ordinary_and_quick_ones_true_and_near():
-    """Catches: hours of films that nobody asked for; true films of a strength that are forgotten."""
+    """Catches: hours of films that were not asked for; true films of a strength that are forgotten."""
     whole = [case for case in cases() if usual(case, quick=False)]
     quick = [case for case in cases() if usual(case, quick=True)]
     assert {case.strength for case in whole if case.badge != "true"} == {"ordinary"}
@@ -45,18 +45,18 @@ def test_rows_are_kept_and_only_finds_what_is_not_usual(tmp_path: Path, monkeypa
         return []
 
     monkeypatch.setattr("moireid_lab.bench.rows.made_rows", rows)
-    told = {"quick": False, "seed": 4, "kept": tmp_path / "reality.jsonl", "progress": lambda done, of: None}
-    assert reality.run(clips=2, only="^zoom:strong 2 m gain_low$", **told) == {
+    options = {"quick": False, "seed": 4, "kept": tmp_path / "reality.jsonl", "progress": lambda done, of: None}
+    assert reality.run(clips=2, only="^zoom:strong 2 m gain_low$", **options) == {
         "suite": "reality",
         "seed": 4,
         "rows": [],
     }
     assert made == [("zoom:strong 2 m gain_low", seed, reality.FRAMES) for seed in (4, 5)]
     made.clear()
-    reality.run(clips=None, **told | {"quick": True})
+    reality.run(clips=None, **options | {"quick": True})
     assert len(made) == 1 + len(KINDS)
     with pytest.raises(SpecError, match="no case's name holds 'zooom'"):
-        reality.run(clips=None, only="zooom", **told)
+        reality.run(clips=None, only="zooom", **options)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Table and plot of films made up.  Beside each test: what it would catch."""
+"""Table and plot of films made up.  Each test states what it would catch."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def test_errors_are_those_of_the_films_that_have_a_gain():
     assert residual(shown) == 0.02 and math.isnan(residual(shown[3:]))
 
 
-def test_the_table_tells_true_and_forged_films_apart(result):
+def test_the_table_separates_true_and_forged_films(result):
     """Catches: forged films among the true ones; strengths or distances thrown together; the first row elsewhere."""
     lines = TABLES["reality"](result).splitlines()
     assert lines[0].startswith("true badge") and lines[1].split()[:3] == ["none", "1", "m"]
-    told = {tuple(line.split()[:3]): line.split()[4:] for line in lines if line.startswith("zoom")}
-    assert told["zoom", "light", "1"] == ["0", "1", "0", "nan", "nan", "2.0", "motion"]
-    assert told["zoom", "strong", "2"] == ["0", "1", "0", "0.000", "0.020", "2.0", "spacing"]
+    cells = {tuple(line.split()[:3]): line.split()[4:] for line in lines if line.startswith("zoom")}
+    assert cells["zoom", "light", "1"] == ["0", "1", "0", "nan", "nan", "2.0", "motion"]
+    assert cells["zoom", "strong", "2"] == ["0", "1", "0", "0.000", "0.020", "2.0", "spacing"]
     ordinary = [line.split()[4:] for line in lines if line.startswith("zoom ordinary")]
     assert ordinary[0] == ["1", "0", "1", "0.141", "0.020", "3.0", "gain,", "spacing"]
     assert ordinary[1][:3] == ["1", "0", "1"]
@@ -67,7 +67,7 @@ def test_the_plot_has_three_bars_for_each_effect_of_the_true_films(result):
     assert residuals.get_xlabel() == "residual, rad" and seconds.get_xlabel() == "verify, s a film"
 
 
-def test_true_films_alone_are_told_too(result):
+def test_true_films_alone_are_reported_too(result):
     """Catches: a crash on a quick run."""
     part = {"rows": [one for one in result["rows"] if one["badge"] == "true" and one["effect"] == "zoom"]}
     assert "forged" not in TABLES["reality"](part) and PLOTS["reality"](part)

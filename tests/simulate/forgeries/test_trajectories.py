@@ -1,6 +1,6 @@
-"""False courses: each kind by the property that defines it.  Beside each test: the wrong implementation it would catch.
+"""False trajectories: each kind by the property that defines it.  Each test says what it would catch.
 
-Forgeries that are no course of one place are held in test_shown.py.
+Forgeries of more than one trajectory are tested in test_shown.py.
 """
 
 from __future__ import annotations
@@ -13,7 +13,15 @@ from moireid.cli.simulate_cmd import FORGERIES
 from moireid.errors import SpecError
 from moireid.simulate.cameras import CAMERAS, FORMATS
 from moireid.simulate.effects import table
-from moireid.simulate.forgeries.courses import COURSES, GAIN_HIGH, GAIN_LOW, KINDS, LATE_S, WOBBLE, false_camera
+from moireid.simulate.forgeries.trajectories import (
+    GAIN_HIGH,
+    GAIN_LOW,
+    KINDS,
+    LATE_S,
+    TRAJECTORIES,
+    WOBBLE,
+    false_camera,
+)
 from moireid.simulate.motion import NAMED, motion_named
 from moireid.simulate.recording.encode import CODECS, RECIPES
 
@@ -32,7 +40,7 @@ def tangents(camera_mm: np.ndarray) -> np.ndarray:
     return camera_mm[:, :2] / np.abs(camera_mm[:, 2:])
 
 
-@pytest.mark.parametrize("kind", COURSES)
+@pytest.mark.parametrize("kind", TRAJECTORIES)
 def test_the_distance_stays_true(kind):
     """Catches: forging the place instead of the tangent, which would also change the beat and give itself away."""
     true = course()
@@ -134,7 +142,7 @@ def test_a_wobble_has_the_right_gain_and_a_wander_on_top():
     assert np.all(np.diff(wander, axis=0).std(axis=0) < 0.25 * wander.std(axis=0))
 
 
-@pytest.mark.parametrize("kind", COURSES)
+@pytest.mark.parametrize("kind", TRAJECTORIES)
 def test_a_camera_at_rest_shows_no_forged_motion(kind):
     """Catches: NaN of a spread of zero, and a forgery that moves where the truth does not."""
     still = np.tile([40.0, -20.0, -900.0], (60, 1))
@@ -155,7 +163,7 @@ def test_the_seed_decides_the_random_walk_and_nothing_else():
 def test_the_input_is_left_alone():
     """Catches: a forgery computed in place, which would forge the truth beside the film."""
     true = course()
-    for kind in COURSES:
+    for kind in TRAJECTORIES:
         false_camera(kind, true, FPS, seed=3)
     assert np.array_equal(true, course())
 
@@ -164,7 +172,7 @@ def test_unknown_kinds_are_refused():
     """Catches: a mistyped kind filmed as a genuine badge."""
     with pytest.raises(SpecError, match="frozen, drift, randomwalk"):
         false_camera("gain", course(), FPS, seed=3)
-    with pytest.raises(SpecError, match="no false course"):
+    with pytest.raises(SpecError, match="no false trajectory"):
         false_camera("photo", course(), FPS, seed=3)
 
 

@@ -1,0 +1,62 @@
+"""The content credentials that a film carries already, as a note in the report.
+
+They say who vouches for a file, and nothing about the badge.  So they count neither for a film nor against it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+
+from moireid.attest.credentials_work import read
+from moireid.verifier.reasons import Reason
+from moireid.verifier.session.result import Report
+
+#: More top-level boxes than this are not looked through: a fragmented film has some for each second.
+MOST_BOXES = 100_000
+
+
+def with_carried(report: Report, film: Path) -> Report:
+    """A report with a note of the credentials that its film carries; as it was where there are none.
+
+    Without c2pa-python they are not looked for.
+    """
+    if not may_carry(film) or find_spec("c2pa") is None or (found := read(film)) is None:
+        return report
+    state = found["state"]
+    who = f"signed by {found['signer']!r}" if found["signer"] else "without a signer's name"
+    words = {
+        "Trusted": "they hold, and their certificate is trusted",
+        "Valid": "they hold, by a certificate that is on no trust list known here",
+    }.get(state, "they do not hold: the film or they were changed")
+    text = f"The film carries content credentials, {who}; {words}. They are no part of the verdict."
+    note = Reason("content_credentials", "note", state, None, "", text)
+    return replace(report, reasons=(*report.reasons, note))
+
+
+def may_carry(film: Path) -> bool:
+    """Whether a film may carry credentials; an MP4 or QuickTime file without their box does not.
+
+    Loading c2pa-python takes longer than this look at the boxes.
+    Source: C2PA specification 2.2, A.5.1: in files of the ISO base media format credentials are in a `uuid` box next
+        to `moov`; so is the XMP that points to them elsewhere.
+    """
+    with film.open("rb") as stream:
+        end = stream.seek(0, 2)
+        place = 0
+        for box in range(MOST_BOXES):
+            stream.seek(place)
+            head = stream.read(16)
+            if head[4:8] == b"uuid" or (box == 0 and head[4:8] != b"ftyp"):
+                return True
+            size = int.from_bytes(head[:4])
+            if size == 1:
+                size = int.from_bytes(head[8:])
+            # A size of 0 is that of a last box, which reaches to the end.
+            place += size or end - place
+            if place >= end:
+                return False
+            if 0 < size < 8:
+                return True
+    return True
