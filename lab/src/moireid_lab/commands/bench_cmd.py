@@ -59,7 +59,7 @@ def bench_command(
     """Measure a suite of figures, and print its table.
 
     \b
-    identity    identities read, originals distinguished from copies, false matches
+    identity    identities read, originals against copies, false matches
     stability   stiff and extreme cases
     fabricate   errors of the printed page and the mount, also at extremes
     simulate    the renderers against an outside tracer; error against run time

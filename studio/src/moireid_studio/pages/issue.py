@@ -80,9 +80,7 @@ def sentences(checked: CheckedOrder, format_name: str | None = None) -> list[str
         lines += [f"From {metres:g} m the identity is read {chance}." for metres, chance in chances.items()]
     reach_m, far_m = verdict_reach_m(badge), badge.range_m[1]
     until = "" if reach_m >= far_m else f" up to {reach_m:.1f} m; from farther away, move it more"
-    lines.append(
-        f"Move badge or camera while filming. Eight seconds of swaying are enough for a verdict{until}."
-    )
+    lines.append(f"Move badge or camera while filming. Eight seconds of swaying are enough for a verdict{until}.")
     return lines
 
 

@@ -201,7 +201,7 @@ class Watching:
         share = (self._covered + event["cover"]["share"] * self._taken) / total
         if share >= least:
             return event
-        text = f"The verdict is of {100 * share:.0f} % of the pictures, as they changed their size"
+        text = f"The verdict covers {100 * share:.0f} % of the pictures, as they changed their size"
         cover = Reason("cover", "undecided", share, least, "share", f"{text}; at least {100 * least:.0f} % are needed.")
         others = [one for one in event["reasons"] if one["code"] != "cover"]
         return event | {"verdict": "inconclusive", "reasons": [*others, cover.to_json()]}
