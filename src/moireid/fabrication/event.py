@@ -164,6 +164,7 @@ def print_event(
     measured_scale: tuple[float, float] = (1.0, 1.0),
     mount: str = "none",
     figures: MountFigures | None = None,
+    parts: Parts | None = None,
     looks: Sequence[Look | None] | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
@@ -186,6 +187,8 @@ def print_event(
         One of `parts.MOUNTS`, the same for all, as boards of one event have one layout.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
+    parts : Parts, optional
+        The mounts as they were planned already; `mount` and `figures` then count no more.
     looks : sequence of Look or None, optional
         Artwork of each badge, in the order of the badges; None for name, lines and id alone.
     overwrite : bool
@@ -215,7 +218,7 @@ def print_event(
     MissingExtraError
         Where a mount is asked for and the CAD packages are not installed.
     """
-    parts = plan_parts(badges[0], mount, figures)
+    parts = parts or plan_parts(badges[0], mount, figures)
     names = _folders(badges)
     files = event_files(badges, parts)
     with tidy_folders([folder, *(folder / name for name in names)]):

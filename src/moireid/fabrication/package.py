@@ -60,6 +60,7 @@ def print_badge(
     mount: str = "lanyard",
     measured_scale: tuple[float, float] = (1.0, 1.0),
     figures: MountFigures | None = None,
+    parts: Parts | None = None,
     look: Look | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
@@ -81,6 +82,8 @@ def print_badge(
         Measured size over true size of an earlier print, along x and y.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
+    parts : Parts, optional
+        The mounts as they were planned already; `mount` and `figures` then count no more.
     look : Look, optional
         The badge's artwork; None for name, lines and id alone.
     overwrite : bool
@@ -113,7 +116,7 @@ def print_badge(
     -----
     Convention: page mm, origin top left, x right, y down, become the files' own coordinates in each writer.
     """
-    parts = plan_parts(badge, mount, figures)
+    parts = parts or plan_parts(badge, mount, figures)
     names = file_names(parts, moving=True)
     with tidy_folders([folder]):
         planned([folder / name for name in names], overwrite=overwrite, kept=kept)
@@ -151,7 +154,13 @@ def write_sheets(
     write_preview(badge, folder / "preview.png", look)
     say("assembly.pdf")
     write_assembly_pdf(
-        badge, folder / "assembly.pdf", mount=parts.printed, acrylic=parts.acrylic, figures=parts.figures, maker=maker
+        badge,
+        folder / "assembly.pdf",
+        mount=parts.printed,
+        acrylic=parts.acrylic,
+        figures=parts.figures,
+        maker=maker,
+        mount_plan=parts.mount_plan,
     )
     write_text(folder / "badge.json", badge_file(badge))
 

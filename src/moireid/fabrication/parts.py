@@ -14,7 +14,7 @@ from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.cutting import draw
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
-from moireid.fabrication.printed.mount import KINDS, MountReport, plan_mount, write_mount
+from moireid.fabrication.printed.mount import KINDS, MountPlan, MountReport, plan_mount, write_mount
 from moireid.fabrication.process import MountFigures
 from moireid.fabrication.sight import front_mm
 
@@ -29,13 +29,14 @@ class Parts:
     """The mounts that can be made for a badge.
 
     printed: the printed mount's kind, "none" without one; acrylic: the stack's plan, None without one; left_out: why
-    "printed" or "acrylic" is not made, one sentence each.
+    "printed" or "acrylic" is not made, one sentence each; mount_plan: of the printed mount, None without one.
     """
 
     printed: str
     acrylic: AcrylicPlan | None
     figures: MountFigures
     left_out: dict[str, str] = field(default_factory=dict)
+    mount_plan: MountPlan | None = None
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -59,8 +60,9 @@ def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) ->
         return Parts("none", None, figures)
     faults: dict[str, FabricationError] = {}
     stack: AcrylicPlan | None = None
+    mount_plan: MountPlan | None = None
     try:
-        plan_mount(badge, mount, figures.printed)
+        mount_plan = plan_mount(badge, mount, figures.printed)
     except FabricationError as error:
         faults["printed"] = error
     try:
@@ -76,7 +78,7 @@ def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) ->
             f"no mount can be made: printed, {faults['printed']}; in acrylic, {faults['acrylic']}; or take no mount"
         ) from faults["printed"]
     left_out = {shop: str(error) for shop, error in faults.items()}
-    return Parts("none" if "printed" in faults else mount, stack, figures, left_out)
+    return Parts("none" if mount_plan is None else mount, stack, figures, left_out, mount_plan)
 
 
 def write_parts(
@@ -99,7 +101,7 @@ def write_parts(
     report: MountReport | None = None
     if parts.printed != "none":
         say("mount.step, mount.stl and mount.3mf")
-        report = write_mount(badge, folder, kind=parts.printed, process=parts.figures.printed)
+        report = write_mount(badge, folder, kind=parts.printed, process=parts.figures.printed, plan=parts.mount_plan)
     say(GLB_FILE)
     stack = check_stack(parts.acrylic) if parts.acrylic else []
     bodies = [(body.name, body.used) for body in report.bodies] if report else []

@@ -127,7 +127,10 @@ def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Pa
     visitor.go("/verify")
     visitor.look("verify")
     broken = "The fringes do not follow the law: they move the other way than they should"
-    for film, headline in (("genuine_1.0m.mp4", "Genuine; no person was claimed"), ("forged_reversed_1.0m.mp4", broken)):
+    for film, headline in (
+        ("genuine_1.0m.mp4", "Genuine; no person was claimed"),
+        ("forged_reversed_1.0m.mp4", broken),
+    ):
         visitor.go("/verify")
         page.get_by_label("The film", exact=True).set_input_files(films / film)
         page.get_by_label("or the badge's own file").set_input_files(films / "badge.json")

@@ -20,6 +20,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.parts import Parts, plan_parts
+from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process import AcrylicProcess, MountFigures, MountProcess
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
@@ -100,9 +101,9 @@ def test_parts_are_those_of_the_plans(lens: Badge, mask: Badge) -> None:
     """Catches: a forgotten part, an order that cannot be put together, figures of the defaults for somebody's own."""
     process = MountProcess(card_mm=0.5, back_mm=2.0)
     assert [part.name for part in plain_parts(mask, process)] == ["printed card", "clear spacer", "mask film"]
-    names = [part.name.split(",")[0] for part in printed_parts(mask, "clip", process)]
+    names = [part.name.split(",")[0] for part in printed_parts(mask, plan_mount(mask, "clip", process), process)]
     assert names == ["clip", "tray", "printed card", "clear spacer", "mask film"]
-    tray, card, sheet = printed_parts(lens, "lanyard", process)
+    tray, card, sheet = printed_parts(lens, plan_mount(lens, "lanyard", process), process)
     heights = [[z for _, _, z in part.places] for part in (tray, card, sheet)]
     assert min(heights[0]) == -2.0 and (min(heights[1]), max(heights[1])) == (0.0, 0.5)
     assert (min(heights[2]), max(heights[2])) == (0.5, 0.5 + lens.lens.thickness_mm)
@@ -120,7 +121,7 @@ def test_parts_are_those_of_the_plans(lens: Badge, mask: Badge) -> None:
     ]
     assert len(stack[0].prisms) == 6 and len(stack[2].prisms[0].openings) == 1 + len(stack[1].prisms[0].openings)
     with pytest.raises(FabricationError, match="slot"):
-        printed_parts(lens, "clip", MountProcess(slot_mm=(16.0, 2.0)))
+        plan_mount(lens, "clip", MountProcess(slot_mm=(16.0, 2.0)))
 
 
 @pytest.mark.parametrize("size", [(146.0, 160.0), (120.0, 200.0)])

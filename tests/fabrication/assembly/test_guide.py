@@ -21,6 +21,7 @@ from moireid.fabrication.assembly.guide import _draw_steps, write_assembly_pdf
 from moireid.fabrication.assembly.sketches import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
 from moireid.fabrication.assembly.words import BuildPlan
 from moireid.fabrication.page.pdf import PdfPage
+from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process import MountFigures, MountProcess, mount_figures
 
 PT_PER_MM = 72 / 25.4
@@ -239,7 +240,9 @@ def test_the_badge_is_looked_at_from_where_it_is_read(form: str) -> None:
 def test_no_step_runs_into_the_next(count: int) -> None:
     """Catches: words that reach down to the next heading where there are many steps."""
     badge = design_badge(Request("A", axes="hex"), bytes(8))
-    build = BuildPlan(badge, "holder" if count == 10 else "none", None, MountFigures(), "command", 2)
+    figures = MountFigures()
+    mount, plan = ("holder", plan_mount(badge, "holder", figures.printed)) if count == 10 else ("none", None)
+    build = BuildPlan(badge, mount, None, figures, "command", plan)
     steps = words.steps(build)
     drawn: list[tuple[float, float]] = []
     sheet = PdfPage(Path("unwritten.pdf"), (210.0, 297.0), "")

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import report_mount, say, show_json, shown_rows, status_line
-from moireid.cli.printing.wear import Wear
+from moireid.issuing.wear import Wear
 
 if TYPE_CHECKING:
     from moireid.designer import Request
-    from moireid.designer.drawn import DrawnBadge
     from moireid.fabrication.process import MountFigures
+    from moireid.issuing.plan import IssuePlan
     from moireid.registry import Registry
 
 
@@ -46,11 +46,11 @@ def gathered(name: str, into: type, options: Sequence[Command]) -> Command:
 
 @dataclass(frozen=True)
 class PrintOrder:
-    """What badge to make, where its files go, and how to report it.
+    """What the badge is to be, where its files go, and how to report it.
 
-    request: without a person's name if there are many; mount: None if no mount was asked for; measured_scale: x and y;
-    kept: files that were read, which no output may replace; registry_url: where to enter the badge, None for nowhere;
-    actor: who enters it; expires: its last day.
+    request: without a person's name where there are many; mount: None where no mount was named; measured_scale: x and
+    y; kept: files that were read, which nothing may replace; registry_url, actor, expires: of who enters the badge,
+    None for no registry.
     """
 
     request: Request
@@ -69,67 +69,52 @@ class PrintOrder:
 
 
 def print_one(order: PrintOrder, payload: bytes | None) -> None:
-    """Make the badge, enter it in the registry if there is one, and report it.
+    """Plan, make and enter the badge, and report it.
 
-    Parameters: payload: the identity; None to draw one.
-    Raises: MoireIdError if the badge cannot be made; then no file and no registry is made.
+    Parameters: payload: the identity; None for one that is drawn.
+    Raises: MoireIdError where the badge cannot be; no file and no registry is made then.
     """
-    from moireid.artwork.content import with_lines
-    from moireid.designer.drawn import drawn_badge, no_holder
-    from moireid.fabrication.package import file_names
-    from moireid.fabrication.page.dress import check_look
-    from moireid.fabrication.page.lettering import name_note
+    from moireid.designer.drawn import no_holder
     from moireid.files import planned
+    from moireid.issuing.plan import IssueOrder, plan_badge
 
-    # An impossible request is refused before a registry is made for it.
-    drawn = drawn_badge(order.request, payload, no_holder if order.registry_url is not None else None)
-    trial = drawn.badge
-    name_note(trial.name)
-    check_look(with_lines(trial, order.wear.lines), order.wear.look(order.request.axes))
-    mount, parts, note = order.wear.parts(trial, order.mount, order.figures)
+    wanted = IssueOrder(order.request, order.wear, order.mount, order.figures, payload)
+    # A wish that cannot be is refused before a registry is made for it.
+    plan = plan_badge(wanted, no_holder if order.registry_url is not None else None)
     if order.registry_url is None:
-        _make(order, drawn, mount, note, None)
+        _make(order, plan, None)
         return
     from moireid.registry import open_registry
 
-    files = [order.folder / name for name in file_names(parts, moving=True)]
+    files = [order.folder / name for name in plan.files]
     planned(files, overwrite=order.overwrite, make_folders=False, kept=order.kept)
     with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
-        if payload is not None or registry.by_id(trial.id or "") is not None:
-            drawn = drawn_badge(order.request, payload, registry.by_id)
-        _make(order, drawn, mount, note, registry)
+        if registry.by_id(plan.badge.id or "") is not None:
+            plan = plan_badge(wanted, registry.by_id)
+        _make(order, plan, registry)
 
 
-def _make(order: PrintOrder, drawn: DrawnBadge, mount: str, about_mount: str | None, registry: Registry | None) -> None:
+def _make(order: PrintOrder, plan: IssuePlan, registry: Registry | None) -> None:
     """Make and issue the badge, and report it."""
-    from moireid.artwork.content import with_lines
     from moireid.cli.issue_notes import derived_notes, look_alike_notes, namesake_notes
     from moireid.designer import explain as explain_badge
-    from moireid.fabrication.package import print_badge
-    from moireid.fabrication.page.dress import look_notes
-    from moireid.fabrication.page.lettering import name_note
+    from moireid.issuing.plan import write
 
-    badge = with_lines(drawn.badge, order.wear.lines)
-    look = order.wear.look(order.request.axes)
+    badge = plan.badge
     others = [*namesake_notes([badge], registry), *look_alike_notes([badge], registry)] if registry else []
-    printed_in_part = (name_note(badge.name), *look_notes(badge, look))
-    possible = (about_mount, *printed_in_part, drawn.note, *derived_notes([badge]), *others)
-    notes = [note for note in possible if note]
+    notes = [*plan.notes, *derived_notes([badge]), *others]
     for note in notes:
         say(f"note: {note}")
     issue = (lambda: registry.enroll(badge, warned=True, expires=order.expires)) if registry else None
-    with status_line() as show_status:
-        printed = print_badge(
-            badge,
+    with status_line() as show:
+        printed = write(
+            plan,
             order.folder,
-            mount=mount,
             measured_scale=order.measured_scale,
-            figures=order.figures,
-            look=look,
             overwrite=order.overwrite,
             kept=order.kept,
-            before_moving=issue,
-            progress=lambda file: show_status(f"making {file}"),
+            issue=issue,
+            progress=lambda file: show(f"making {file}"),
         )
     files = {name: str(path) for name, path in printed.files.items()}
     report_mount(printed.left_out, printed.removed)

@@ -18,16 +18,17 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer.people import DesignResult
     from moireid.fabrication import Event
+    from moireid.fabrication.parts import Parts
     from moireid.registry import Registry
 
 
 @dataclass(frozen=True)
 class _List:
-    """A list that was read; mount: of all badges; guessed: what was guessed on reading it, None if nothing."""
+    """A list that was read; parts: the mount of all; guessed: what was guessed on reading it, None if nothing."""
 
     order: PrintOrder
     path: Path
-    mount: str
+    parts: Parts
     guessed: str | None
     designed: list[DesignResult]
 
@@ -57,10 +58,9 @@ def print_people(order: PrintOrder, people_csv: Path) -> None:
             line=next(iter(order.wear.lines), ""),
         )
     )
-    mount = order.mount or "none"
     badges = badges_of(designed)
-    parts = plan_parts(badges[0], mount, order.figures)
-    found = _List(order, people_csv, mount, listed.note, designed)
+    parts = plan_parts(badges[0], order.mount or "none", order.figures)
+    found = _List(order, people_csv, parts, listed.note, designed)
     _dressed(found, badges)
     if order.registry_url is None:
         _make(found, None)
@@ -92,8 +92,7 @@ def _make(found: _List, registry: Registry | None) -> None:
             badges,
             order.folder,
             measured_scale=order.measured_scale,
-            mount=found.mount,
-            figures=order.figures,
+            parts=found.parts,
             looks=looks,
             overwrite=order.overwrite,
             kept=[found.path, *order.kept, *kept_pictures(looks)],

@@ -18,9 +18,9 @@ from moireid.cli.common import (
 from moireid.cli.printing.one_badge import PrintOrder, print_one
 from moireid.cli.printing.options import Design, MountWish, design_options, mount_options
 from moireid.cli.printing.people import print_people
-from moireid.cli.printing.wear import Wear
 from moireid.cli.printing.wear_options import wear_options
 from moireid.errors import SpecError
+from moireid.issuing.wear import Wear
 
 
 @click.command("print")

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from moireid.cli.printing.one_badge import gathered
-from moireid.cli.printing.wear import Wear
+from moireid.issuing.wear import Wear
 
 #: Names of `designer.formats.FORMATS`, repeated here because importing that package would slow down `--help`.
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")

@@ -16,7 +16,7 @@ from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, NUT_MM, TH
 from moireid.fabrication.assembly.axonometry import GAP, Loop, Part, Prism, project, signed_area
 from moireid.fabrication.page.artwork import marker_squares
 from moireid.fabrication.printed.holders import HolderBody
-from moireid.fabrication.printed.mount import plan_mount
+from moireid.fabrication.printed.mount import MountPlan
 from moireid.fabrication.printed.snap import SnapPlan, hole_mm
 from moireid.fabrication.printed.tray import TrayPlan, tab_corners, tab_outline, tabs_of
 from moireid.fabrication.process import MountProcess
@@ -37,9 +37,9 @@ def plain_parts(badge: Badge, process: MountProcess) -> list[Part]:
     return [_card(badge, process.card_mm), *_front(badge, process.card_mm, process.film_mm)]
 
 
-def printed_parts(badge: Badge, kind: str, process: MountProcess) -> list[Part]:
-    """The printed mount with card and front, from behind to the front.  Raises: FabricationError as `plan_mount`."""
-    plan, holder = plan_mount(badge, kind, process)
+def printed_parts(badge: Badge, mount: MountPlan, process: MountProcess) -> list[Part]:
+    """The printed mount with card and front, from behind to the front."""
+    plan, holder = mount
     if isinstance(plan, SnapPlan):
         return [_snap(plan, process), *plain_parts(badge, process)]
     behind = [_holder(holder, plan)] if holder else []

@@ -16,7 +16,7 @@ from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, pr
 from moireid.fabrication.assembly.words import BuildPlan, Maker, Step
 from moireid.fabrication.page.lettering import PICTURE_DPI, name_picture, printable, set_name
 from moireid.fabrication.page.pdf import BOLD, PdfPage
-from moireid.fabrication.printed.mount import plan_mount
+from moireid.fabrication.printed.mount import MountPlan, plan_mount
 from moireid.fabrication.process import MountFigures
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM, Printer
@@ -40,16 +40,18 @@ def write_assembly_pdf(
     acrylic: AcrylicPlan | None = None,
     figures: MountFigures | None = None,
     maker: Maker = "command",
+    mount_plan: MountPlan | None = None,
 ) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
     Parameters: mount: kind of the printed mount, "none" without one; acrylic: the stack, if one can be built instead
         of it or alone; figures: those of the plans, None for the defaults; maker: who makes it, as only a command's
-        sheet speaks of commands.
+        sheet speaks of commands; mount_plan: of the printed mount, None to plan it here.
     """
     figures = figures or MountFigures()
-    slots = 0 if mount == "none" else len(plan_mount(badge, mount, figures.printed)[0].slots)
-    build = BuildPlan(badge, mount, acrylic, figures, maker, slots)
+    if mount_plan is None and mount != "none":
+        mount_plan = plan_mount(badge, mount, figures.printed)
+    build = BuildPlan(badge, mount, acrylic, figures, maker, mount_plan)
     views = _views(build)
     paper_mm = PAPERS_MM.get(str((badge.print or {}).get("paper", "a4")), PAPERS_MM["a4"])
     with whole_file(path) as temporary:
@@ -150,8 +152,8 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
 def _views(build: BuildPlan) -> list[tuple[str, list[Part]]]:
     """The exploded views, one for each way to build the badge: heading and parts."""
     views, figures = [], build.figures
-    if build.mount != "none":
-        parts = printed_parts(build.badge, build.mount, figures.printed)
+    if build.mount_plan is not None:
+        parts = printed_parts(build.badge, build.mount_plan, figures.printed)
         views.append(("Exploded view: the printed mount", parts))
     if build.acrylic:
         screw = f"M3 × {words.screw_length_mm(build.acrylic)}"

@@ -12,7 +12,7 @@ from typing import Literal
 from moireid.badge import Badge, CodedFrame
 from moireid.fabrication.acrylic.plates import AcrylicPlan
 from moireid.fabrication.assembly import sketches
-from moireid.fabrication.printed.mount import SLOTS
+from moireid.fabrication.printed.mount import SLOTS, MountPlan
 from moireid.fabrication.process import MountFigures
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import Axis
@@ -43,7 +43,7 @@ class Step:
 class BuildPlan:
     """What is built: the badge, the printed mount's kind ("none" without one), the acrylic stack, and its makers.
 
-    slots: lanyard slots that the printed mount has.
+    mount_plan: of the printed mount, None without one.
     """
 
     badge: Badge
@@ -51,7 +51,12 @@ class BuildPlan:
     acrylic: AcrylicPlan | None
     figures: MountFigures
     maker: Maker
-    slots: int = 0
+    mount_plan: MountPlan | None = None
+
+    @property
+    def slots(self) -> int:
+        """How many lanyard slots the printed mount has."""
+        return len(self.mount_plan[0].slots) if self.mount_plan else 0
 
     @property
     def look_m(self) -> float:

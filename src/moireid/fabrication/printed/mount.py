@@ -70,12 +70,16 @@ class MountReport:
     figures: dict[str, float]
 
 
+#: Figures of a mount, checked: of a tray or a snap-in holder, and of what carries a tray.
+MountPlan = tuple[TrayPlan | SnapPlan, HolderBody | None]
+
+
 def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
     """The lanyard mount of a badge as a build123d Part.  Raises: as `mount_bodies`."""
     return mount_bodies(badge, "lanyard", process)[0].on_bed
 
 
-def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan | SnapPlan, HolderBody | None]:
+def plan_mount(badge: Badge, kind: str, process: MountProcess) -> MountPlan:
     """The figures of a mount, checked in milliseconds and before any CAD package is needed: of a tray and what carries
     it, or of a snap-in holder.
 
@@ -96,25 +100,27 @@ def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan
     return plan, holder
 
 
-def mount_bodies(badge: Badge, kind: str, process: MountProcess | None = None) -> tuple[Body, ...]:
+def mount_bodies(
+    badge: Badge, kind: str, process: MountProcess | None = None, plan: MountPlan | None = None
+) -> tuple[Body, ...]:
     """The bodies of a mount; the tray, or the snap-in holder, is the first.
 
-    Parameters: kind: one of `KINDS`.
+    Parameters: kind: one of `KINDS`; plan: as `plan_mount` gives it, None to plan it here.
     Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, a body is larger than a
         printer, or no solid can be made so; MissingExtraError without build123d.
     """
     process = process or MountProcess()
-    plan, holder = plan_mount(badge, kind, process)
+    body, holder = plan or plan_mount(badge, kind, process)
     b3d = cad_package("build123d")
     try:
-        if isinstance(plan, SnapPlan):
-            return (_snap_body(b3d, plan, process),)
-        lower = (-plan.out_x, plan.bottom, -process.back_mm)
-        upper = (plan.out_x, plan.tab_top, plan.lip_top)
-        tray = shape_tray(b3d, plan, process)
+        if isinstance(body, SnapPlan):
+            return (_snap_body(b3d, body, process),)
+        lower = (-body.out_x, body.bottom, -process.back_mm)
+        upper = (body.out_x, body.tab_top, body.lip_top)
+        tray = shape_tray(b3d, body, process)
         bodies = [Body("tray", tray, tray, ExpectedSolid(float(tray.volume), lower, upper))]
         if holder:
-            bodies.append(_holder_body(b3d, holder, plan, process))
+            bodies.append(_holder_body(b3d, holder, body, process))
     except (ValueError, RuntimeError) as error:
         raise FabricationError(f"no mount can be shaped of {process} ({error}); go back to the defaults") from error
     return tuple(bodies)
@@ -128,10 +134,11 @@ def write_mount(
     overwrite: bool = False,
     process: MountProcess | None = None,
     tolerance_mm: float = 0.05,
+    plan: MountPlan | None = None,
 ) -> MountReport:
     """Write mount.step, mount.stl and mount.3mf, read all back, and keep them only if all hold what was designed.
 
-    Parameters: tolerance_mm: how far the STL's facets may lie off the true surface.
+    Parameters: tolerance_mm: how far the STL's facets may be off the true surface; plan: as for `mount_bodies`.
     Raises: as `mount_bodies`; SpecError where a file exists and overwrite is false; FabricationError where a file
         fails its check, in which case none is written and no older one is touched.
     """
@@ -141,8 +148,8 @@ def write_mount(
     # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.
     for name in ("trimesh", "manifold3d", "lib3mf", "build123d"):
         cad_package(name)
-    bodies = mount_bodies(badge, kind, process)
-    plan, _ = plan_mount(badge, kind, process)
+    plan = plan or plan_mount(badge, kind, process)
+    bodies, (held, _) = mount_bodies(badge, kind, process, plan), plan
     expected = _together([body.expected for body in bodies])
     whole = (
         bodies[0].on_bed if len(bodies) == 1 else cad_package("build123d").Compound([body.on_bed for body in bodies])
@@ -157,10 +164,10 @@ def write_mount(
         check_3mf(new_3mf, [body.expected for body in bodies])
         for body, mesh in zip(bodies, meshes, strict=True):
             check_overhangs(mesh, body.name)
-        if isinstance(plan, SnapPlan):
-            _check_snap_body(meshes[0], plan, process)
+        if isinstance(held, SnapPlan):
+            _check_snap_body(meshes[0], held, process)
         else:
-            _check_bodies(bodies, meshes, plan, process)
+            _check_bodies(bodies, meshes, held, process)
     (x0, y0, z0), (x1, y1, z1) = expected.lower_mm, expected.upper_mm
     return MountReport(
         step,
@@ -171,7 +178,7 @@ def write_mount(
         expected.volume_mm3 * PLA_G_PER_MM3,
         triangles,
         bodies,
-        _report_figures(plan, process),
+        _report_figures(held, process),
     )
 
 

@@ -20,12 +20,13 @@ from typing import Any
 
 from moireid.designer.people import parse_people
 from moireid.errors import SpecError
+from moireid.issuing.plan import write
 from moireid.names import line_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
 from moireid.sandbox.child import Talk
 from moireid_studio.jobs.lists import dress_people
-from moireid_studio.jobs.orders import BadgeOrder, Wish, ready
+from moireid_studio.jobs.orders import BadgeOrder, Wish, plan_order
 from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE, Progress, Send, Task
 from moireid_studio.problems import plain
 from moireid_studio.store.storage import unpacked, written
@@ -36,22 +37,18 @@ def issue_badge(
 ) -> None:
     """Make one badge's package, and issue the badge; `order_file` holds a `BadgeOrder`.
 
-    Raises: as `orders.ready`, and FabricationError where a file fails its check.
+    Raises: as `orders.plan_order`, and FabricationError where a file fails its check.
     """
-    from moireid.fabrication.package import file_names, print_badge
-
     content, pictures = _opened(order_file, ORDER)
     order, folder, steps = BadgeOrder.model_validate_json(content), Path("badge"), count(1)
     with _registry(registry_url, keys, signer, actor) as registry:
-        made = ready(order, registry, pictures)
-        most = len(file_names(made.parts, moving=True))
-        printed = print_badge(
-            made.badge,
+        made = plan_order(order, registry, pictures)
+        most = len(made.files)
+        printed = write(
+            made,
             folder,
-            mount=made.mount,
-            look=made.look,
             maker="studio",
-            before_moving=lambda: registry.enroll(made.badge, warned=True),
+            issue=lambda: registry.enroll(made.badge, warned=True),
             progress=lambda file: progress(next(steps), most),
         )
     _pack(folder, f"badge-{made.badge.id}")

@@ -13,22 +13,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from moireid.artwork.content import with_lines
 from moireid.artwork.placing import Look
 from moireid.badge import Badge
-from moireid.cli.printing.wear import Wear
 from moireid.designer import Request, explain, payload_from_hex
-from moireid.designer.drawn import drawn_badge
+from moireid.designer.drawn import KnownHolder
 from moireid.designer.formats import FORMATS
 from moireid.designer.link import LinkBudget
 from moireid.designer.reach import link_budgets
 from moireid.designer.request import clean_name
-from moireid.errors import RegistryError, SpecError
-from moireid.fabrication.page.dress import check_look, look_notes
-from moireid.fabrication.page.lettering import name_note
-from moireid.fabrication.parts import Parts
+from moireid.errors import SpecError
 from moireid.fabrication.process import MountFigures
 from moireid.idcodes import is_name_derived
+from moireid.issuing.plan import IssueOrder, IssuePlan, plan_badge
+from moireid.issuing.wear import Wear
 from moireid.names import MOST_LINES
 from moireid.registry import Record, Registry
 
@@ -181,7 +178,7 @@ class CheckedOrder:
     look: Look | None
     rows: list[tuple[str, str]]
     links: list[tuple[float, LinkBudget]]
-    holder: Record | None
+    holder: KnownHolder | None
     namesakes: list[Record]
     look_alikes: list[Record]
     files: tuple[str, ...]
@@ -196,21 +193,7 @@ class CheckedOrder:
         return f"{self.badge.id} {self.badge.name}" if notable else None
 
 
-@dataclass(frozen=True)
-class Ready:
-    """A badge as it is ordered: what it wears, who holds this very badge already, the mount's kind and parts, and what
-    there is to say of that.
-    """
-
-    badge: Badge
-    look: Look | None
-    holder: Record | None
-    mount: str
-    parts: Parts
-    note: str | None
-
-
-def ready(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] | None = None) -> Ready:
+def plan_order(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] | None = None) -> IssuePlan:
     """The badge of an order, and what goes with it; nothing is issued.
 
     Parameters: pictures: as for `Wish.wear`.
@@ -218,24 +201,15 @@ def ready(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] | 
     """
     wear = order.wear(pictures)
     request = order.request(order.name, wear)
-    badge = with_lines(drawn_badge(request, order.chosen(), registry.by_id).badge, order.lines)
-    look = wear.look(order.axes)
-    check_look(badge, look)
-    holder = registry.by_id(badge.id or "")
-    if holder is not None and holder.badge != badge:
-        raise RegistryError(
-            f"badge {badge.id} is held by {holder.name!r} already, and is another badge; give another identity"
-        )
-    mount, parts, note = wear.parts(badge, order.mount, MountFigures())
-    return Ready(badge, look, holder, mount, parts, note)
+    return plan_badge(IssueOrder(request, wear, order.mount, MountFigures(), order.chosen()), registry.by_id)
 
 
 def checked(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] | None = None) -> CheckedOrder:
     """The badge of an order, if it can be made, and all that is known of it; nothing is issued.
 
-    Raises: as `ready`.
+    Raises: as `plan_order`.
     """
-    found = ready(order, registry, pictures)
+    found = plan_order(order, registry, pictures)
     badge = found.badge
     return CheckedOrder(
         badge,
@@ -247,7 +221,7 @@ def checked(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] 
         registry.look_alikes([badge.name]).get(badge.name, []),
         found.parts.files,
         found.parts.left_out,
-        tuple(note for note in (name_note(badge.name), *look_notes(badge, found.look), found.note) if note),
+        found.notes,
         is_name_derived(badge),
     )
 

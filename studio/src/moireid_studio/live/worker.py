@@ -30,7 +30,7 @@ LIMITS = ProcessLimits(memory_bytes=1 << 30, cpu_s=600, file_bytes=0)
 
 @dataclass(frozen=True)
 class Start:
-    """Whose badge is to be seen, whether in a call's tile, and whether without a challenge the verdict is inconclusive."""
+    """Whose badge is expected, whether in a tile of a call, and whether without a challenge it is inconclusive."""
 
     found: ClaimedBadge
     in_call: bool = False

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from moireid.badge import Badge
-from moireid.cli.printing.wear import Wear
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError
 from moireid.fabrication.process import MountFigures, mount_figures
+from moireid.issuing.wear import Wear
 
 CARD = Wear("cr80", "portrait", None, None, None, None, (), None, None, None)
 

@@ -1,0 +1,76 @@
+"""The issuing service.  Next to each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from moireid.badge import load_badge
+from moireid.designer import Request, random_payload
+from moireid.errors import RegistryError
+from moireid.fabrication.process import MountFigures
+from moireid.issuing.plan import IssueOrder, plan_badge, write
+from moireid.issuing.wear import Wear
+from moireid.registry import open_registry
+
+PLAIN = Wear(None, None, None, None, None, None, ("Reporter",), None, None, None)
+
+
+def order(mount: str | None = "none", payload: bytes | None = None) -> IssueOrder:
+    return IssueOrder(PLAIN.fit(Request("Ada Lovelace")), PLAIN, mount, MountFigures(), payload)
+
+
+@pytest.fixture
+def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """How often the badge is designed and its mount is planned."""
+    found: Counter[str] = Counter()
+
+    def counted(where: str, name: str) -> None:
+        module = __import__(where, fromlist=[name])
+        own: Callable[..., Any] = getattr(module, name)
+
+        def call(*args: Any, **more: Any) -> Any:
+            found[name] += 1
+            return own(*args, **more)
+
+        monkeypatch.setattr(module, name, call)
+
+    counted("moireid.designer.drawn", "design_badge")
+    for module in ("fabrication.parts", "fabrication.assembly.guide", "fabrication.printed.mount"):
+        counted(f"moireid.{module}", "plan_mount")
+    return found
+
+
+def test_a_badge_is_designed_once_and_its_mount_planned_once(tmp_path: Path, calls: Counter[str]) -> None:
+    """Catches: a second draw after the checks, so that another identity is printed; plans made anew for each file."""
+    plan = plan_badge(order("lanyard"), None)
+    printed = write(plan, tmp_path / "ada")
+    assert calls == {"design_badge": 1, "plan_mount": 1}
+    assert load_badge(printed.files["badge.json"]) == plan.badge
+    assert list(printed.files) == plan.files and printed.mount_mass_g
+
+
+def test_a_plan_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a check that leaves a folder or a registry."""
+    monkeypatch.chdir(tmp_path)
+    plan_badge(order(), None)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_identity_of_another_badge_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a plan for an identity that somebody else has, which fails after all files are made."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    payload = random_payload(8)
+    with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:
+        first = plan_badge(order(payload=payload), registry.by_id)
+        assert first.holder is None
+        registry.enroll(first.badge)
+        again = plan_badge(order(payload=payload), registry.by_id)
+        assert again.holder is not None and again.holder.name == "Ada Lovelace"
+        other = IssueOrder(PLAIN.fit(Request("Grace Hopper")), PLAIN, "none", MountFigures(), payload)
+        with pytest.raises(RegistryError, match="is held by 'Ada Lovelace' already"):
+            plan_badge(other, registry.by_id)
