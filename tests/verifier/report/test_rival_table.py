@@ -22,16 +22,8 @@ from moireid.verifier.explanations.rivals import RIVALS, Rival
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
-from moireid.verifier.report.rival_table import (
-    DOES,
-    PHOTOGRAPHS,
-    best_fit,
-    best_rival,
-    odds_line,
-    rival_plot,
-    shaped_rival,
-    table_of,
-)
+from moireid.verifier.report.rival_plot import best_fit, rival_plot, shaped_rival
+from moireid.verifier.report.rival_table import DOES, PHOTOGRAPHS, best_rival, odds_line, table_of
 from moireid.verifier.session.result import Report
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.attest.signing import signing_options
 from moireid.cli.common import (
     FiniteRange,
     bundle_option,
@@ -112,7 +111,6 @@ OPTIONS = (
         callback=_show_schema,
         help="Print the JSON Schema of what --json prints, and exit.",
     ),
-    signing_options,
     overwrite_option,
     json_option,
 )

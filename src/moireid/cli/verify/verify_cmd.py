@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.attest.signing import Signing, detectors_from, planned_signing
+from moireid.cli.attest.signing import Signing, detectors_from, planned_signing, signing_options
 from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, report_standing, say, show_json
 from moireid.cli.verify.options import ClaimWish, VerifyOptions, check_wish, verify_options
 
@@ -278,6 +278,7 @@ def show_verdict(
 @click.command("verify")
 @click.argument("video", type=click.Path(path_type=Path))
 @verify_options
+@signing_options
 @friendly
 def verify_command(**given: Any) -> None:
     """Check a film: is the badge real, and is it the claimed one?

@@ -5,6 +5,7 @@ circumstances.py  what is not in the film: when and by which claim it was checke
 headline.py       the result in one line, by name, and what to do next
 findings.py       failures first, passes last
 rival_table.py    what else could move the fringes, and which of these explanations remain
+rival_plot.py     the measured phase with the best fit of the law and of the best rival
 seconds.py        which seconds were judged, as bars and in words; one frame of the film
 plots.py          the plot of the law over time, and the plots for experts
 """

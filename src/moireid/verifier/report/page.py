@@ -27,7 +27,8 @@ from moireid.verifier.report.circumstances import Circumstances, claimed_in, mom
 from moireid.verifier.report.findings import sorted_findings
 from moireid.verifier.report.headline import headline_of
 from moireid.verifier.report.plots import NARROW, law_plot, parallax_of, plots_of
-from moireid.verifier.report.rival_table import NO_PROBABILITY, rival_plot, table_of
+from moireid.verifier.report.rival_plot import rival_plot
+from moireid.verifier.report.rival_table import NO_PROBABILITY, table_of
 from moireid.verifier.report.seconds import frame_picture, moment_to_show, seconds_of
 from moireid.verifier.session.result import Report
 

@@ -23,7 +23,6 @@ from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.decision.figures import window_correlations
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import WINDOW_FRAMES
-from moireid.verifier.report.seconds import LAW
 from moireid.verifier.session.cover import Span, seen_spans, within
 from moireid.verifier.session.result import Report
 
@@ -45,6 +44,9 @@ DARK = {
 }
 #: Digits of a coordinate in a plot that are too fine to be seen.
 FINE = re.compile(r"(\d+\.\d{2})\d+")
+
+#: What each colour of the law's bar means.
+LAW = {"accept": "the law holds", "reject": "the law is broken", "inconclusive": "too little to decide"}
 
 
 def figure_of(width: float, height: float) -> tuple[Any, Any]:

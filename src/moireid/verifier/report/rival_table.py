@@ -1,10 +1,7 @@
 """The table of explanations, for people: what could have moved the fringes, and which explanations remain.
 
-A plot shows the measured phase with the best fit of the law and of the best rival.
-
 Convention: odds are those of the law over a rival, so they count against the rival; a share is in how many of 100 cases
-a rival would look as much like the law as this film does.  The plot is as `law_plot`; each curve has mean 0 in each
-stretch, as in the comparison of explanations.
+a rival would look as much like the law as this film does.
 """
 
 from __future__ import annotations
@@ -13,16 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from moireid.verifier.decision.comparison import CONTAINING, LAW, Explanation
+from moireid.verifier.decision.comparison import CONTAINING, LAW
 from moireid.verifier.decision.figures import in_words
 from moireid.verifier.decision.findings import NAMED_RESIDUAL_SHARE
-from moireid.verifier.explanations.honest import PhaseSeries, phase_series
-from moireid.verifier.explanations.rivals import RIVALS, Rival
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, MAX_RIVAL_LOG10, MAX_RIVAL_SHARE
-from moireid.verifier.report.plots import MEASURED, NARROW, PREDICTED, RIVAL, WIDE, Array, broken, figure_of, svg_of
-from moireid.verifier.session.result import Report
 
 #: An entry of `explanations`, as in the JSON of a report.
 Entry = Mapping[str, Any]
@@ -168,79 +159,3 @@ def _power(log10: float) -> str:
 
 def _share(share: float) -> str:
     return "0" if share == 0 else f"{100 * share:.2g}"
-
-
-#: Rivals that have a shape of their own over the whole film.
-SHAPED = {rival.name: rival for rival in RIVALS if rival.variants is not None}
-#: Room above and below the curves, as a share of their height; a rival that fits badly is cut off there.
-SPARE = 0.25
-
-
-def rival_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
-    """The plot as SVG; None if nothing was compared."""
-    best = shaped_rival(report)
-    if best is None or report.measurement is None:
-        return None
-    signal = report.measurement.gratings[report.most_informative]
-    series = phase_series(signal)
-    if series is None:
-        return None
-    first_s = float(signal.times_s[np.isfinite(signal.phase_sd_rad)][0])
-    curves = [phase / (2 * np.pi) for phase in (series.law_rad, best_fit(best, series), series.measured_rad)]
-    at, law, rival, seen = broken(series.times_s + first_s, series.stretch, *curves)
-    figure, axes = figure_of(*size)
-    axes.plot(at, law, color=PREDICTED, linewidth=3.2, alpha=0.55, label="by the law")
-    axes.plot(at, seen, color=MEASURED, linewidth=1.3, label="as seen")
-    axes.plot(at, rival, color=RIVAL, linewidth=1.8, linestyle=(0, (5, 4)), label=f"if they {DOES[best.name]}")
-    axes.set_xlim(at[0], at[-1])
-    low, high = min(np.nanmin(law), np.nanmin(seen)), max(np.nanmax(law), np.nanmax(seen))
-    axes.set_ylim(low - SPARE * (high - low), high + SPARE * (high - low))
-    axes.set_xlabel("time, s")
-    axes.set_ylabel("place of the fringes, in widths")
-    columns = 1 if size == NARROW else 3
-    axes.legend(frameon=False, fontsize=9, ncols=columns, loc="lower left", bbox_to_anchor=(-0.02, 1))
-    return svg_of(figure)
-
-
-def shaped_rival(report: Report) -> Explanation | None:
-    """Of the rivals with a shape of their own, the one that is nearest to the film.
-
-    Convention: the one that fits best, and of several that are equally good within a factor of ten the simplest; if
-    none fits better than the law, one that would look the same comes first.
-    """
-    found = report.invariant.explanations
-    known = {one.name: one for one in found if one.name in SHAPED and one.log10_odds is not None}
-    alike = [one for one in known.values() if one.fits and one.share is not None]
-    if alike and not any(one.better for one in known.values()):
-        return max(alike, key=lambda one: one.share or 0.0)
-    best = simplest([one.to_json() for one in known.values()])
-    return None if best is None else known[best["name"]]
-
-
-def best_fit(one: Explanation, series: PhaseSeries) -> Array:
-    """The phase (N,) of a rival with the parameters that fit the measured phase best, rad.
-
-    Notes
-    -----
-    Source: weighted least squares over the rival's shapes, as `explanations.rivals`; a gain is that of the table.
-    """
-    if one.name == "another_gain":
-        return one.parameters["gain"] * series.law_rad
-    root = np.sqrt(series.weight)
-    fits = [_fitted(series, columns, root) for columns in _shapes(SHAPED[one.name], series)]
-    return min(fits, key=lambda fit: float(np.sum((root * (series.measured_rad - fit)) ** 2)))
-
-
-def _shapes(rival: Rival, series: PhaseSeries) -> list[Array]:
-    """The columns (N, K) of each variant of a rival."""
-    assert rival.variants is not None
-    return [columns for _, columns in rival.variants(series)]
-
-
-def _fitted(series: PhaseSeries, columns: Array, root: Array) -> Array:
-    """The sum of columns (N, K) that is nearest to the measured phase, (N,)."""
-    if not columns.shape[1]:
-        return np.zeros(len(series.times_s))
-    table = series.centred(columns)
-    found = np.linalg.lstsq(root[:, None] * table, root * series.measured_rad, rcond=1e-9)[0]
-    return np.asarray(table @ found)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError
+from moireid.verifier.report.plots import LAW
 from moireid.verifier.session.cover import outside, within
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import Film
@@ -85,8 +86,6 @@ Span = tuple[float, float]
 LEAST_GAP_S, MOST_NAMED = 0.5, 3
 #: From this share on, a film counts as judged completely.
 WHOLE = 0.995
-#: What each colour of the law's bar means.
-LAW = {"accept": "the law holds", "reject": "the law is broken", "inconclusive": "too little to decide"}
 
 
 @dataclass(frozen=True)

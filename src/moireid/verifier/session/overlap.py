@@ -16,8 +16,6 @@ Source: the second mitigation of Qing et al. (2026): overlap of badge and face.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import cv2
@@ -32,44 +30,14 @@ from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import MIN_EXCITATION_RAD, SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.measuring import MIN_AGREEING_SHARE, MIN_OVERLAP_S, MIN_OVERLAP_SHARE, MIN_READ_SHARE
 from moireid.verifier.picture import Frame
-from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
+from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.chapters import Chapter
 from moireid.verifier.session.faces import Face, FaceFollower
+from moireid.verifier.session.result import Overlap
 from moireid.verifier.timeline import Spans
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Overlap:
-    """Outcome of the protocol: findings, when the face was seen, and when the badge covered it.
-
-    agreeing: share of the readable frames in the longest interval that agree with the law; None if none is readable.
-    """
-
-    reasons: tuple[Reason, ...]
-    faces: Spans
-    overlaps: Spans
-    agreeing: float | None = None
-
-    @property
-    def verdict(self) -> Verdict:
-        """The verdict of the protocol alone."""
-        return worst(list(self.reasons))
-
-    def to_json(self) -> dict[str, Any]:
-        """As the `overlap` object of `verify --json`."""
-        longest = self.overlaps.longest
-        return {
-            "verdict": self.verdict,
-            "longest_s": json_number(longest[1] - longest[0] if longest else 0.0),
-            "total_s": json_number(float(self.overlaps.total_s)),
-            "face_s": json_number(float(self.faces.total_s)),
-            "agreeing": json_number(self.agreeing),
-            "overlaps": self.overlaps.to_json(),
-            "faces": self.faces.to_json(),
-        }
 
 
 class OverlapWatch:

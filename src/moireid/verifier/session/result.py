@@ -12,13 +12,44 @@ from moireid.provenance import Source, Standing
 from moireid.verifier.decision.judge import Invariant, Segment
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.reasons import Reason, Verdict, json_number
+from moireid.verifier.reasons import Reason, Verdict, json_number, worst
 from moireid.verifier.session.cover import Cover
-from moireid.verifier.session.overlap import Overlap
+from moireid.verifier.timeline import Spans
 from moireid.verifier.tracking.track import Track
 
 #: Version of the JSON report; within one version, keys are only added.
 REPORT_FORMAT = 2
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Outcome of the overlap protocol: findings, when the face was seen, and when the badge covered it.
+
+    agreeing: share of the readable frames in the longest interval that agree with the law; None if none is readable.
+    """
+
+    reasons: tuple[Reason, ...]
+    faces: Spans
+    overlaps: Spans
+    agreeing: float | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict of the protocol alone."""
+        return worst(list(self.reasons))
+
+    def to_json(self) -> dict[str, Any]:
+        """As the `overlap` object of `verify --json`."""
+        longest = self.overlaps.longest
+        return {
+            "verdict": self.verdict,
+            "longest_s": json_number(longest[1] - longest[0] if longest else 0.0),
+            "total_s": json_number(float(self.overlaps.total_s)),
+            "face_s": json_number(float(self.faces.total_s)),
+            "agreeing": json_number(self.agreeing),
+            "overlaps": self.overlaps.to_json(),
+            "faces": self.faces.to_json(),
+        }
 
 
 @dataclass(frozen=True)
