@@ -32,8 +32,8 @@ import psutil
 
 from moireid.sandbox.process import ONE_THREAD
 from moireid_lab.evaluation.collect import ScoredFilm, collect
+from moireid_lab.evaluation.film_rows import Job, Row, score_film
 from moireid_lab.evaluation.manifest import read_manifest
-from moireid_lab.evaluation.rows import Job, Row, score_film
 
 FRAMES = 60
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"

@@ -34,8 +34,8 @@ from moireid.designer.request import FringeBorder
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import PdfPage, write_badge_pdf
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
-from moireid.simulate.analytic import renderer
-from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM
+from moireid.simulate.analytic import analytic_renderer
+from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM
 from moireid.verifier import Claim, verify
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.track import Track
@@ -99,7 +99,7 @@ def filmed(badge: Badge, board: NDArray[np.uint8], video: Path) -> None:
     size = (int(np.ceil((x1 - x0) * TEXTURE_PX_PER_MM)), int(np.ceil((y1 - y0) * TEXTURE_PX_PER_MM)))
     small = np.asarray(Image.fromarray(board).resize(size, Image.Resampling.BOX), np.float32) / 255
     texture = (scene.ink + (scene.paper - scene.ink) * small).astype(np.float32)
-    with patch.object(renderer, "page_texture", lambda scene: texture):
+    with patch.object(analytic_renderer, "page_texture", lambda scene: texture):
         course = motion_named("sway", distance_mm=distance_mm, seed=1)
         film(scene, course, video, frames=FRAMES, fps=FPS, seed=1, crf=CRF, overwrite=True)
 

@@ -44,16 +44,16 @@ from moireid.designer import Request, design_badge
 from moireid.designer.fiducial import coded_frame
 from moireid.designer.formats import FORMATS, in_format
 from moireid.profiles import lens_named
-from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM, page_texture
+from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.cameras import Camera
 from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.picture import Frame
 from moireid.verifier.tracking.patches import Patch
+from moireid.verifier.tracking.print_template import TemplatePrinter
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar
 from moireid.verifier.tracking.scene_tracker import SceneTracker, finder_of
-from moireid.verifier.tracking.template import TemplatePrinter
 from moireid.verifier.video import Film
 
 Array = NDArray[np.float64]
@@ -199,7 +199,7 @@ def _film(
     if shaken:
         camera, course = replace(camera, width=2 * side, exposure_s=1 / 60), partial(_shaken, 1000 * metres)
     scene = Scene(badge, Build(), camera)
-    with mock.patch("moireid.simulate.analytic.renderer.page_texture", texture):
+    with mock.patch("moireid.simulate.analytic.analytic_renderer.page_texture", texture):
         film(scene, course, video, frames=FRAMES, fps=FPS, seed=SEED, overwrite=True)
     rows = np.genfromtxt(truth_path(video), delimiter=",", names=True)
     centres = np.column_stack([rows[f"camera_{axis}_mm"] for axis in "xyz"])

@@ -16,14 +16,14 @@ from moireid.errors import DesignError, SpecError
 from moireid.fabrication.page.artwork import dark_lines
 from moireid.frames import OwnFrame, own_frame, own_rect
 from moireid.lenticule import view_law
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
 from moireid.verifier.decision.judge import judge_invariant
 from moireid.verifier.fringes.phase import strip_law
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import judge_identity
-from moireid.verifier.tracking.profiles import ProfileReader
+from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")

@@ -17,7 +17,7 @@ from kit.webbing import Visit, jobs_of, studio
 from moireid.badge import Badge
 from moireid.fabrication.event import _summary
 from moireid.fabrication.parts import Parts
-from moireid.fabrication.process import MountFigures
+from moireid.fabrication.process_figures import MountFigures
 from moireid_studio.http.server import Rates, fits
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits

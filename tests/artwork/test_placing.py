@@ -20,9 +20,9 @@ from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
 from moireid.designer.request import FringeBorder
 from moireid.errors import SpecError
 from moireid.fabrication.page.dress import check_look
-from moireid.fabrication.page.words import set_words, width_mm
+from moireid.fabrication.page.page_words import set_words, width_mm
 from moireid.verifier.tracking.borders import REACH_MM
-from moireid.verifier.tracking.template import FREE_MODULES
+from moireid.verifier.tracking.print_template import FREE_MODULES
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")

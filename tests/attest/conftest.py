@@ -12,7 +12,7 @@ import pytest
 from kit.coded_films import first_frames
 from kit.places import FILMS
 from moireid.attest import signed_envelope
-from moireid.attest.keys import SigningKey
+from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import attested, statement
 from moireid.badge import load_badge
 from moireid.verifier import Claim, verify

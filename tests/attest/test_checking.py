@@ -20,7 +20,7 @@ from kit.places import TESTS
 from kit.signing import certificate, certified_key, new_key, pem_of_certificates, public_pem_of
 from moireid.attest import check, load_signing_key, signed_envelope
 from moireid.attest.envelope import MOST_BYTES
-from moireid.attest.keys import SigningKey
+from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import PREDICATE_TYPE, STATEMENT_TYPE, attested, statement
 from moireid.cli.main import moireid
 

@@ -25,7 +25,7 @@ from moireid.attest.credentials import (
 )
 from moireid.attest.credentials_work import LABEL, read
 from moireid.attest.film_credentials import may_carry, with_carried
-from moireid.attest.keys import SigningKey
+from moireid.attest.signing_keys import SigningKey
 from moireid.attest.statement import attested
 from moireid.badge import load_badge
 from moireid.errors import MediaError, MissingExtraError, SpecError

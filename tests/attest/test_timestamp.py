@@ -16,7 +16,7 @@ from kit.programs import needs
 from kit.signing import certificate, certified_key, new_key, pem_of_certificates, time_authority
 from moireid.attest import check, held_against, load_signing_key
 from moireid.attest.envelope import opened
-from moireid.attest.keys import SigningKey, load_certificates
+from moireid.attest.signing_keys import SigningKey, load_certificates
 from moireid.attest.timestamp import ask_for_stamp, read_stamp
 from moireid.badge import Badge
 from moireid.cli.main import moireid

@@ -7,7 +7,7 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.calibration.bands import BandFit, read_bands
-from moireid.calibration.chart import ChartView
+from moireid.calibration.chart_reading import ChartView
 from moireid.designer.chart import ChartRequest, design_chart
 
 PHASE, CAMERAS = 0.3, ((90.0, 60.0, -600.0), (120.0, 80.0, -640.0))

@@ -12,11 +12,11 @@ from PIL import Image
 
 from kit.programs import needs
 from moireid.badge import Badge, load_badge
-from moireid.calibration.chart import printed_frequencies
+from moireid.calibration.chart_reading import printed_frequencies
 from moireid.designer.chart import BOARD_WIDTH_MM, MIN_BAND_MM, STEP_LPI, ChartRequest, design_chart
 from moireid.dots import line_edges_mm
 from moireid.errors import DesignError, SpecError
-from moireid.fabrication.page.chart import JSON, PDF, band_label, print_chart
+from moireid.fabrication.page.chart_page import JSON, PDF, band_label, print_chart
 from moireid.profiles import FORMS, PAPERS_MM
 
 SHEETS = [("40lpi", "a4", 19), ("50lpi", "a4", 10), ("50lpi", "letter", 17), ("75lpi", "letter", 1), ("60lpi", "a4", 5)]

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from moireid.calibration.thickness import Thickness, thickness_of_gain, with_thickness
 from moireid.cli.main import moireid
 from moireid.designer.chart import ChartRequest, design_chart
-from moireid.fabrication.page.chart import JSON, print_chart
+from moireid.fabrication.page.chart_page import JSON, print_chart
 from moireid.profiles import LensProfile, lens_named, load_lens_profile, save_lens_profile
 from moireid.sheets import effective_gap_mm, sheet_lens
 from moireid.simulate import Build, Scene, film, motion_named

@@ -22,7 +22,7 @@ from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.fabrication import package
 from moireid.fabrication.parts import ACRYLIC_FILES, PRINTED_FILES
-from moireid.fabrication.process import MountFigures, MountProcess
+from moireid.fabrication.process_figures import MountFigures, MountProcess
 from moireid.files import move_together, tidy_folders
 
 SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}

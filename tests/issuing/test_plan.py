@@ -12,7 +12,7 @@ import pytest
 from moireid.badge import load_badge
 from moireid.designer import Request, random_payload
 from moireid.errors import RegistryError
-from moireid.fabrication.process import MountFigures
+from moireid.fabrication.process_figures import MountFigures
 from moireid.issuing.plan import IssueOrder, plan_badge, write
 from moireid.issuing.wear import Wear
 from moireid.registry import open_registry

@@ -10,7 +10,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError
-from moireid.fabrication.process import MountFigures, mount_figures
+from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.issuing.wear import Wear
 
 CARD = Wear("cr80", "portrait", None, None, None, None, (), None, None, None)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from moireid_lab.archive.isolated import LostJob
 
 if TYPE_CHECKING:
-    from moireid_lab.evaluation.rows import Job, Row
+    from moireid_lab.evaluation.film_rows import Job, Row
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def act(stub: Stub, film: str | None = None) -> str:
 def score(job: Job, film: str) -> Row:
     """A row whose score is the film's size; the film says what else happens."""
     # Loading the verifier takes a child two seconds, which the other stubs need not wait for.
-    from moireid_lab.evaluation.rows import failed_row
+    from moireid_lab.evaluation.film_rows import failed_row
 
     words = Path(film).read_text().split()
     note(Path(words[0]), f"begun {job.entry.name} {job.pipeline}")

@@ -13,7 +13,7 @@ import numpy as np
 from moireid.badge import Badge, Cell
 from moireid.frames import own_rect
 from moireid.lenticule import view_law
-from moireid.verifier.tracking.profiles import ProfileReader, Strip
+from moireid.verifier.tracking.brightness_profiles import ProfileReader, Strip
 from moireid.verifier.tracking.track import Track
 
 FRAMES, FPS, FOCAL = 90, 30.0, 1450.0

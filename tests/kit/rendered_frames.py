@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Cell
 from moireid.lenticule import view_law
-from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 

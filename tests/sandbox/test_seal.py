@@ -18,8 +18,8 @@ import pytest
 import moireid
 from kit.places import TESTS
 from moireid.sandbox import seal as sealing
+from moireid.sandbox.file_access import Reach, open_parts, reach
 from moireid.sandbox.process import Child, ForkServer, start
-from moireid.sandbox.reach import Reach, open_parts, reach
 from moireid.sandbox.seal import MEANS, ProcessLimits, missing
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
@@ -226,7 +226,7 @@ SCRIPT = """
 import sys
 from moireid.sandbox.seal import ProcessLimits
 from moireid.sandbox.process import start
-from moireid.sandbox.reach import reach
+from moireid.sandbox.file_access import reach
 child = start("kit.sealed_work:act", ProcessLimits(1 << 29), within=reach(read=[sys.argv[1]]))
 for name in sys.argv[1:]:
     child.send(("read", name))

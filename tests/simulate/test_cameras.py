@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from moireid.errors import SpecError
-from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.cameras import CAMERAS, Camera, camera_named, undistorted
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.recording.sensor import SHARPEN_PX, Sensor, averaged, opened

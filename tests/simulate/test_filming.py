@@ -20,7 +20,7 @@ from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.filming import TRUTH_COLUMNS, film, truth_path
 from moireid.simulate.forgeries.trajectories import false_camera
 from moireid.simulate.motion import Poses, motion_named

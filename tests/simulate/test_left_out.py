@@ -16,12 +16,12 @@ from moireid.cli.main import moireid
 from moireid.cli.simulate_cmd import PARTS
 from moireid.errors import SpecError
 from moireid.simulate.analytic.accuracy import Difference, brightness, difference, estimate_error, strips_of
-from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.filming import FilmReport, film
 from moireid.simulate.forgeries.rear_layer import SquaredUp
 from moireid.simulate.light import light_named
-from moireid.simulate.mitsuba import renderer as mitsuba_estimate
-from moireid.simulate.mitsuba.renderer import cheapest_mitsuba, estimate_mitsuba
+from moireid.simulate.mitsuba import mitsuba_renderer as mitsuba_estimate
+from moireid.simulate.mitsuba.mitsuba_renderer import cheapest_mitsuba, estimate_mitsuba
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Instant, Need, Scene
@@ -151,7 +151,7 @@ def test_bounces_and_hidden_face_change_less_than_mitsuba_s_own_error() -> None:
         # With few strips the error's own scatter is wide; what is wrong by more than noise is wrong by far more.
         assert row["phase_rad"] < 2 * row["bar_rad"], row
     # How long they take is the benchmark's to print; here the face must be one more shape of each grating.
-    from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+    from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 
     more, less = (
         MitsubaRenderer(replace(scene, need=Need(bounces=bounces)), samples=4, segments=2) for bounces in (True, False)
@@ -171,7 +171,7 @@ def test_mitsuba_s_estimate_is_near_the_truth_and_chooses_its_rays() -> None:
     for setting in ((16, 2), (16, 16)):
         found = []
         for seed in (1, 2, 3):
-            from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+            from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 
             renderer = MitsubaRenderer(scene, samples=setting[0], segments=setting[1], seed=seed)
             found.append(apart(scene, instant, renderer.render(instant), reference).phase_rad)

@@ -11,8 +11,8 @@ import pytest
 from moireid.badge import Badge, Lens
 from moireid.cli.simulate_cmd import LIGHT_NAMES
 from moireid.errors import SpecError
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.analytic.light_kernels import lamp_figures, light_at
-from moireid.simulate.analytic.renderer import AnalyticRenderer
 from moireid.simulate.light import BINS, LIGHTS, DiscLight, light_named, light_table, passed_share, straight_share
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene

@@ -14,7 +14,7 @@ from moireid.errors import MoireIdError
 from moireid.result_cache import kept_rows
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.archive.worker import Done
-from moireid_lab.bench import rows
+from moireid_lab.bench import bench_rows
 from moireid_lab.bench import stability as stability
 from moireid_lab.bench.identity import identity_suite as identity
 from moireid_lab.bench.identity.identity_suite import shorter_figures
@@ -53,11 +53,11 @@ def test_rows_that_are_kept_are_not_filmed_again(tmp_path, monkeypatch, rng):
     """Catches: a run that begins anew, rows of other clips taken, a line that was cut off taken for the end."""
     clips = [clip for _, clip in identity._jobs(1, 0)]
     kept = tmp_path / "clips.jsonl"
-    rows = [row_of(rng, 0.05) for _ in clips]
-    lines = [json.dumps({"key": identity._key(clip), "row": row}) for clip, row in zip(clips, rows, strict=True)]
+    bench_rows = [row_of(rng, 0.05) for _ in clips]
+    lines = [json.dumps({"key": identity._key(clip), "row": row}) for clip, row in zip(clips, bench_rows, strict=True)]
     kept.write_text("\n".join([*lines[:3], lines[0][:40], *lines[3:]]) + "\n", encoding="utf-8")
     monkeypatch.setattr(identity, "read_clip", None)
-    assert identity._read_all(clips, kept, lambda done, of: None) == rows
+    assert identity._read_all(clips, kept, lambda done, of: None) == bench_rows
 
 
 def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
@@ -71,14 +71,14 @@ def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
             (job,) = task.jobs
             yield place, Done((LostJob("gone", 1.0, "crash") if job in lost else work(job),), "here")
 
-    monkeypatch.setattr(rows, "run_tasks", backwards)
+    monkeypatch.setattr(bench_rows, "run_tasks", backwards)
     steps: list[int] = []
     kept, jobs = tmp_path / "kept.jsonl", [(f"key {name}", name) for name in "abc"]
 
     def made() -> list[dict]:
         steps.clear()
-        given = {"kept": kept, "where": rows.Where(), "step": lambda: steps.append(1)}
-        return rows.made_rows(lambda name: {"name": name}, jobs, **given)
+        given = {"kept": kept, "where": bench_rows.Where(), "step": lambda: steps.append(1)}
+        return bench_rows.made_rows(lambda name: {"name": name}, jobs, **given)
 
     with pytest.raises(MoireIdError, match="gone; run again"):
         made()
@@ -125,12 +125,12 @@ def test_rates_are_those_of_the_rows(spread, missed, rng):
 
 def test_error_against_length_counts_soft_and_hard_apart(rng):
     """Catches: payloads that were not read counted as read, medians of seconds shown as milliseconds."""
-    rows = shorter_figures({"64 bits, 1 m": [row_of(rng, 0.05) for _ in range(3)]})
-    assert [(row["frames"], row["soft_read"], row["hard_read"], row["wrong_payloads"]) for row in rows] == [
+    bench_rows = shorter_figures({"64 bits, 1 m": [row_of(rng, 0.05) for _ in range(3)]})
+    assert [(row["frames"], row["soft_read"], row["hard_read"], row["wrong_payloads"]) for row in bench_rows] == [
         (30, 1.0, 0.0, 0),
         (60, 1.0, 0.0, 3),
     ]
-    assert rows[0]["measure_ms"] == pytest.approx(100) and rows[1]["identity_ms"] == pytest.approx(60)
+    assert bench_rows[0]["measure_ms"] == pytest.approx(100) and bench_rows[1]["identity_ms"] == pytest.approx(60)
 
 
 def test_a_stiff_case_is_wrong_where_it_names_another_or_rejects_a_true_badge():
@@ -165,9 +165,9 @@ def test_the_fabricate_suite_writes_its_table(tmp_path):
     assert outcome.exit_code == 0, outcome.output
     document = json.loads(outcome.stdout)
     assert {row["form"] for row in document["pages"]} == {"dots", "vector"}
-    rows = document["mount_extremes"]
-    assert {row["outcome"] for row in rows} == {"whole", "printed", "refused"} and sum(
-        row["built"] for row in rows
+    bench_rows = document["mount_extremes"]
+    assert {row["outcome"] for row in bench_rows} == {"whole", "printed", "refused"} and sum(
+        row["built"] for row in bench_rows
     ) == 1
     assert "board 30x40 mm" in TABLES["fabricate"](document)
     assert all(row["poppler"]["read"] == row["poppler"]["badges"] == 2 for row in document["pages"])

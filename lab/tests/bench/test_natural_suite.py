@@ -36,7 +36,7 @@ def test_rows_are_of_the_parts_of_each_film(tmp_path: Path, monkeypatch: pytest.
             for _, (name, seed, _) in jobs
         ]
 
-    monkeypatch.setattr("moireid_lab.bench.rows.made_rows", films)
+    monkeypatch.setattr("moireid_lab.bench.bench_rows.made_rows", films)
     asked = {"seed": 4, "kept": tmp_path / "natural.jsonl", "progress": lambda done, of: None}
     result = natural.run(quick=False, clips=2, only="^sway 2 m$", **asked)
     assert made == [("sway 2 m", seed, natural.FRAMES) for seed in (4, 5)]

@@ -44,7 +44,7 @@ def test_rows_are_kept_and_only_finds_what_is_not_usual(tmp_path: Path, monkeypa
         assert how["kept"] == tmp_path / "reality.jsonl" and all(key == f"{job[0]}|{job[1]}" for key, job in jobs)
         return []
 
-    monkeypatch.setattr("moireid_lab.bench.rows.made_rows", rows)
+    monkeypatch.setattr("moireid_lab.bench.bench_rows.made_rows", rows)
     options = {"quick": False, "seed": 4, "kept": tmp_path / "reality.jsonl", "progress": lambda done, of: None}
     assert reality.run(clips=2, only="^zoom:strong 2 m gain_low$", **options) == {
         "suite": "reality",

@@ -31,8 +31,8 @@ from moireid_lab.archive.worker import Done
 from moireid_lab.commands import rate
 from moireid_lab.evaluation import collect as collecting
 from moireid_lab.evaluation.collect import ScoredFilm, collect
+from moireid_lab.evaluation.film_rows import COLUMNS, PASSING, Job, failed_row, score_film
 from moireid_lab.evaluation.manifest import read_manifest
-from moireid_lab.evaluation.rows import COLUMNS, PASSING, Job, failed_row, score_film
 
 QUICK = Limits(seconds=20.0, memory_mb=1500)
 BOTH = ("moireid", "published")

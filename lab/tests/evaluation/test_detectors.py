@@ -15,7 +15,7 @@ from moireid.errors import SpecError
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.detectors import read_detectors, with_detectors
-from moireid_lab.evaluation.rows import failed_row
+from moireid_lab.evaluation.film_rows import failed_row
 from moireid_lab.evaluation.summary import summarise
 from moireid_lab.evaluation.table import table
 

@@ -23,9 +23,9 @@ from moireid.verifier.decision.figures import calibrated_log10
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.evaluation import statistics
 from moireid_lab.evaluation.collect import ScoredFilm
+from moireid_lab.evaluation.film_rows import FIGURES, Row, failed_row
 from moireid_lab.evaluation.manifest import COLUMNS, Entry, read_manifest
 from moireid_lab.evaluation.plots import PLOTS, _steps, write_plots
-from moireid_lab.evaluation.rows import FIGURES, Row, failed_row
 from moireid_lab.evaluation.summary import summarise
 from moireid_lab.evaluation.table import table
 

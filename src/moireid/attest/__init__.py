@@ -1,6 +1,6 @@
 """Signed verdicts: the verifier's user signs a report, and anyone can check it later.
 
-keys.py              private keys with certificates, public keys, their fingerprints
+signing_keys.py              private keys with certificates, public keys, their fingerprints
 statement.py         what is signed: an in-toto statement about a film, with the report in it; strict reading of JSON
 envelope.py          the signed statement as a DSSE envelope
 timestamp.py         time stamps of an RFC 3161 authority
@@ -19,7 +19,7 @@ from moireid.lazy import lazy
 if TYPE_CHECKING:
     from moireid.attest.checking import CheckResult, check, held_against
     from moireid.attest.envelope import signed_envelope
-    from moireid.attest.keys import SigningKey, load_public_key, load_signing_key
+    from moireid.attest.signing_keys import SigningKey, load_public_key, load_signing_key
 
 __all__ = [
     "CheckResult",

@@ -22,7 +22,7 @@ from typing import Any
 from cryptography import x509
 
 from moireid.attest.envelope import Broken, EnvelopeParts, opened
-from moireid.attest.keys import (
+from moireid.attest.signing_keys import (
     PublicKey,
     algorithm,
     certificate_digest,

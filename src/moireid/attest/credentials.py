@@ -26,16 +26,16 @@ from securesystemslib.signer import CryptoSigner
 from moireid import errors
 from moireid.attest.credentials_work import CredentialRequest
 from moireid.attest.film_credentials import with_carried
-from moireid.attest.keys import SigningKey, certificate_pem, holder
+from moireid.attest.signing_keys import SigningKey, certificate_pem, holder
 from moireid.errors import MediaError, MoireIdError, SpecError
 from moireid.extras import missing_extra
 from moireid.files import whole_file
 from moireid.provenance import Exclusion
 from moireid.sandbox.child import Talk
+from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import ProcessEnd, start
-from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
-from moireid.verifier.report.page import NAME, Pictures, pictures_of
+from moireid.verifier.report.report_page import NAME, Pictures, pictures_of
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import OpenedFile
 
@@ -141,7 +141,7 @@ def talk_with(
 
 def judge(talk: Talk) -> None:
     """The work of the process: one film."""
-    from moireid.verifier.report.page import signals_csv
+    from moireid.verifier.report.report_page import signals_csv
     from moireid.verifier.session.film import verify
 
     order: JudgingOrder = talk.next()

@@ -22,7 +22,7 @@ from securesystemslib.dsse import Envelope
 from securesystemslib.exceptions import UnverifiedSignatureError, VerificationError
 from securesystemslib.signer import CryptoSigner, Signature, SSlibKey
 
-from moireid.attest.keys import PublicKey, SigningKey, certificate_of, certificate_pem, is_known, public_pem
+from moireid.attest.signing_keys import PublicKey, SigningKey, certificate_of, certificate_pem, is_known, public_pem
 from moireid.attest.statement import strict_base64, strict_object
 from moireid.errors import SpecError
 

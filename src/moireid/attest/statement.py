@@ -22,7 +22,7 @@ from typing import Any
 from jsonschema import Draft202012Validator
 from referencing import Registry, Resource
 
-from moireid.attest.keys import SigningKey, certificate_digest, fingerprint
+from moireid.attest.signing_keys import SigningKey, certificate_digest, fingerprint
 from moireid.errors import SpecError
 
 #: A report nests six deep, and its numbers have at most six digits and an exponent, or are counts.

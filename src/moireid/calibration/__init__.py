@@ -1,7 +1,7 @@
 """The pitch of a lens sheet, measured from pictures of a pitch test, and its thickness, from a film of it.
 
 still.py      a photograph, or some of the first frames of a film
-chart.py      the chart in a picture: the camera's position, and the brightness of its bands
+chart_reading.py      the chart in a picture: the camera's position, and the brightness of its bands
 bands.py      the lens's line frequency, estimated from each band
 lens_fit.py   the sheet's pitch, from a band's number or from the estimates of all bands
 thickness.py  the sheet's thickness, from the motion of the fringes
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.calibration.chart import ChartView, view_chart
+    from moireid.calibration.chart_reading import ChartView, view_chart
     from moireid.calibration.lens_fit import Calibration, lens_from_band, lens_from_views
     from moireid.calibration.still import load_pictures
 

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from moireid.badge import Badge
-from moireid.calibration.chart import ChartView, parts_in_a_band, parts_of, printed_frequencies
+from moireid.calibration.chart_reading import ChartView, parts_in_a_band, parts_of, printed_frequencies
 from moireid.lenticule import view_law
 from moireid.verifier.fringes.sinusoid import fit_rows
-from moireid.verifier.tracking.profiles import ProfileReader
+from moireid.verifier.tracking.brightness_profiles import ProfileReader
 
 Array = NDArray[np.float64]
 #: Fewer fringes across a band look like shading.

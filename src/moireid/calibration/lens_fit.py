@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.calibration.bands import BandReading, read_bands
-from moireid.calibration.chart import ChartView, check_chart, printed_dot_mm, printed_frequencies
+from moireid.calibration.chart_reading import ChartView, check_chart, printed_dot_mm, printed_frequencies
 from moireid.errors import MediaError, SpecError
 from moireid.lenticule import view_law
 from moireid.optics import front_pitch_at_match_mm
@@ -43,7 +43,7 @@ GAP_SD = 0.05
 #: A match this many bands beyond the chart is not trusted.
 MAX_BEYOND_STEPS = 1.5
 #: A twist is estimated only if the phases of the bands' middles agree this well (1: fully).  It must also be small, as
-#: a far larger one looks like a small one (`chart.PART_MM`).
+#: a far larger one looks like a small one (`chart_reading.PART_MM`).
 MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from moireid.badge import Badge
-    from moireid.calibration.chart import ChartView
+    from moireid.calibration.chart_reading import ChartView
     from moireid.calibration.lens_fit import Calibration
 
 #: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
@@ -88,7 +88,7 @@ def pitch_test_command(
     """
     from moireid.designer.chart import ChartRequest, design_chart
     from moireid.designer.request import parse_scale
-    from moireid.fabrication.page.chart import print_chart
+    from moireid.fabrication.page.chart_page import print_chart
     from moireid.sheets import MM_PER_INCH
 
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
@@ -199,7 +199,7 @@ def _from_photo(
     photo: Path, chart: Badge, distance_m: float | None, focal_px: float | None, scale: float | None
 ) -> Calibration:
     """Read the photo, with the best known distance of the camera."""
-    from moireid.calibration.chart import check_chart
+    from moireid.calibration.chart_reading import check_chart
     from moireid.calibration.lens_fit import lens_from_views
     from moireid.calibration.still import is_film, load_pictures
     from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
@@ -235,7 +235,7 @@ def _views(
     pictures: list[NDArray[np.uint8]], chart: Badge, focal_px: float, distance_mm: float | None
 ) -> list[ChartView]:
     """The chart in those pictures that show it; if none does, raises the error of the first."""
-    from moireid.calibration.chart import view_chart
+    from moireid.calibration.chart_reading import view_chart
 
     views: list[ChartView] = []
     first: MediaError | None = None

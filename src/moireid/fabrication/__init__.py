@@ -1,6 +1,6 @@
 """From a Badge to the files that a person prints, cuts and assembles.
 
-process.py   figures of printer, laser and card: fits, kerf, plates on sale
+process_figures.py   figures of printer, laser and card: fits, kerf, plates on sale
 sight.py     what a camera must see of the badge, and a check that no part of a mount hides it
 solids.py    checks of every STEP and STL file after writing
 meshes.py    3MF files; checks of interference, walls and overhangs

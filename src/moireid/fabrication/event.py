@@ -26,13 +26,13 @@ from typing import Any
 from moireid.artwork.placing import Look
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.assembly.words import Maker
+from moireid.fabrication.assembly.assembly_words import Maker
 from moireid.fabrication.package import file_names, leftover_parts, write_sheets
 from moireid.fabrication.page.artwork import CROP_GAP_MM
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import DEFAULT_DPI, PdfPage, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.parts import Parts, plan_parts, write_parts
-from moireid.fabrication.process import MountFigures
+from moireid.fabrication.process_figures import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
 from moireid.names import line_of
 from moireid.profiles import Printer

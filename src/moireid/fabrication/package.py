@@ -11,14 +11,14 @@ from pathlib import Path
 from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.dots import on_dots
+from moireid.fabrication.assembly.assembly_words import Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
-from moireid.fabrication.assembly.words import Maker
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview
 from moireid.fabrication.page.worn import write_worn
 from moireid.fabrication.parts import ACRYLIC_FILES, GLB_FILE, PRINTED_FILES, Parts, plan_parts, write_parts
-from moireid.fabrication.process import MountFigures
+from moireid.fabrication.process_figures import MountFigures
 from moireid.files import move_together, planned, tidy_folders, write_text
 
 _SHEETS = ("badge.pdf", "preview.png", "assembly.pdf")

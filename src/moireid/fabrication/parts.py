@@ -15,7 +15,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.cutting import draw
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.printed.mount import KINDS, MountPlan, MountReport, plan_mount, write_mount
-from moireid.fabrication.process import MountFigures
+from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import front_mm
 
 MOUNTS = (*KINDS, "none")

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer import Request
     from moireid.designer.drawn import HolderOf, KnownHolder
-    from moireid.fabrication.assembly.words import Maker
+    from moireid.fabrication.assembly.assembly_words import Maker
     from moireid.fabrication.package import PrintResult
     from moireid.fabrication.parts import Parts
-    from moireid.fabrication.process import MountFigures
+    from moireid.fabrication.process_figures import MountFigures
     from moireid.issuing.wear import Wear
 
 

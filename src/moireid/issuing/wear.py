@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer import Request
     from moireid.fabrication.parts import Parts
-    from moireid.fabrication.process import MountFigures
+    from moireid.fabrication.process_figures import MountFigures
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Processes that read an untrusted film within limits of memory and time; a crash or a hang harms only the process
 itself.
 
-reach.py    which files and environment variables a sealed process may read
+file_access.py    which files and environment variables a sealed process may read
 calls.py    the filter of system calls (seccomp)
 seal.py     resource limits, and how a process seals itself; which parts of the seal hold on this system
 child.py    the process: `python -m moireid.sandbox.child`; it does some work, or forks a process for each request

@@ -24,7 +24,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from moireid.errors import MoireIdError
-from moireid.sandbox.reach import Reach
+from moireid.sandbox.file_access import Reach
 from moireid.sandbox.seal import ProcessLimits, confine, load_means, seal
 
 

@@ -24,8 +24,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from moireid.sandbox.file_access import Reach, kept_environment, reach
 from moireid.sandbox.line import MessageChannel
-from moireid.sandbox.reach import Reach, kept_environment, reach
 from moireid.sandbox.seal import ProcessLimits
 
 #: Longest time for a fork server to load its work, or to answer.

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.sandbox.calls import filter_calls
-from moireid.sandbox.reach import NULL, Reach, open_parts, program_folders
+from moireid.sandbox.file_access import NULL, Reach, open_parts, program_folders
 
 
 @dataclass(frozen=True)

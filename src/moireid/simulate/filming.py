@@ -18,7 +18,7 @@ from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.files import planned, whole_file
 from moireid.simulate.analytic.accuracy import Estimate, cheapest, estimate_error
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.cameras import camera_named, format_named
 from moireid.simulate.effects.effect import Effect, begun, timing_of
 from moireid.simulate.effects.table import CAMERAS as EFFECT_CAMERAS
@@ -256,7 +256,7 @@ def _estimate(scene: Scene, instants: list[Instant], backend: str, error_rad: fl
     Raises: SpecError where the wish is not met.
     """
     if backend == "mitsuba":
-        from moireid.simulate.mitsuba.renderer import cheapest_mitsuba, estimate_mitsuba
+        from moireid.simulate.mitsuba.mitsuba_renderer import cheapest_mitsuba, estimate_mitsuba
 
         if error_rad is None:
             return estimate_mitsuba(scene, instants[1], seed=seed)
@@ -268,7 +268,7 @@ def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate) -> Rend
     """What renders one frame of the scene."""
     if estimate.segments is None:
         return AnalyticRenderer(scene, rays=estimate.rays).render
-    from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+    from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=estimate.rays[0], segments=estimate.segments, seed=seed).render
 

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 from moireid.simulate.analytic.accuracy import Estimate
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.mitsuba.view import board_box, middle_view
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Instant, Need, Scene

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.simulate.analytic.renderer import BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import BoardRadiance
 from moireid.simulate.effects.effect import Step, Take
 from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, Poses

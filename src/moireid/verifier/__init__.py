@@ -25,7 +25,7 @@ series.py      medians, means, greatest values and splines over frames
 from moireid.verifier.live.stream import StreamCheck
 from moireid.verifier.picture import Frame
 from moireid.verifier.report.circumstances import Circumstances
-from moireid.verifier.report.page import write_report
+from moireid.verifier.report.report_page import write_report
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import Identification, identify

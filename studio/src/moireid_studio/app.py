@@ -14,12 +14,12 @@ from fastapi.responses import Response
 
 from moireid import __version__
 from moireid.errors import RegistryError
-from moireid.verifier.report.page import style as report_style
+from moireid.verifier.report.report_page import style as report_style
 from moireid_studio.api import films as api
 from moireid_studio.api import health as health_api
-from moireid_studio.api import issue as issue_api
-from moireid_studio.api import registry as registry_api
-from moireid_studio.api import verdicts as verdicts_api
+from moireid_studio.api import issue_api as issue_api
+from moireid_studio.api import registry_api as registry_api
+from moireid_studio.api import verdicts_api as verdicts_api
 from moireid_studio.api.schema import describe
 from moireid_studio.auth.guard import Guard, anyone
 from moireid_studio.http.connections import ConnectionGuard
@@ -30,9 +30,9 @@ from moireid_studio.live import routes as live
 from moireid_studio.live.sockets import sessions_of
 from moireid_studio.pages import enroll as enroll_pages
 from moireid_studio.pages import home as home_pages
-from moireid_studio.pages import issue as issue_pages
-from moireid_studio.pages import registry as registry_pages
-from moireid_studio.pages import verdicts as verdicts_pages
+from moireid_studio.pages import issue_pages as issue_pages
+from moireid_studio.pages import registry_pages as registry_pages
+from moireid_studio.pages import verdict_pages as verdicts_pages
 from moireid_studio.pages import verify
 from moireid_studio.pages import verify as verify_pages
 from moireid_studio.settings import Settings

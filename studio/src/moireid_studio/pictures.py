@@ -20,8 +20,8 @@ from moireid.artwork.content import forget_pictures
 from moireid.artwork.pictures import ADVICE
 from moireid.artwork.svg import MOST_SECONDS, too_slow
 from moireid.errors import SpecError
+from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd
-from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.problems import Refusal

@@ -14,7 +14,7 @@ from typing import Any
 
 from moireid.registry import holder_of
 from moireid.verifier.report.circumstances import Circumstances, read_id
-from moireid.verifier.report.page import NAME, Pictures
+from moireid.verifier.report.report_page import NAME, Pictures
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 from moireid_studio.store.storage import StorageError

@@ -29,7 +29,7 @@ from moireid_studio.settings import Settings
 from moireid_studio.store.database import database_of
 from moireid_studio.store.ledger import Ledger
 from moireid_studio.store.storage import storage_of
-from moireid_studio.store.verdicts import Verdicts
+from moireid_studio.store.verdict_store import Verdicts
 
 #: Anyone may ask whether the studio is ready, and no one shall keep its database busy by that.
 NEEDS_S = 1.0

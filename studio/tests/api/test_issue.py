@@ -25,7 +25,7 @@ from kit.webbing import Visit, studio
 from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
-from moireid.registry.signing.process import own_signer
+from moireid.registry.signing.signer_process import own_signer
 from moireid_studio.pages.preview_law import preview_law
 
 #: Small boards are quickly made, and four are on a sheet.

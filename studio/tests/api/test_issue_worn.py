@@ -25,7 +25,7 @@ from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer.formats import FORMATS
 from moireid_studio.jobs.orders import FormatName, TemplateName
-from moireid_studio.pages.issue import CHOICES
+from moireid_studio.pages.issue_pages import CHOICES
 
 MAGENTA, GREEN = (255, 0, 255), (0, 160, 0)
 LOGO = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 60 20"><path d="M0 0h60v20H0z" fill="#ff00ff"/></svg>'

@@ -26,7 +26,7 @@ from moireid.lenticule import view_response
 from moireid.simulate.scene import Scene
 from moireid.simulate.truth import shown_phase_rad
 from moireid.verifier.fringes.phase import strip_law
-from moireid.verifier.tracking.profiles import ProfileReader
+from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid_studio.pages.preview_law import preview_law
 
 STATIC = Path(moireid_studio.__file__).parent / "static"

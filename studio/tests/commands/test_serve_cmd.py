@@ -32,7 +32,7 @@ def test_the_studio_starts_in_a_fresh_place(tmp_path: Path) -> None:
             assert ("reaches no network" in held) == (sys.platform == "linux") and "a film's process" in held
             assert words in server.stderr.readline()
             own = psutil.Process(server.pid).children()
-            (signer,) = [one for one in own if "moireid.registry.signing.process" in one.cmdline()]
+            (signer,) = [one for one in own if "moireid.registry.signing.signer_process" in one.cmdline()]
             home = said.split()[4]
             for path in ("", "registry", "verify", "issue"):
                 assert httpx.get(home + path, timeout=100).status_code == 200

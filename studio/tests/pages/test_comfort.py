@@ -13,7 +13,7 @@ import pytest
 from kit.webbing import Visit, studio
 from moireid.badge import Badge, load_badge
 from moireid_studio import samples as shipped
-from moireid_studio.pages import registry as registry_pages
+from moireid_studio.pages import registry_pages as registry_pages
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from moireid_studio.store import ledger as module
 from moireid_studio.store.database import Away, Database, database_of, is_away, jobs, patiently
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import LEASE_S, Ledger
-from moireid_studio.store.verdicts import Verdicts
+from moireid_studio.store.verdict_store import Verdicts
 
 Process = Callable[[], Ledger]
 

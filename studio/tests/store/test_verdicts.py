@@ -17,8 +17,8 @@ from moireid import __version__
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid_studio.jobs.workers import with_notes
-from moireid_studio.store import verdicts as module
-from moireid_studio.store.verdicts import Verdicts, said
+from moireid_studio.store import verdict_store as module
+from moireid_studio.store.verdict_store import Verdicts, said
 
 ONE = {"token": "abc", "kind": "verify", "film_sha256": "0" * 64, "claim": "0" * 16, "claim_source": "registry"}
 ONE |= {"verdict": "accept", "read": None, "registry": "f 1:0", "moireid": "1"}

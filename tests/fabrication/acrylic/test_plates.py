@@ -26,7 +26,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication.acrylic import cutting, drawings
 from moireid.fabrication.acrylic.contour import Contour
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
-from moireid.fabrication.process import AcrylicProcess
+from moireid.fabrication.process_figures import AcrylicProcess
 from moireid.fabrication.sight import sheet_rects
 
 

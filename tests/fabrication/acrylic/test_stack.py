@@ -19,7 +19,7 @@ from moireid.fabrication import package, parts
 from moireid.fabrication.acrylic import stack
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.printed.mount import KINDS
-from moireid.fabrication.process import mount_figures
+from moireid.fabrication.process_figures import mount_figures
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, pr
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.parts import Parts, plan_parts
 from moireid.fabrication.printed.mount import plan_mount
-from moireid.fabrication.process import AcrylicProcess, MountFigures, MountProcess
+from moireid.fabrication.process_figures import AcrylicProcess, MountFigures, MountProcess
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 PT_PER_MM = 72 / 25.4

@@ -15,14 +15,14 @@ import pytest
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
-from moireid.fabrication.assembly import words
+from moireid.fabrication.assembly import assembly_words
+from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.axonometry import SheetPiece, pieces, placed
 from moireid.fabrication.assembly.guide import _draw_steps, write_assembly_pdf
 from moireid.fabrication.assembly.sketches import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
-from moireid.fabrication.assembly.words import BuildPlan
 from moireid.fabrication.page.pdf import PdfPage
 from moireid.fabrication.printed.mount import plan_mount
-from moireid.fabrication.process import MountFigures, MountProcess, mount_figures
+from moireid.fabrication.process_figures import MountFigures, MountProcess, mount_figures
 
 PT_PER_MM = 72 / 25.4
 
@@ -163,11 +163,11 @@ def dashed_mm(path: Path, number: int) -> list[np.ndarray]:
 def test_the_plate_is_of_true_size_and_its_lenses_are_upright(axes: str, tmp_path: Path) -> None:
     """Catches: a plate fitted to the page, width and length exchanged, a piece that is missing or turned."""
     badge = design_badge(Request("A", axes=axes, range_m=(0.8, 1.5)), bytes(8))
-    words = written(badge, tmp_path / "a.pdf", "none")[2]
+    assembly_words = written(badge, tmp_path / "a.pdf", "none")[2]
     cut = [np.ptp(loop, axis=0) for loop in dashed_mm(tmp_path / "a.pdf", 2)]
     found = pieces(badge)
     assert sorted(map(tuple, np.round(cut, 2))) == sorted(tuple(np.round(piece.size_mm, 2)) for piece in found)
-    assert ("cut 3" in words) == (axes == "hex") and "must measure 100 mm" in words
+    assert ("cut 3" in assembly_words) == (axes == "hex") and "must measure 100 mm" in assembly_words
     if axes == "x":
         _, y0, _, y1 = badge.gratings[0].rect_mm
         assert found[0].size_mm == pytest.approx((146.0, y1 - y0))
@@ -243,7 +243,7 @@ def test_no_step_runs_into_the_next(count: int) -> None:
     figures = MountFigures()
     mount, plan = ("holder", plan_mount(badge, "holder", figures.printed)) if count == 10 else ("none", None)
     build = BuildPlan(badge, mount, None, figures, "command", plan)
-    steps = words.steps(build)
+    steps = assembly_words.steps(build)
     drawn: list[tuple[float, float]] = []
     sheet = PdfPage(Path("unwritten.pdf"), (210.0, 297.0), "")
     write = sheet.text

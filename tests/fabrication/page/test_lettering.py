@@ -38,8 +38,8 @@ from moireid.fabrication.page.lettering import (
     printable,
     set_name,
 )
+from moireid.fabrication.page.page_words import _picture_of, set_words, width_mm
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.fabrication.page.words import _picture_of, set_words, width_mm
 
 #: Names that a plain row of glyphs would spell wrong, though the badge's own font has their letters.
 SHAPED = ["محمد بن سلمان", "שלום", "Ada שלום", "x̂ ỹ"]

@@ -21,7 +21,7 @@ from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.bundle import parcel
-from moireid.registry.bundle.content import BundleContent, made_content
+from moireid.registry.bundle.bundle_content import BundleContent, made_content
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.merkle import leaf_hash, root_of

@@ -24,7 +24,7 @@ from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
 from moireid.registry.keys import ENTRY, HEAD, NOTE, RECORD, Signer
 from moireid.registry.log import Head, entry_text, rotation_of, rotation_row
-from moireid.registry.signing import process as signing
+from moireid.registry.signing import signer_process as signing
 from moireid.registry.signing.client import AskingSigner, make_key, of_kind
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows lacks such sockets")
@@ -177,7 +177,7 @@ def test_silent_clients_keep_no_one_out(tmp_path: Path, monkeypatch: pytest.Monk
 def test_it_ends_with_its_starter_and_hides_its_memory(tmp_path: Path) -> None:
     """Catches: a process with a key that stays for ever; one whose memory its user's other programs read."""
     code = (
-        "import os\nfrom moireid.registry.signing.process import own_signer\n"
+        "import os\nfrom moireid.registry.signing.signer_process import own_signer\n"
         "with own_signer() as path:\n    print(path, flush=True)\n    os.kill(os.getpid(), 9)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -22,7 +22,7 @@ from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.seen import forget
 from moireid.registry.keys import ENTRY, Signer, key_of, new_key
 from moireid.registry.log import Head, entry_hash, head_row, rotation_row
-from moireid.registry.signing.process import own_signer
+from moireid.registry.signing.signer_process import own_signer
 
 
 @pytest.fixture(autouse=True)
@@ -232,7 +232,7 @@ def test_a_bundle_proves_the_change_offline(path: Path, tmp_path: Path, monkeypa
             assert bundle.standing.fingerprint == new and bundle.claimed("Ada").badge.name == "Ada"
     with pytest.raises(RegistryError, match="its key was replaced"):
         Bundle(tmp_path / "bundle", "00" * 16)
-    monkeypatch.setattr("moireid.registry.bundle.content.BundleContent.hash_at", lambda self, seq: "0" * 64)
+    monkeypatch.setattr("moireid.registry.bundle.bundle_content.BundleContent.hash_at", lambda self, seq: "0" * 64)
     with pytest.raises(RegistryError):
         Bundle(tmp_path / "bundle", old)
 

@@ -12,8 +12,8 @@ from moireid.badge import Cell, Grating
 from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
 from moireid.simulate import Build, Scene
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.analytic.fly_eye import FlyEye
-from moireid.simulate.analytic.renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant
 from moireid.simulate.truth import shown_phase_rad

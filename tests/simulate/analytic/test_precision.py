@@ -7,7 +7,7 @@ import pytest
 
 from moireid.errors import SpecError
 from moireid.simulate.analytic.accuracy import cheapest, estimate_error
-from moireid.simulate.analytic.renderer import AnalyticRenderer, ray_places
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, ray_places
 from moireid_lab.bench.simulate.reference import refract
 from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, eleven
 from moireid_lab.bench.simulate.simulate_suite import FINE, error_of, speed_at_equal_error, truth_of

@@ -17,8 +17,8 @@ from moireid import optics
 from moireid.badge import Badge, Cell, Grating, load_badge
 from moireid.lenticule import view_law
 from moireid.sheets import effective_gap_mm
-from moireid.simulate.analytic import renderer
-from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance, _wandering
+from moireid.simulate.analytic import analytic_renderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance, _wandering
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
 
@@ -251,7 +251,7 @@ def test_each_lens_shows_its_own_place(prototype, monkeypatch):
     camera = (0.0, 0.0, -1001.0)
     stretched = 0.05 * np.linspace(-1, 1, 577)
     plain = view(prototype, camera)
-    monkeypatch.setattr(renderer, "_wandering", lambda _: stretched)
+    monkeypatch.setattr(analytic_renderer, "_wandering", lambda _: stretched)
     seen = view(prototype, camera, Build(pitch_jitter=0.01))
     half = len(seen.x_mm) // 2
     for part in (slice(None, half), slice(-half, None)):
@@ -416,9 +416,9 @@ def test_a_rolling_shutter_shears_the_board(prototype):
 
 def test_no_board_in_view_is_no_picture(prototype):
     """Catches: a board behind the camera seen through it; an empty crop."""
-    renderer = AnalyticRenderer(Scene(prototype))
-    assert renderer.render(instant((0.0, 0.0, 900.0))) is None
-    assert renderer.render(instant((5000.0, 0.0, -900.0))) is None
+    analytic_renderer = AnalyticRenderer(Scene(prototype))
+    assert analytic_renderer.render(instant((0.0, 0.0, 900.0))) is None
+    assert analytic_renderer.render(instant((5000.0, 0.0, -900.0))) is None
 
 
 def test_more_rays_come_nearer_the_truth(prototype):

@@ -11,7 +11,7 @@ import pytest
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
-from moireid.simulate.analytic.renderer import AnalyticRenderer, BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.filming import film, truth_path
 from moireid.simulate.forgeries.rear_layer import (
     CLOCK_S,

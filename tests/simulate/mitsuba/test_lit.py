@@ -28,9 +28,9 @@ from kit.payloads import payload_for_name
 from kit.rendered_frames import analytic_frame, beyond_law_rad, cut, pixels_of, seen_from, turn_rad
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.simulate.analytic.renderer import BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import BoardRadiance
 from moireid.simulate.light import LIGHTS, DiscLight
-from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 from moireid.simulate.scene import Scene
 
 RUNS = 4

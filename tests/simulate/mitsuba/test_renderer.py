@@ -38,10 +38,10 @@ from moireid.badge import Badge, Lens
 from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError, SpecError
 from moireid.lenticule import landing_mm
-from moireid.simulate.analytic.page import cell_table
-from moireid.simulate.analytic.renderer import BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import BoardRadiance
+from moireid.simulate.analytic.traced_page import cell_table
 from moireid.simulate.mitsuba import variant as mitsuba_variant
-from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 from moireid.simulate.mitsuba.sheet import page_strips
 from moireid.simulate.scene import Build, Instant, Scene
 

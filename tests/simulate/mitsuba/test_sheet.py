@@ -12,7 +12,7 @@ from moireid.badge import Badge, Lens
 from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
 from moireid.simulate.cameras import Camera
-from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 from moireid.simulate.mitsuba.sheet import front_strips, sheet_solid
 from moireid.simulate.mitsuba.view import film_box
 from moireid.simulate.motion import Poses

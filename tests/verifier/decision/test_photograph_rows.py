@@ -9,7 +9,7 @@ import numpy as np
 from kit.photographed import LAW, TYPICAL, depth_of, faded, laid_over, noise_of, signal
 from moireid.verifier.decision.comparison import Explanation
 from moireid.verifier.decision.judge import photographs
-from moireid.verifier.explanations.photographs.spacing import spacing_of
+from moireid.verifier.explanations.photographs.fringe_spacing import spacing_of
 from moireid.verifier.fringes.signals import GratingSignal
 
 

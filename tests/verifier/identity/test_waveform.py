@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.identity.waveform import HARMONICS, learn_waveform, match_cost, match_phase, match_symbol
+from moireid.verifier.identity.cell_waveform import HARMONICS, learn_waveform, match_cost, match_phase, match_symbol
 
 
 def squarish(phase):

@@ -23,8 +23,8 @@ from moireid.verifier.published.corners import (
     read_corners,
     without_corners,
 )
+from moireid_lab.evaluation.film_rows import Job, score_film
 from moireid_lab.evaluation.manifest import read_manifest
-from moireid_lab.evaluation.rows import Job, score_film
 
 CORNERS = "200,150,300,150,300,250,200,250"
 

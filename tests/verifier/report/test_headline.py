@@ -14,7 +14,7 @@ import pytest
 from moireid.provenance import BadgeHolder, Exclusion, Standing
 from moireid.verifier.decision.findings import WORDS as DECIDED
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, day, moment_words
-from moireid.verifier.report.findings import CAUSES, OPEN, RIVALS, WEIGHTIEST, sorted_findings
+from moireid.verifier.report.finding_words import CAUSES, OPEN, RIVALS, WEIGHTIEST, sorted_findings
 from moireid.verifier.report.headline import headline_of
 
 NOW = datetime(2026, 5, 7, 12, 0, tzinfo=UTC)

@@ -31,8 +31,8 @@ from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
 from moireid.verifier.report.circumstances import Circumstances
-from moireid.verifier.report.page import pictures_of, render_page, report_paths, write_report
 from moireid.verifier.report.plots import law_plot
+from moireid.verifier.report.report_page import pictures_of, render_page, report_paths, write_report
 from moireid.verifier.report.rival_table import DOES
 from moireid.verifier.session.cover import Cover
 from moireid.verifier.session.result import Report

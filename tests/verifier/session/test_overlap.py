@@ -25,7 +25,7 @@ from moireid.verifier import verify
 from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.measuring import MIN_OVERLAP_S
 from moireid.verifier.picture import Frame
-from moireid.verifier.report.page import write_report
+from moireid.verifier.report.report_page import write_report
 from moireid.verifier.session import faces
 from moireid.verifier.session.chapters import Chapter
 from moireid.verifier.session.claim import Claim

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.cameras import Camera
 from moireid.simulate.motion import Poses
 from moireid.simulate.recording.sensor import Sensor

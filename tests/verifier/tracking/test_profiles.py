@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.tracking.profiles import ProfileReader
+from moireid.verifier.tracking.brightness_profiles import ProfileReader
 
 
 def test_profiles_are_in_light_not_in_coded_counts(ada):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
+from moireid.verifier.tracking.print_template import printer_of
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, KeptTemplate, PageRegistrar
 from moireid.verifier.tracking.smeared_frames import MOST_REACH, ShakenFollower
-from moireid.verifier.tracking.template import printer_of
 from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
 FPS, EXPOSURE_S = 30.0, 1 / 60

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from moireid.sandbox.child import Talk
+from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
-from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 
 #: Time for a process to load the program before the time of its job begins.

@@ -6,7 +6,7 @@ simulate/     error against run time of the renderers, and what a scene does not
 verify/       error against run time of the verifier; stiff and extreme motions
 forgers/      attacks by those who read this code, and everyday mishaps
 film_set.py   films by the engine of collections, with the list that `evaluate` reads
-rows.py       films of a suite made and read by the engine of collections (moireid_lab.archive)
+bench_rows.py       films of a suite made and read by the engine of collections (moireid_lab.archive)
 verdicts.py   what a row keeps of a report
 output.py     JSON, table and plot of a suite
 live.py       simulated challenges and calls, and replays of earlier answers

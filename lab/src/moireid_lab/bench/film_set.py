@@ -25,7 +25,7 @@ from moireid.result_cache import keep_row, kept_rows, program_digest
 from moireid.simulate.filming import FilmOptions, filmed, scene_of, truth_path
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import LostJob
-from moireid_lab.bench.rows import LIMITS, Where
+from moireid_lab.bench.bench_rows import LIMITS, Where
 
 MANIFEST, KEPT, COURSE = "films.csv", "made.jsonl", "motion.csv"
 

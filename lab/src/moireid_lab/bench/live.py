@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
 from moireid.verifier.live.challenge import (

@@ -26,7 +26,7 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid.verifier.session.chapters import judge_chapter
 from moireid.verifier.tracking.track import Track
-from moireid_lab.bench.rows import Where, chosen_names, rows_of_cases
+from moireid_lab.bench.bench_rows import Where, chosen_names, rows_of_cases
 
 #: Two measured motions, and one that is made.
 MOTIONS = ("walk", "handheld", "sway")

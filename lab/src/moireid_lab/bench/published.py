@@ -22,12 +22,12 @@ import numpy as np
 
 from moireid.badge import Badge, Cell, Grating, Lens, Markers
 from moireid.simulate.filming import FilmOptions
+from moireid_lab.bench.bench_rows import Where
 from moireid_lab.bench.film_set import PlannedFilm, make_film_set
-from moireid_lab.bench.rows import Where
 from moireid_lab.evaluation.collect import ScoredFilm, collect
+from moireid_lab.evaluation.film_rows import PIPELINES
 from moireid_lab.evaluation.manifest import read_manifest
 from moireid_lab.evaluation.plots import GENUINE, INK, PALE, figure_of, plain
-from moireid_lab.evaluation.rows import PIPELINES
 from moireid_lab.evaluation.summary import PAPER
 
 DISTANCES_M = (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7)

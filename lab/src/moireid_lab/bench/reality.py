@@ -24,7 +24,7 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.rows import Where, chosen_names, rows_of_cases
+from moireid_lab.bench.bench_rows import Where, chosen_names, rows_of_cases
 from moireid_lab.bench.verdicts import COLOURS, VERDICTS, verdict_row
 
 #: The first row: a film to which nothing was done.

@@ -22,8 +22,8 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
+from moireid_lab.bench.bench_rows import Where, made_rows
 from moireid_lab.bench.identity.clips import CRF, FOCAL_PX, FPS
-from moireid_lab.bench.rows import Where, made_rows
 from moireid_lab.bench.simulate.stiff_scenes import run_scenes
 
 Outcome = Literal["right", "unreadable", "refused", "wrong"]

@@ -80,9 +80,9 @@ def bench_command(
     """
     from moireid.files import planned
     from moireid_lab.bench import stability as stability
+    from moireid_lab.bench.bench_rows import Where
     from moireid_lab.bench.identity import identity_suite as identity
     from moireid_lab.bench.output import TABLES, outputs, write
-    from moireid_lab.bench.rows import Where
 
     if suite in ("fabricate", "simulate") and (workers or scheduler):
         fail(f"{suite} has no films to share out; leave out --workers and --scheduler")

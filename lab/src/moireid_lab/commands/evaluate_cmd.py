@@ -123,9 +123,9 @@ def evaluate_command(
     from moireid_lab.archive.isolated import Limits
     from moireid_lab.evaluation.collect import collect
     from moireid_lab.evaluation.detectors import read_detectors, with_detectors
+    from moireid_lab.evaluation.film_rows import PIPELINES
     from moireid_lab.evaluation.manifest import read_manifest
     from moireid_lab.evaluation.plots import PLOTS, write_plots
-    from moireid_lab.evaluation.rows import PIPELINES
     from moireid_lab.evaluation.summary import summarise
     from moireid_lab.evaluation.table import table
 

@@ -47,8 +47,8 @@ def film_set_command(
     `moireid evaluate DIR/films.csv` then scores the films. A run that was interrupted goes on where it stopped, and
     does not make films again that are already there.
     """
+    from moireid_lab.bench.bench_rows import Where
     from moireid_lab.bench.film_set import make_film_set
-    from moireid_lab.bench.rows import Where
 
     films = read_plan(plan_csv)
     with film_rate() as progress:

@@ -12,8 +12,7 @@ from moireid.errors import SpecError
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, LostJob
 from moireid_lab.archive.parts import Parts
-from moireid_lab.evaluation.manifest import Entry
-from moireid_lab.evaluation.rows import (
+from moireid_lab.evaluation.film_rows import (
     COLUMNS,
     Job,
     Pipeline,
@@ -24,6 +23,7 @@ from moireid_lab.evaluation.rows import (
     score_film,
     scorer,
 )
+from moireid_lab.evaluation.manifest import Entry
 
 #: Called with the number of films done, in all, failed, and reused from an earlier run.
 Progress = Callable[[int, int, int, int], None]

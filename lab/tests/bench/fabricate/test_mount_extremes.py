@@ -22,7 +22,7 @@ from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError, MoireIdError
 from moireid.fabrication.parts import plan_parts
 from moireid.fabrication.printed.mount import write_mount
-from moireid.fabrication.process import MountFigures, MountProcess, mount_figures
+from moireid.fabrication.process_figures import MountFigures, MountProcess, mount_figures
 from moireid_lab.bench.fabricate.mount_extremes import (
     BUILT,
     KINDS,

@@ -82,7 +82,7 @@ def check_command(
     """
     from moireid.attest import check, held_against, load_public_key
     from moireid.attest.envelope import read_envelope
-    from moireid.attest.keys import load_certificates
+    from moireid.attest.signing_keys import load_certificates
 
     key = load_public_key(key_file) if key_file is not None else None
     authorities = load_certificates(authority_file) if authority_file is not None else ()

@@ -14,7 +14,7 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.attest.credentials import Form
-    from moireid.attest.keys import SigningKey
+    from moireid.attest.signing_keys import SigningKey
 
 #: In the order of the help.
 OPTIONS = (

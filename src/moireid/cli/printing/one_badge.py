@@ -19,7 +19,7 @@ from moireid.issuing.wear import Wear
 
 if TYPE_CHECKING:
     from moireid.designer import Request
-    from moireid.fabrication.process import MountFigures
+    from moireid.fabrication.process_figures import MountFigures
     from moireid.issuing.plan import IssuePlan
     from moireid.registry import Registry
 

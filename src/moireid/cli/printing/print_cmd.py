@@ -16,8 +16,8 @@ from moireid.cli.common import (
     scale_option,
 )
 from moireid.cli.printing.one_badge import PrintOrder, print_one
-from moireid.cli.printing.options import Design, MountWish, design_options, mount_options
-from moireid.cli.printing.people import print_people
+from moireid.cli.printing.people_cmd import print_people
+from moireid.cli.printing.print_options import Design, MountWish, design_options, mount_options
 from moireid.cli.printing.wear_options import wear_options
 from moireid.errors import SpecError
 from moireid.issuing.wear import Wear

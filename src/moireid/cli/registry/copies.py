@@ -81,7 +81,7 @@ def registry_signer(path: Path, group: str | None) -> None:
     """
     if os.name == "nt":
         raise SpecError("no signer runs on Windows, which lacks its kind of sockets; run it on Linux or macOS")
-    from moireid.registry.signing.process import serve
+    from moireid.registry.signing.signer_process import serve
 
     with contextlib.suppress(KeyboardInterrupt):
         serve(path.absolute(), group, ready=lambda: say(f"signing for those who ask at {path}  (stop it with Ctrl-C)"))

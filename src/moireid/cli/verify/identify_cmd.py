@@ -25,8 +25,8 @@ from moireid.cli.common import (
     show_json,
     trust_option,
 )
-from moireid.cli.verify.options import focal_option
 from moireid.cli.verify.verify_cmd import LookUp, known_by, show_verdict
+from moireid.cli.verify.verify_options import focal_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:

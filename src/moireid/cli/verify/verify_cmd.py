@@ -22,7 +22,7 @@ import click
 
 from moireid.cli.attest.signing import Signing, detectors_from, planned_signing, signing_options
 from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, report_standing, say, show_json
-from moireid.cli.verify.options import ClaimWish, VerifyOptions, check_wish, verify_options
+from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wish, verify_options
 
 if TYPE_CHECKING:
     from moireid.provenance import ClaimedBadge, Standing
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from moireid.verifier import Claim
     from moireid.verifier.report.circumstances import Circumstances
     from moireid.verifier.report.headline import Headline
-    from moireid.verifier.report.page import Pictures
+    from moireid.verifier.report.report_page import Pictures
     from moireid.verifier.session.result import Report
 
 
@@ -166,7 +166,7 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
 
 def judge_here(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progress: Progress) -> Outcome:
     """The outcome of a film that is decoded in this process."""
-    from moireid.verifier.report.page import pictures_of, signals_csv
+    from moireid.verifier.report.report_page import pictures_of, signals_csv
 
     report = replace(_report(wish, found, progress), detectors=scores)
     return Outcome(report.to_json(), lambda: (pictures_of(report), signals_csv(report)))
@@ -213,7 +213,7 @@ def plan_pages(folder: Path | None, *, overwrite: bool, kept: Sequence[Path | No
     """Raise SpecError if a page would replace a file, or one of those that are read."""
     if folder is not None:
         from moireid.files import planned
-        from moireid.verifier.report.page import report_paths
+        from moireid.verifier.report.report_page import report_paths
 
         planned(report_paths(folder), overwrite=overwrite, kept=kept)
 
@@ -226,7 +226,7 @@ def write_pages_of(
     if signing is not None:
         document = signing.write(document, wish.video)
     if wish.report_folder is not None:
-        from moireid.verifier.report.page import write_pages
+        from moireid.verifier.report.report_page import write_pages
 
         page, *_ = write_pages(document, *outcome.drawn(), known, wish.report_folder, overwrite=wish.overwrite)
         say(f"report: {page}")
@@ -253,7 +253,7 @@ def show_verdict(
 
     headline: None for that of a film.
     """
-    from moireid.verifier.report.findings import sorted_findings
+    from moireid.verifier.report.finding_words import sorted_findings
     from moireid.verifier.report.headline import headline_of
     from moireid.verifier.report.rival_table import odds_line
     from moireid.verifier.report.seconds import seconds_of

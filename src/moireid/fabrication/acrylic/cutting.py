@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.contour import Contour
 from moireid.fabrication.acrylic.plates import AcrylicPlan
-from moireid.fabrication.process import LEAST_LAND_MM
+from moireid.fabrication.process_figures import LEAST_LAND_MM
 from moireid.fabrication.solids import cad_package
 
 #: Layer colours: AutoCAD colour index, and the same as SVG.

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.contour import Contour
-from moireid.fabrication.process import LEAST_LAND_MM, STOCK_MM, TWIST_DEG, AcrylicProcess
+from moireid.fabrication.process_figures import LEAST_LAND_MM, STOCK_MM, TWIST_DEG, AcrylicProcess
 from moireid.fabrication.sight import (
     Obstacle,
     check_sight,

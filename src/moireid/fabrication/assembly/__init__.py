@@ -1,6 +1,6 @@
 """assembly.pdf: how the parts go together.
 
-words.py       its text: what to have, how to print, the steps
+assembly_words.py       its text: what to have, how to print, the steps
 sketches.py    the small picture of each step, fringes included
 exploded.py    the parts of the exploded views, as prisms
 axonometry.py  draws the exploded views, and the lens sheet in true size

@@ -19,7 +19,7 @@ from moireid.fabrication.printed.holders import HolderBody
 from moireid.fabrication.printed.mount import MountPlan
 from moireid.fabrication.printed.snap import SnapPlan, hole_mm
 from moireid.fabrication.printed.tray import TrayPlan, tab_corners, tab_outline, tabs_of
-from moireid.fabrication.process import MountProcess
+from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import corners_in_frame, in_frame, sheet_pieces
 
 #: Gaps other than the usual one: screws need less; a clip and a tab need more, because the parts before them would hide
@@ -71,7 +71,7 @@ def acrylic_parts(badge: Badge, plan: AcrylicPlan, film_mm: float, screw: str) -
 def _plate(plate: Plate, plan: AcrylicPlan) -> Part:
     high = plate.low_mm + plate.thickness_mm
     body = Prism(_loop(plate.outline), plate.low_mm, high, tuple(_loop(opening) for opening in plate.openings))
-    # As in `process.STOCK_MM`: thin plates are sold as film.
+    # As in `process_figures.STOCK_MM`: thin plates are sold as film.
     name = f"acrylic {plate.name}" if plate.thickness_mm > 0.5 else f"{plate.name} of film"
     return Part(name, f"{plate.thickness_mm:g} mm", (body,), 0.93, screws=plan.screws)
 

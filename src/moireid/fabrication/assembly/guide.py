@@ -10,14 +10,14 @@ from pathlib import Path
 
 from moireid.badge import Badge, Lens
 from moireid.fabrication.acrylic.plates import AcrylicPlan
-from moireid.fabrication.assembly import words
+from moireid.fabrication.assembly import assembly_words
+from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker, Step
 from moireid.fabrication.assembly.axonometry import Part, draw_exploded, draw_plates
 from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
-from moireid.fabrication.assembly.words import BuildPlan, Maker, Step
 from moireid.fabrication.page.lettering import PICTURE_DPI, name_picture, printable, set_name
 from moireid.fabrication.page.pdf import BOLD, PdfPage
 from moireid.fabrication.printed.mount import MountPlan, plan_mount
-from moireid.fabrication.process import MountFigures
+from moireid.fabrication.process_figures import MountFigures
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM, Printer
 
@@ -58,7 +58,7 @@ def write_assembly_pdf(
         sheet = PdfPage(temporary, paper_mm, f"Assembly of moiré badge {badge.id}")
         _draw_lists(sheet, build)
         sheet.canvas.showPage()
-        _draw_steps(sheet, words.steps(build))
+        _draw_steps(sheet, assembly_words.steps(build))
         if badge.lens.kind != "mask":
             draw_plates(sheet, badge, LEFT_MM, TOP_MM)
         for heading, view in views:
@@ -73,10 +73,10 @@ def _draw_lists(sheet: PdfPage, build: BuildPlan) -> None:
     _draw_name(sheet, badge.name)
     sheet.text(LEFT_MM, TOP_MM + 7, f"How to build this badge · moireid {badge.id}", points=POINTS, align="left")
     y = TOP_MM + 19
-    lists = [("You need", words.needs(build))]
+    lists = [("You need", assembly_words.needs(build))]
     if build.acrylic:
         heading = "The mount, in acrylic" if build.mount == "none" else "Or, instead of the printed mount, in acrylic"
-        lists.append((heading, words.acrylic(build.acrylic)))
+        lists.append((heading, assembly_words.acrylic(build.acrylic)))
     for heading, lines in lists:
         y = _heading(sheet, heading, y)
         for line in lines:
@@ -84,10 +84,10 @@ def _draw_lists(sheet: PdfPage, build: BuildPlan) -> None:
             y = paragraph(sheet, line, (LEFT_MM + 5, y), right - LEFT_MM - 5) + 1.4
         y += 5
     y = _heading(sheet, "Print settings", y)
-    for name, value in words.settings(build):
+    for name, value in assembly_words.settings(build):
         sheet.text(LEFT_MM + 1, y, name, points=POINTS, font=BOLD, align="left")
         y = paragraph(sheet, value, (LEFT_MM + 30, y), right - LEFT_MM - 30) + 1.4
-    if (note := words.glue_note(build)) is not None:
+    if (note := assembly_words.glue_note(build)) is not None:
         y = paragraph(sheet, note, (LEFT_MM + 1, y + 3), right - LEFT_MM) + 1.4
     if y + 16 + badge.lens.thickness_mm * STACK_SCALE < sheet.page_mm[1] - 14:
         y = _heading(sheet, "The finished badge, cut open", y + 5)
@@ -156,7 +156,7 @@ def _views(build: BuildPlan) -> list[tuple[str, list[Part]]]:
         parts = printed_parts(build.badge, build.mount_plan, figures.printed)
         views.append(("Exploded view: the printed mount", parts))
     if build.acrylic:
-        screw = f"M3 × {words.screw_length_mm(build.acrylic)}"
+        screw = f"M3 × {assembly_words.screw_length_mm(build.acrylic)}"
         parts = acrylic_parts(build.badge, build.acrylic, figures.acrylic.film_mm, screw)
         views.append(("Exploded view: the mount in acrylic", parts))
     return views or [("Exploded view", plain_parts(build.badge, figures.printed))]

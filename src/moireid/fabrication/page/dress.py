@@ -18,8 +18,8 @@ from moireid.artwork.template import template_named
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 from moireid.fabrication.page.lettering import PICTURE_DPI, line_note
+from moireid.fabrication.page.page_words import SetWords, set_words
 from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, PdfPage
-from moireid.fabrication.page.words import SetWords, set_words
 
 #: Longer sides at which a picture is searched for markers, px: from near, and far away.
 SEEN_PX = (640, 320, 160, 80)

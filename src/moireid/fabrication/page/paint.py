@@ -10,7 +10,7 @@ from moireid.badge import Badge, Rect
 from moireid.fabrication.page.artwork import font_file
 from moireid.fabrication.page.dress import corner_of, mask_of, qr_rects
 from moireid.fabrication.page.lettering import PICTURE_DPI
-from moireid.fabrication.page.words import SetWords, set_words
+from moireid.fabrication.page.page_words import SetWords, set_words
 
 ANCHORS = {"left": "ls", "center": "ms", "right": "rs"}
 

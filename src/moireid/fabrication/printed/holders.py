@@ -17,7 +17,7 @@ from typing import Any
 from moireid.badge import Badge, Point
 from moireid.errors import FabricationError
 from moireid.fabrication.printed.tray import TrayPlan
-from moireid.fabrication.process import MountProcess
+from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight
 
 #: Air between a holder and the tray where they need not touch; where they touch, FIT_MM keeps them from jamming.

@@ -26,7 +26,7 @@ from moireid.fabrication.meshes import (
 from moireid.fabrication.printed.holders import HolderBody, as_printed, in_use, plan_holder, shape_holder
 from moireid.fabrication.printed.snap import SnapPlan, check_snap, plan_snap, shape_snap
 from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
-from moireid.fabrication.process import BED_MM, LEAST_WALL_MM, MountProcess
+from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import ExpectedSolid, cad_package, check_step, check_stl, export_step, export_stl
 from moireid.files import planned, whole_file
 

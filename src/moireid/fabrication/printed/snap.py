@@ -23,7 +23,7 @@ from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.meshes import overlap_mm3
 from moireid.fabrication.printed.tray import ADVICE, block, slots_in, tab_outline, tabs_of
-from moireid.fabrication.process import MountProcess
+from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
 from moireid.fabrication.solids import cad_package
 

@@ -25,7 +25,7 @@ from typing import Any
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.process import LEAST_LIP_MM, TWIST_DEG, MountProcess
+from moireid.fabrication.process_figures import LEAST_LIP_MM, TWIST_DEG, MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
 
 #: A tongue's width, its greatest length, the slit round it (two nozzle lines), and its distance from the edge.

@@ -21,7 +21,7 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
 from moireid.provenance import BadgeHolder, ClaimedBadge, Provenance
-from moireid.registry.bundle.content import BundleContent, BundlePerson
+from moireid.registry.bundle.bundle_content import BundleContent, BundlePerson
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
 from moireid.registry.checkpoints.witness import hold
 from moireid.registry.keys import Authority

@@ -15,7 +15,7 @@ from sqlalchemy import Connection
 from moireid.badge import Badge
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
-from moireid.registry.bundle.content import BundlePerson, Looks, made_content, without_id
+from moireid.registry.bundle.bundle_content import BundlePerson, Looks, made_content, without_id
 from moireid.registry.bundle.parcel import STATES, TIME, Header, now, opened_parcel
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint

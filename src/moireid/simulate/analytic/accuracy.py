@@ -30,8 +30,8 @@ from numpy.typing import NDArray
 
 from moireid import optics
 from moireid.errors import SpecError
-from moireid.simulate.analytic.page import printed_scales
-from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
+from moireid.simulate.analytic.traced_page import printed_scales
 from moireid.simulate.scene import Instant, Scene
 
 Array = NDArray[np.float64]

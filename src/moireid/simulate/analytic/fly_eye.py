@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import SpecError
-from moireid.simulate.analytic.page import cell_table, page_texture
 from moireid.simulate.analytic.trace import cell_at
+from moireid.simulate.analytic.traced_page import cell_table, page_texture
 from moireid.simulate.compiled import njit
 from moireid.simulate.scene import Scene
 

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.cameras import Camera
 from moireid.simulate.forgeries.trajectories import KINDS, TRAJECTORIES, false_camera, random_walk
 from moireid.simulate.motion import Motion, Poses

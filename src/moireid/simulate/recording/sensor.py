@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.simulate.analytic.renderer import BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import BoardRadiance
 from moireid.simulate.cameras import Camera
 from moireid.simulate.compiled import njit, prange
 from moireid.simulate.motion import Motion, Poses

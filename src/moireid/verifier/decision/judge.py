@@ -50,7 +50,7 @@ from moireid.verifier.decision.figures import Figures, calibrated_log10, figures
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reason
 from moireid.verifier.explanations.honest import without_short_stretches
 from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cross_fade_of
-from moireid.verifier.explanations.photographs.spacing import Spacing, spacing_of
+from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
 from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS, Waveform, waveform_of
 from moireid.verifier.fringes.signals import GratingSignal, Measurement

@@ -41,7 +41,7 @@ from moireid.verifier.measuring import (
     STRIP_NOISE_RATIO,
 )
 from moireid.verifier.series import greatest_near
-from moireid.verifier.tracking.profiles import CODING_POWER, Strip
+from moireid.verifier.tracking.brightness_profiles import CODING_POWER, Strip
 
 Array = NDArray[np.float64]
 

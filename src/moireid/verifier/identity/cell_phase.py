@@ -29,7 +29,7 @@ from moireid.frames import own_rect
 from moireid.verifier.fringes.phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
-from moireid.verifier.identity.waveform import learn_waveform, match_cost, match_phase, match_symbol
+from moireid.verifier.identity.cell_waveform import learn_waveform, match_cost, match_phase, match_symbol
 from moireid.verifier.measuring import (
     CELL_FLOOR_RAD,
     CELL_NOISE_RATIO,
@@ -41,7 +41,7 @@ from moireid.verifier.measuring import (
     UNUSUAL_TWIST_LESS,
     USUAL_TWIST_RAD,
 )
-from moireid.verifier.tracking.profiles import Strip
+from moireid.verifier.tracking.brightness_profiles import Strip
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from typing import Any
 
 from moireid.provenance import Exclusion
 from moireid.verifier.report.circumstances import Circumstances, ClaimNote, claimed_in, day
-from moireid.verifier.report.findings import (
+from moireid.verifier.report.finding_words import (
     GENERAL,
     RIVALS,
     SHOW,

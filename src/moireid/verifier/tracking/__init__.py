@@ -2,11 +2,11 @@
 
 finding/           pages found in a picture
 patches.py         what is printed to find a page by
-template.py        the patches as a picture shows them
+print_template.py        the patches as a picture shows them
 registration.py    the page aligned to its print
 borders.py         the gratings' borders, where only two markers are seen
 smeared_frames.py  frames that motion smeared
-profiles.py        brightness along each row
+brightness_profiles.py        brightness along each row
 track.py           what a film shows of one badge
 badge_tracker.py   one badge over the frames
 sampling.py        a picture read at places of the page

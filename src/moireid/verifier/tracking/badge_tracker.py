@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
+from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid.verifier.tracking.finding.markers import faint_turns
 from moireid.verifier.tracking.finding.page_groups import PageFinder, same_page
 from moireid.verifier.tracking.frame_skipping import (
@@ -31,7 +32,6 @@ from moireid.verifier.tracking.frame_skipping import (
     strips_differ,
 )
 from moireid.verifier.tracking.patches import marker_corners_mm
-from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.sampling import EvenSample, hull_of, part_around
 from moireid.verifier.tracking.search_work import Purses

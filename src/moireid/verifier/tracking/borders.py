@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.frames import own_frame, own_rect
-from moireid.verifier.tracking.template import BLUR_PX, warp_jacobian
+from moireid.verifier.tracking.print_template import BLUR_PX, warp_jacobian
 
 Array = NDArray[np.float64]
 #: Brightness is sampled this far to either side of a border; length of a segment and distance to the next, mm.

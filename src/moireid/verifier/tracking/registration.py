@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from moireid.badge import Fiducial
 from moireid.verifier.picture import Picture
 from moireid.verifier.tracking.borders import Borders
+from moireid.verifier.tracking.print_template import Template, TemplatePrinter, printer_of, without_gains
 from moireid.verifier.tracking.sampling import Places, Sampler, determinant, inverse
 from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
-from moireid.verifier.tracking.template import Template, TemplatePrinter, printer_of, without_gains
 
 Array = NDArray[np.float64]
 #: Steps in which the page must be found; as many more may settle it.

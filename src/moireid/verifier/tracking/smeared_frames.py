@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.picture import Picture, as_picture
-from moireid.verifier.tracking.profiles import LINEAR_COUNTS
+from moireid.verifier.tracking.brightness_profiles import LINEAR_COUNTS
+from moireid.verifier.tracking.print_template import Template, without_gains
 from moireid.verifier.tracking.registration import (
     FOLLOWED_CORRELATION,
     KeptTemplate,
@@ -30,7 +31,6 @@ from moireid.verifier.tracking.registration import (
 )
 from moireid.verifier.tracking.sampling import hull_of, part_around
 from moireid.verifier.tracking.search_work import CORRELATED_NS
-from moireid.verifier.tracking.template import Template, without_gains
 from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.verifier.tracking.profiles import Strip
+from moireid.verifier.tracking.brightness_profiles import Strip
 from moireid.verifier.tracking.sampling import inverse
 
 Array = NDArray[np.float64]

@@ -1,9 +1,9 @@
 """The API.
 
 films.py     verify and identify; jobs and their reports
-issue.py     badges and captures
-registry.py  look up, revoke, audit
-verdicts.py  verdicts that were given
+issue_api.py     badges and captures
+registry_api.py  look up, revoke, audit
+verdicts_api.py  verdicts that were given
 events.py    a job's progress, as it changes
 health.py    whether the studio is up and ready; its figures
 schema.py    what /openapi.json says of forms and reports

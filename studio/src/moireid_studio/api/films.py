@@ -19,7 +19,7 @@ from fastapi.responses import JSONResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
 from moireid import __version__
-from moireid.verifier.report.page import render_page
+from moireid.verifier.report.report_page import render_page
 from moireid_studio.api.events import events_of
 from moireid_studio.api.schema import IDENTIFICATION, REPORT, answers, form
 from moireid_studio.auth.guard import Visitor, anyone, require

@@ -167,7 +167,7 @@ def _signing() -> Iterator[None]:
     """The signer that MOIREID_SIGNER names, or one of the studio's own: no process that serves reads the key."""
     from moireid.registry.keys import SIGNER_VARIABLE
     from moireid.registry.signing.client import signer_address
-    from moireid.registry.signing.process import own_signer
+    from moireid.registry.signing.signer_process import own_signer
 
     if signer_address() is not None:
         yield

@@ -46,7 +46,7 @@ def verdicts_command(
     """
     from moireid.files import planned, write_text
     from moireid_studio.settings import default_data
-    from moireid_studio.store.verdicts import FILE, StoredVerdict, Verdicts
+    from moireid_studio.store.verdict_store import FILE, StoredVerdict, Verdicts
 
     folder = data or default_data()
     if state is None and not (folder / FILE).is_file():

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import VERDICT_EXIT, FiniteRange, friendly, say, show_json
-from moireid.cli.verify.options import CLAIM_OPTIONS, ClaimWish, check_claim, focal_option, original_option
 from moireid.cli.verify.verify_cmd import asked_of, show_verdict
+from moireid.cli.verify.verify_options import CLAIM_OPTIONS, ClaimWish, check_claim, focal_option, original_option
 from moireid.errors import SpecError
 from moireid_studio.watch.order import HARMLESS
 

@@ -14,8 +14,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd
-from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.jobs.task import Task
 

@@ -28,7 +28,7 @@ from moireid_studio.settings import Limits
 from moireid_studio.store.database import database_of
 from moireid_studio.store.ledger import BEAT_S, Ledger
 from moireid_studio.store.storage import storage_of
-from moireid_studio.store.verdicts import Verdicts
+from moireid_studio.store.verdict_store import Verdicts
 
 #: Time for a scheduler to answer, between two tries to reach one, and between two looks for jobs, s.
 CONNECT_S, AGAIN_S, LOOK_S = 10.0, 2.0, 0.25

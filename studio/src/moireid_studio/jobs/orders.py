@@ -22,7 +22,7 @@ from moireid.designer.link import LinkBudget
 from moireid.designer.reach import link_budgets
 from moireid.designer.request import clean_name
 from moireid.errors import SpecError
-from moireid.fabrication.process import MountFigures
+from moireid.fabrication.process_figures import MountFigures
 from moireid.idcodes import is_name_derived
 from moireid.issuing.plan import IssueOrder, IssuePlan, plan_badge
 from moireid.issuing.wear import Wear

@@ -27,7 +27,7 @@ from moireid.lenticule import know_law
 from moireid.provenance import ClaimedBadge
 from moireid.sandbox.child import Talk
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.report.page import pictures_of, signals_csv
+from moireid.verifier.report.report_page import pictures_of, signals_csv
 from moireid.verifier.session.capture import capture_as_built
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify

@@ -25,7 +25,7 @@ from typing import Any
 from moireid.errors import MoireIdError, RegistryError
 from moireid.registry import Registry
 from moireid.sandbox.seal import ProcessLimits
-from moireid.verifier.report.page import NAME
+from moireid.verifier.report.report_page import NAME
 from moireid.verifier.session.claim import with_badge_notes
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.child import JobFailure, Unusable, frames_of, kept_of, result_of, run_task

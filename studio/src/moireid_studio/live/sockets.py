@@ -29,8 +29,8 @@ from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import MoireIdError
 from moireid.registry import ClaimedBadge, holder_of
+from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
-from moireid.sandbox.reach import reach
 from moireid.verifier.live.challenge import Prompt, draw_prompts
 from moireid.verifier.live.clock import CALL, HERE
 from moireid.verifier.report.circumstances import Circumstances, read_id

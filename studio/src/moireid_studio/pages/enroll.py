@@ -24,7 +24,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.designer.reach import PITCH_TOLERANCE
 from moireid.errors import MoireIdError
-from moireid.fabrication.process import TWIST_DEG
+from moireid.fabrication.process_figures import TWIST_DEG
 from moireid.registry import Record
 from moireid.verifier.limits import ENROLLED_GAINS
 from moireid_studio.auth.guard import Visitor, require

@@ -13,7 +13,7 @@ from fastapi import APIRouter, Form, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from moireid import __version__
-from moireid.verifier.report.page import template as report_template
+from moireid.verifier.report.report_page import template as report_template
 from moireid_studio.auth.guard import COOKIE, anyone, visitor_of
 from moireid_studio.auth.tokens import SESSION_H, Role
 from moireid_studio.forms import ShortRoute

@@ -30,8 +30,8 @@ from starlette.requests import ClientDisconnect
 from moireid.errors import MoireIdError
 from moireid.names import CLAIM_LIMIT
 from moireid.verifier.camera.stretches import longest_step_s
-from moireid.verifier.report.page import KINDS as KINDS_OF
-from moireid.verifier.report.page import NAME, page_context
+from moireid.verifier.report.report_page import KINDS as KINDS_OF
+from moireid.verifier.report.report_page import NAME, page_context
 from moireid.verifier.report.seconds import Seconds
 from moireid_studio.auth.guard import HEADERS, Visitor, require
 from moireid_studio.checks import KINDS, start_job

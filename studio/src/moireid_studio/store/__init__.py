@@ -4,5 +4,5 @@ database.py  connections, the database's clock, outages, and the table of jobs
 job.py       a job, to a row and back
 ledger.py    the steps of a job, and which process may make them
 storage.py   films and what is made of them, by fsspec; pictures in archives
-verdicts.py  which verdicts were given, and to whom
+verdict_store.py  which verdicts were given, and to whom
 """

@@ -15,8 +15,8 @@ from typing import Any
 from urllib.parse import urlsplit, urlunsplit
 
 from moireid.errors import MediaError, MoireIdError, SpecError
+from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
-from moireid.sandbox.reach import reach
 from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.watch.feeding import Feeder
 from moireid_studio.watch.order import HARMLESS, Event, Signal, StreamEnd, WatchOrder

@@ -10,7 +10,7 @@ import pytest
 from kit.photographed import FRAMES, LAW, TIMES, TYPICAL, found_in, noise_of, signal
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.explanations.photographs.cross_fade import LEAST_VIEWS, MOST_SHARE, CrossFade, cross_fade_of
-from moireid.verifier.explanations.photographs.spacing import cross_faded
+from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE
 
 #: A calm course, as wide as some ten degrees turn the badge of the tests.

@@ -11,7 +11,7 @@ from kit.photographed import (
     FRAMES,
     LAW,
 )
-from moireid.verifier.explanations.photographs.spacing import cross_faded, seen_most
+from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded, seen_most
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 30])

@@ -17,7 +17,7 @@ from kit.photographed import (
     found_in,
     signal,
 )
-from moireid.verifier.explanations.photographs.spacing import Spacing, spacing_of
+from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
 from moireid.verifier.fringes.beyond_phase import DepthLaw
 from moireid.verifier.limits import SPACING_FLOOR_RAD
 

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.calibration.chart import view_chart
+from moireid.calibration.chart_reading import view_chart
 from moireid.calibration.lens_fit import lens_from_views
 from moireid.designer.chart import ChartRequest, design_chart
 from moireid.errors import MoireIdError
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Instant, Scene

@@ -17,7 +17,7 @@ from moireid.badge import Badge, Lens
 from moireid.designer import Request, design_badge
 from moireid.errors import MoireIdError
 from moireid.fabrication.parts import Parts, plan_parts, write_parts
-from moireid.fabrication.process import mount_figures
+from moireid.fabrication.process_figures import mount_figures
 from moireid.profiles import LensProfile, lens_named, save_lens_profile
 
 KINDS = ("lanyard", "clip", "stand", "holder")

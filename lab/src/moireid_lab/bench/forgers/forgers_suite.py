@@ -22,8 +22,8 @@ from moireid.designer import Request, design_badge
 from moireid.simulate.filming import film
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.bench_rows import Where, chosen_names, rows_of_cases
 from moireid_lab.bench.forgers.cases import ForgeryCase, Shoot, cases
-from moireid_lab.bench.rows import Where, chosen_names, rows_of_cases
 from moireid_lab.bench.verdicts import COLOURS, VERDICTS, verdict_row
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")

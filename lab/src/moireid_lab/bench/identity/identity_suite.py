@@ -20,9 +20,9 @@ from moireid.asbuilt import as_built_from_json
 from moireid.designer import Request, design_badge
 from moireid.result_cache import program_digest
 from moireid.verifier.identity.compare_built import compare_built
+from moireid_lab.bench.bench_rows import Where, made_rows
 from moireid_lab.bench.identity.clips import CRF, FOCAL_PX, FPS, HEIGHT, WIDTH, Clip, read_clip
 from moireid_lab.bench.identity.matching import matching_figures
-from moireid_lab.bench.rows import Where, made_rows
 from moireid_lab.evaluation.statistics import interval
 
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from moireid.simulate.analytic.accuracy import brightness, difference, estimate_error, strips_of
-from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import Poses, motion_named
@@ -139,7 +139,7 @@ def mitsuba_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, An
         import mitsuba  # noqa: F401
     except ImportError:
         return []
-    from moireid.simulate.mitsuba.renderer import USUAL, MitsubaRenderer, estimate_mitsuba
+    from moireid.simulate.mitsuba.mitsuba_renderer import USUAL, MitsubaRenderer, estimate_mitsuba
     from moireid.simulate.mitsuba.variant import choose_variant
 
     (samples, segments), camera = USUAL, scene.camera

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.simulate.analytic.accuracy import Difference, PixelStrip, brightness, difference, estimate_error, strips_of
-from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.scene import Camera, Instant, Scene
 from moireid_lab.bench.simulate import left_out
 from moireid_lab.bench.simulate.left_out import left_out_table, rms
@@ -226,7 +226,7 @@ def _analytic(scene: Scene, rays: tuple[int, int]) -> Callable[[Instant], BoardR
 def _mitsuba(
     scene: Any, variant: str, samples: int, segments: int, seed: int
 ) -> Callable[[Instant], BoardRadiance | None]:
-    from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+    from moireid.simulate.mitsuba.mitsuba_renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=samples, segments=segments, variant=variant, seed=seed).render
 

@@ -17,7 +17,7 @@ import numpy as np
 from moireid.badge import Lens
 from moireid.errors import MoireIdError
 from moireid.simulate.analytic.accuracy import estimate_error
-from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.scene import Build, Camera
 from moireid_lab.bench.simulate.scenes import SceneSetting, board
 from moireid_lab.bench.simulate.simulate_suite import error_of, truth_of

@@ -33,7 +33,7 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film
-from moireid_lab.bench.rows import Where, made_rows
+from moireid_lab.bench.bench_rows import Where, made_rows
 from moireid_lab.bench.verify.judged import JudgedFrames, judge_frames
 
 Array = NDArray[np.float64]

@@ -32,7 +32,7 @@ from moireid.verifier.fringes import signals as measure
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.published.pipeline import PublishedReader, judge
 from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.rows import Where
+from moireid_lab.bench.bench_rows import Where
 from moireid_lab.bench.verify.films import KINDS, DecodedFilm, Kind, phase_error_rad, shoot
 from moireid_lab.bench.verify.judged import judge_frames
 from moireid_lab.bench.verify.motion_extremes import chosen, run_extremes

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded, in_one_turn
 from moireid.verifier.explanations.photographs.ripple import speed2
-from moireid.verifier.explanations.photographs.spacing import cross_faded, in_one_turn
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, PHOTOGRAPH_SDS, REST_RAD, UNEVEN_SHARE
 from moireid.verifier.series import standard

@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.explanations.photographs.spacing import in_one_turn
+from moireid.verifier.explanations.photographs.fringe_spacing import in_one_turn
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic, standing_still, third_harmonic_of
 from moireid.verifier.fringes.phase_coverage import views_of
 from moireid.verifier.fringes.signals import GratingSignal

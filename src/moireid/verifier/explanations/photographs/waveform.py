@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.stretches import within_stretches
+from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded, evenly, seen_most
 from moireid.verifier.explanations.photographs.ripple import WaveformModel
-from moireid.verifier.explanations.photographs.spacing import cross_faded, evenly, seen_most
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
 from moireid.verifier.explanations.residuals import residual_limit_rad
 from moireid.verifier.fringes.signals import GratingSignal

@@ -51,9 +51,9 @@ from numpy.typing import NDArray
 from moireid.badge import Lens
 from moireid.errors import SpecError
 from moireid.simulate.analytic.accuracy import Difference, Estimate, brightness, difference, strips_of
-from moireid.simulate.analytic.renderer import BoardRadiance
+from moireid.simulate.analytic.analytic_renderer import BoardRadiance
 from moireid.simulate.light import DiscLight, straight_share
-from moireid.simulate.mitsuba.parts import clear, mesh, pinhole, reflecting, rest_of_page, shining
+from moireid.simulate.mitsuba.scene_parts import clear, mesh, pinhole, reflecting, rest_of_page, shining
 from moireid.simulate.mitsuba.sheet import (
     front_strips,
     hidden_face,

@@ -13,7 +13,7 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.designer import Request
-    from moireid.fabrication.process import MountFigures
+    from moireid.fabrication.process_figures import MountFigures
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class MountWish:
 
         Raises: SpecError for figures without a mount, or of an unknown name.
         """
-        from moireid.fabrication.process import mount_figures
+        from moireid.fabrication.process_figures import mount_figures
 
         given = {"kerf_mm": self.kerf_mm, "base_mm": self.base_mm}
         pairs = [*self.mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)]

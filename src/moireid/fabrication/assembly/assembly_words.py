@@ -13,7 +13,7 @@ from moireid.badge import Badge, CodedFrame
 from moireid.fabrication.acrylic.plates import AcrylicPlan
 from moireid.fabrication.assembly import sketches
 from moireid.fabrication.printed.mount import SLOTS, MountPlan
-from moireid.fabrication.process import MountFigures
+from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import Axis
 from moireid.sheets import MM_PER_INCH

@@ -20,9 +20,9 @@ from moireid.dots import realised
 from moireid.errors import MediaError, SpecError
 from moireid.profiles import CHART_FAMILY, Printer
 from moireid.verifier.camera.plane_pose import start_poses
+from moireid.verifier.tracking.brightness_profiles import LINEAR_COUNTS, ProfileReader, counts_of
 from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.patches import marker_corners_mm
-from moireid.verifier.tracking.profiles import LINEAR_COUNTS, ProfileReader, counts_of
 from moireid.verifier.tracking.registration import PageRegistrar, scale_px_per_mm
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ class ChartView:
 
     Notes
     -----
-    Convention: P parts as `moireid.calibration.chart.parts_of` has them, from top to bottom; N samples along x.
+    Convention: P parts as `moireid.calibration.chart_reading.parts_of` has them, from top to bottom; N samples along x.
     """
 
     camera_mm: Array

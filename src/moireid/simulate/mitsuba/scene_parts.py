@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.frames import OwnFrame, own_frame
-from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM, page_texture
+from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, BEHIND_MM, Strips
 from moireid.simulate.mitsuba.view import CameraView, Crop
 from moireid.simulate.scene import Scene

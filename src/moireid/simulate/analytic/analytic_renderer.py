@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from moireid.errors import SpecError
 from moireid.simulate.analytic.fly_eye import FlyEye
 from moireid.simulate.analytic.light_kernels import lamp_figures
-from moireid.simulate.analytic.page import BLOCK_PX, TEXTURE_PX_PER_MM, cell_table, even_blocks, page_texture
 from moireid.simulate.analytic.rows import trace_rows
 from moireid.simulate.analytic.trace import TracedBoard, TracedSheet, land
+from moireid.simulate.analytic.traced_page import BLOCK_PX, TEXTURE_PX_PER_MM, cell_table, even_blocks, page_texture
 from moireid.simulate.light import turned_light
 from moireid.simulate.scene import Instant, Need, Scene
 

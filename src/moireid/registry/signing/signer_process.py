@@ -1,4 +1,4 @@
-"""The process with the key: `moireid registry signer`, or `python -m moireid.registry.signing.process SOCKET`.
+"""The process with the key: `moireid registry signer`, or `python -m moireid.registry.signing.signer_process SOCKET`.
 
 It reads keys from the keys folder, answers at a Unix socket, and does three things: say whether it has a key, make one,
 and sign texts of the accepted kinds (`client.py`).  It never gives a key away.  It opens no registry, no film and no
@@ -164,7 +164,7 @@ def own_signer() -> Iterator[str]:
     """
     with tempfile.TemporaryDirectory(prefix="moireid-signer-") as folder:
         path = str(Path(folder) / "socket")
-        command = [sys.executable, "-P", "-m", "moireid.registry.signing.process", path]
+        command = [sys.executable, "-P", "-m", "moireid.registry.signing.signer_process", path]
         imports = os.pathsep.join(name for name in sys.path if name)
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ | {"PYTHONPATH": imports}

@@ -24,7 +24,7 @@ import cv2
 from moireid import __version__
 from moireid.files import planned, write_text
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, moment_words
-from moireid.verifier.report.findings import sorted_findings
+from moireid.verifier.report.finding_words import sorted_findings
 from moireid.verifier.report.headline import headline_of
 from moireid.verifier.report.plots import NARROW, law_plot, parallax_of, plots_of
 from moireid.verifier.report.rival_plot import rival_plot
