@@ -11,7 +11,8 @@ BIN := .venv/bin
 # Not in .venv: what checks its output makes every `import jsonschema` take a second.
 PARTS_VERSION := 7.5.0
 UV_VERSION := 0.13.8
-PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations 10
+# More workers than most machines have spare cores: many tests wait for a process, a browser or a clock.
+PYTEST := $(BIN)/python -m pytest -n 3 --dist worksteal --durations 10
 PROJECTS := pyproject.toml studio/pyproject.toml lab/pyproject.toml
 # What a server of a studio needs; the rest is for those who develop moireid.
 SERVER := cad postgres face c2pa cluster s3
@@ -48,6 +49,8 @@ test-all: .venv/.compiled
 
 # Numba compiles the renderer for half a minute and keeps what it made; here, or else two workers do it side by side.
 .venv/.compiled: .venv/.ready $(shell find src/moireid/simulate -name '*.py')
+	@# What was compiled of older sources names modules that may be gone.
+	find src/moireid/simulate -name '*.nb[ic]' -delete
 	PYTHONPATH=tests $(BIN)/python -m kit.compiling
 	touch $@
 

@@ -263,6 +263,7 @@ def test_no_number_may_be_what_is_none(ada: Badge, value: Any) -> None:
             refusal(put(document, path, value))
 
 
+@pytest.mark.slow
 def test_numbers_out_of_all_proportion_are_refused(ada: Badge) -> None:
     """Catches: a field without limits."""
     for value in (1e307, -1e307):

@@ -95,6 +95,7 @@ def test_what_takes_long_to_draw_is_stopped(tmp_path: Path, monkeypatch: pytest.
         load_picture(svg(tmp_path, layers), "logo")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's own memory")
 def test_a_drawing_takes_no_more_memory_than_its_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: see-through layers within each other that take the whole machine's memory."""

@@ -38,6 +38,7 @@ def overlap(one: Rect, other: Rect) -> bool:
     return all(one[k] < other[k + 2] - 1e-6 and other[k] < one[k + 2] - 1e-6 for k in (0, 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FORMATS)
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_every_template_leaves_clear_what_is_read_on_every_format(template: str, name: str, content: Artwork) -> None:

@@ -29,6 +29,7 @@ def order_of(film: Path, **more: Any) -> JudgingOrder:
     return JudgingOrder(film, Claim(load_badge(FILMS / "badge.json")), **more)
 
 
+@pytest.mark.slow
 def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str, Any]) -> None:
     """Catches: another verdict by another way; a report's page that is forgotten; progress that is not shown."""
     seen: list[tuple[int, int | None]] = []

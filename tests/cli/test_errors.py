@@ -368,6 +368,7 @@ def test_a_report_in_the_way_is_seen_before_the_film(
     assert "cannot be made" in refused("verify", "none.mp4", "--badge", "ada.json", "--report", "ada.json/x")
 
 
+@pytest.mark.slow
 def test_a_claim_that_a_board_cannot_bear_out_is_not_accepted(
     run: Run, prototype: Badge, films: Path, tmp_path: Path
 ) -> None:
@@ -562,6 +563,7 @@ def test_wrong_usage_is_one_sentence(refused: Callable[..., str], arguments: lis
     assert words in refused(*arguments)
 
 
+@pytest.mark.slow
 def test_json_is_one_object_and_talk_goes_elsewhere(run: Run, tmp_path: Path) -> None:
     """Catches: progress or notes on stdout, JSON over several lines, keys that the contract names left out."""
     url = ("--registry", REGISTRY, "--json")

@@ -60,6 +60,7 @@ def test_a_distance_that_the_picture_contradicts_is_refused(chart_folder, tmp_pa
     assert ran.exit_code == 2 and "in metres" in ran.stderr and not (tmp_path / "no.json").exists()
 
 
+@pytest.mark.slow
 def test_a_ruler_turns_page_units_into_millimetres(chart_folder, tmp_path):
     """Catches: the measured scale divided by, or left out of the profile that badges are made with."""
     photo, chart = chart_folder / "photo.jpg", chart_folder / JSON
@@ -79,6 +80,7 @@ def test_a_picture_without_the_chart_is_refused_in_a_sentence(chart_folder, tmp_
     assert "Traceback" not in ran.output
 
 
+@pytest.mark.slow
 def test_the_bench_photographs_are_read_within_a_fiftieth_of_a_percent():
     """Catches: errors that grow with distance, place or label; error bars that are empty words."""
     found = calibration_figures(count=2, seed=3, progress=lambda: None)

@@ -107,6 +107,7 @@ def test_what_is_no_format_is_refused_with_those_that_are() -> None:
         design_badge(Request("A", size_mm=(280.0, 100.0)), PAYLOAD)
 
 
+@pytest.mark.slow
 def test_the_command_knows_every_format_and_prints_one(tmp_path: Path) -> None:
     """Catches: a format that the command leaves out, and a lens or range of another one."""
     assert (tuple(FORMATS), ORIENTATIONS) == (wear_options.FORMATS, wear_options.ORIENTATIONS)

@@ -43,6 +43,7 @@ def verified(film: Path, claim: str, *options: object) -> dict[str, Any]:
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_a_bundle_judges_as_the_registry_does(film, registry, ada, tmp_path):
     """Catches: a specimen that is read otherwise; a seal that nobody opens; a report without its registry."""
     registry.publish(tmp_path / "bundle", specimen_of, days=7)
@@ -99,6 +100,7 @@ def test_a_badge_that_no_seal_opens_for_is_nobody_s(film, ada, tmp_path, monkeyp
     assert told.startswith("REJECT: Genuine, but held by no one in this bundle, and not Sarah Example's")
 
 
+@pytest.mark.slow
 def test_a_verdict_by_a_bundle_is_signed_and_shown(film, registry, ada, tmp_path, monkeypatch):
     """Catches: a bundle's claim that another process cannot judge; a signed report or page without its authority."""
     monkeypatch.chdir(tmp_path)
@@ -119,6 +121,7 @@ def test_a_verdict_by_a_bundle_is_signed_and_shown(film, registry, ada, tmp_path
     assert checked.exit_code == 0 and f"by a bundle that counted until {asked['expires']}" in checked.stdout
 
 
+@pytest.mark.slow
 def test_a_revoked_badge_of_a_bundle_is_rejected(film, registry, ada, tmp_path):
     """Catches: revocations that are not in it, or not looked at."""
     registry.revoke(ada.name, "lost on the train")
@@ -129,6 +132,7 @@ def test_a_revoked_badge_of_a_bundle_is_rejected(film, registry, ada, tmp_path):
     assert registry.fingerprint in (tmp_path / "report" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_who_it_is_is_told_with_the_registry_that_was_asked(film, registry, ada, tmp_path):
     """Catches: an identification that nobody can hold against a registry later."""
     command = ["identify", str(film), "--registry", f"sqlite:///{tmp_path}/people.sqlite3", "--json"]
@@ -145,6 +149,7 @@ def identified(film: Path, *options: object) -> tuple[int, str, str]:
     return done.exit_code, done.stdout, done.output
 
 
+@pytest.mark.slow
 def test_a_bundle_finds_whose_badge_it_is(film, registry, ada, tmp_path):
     """Catches: a specimen that reads no identity; a name without the bundle's date; a revoked person who is found."""
     bundle = tmp_path / "bundle"

@@ -239,6 +239,7 @@ def test_every_command_has_its_help_on_the_site(site: Path) -> None:
             assert f">moireid {name} {each}<" in text
 
 
+@pytest.mark.slow
 def test_every_export_and_every_field_is_on_the_site(site: Path) -> None:
     """Catches: a face whose names have no page, and a key of badge.json or of the report that nobody explains."""
     shown = (site / "reference" / "api.html").read_text(encoding="utf-8")

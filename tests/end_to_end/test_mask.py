@@ -69,6 +69,7 @@ def test_the_mask_s_own_page_covers_every_grating(tmp_path: Path) -> None:
     document.close()
 
 
+@pytest.mark.slow
 def test_a_film_of_it_is_accepted_and_read(masked: Badge, tmp_path: Path) -> None:
     """Catches: a verifier that takes every front for a lens; the gap's index left out of the law."""
     build = Build(0.1, math.radians(0.2), 1.002, 0.999)

@@ -233,6 +233,7 @@ def shoot(badge: Badge, path: Path, *, motion="handheld", camera=SMALL, frames=9
     return path
 
 
+@pytest.mark.slow
 def test_a_film_in_which_nothing_moves_is_inconclusive(ada, tmp_path):
     """Catches: noise that passes for motion; a genuine badge rejected because nobody moved it."""
     report = verify(shoot(ada, tmp_path / "a.mp4", motion="static", frames=64), Claim(ada, ada.id))
@@ -287,6 +288,7 @@ def test_the_claimed_badge_is_accepted(ada, grace, ada_film, tmp_path):
     hold_contract(document)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("least", "code", "level"), [(2, 0, "pass"), (5000, 3, "undecided")])
 def test_a_film_is_held_to_the_photographs_that_are_asked_for(ada, ada_film, tmp_path, least, code, level):
     """Catches: an option that is passed over, a count that never opens a film, a film that is rejected for it."""
@@ -297,6 +299,7 @@ def test_a_film_is_held_to_the_photographs_that_are_asked_for(ada, ada_film, tmp
     assert 2 < found["measured"] < 5000
 
 
+@pytest.mark.slow
 def test_another_person_s_claim_is_rejected(ada, grace, ada_film):
     """Catches: motion alone; a decoder that finds what is claimed."""
     report = verify(ada_film, Claim(grace, grace.id))
@@ -305,6 +308,7 @@ def test_another_person_s_claim_is_rejected(ada, grace, ada_film):
     assert [reason.code for reason in report.reasons if reason.level == "fail"] == ["identity"]
 
 
+@pytest.mark.slow
 def test_a_file_makes_nobody_an_accepted_person(ada, ada_film, tmp_path):
     """Catches: a name edited into a file shown as the person's whose badge was seen, in any form of the report."""
     edited = tmp_path / "edited.json"
@@ -323,6 +327,7 @@ def test_a_file_makes_nobody_an_accepted_person(ada, ada_film, tmp_path):
     assert fails(known) == {"name"}
 
 
+@pytest.mark.slow
 def test_a_badge_printed_from_the_name_is_not_the_issued_one(ada_film, tmp_path):
     """Catches: an identity that whoever knows the name can make: here the film of a badge that was made from it."""
     printed = run("print", "Ada Lovelace", "--out", tmp_path / "out", "--mount", "none", "--json")
@@ -332,6 +337,7 @@ def test_a_badge_printed_from_the_name_is_not_the_issued_one(ada_film, tmp_path)
     assert outcome.exit_code != 0 and document["identity"]["verdict"] != "match"
 
 
+@pytest.mark.slow
 def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_film):
     """Catches: a copy that passes unless somebody thinks of asking, and an original that is left open."""
     report = verify(ada_film, Claim(ada, ada.id))
@@ -365,6 +371,7 @@ def test_identify_finds_nobody_who_is_not_enrolled(grace, ada_film, tmp_path):
     assert fails(document) == {"enrolled"}
 
 
+@pytest.mark.slow
 def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
     """View tangents of 0.56 to 1.77 at the board's middle, up to 1.95 at its edge.
 
@@ -390,6 +397,7 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
     assert np.isinf(less.gratings[0].phase_sd_rad[solved_parallax(report)[:, 0] > 1.5]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "must_fail"), [("frozen", "gain"), ("randomwalk", "residual"), ("late", "residual")])
 def test_forged_films_of_a_true_badge_are_rejected(ada, tmp_path, kind, must_fail):
     """Catches: a right payload that lets a wrong motion pass."""

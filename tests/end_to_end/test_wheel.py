@@ -31,6 +31,7 @@ def digests(files: list[Path]) -> dict[str, str]:
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
 
+@pytest.mark.slow
 def test_two_machines_build_the_same_bytes(built: list[Path], tmp_path: Path) -> None:
     """Catches: bytes that depend on folder, rights, umask, time zone, language, hashes, or when files were written."""
     source = copy_of_project(tmp_path / "another" / "place", 0o664)
@@ -50,6 +51,7 @@ def test_the_source_archive_gives_the_same_wheel(built: list[Path], tmp_path: Pa
     assert digests(build(source, tmp_path / "dist"))[built[1].name] == digests(built)[built[1].name]
 
 
+@pytest.mark.slow
 def test_the_time_in_the_files_can_be_chosen(tmp_path: Path) -> None:
     """Catches: SOURCE_DATE_EPOCH that is not heard, so that distributions cannot set their own."""
     wheel = build(

@@ -43,6 +43,7 @@ def words_of(pdf: Path) -> str:
     return text
 
 
+@pytest.mark.slow
 def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     """Catches: a good printed mount refused for the acrylic's sake, a part that is missing without a word, an assembly
     sheet of parts that do not exist."""
@@ -67,6 +68,7 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 def test_the_acrylic_stack_alone(tmp_path: Path) -> None:
     """Catches: a stack refused for the printed mount's sake, or an assembly sheet that sends for a printed mount."""
     badge = load_badge(json_badge(tmp_path))

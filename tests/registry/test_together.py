@@ -56,6 +56,7 @@ def test_two_processes_lose_nothing(url, keys):
     assert seen.sound and (seen.records, seen.entries) == (100, 101)
 
 
+@pytest.mark.slow
 def test_two_processes_that_want_the_same_ids(url, keys):
     """Catches: looking before writing, by which both would learn that the id is theirs."""
     badge = badge_of("Ada")

@@ -219,6 +219,7 @@ def test_focus_blur_widens_an_edge_by_its_sigma():
     assert width == pytest.approx(np.hypot(3.0, 0.5), rel=0.1)
 
 
+@pytest.mark.slow
 def test_sharpening_leaves_a_halo_and_no_other_trace():
     """Catches: a blur in place of its mask; a mask that changes even parts."""
     plain, sharp = exposed(CALM, edge()), exposed(replace(CALM, sharpen=1.0), edge())

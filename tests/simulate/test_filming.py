@@ -236,6 +236,7 @@ def test_a_two_axis_badge_s_truth_tells_both_phases(tmp_path):
     assert np.array_equal(truth["shown_x"], truth["parallax_x"])
 
 
+@pytest.mark.slow
 def test_the_command_films_with_camera_codec_and_recipe(prototype, tmp_path):
     """Catches: an option that is taken and not passed on; JSON that tells another film than the file holds."""
     (tmp_path / "badge.json").write_text(prototype.to_json(), encoding="utf-8")

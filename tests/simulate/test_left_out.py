@@ -125,6 +125,7 @@ def test_shutter_left_out_is_a_camera_that_opens_for_an_instant(prototype, tmp_p
     assert np.abs(still - left).max() <= 3 and np.abs(still - whole).max() > 20
 
 
+@pytest.mark.slow
 def test_glare_left_out_is_all_that_the_lenses_mirror() -> None:
     """Catches: a glare that is only dimmed; light on the page left out with it; a phase that hangs on it here."""
     scene, instant = NEAR.scene, NEAR.seen_at(0.2)
@@ -197,6 +198,7 @@ def test_a_film_by_mitsuba_tells_its_error(prototype, tmp_path: Path) -> None:
     assert "rolling shutter" in told and f"lens detail below {report.estimate.segments} segments" in told
 
 
+@pytest.mark.slow
 def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) -> None:
     """Catches: an option that is not passed on; things told without their time; names that the scene does not know."""
     assert set(PARTS) | {"bounces"} == set(Need.__dataclass_fields__)

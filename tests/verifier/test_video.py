@@ -229,6 +229,7 @@ def test_places_read_are_those_of_the_film():
     assert list(unreduced_px(np.array([-0.5, 7.0]), 2)) == [-0.5, 14.5] and unreduced_px(np.array(5.0), 1) == 5.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("focal_px", [None, 1500.0])
 def test_a_film_read_reduced_is_told_in_its_own_pixels(films: Path, tmp_path, monkeypatch, focal_px):
     """Catches: a focal length or a place in pixels of the smaller picture, given or found; a silence about it."""

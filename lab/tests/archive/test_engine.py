@@ -52,6 +52,7 @@ def begun(log: Path) -> Counter[str]:
     return Counter(line[1] for line in notes(log) if line[0] == "begun")
 
 
+@pytest.mark.slow
 def test_a_job_that_crashes_hangs_or_eats_memory_loses_itself_alone(tmp_path: Path):
     """Catches: a fault that ends the run or takes another's row, a reason that names the wrong fault, a job tried
     again, a child left behind.

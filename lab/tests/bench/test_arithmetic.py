@@ -108,6 +108,7 @@ def test_every_clip_of_a_bench_has_chance_of_its_own():
     assert by_kind["original"].assembly_seed is None and by_kind["copy"].assembly_seed is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("spread", "missed"), [(0.05, False), (1.2, True)])
 def test_rates_are_those_of_the_rows(spread, missed, rng):
     """Catches: claims that hold the badge's own payload, halves that are mixed, an error model that flatters."""
@@ -148,6 +149,7 @@ def test_a_stiff_case_is_wrong_where_it_names_another_or_rejects_a_true_badge():
     assert len({case.name for case in stability.cases()}) == len(stability.cases())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["twist 0.3 degrees", "print contrast 2 %"])
 def test_stiff_cases_are_right_or_say_why_not(name):
     """Catches: a suite that films something else than it says; an unreadable film without a reason."""

@@ -98,6 +98,7 @@ def packed(visit: Visit, job: str) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
+@pytest.mark.slow
 def test_a_check_shows_the_budget_the_choice_and_the_law_and_issues_nothing(visit: Visit) -> None:
     """Catches: a preview of another badge or of made-up numbers, a check that issues, a budget without its figures."""
     answer = visit.ask("POST", "/issue", "issuer", data={"name": "Check Me", "do": "check"})
@@ -230,6 +231,7 @@ def test_a_hostile_name_is_a_name_and_nothing_else(visit: Visit, name: str) -> N
     assert law is not None and json.loads(law)["words"][0]["text"] == name
 
 
+@pytest.mark.slow
 def test_an_event_is_understood_row_by_row_and_issued_as_one_archive(visit: Visit) -> None:
     """Catches: faults without rows, a list issued in part, names as paths in the archive, people without a record."""
 
@@ -312,6 +314,7 @@ def test_only_issuers_issue(visit: Visit) -> None:
         assert visit.ask(method, path, None).status_code == 401, path
 
 
+@pytest.mark.slow
 def test_badges_are_issued_by_a_studio_that_has_no_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a page, or a process that makes badges, that reads the key itself; one that knows no signer."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "far away"))

@@ -68,6 +68,7 @@ def test_a_verifier_gets_no_badge_file(visit: Visit, ada: Badge) -> None:
     assert visit.ask("GET", path, "admin").json() == whole
 
 
+@pytest.mark.slow
 def test_a_verifier_learns_no_identity(
     ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -192,6 +192,7 @@ def test_what_is_told_of_a_capture_is_how_the_badge_was_built(ada: Badge, measur
     assert "anticlockwise" in twist.text and "to its right" in offset.text
 
 
+@pytest.mark.slow
 def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(page: Page, browser: Browser) -> None:
     """Catches: a preview that stands still, that moves without being asked, or that only a pointer can move."""
     page.goto("/issue")

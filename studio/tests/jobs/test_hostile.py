@@ -47,6 +47,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..
         assert not stopping.is_alive()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("work", "code"),
     [
@@ -101,6 +102,7 @@ def test_progress_is_of_frames(said: object) -> None:
         frames_of(said)
 
 
+@pytest.mark.slow
 def test_a_result_is_a_report(films: Path) -> None:
     """Catches: an honest report refused; a hostile one that a page or a table would fall over."""
     badge = load_badge(films / "badge.json")

@@ -47,6 +47,7 @@ def sent(visit: Visit, people: str, files: list[tuple[str, tuple[str, bytes]]], 
     return visit.ask("POST", "/issue/event", "issuer", data=data, files=[*files, ("people_file", ("", b""))])
 
 
+@pytest.mark.slow
 def test_rows_wear_their_own_pictures_and_namesakes_are_distinguished(visit: Visit) -> None:
     """Catches: pictures that go to the wrong rows, are lost on the way to the print or must be chosen twice; lines of
     one namesake on the other's badge, a claim of one that means the other."""

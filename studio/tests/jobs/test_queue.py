@@ -61,6 +61,7 @@ def ended(visit: Visit, job_id: str) -> dict:
     return job
 
 
+@pytest.mark.slow
 def test_the_api_says_what_the_command_says(visit: Visit, tmp_path: Path, films: Path) -> None:
     """Catches: an API with a verdict of its own, figures left out, or the server's path in the report."""
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4", frames=100, size=(960, 540))
@@ -100,6 +101,7 @@ def test_a_job_reports_its_progress_and_keeps_its_report(visit: Visit, tiny: Pat
     assert visit.left() == []
 
 
+@pytest.mark.slow
 def test_identify_and_claims(visit: Visit, tiny: Path, ada: Badge) -> None:
     """Catches: a claim that is not looked up, or that reaches a page or a query as it is; an identity shown to a
     verifier.
@@ -172,6 +174,7 @@ def test_a_film_that_hangs_is_ended(tmp_path: Path, tiny: Path, monkeypatch: pyt
         assert (job.state, job.taken) == ("waiting", 0) and (job.folder / "film.mp4").is_file()
 
 
+@pytest.mark.slow
 def test_sixteen_at_once_are_all_answered(visit: Visit, tiny: Path, films: Path) -> None:
     """Catches: a queue that drops, mixes up or deadlocks."""
     request = ("POST", "/api/verify", "verifier")

@@ -91,6 +91,7 @@ def test_who_follows_the_prompts_is_accepted_and_sees_them_only_when_due(followe
     json.dumps(events, allow_nan=False)
 
 
+@pytest.mark.slow
 def test_the_running_verdict_comes_within_two_seconds_of_enough_motion(followed):
     """Catches: a verdict that waits for the end."""
     status = [event for event in followed if event["event"] == "status"]
@@ -99,6 +100,7 @@ def test_the_running_verdict_comes_within_two_seconds_of_enough_motion(followed)
     assert accepted - moved <= 1.1 and np.diff([event["time_s"] for event in status]).max() < 1.2
 
 
+@pytest.mark.slow
 def test_a_recorded_answer_fails_fresh_prompts_and_a_slowed_clock(ada, pictures):
     """Catches: a replay that passes; a sender who stretches time to fit."""
     fresh = draw_prompts(0.0, random.Random(5))
@@ -107,6 +109,7 @@ def test_a_recorded_answer_fails_fresh_prompts_and_a_slowed_clock(ada, pictures)
     assert slowed[-1]["verdict"] != "accept" and levels(slowed, "clock") == ["fail"]
 
 
+@pytest.mark.slow
 def test_a_challenge_that_is_left_is_no_acceptance_and_a_mirror_changes_nothing(ada, pictures):
     """Catches: an end before the last prompt, by which a replay would stop in time; a mirror's left."""
     mirrored = [np.ascontiguousarray(picture[:, ::-1]) for picture in pictures[: round(6.5 * FPS)]]
@@ -171,6 +174,7 @@ def test_pictures_go_in_and_a_verdict_comes_out(studio, ada, pictures):
     assert verdict["verdict"] == "inconclusive" and not verdict["challenged"] and verdict["frames"]["tracked"] > 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "message",
     [

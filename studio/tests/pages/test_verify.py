@@ -27,6 +27,7 @@ def judged(visit: Visit, film: Path, **fields: str) -> str:
     return page.text
 
 
+@pytest.mark.slow
 def test_whose_badge_it_is_ends_in_a_page(
     ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -29,6 +29,7 @@ def keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
 
 
+@pytest.mark.slow
 def test_each_verdict_is_written_down_without_names(ada: Badge, films: Path, tmp_path: Path) -> None:
     """Catches: a verdict of one way in that is not noted; the decoder's word for the film; names of film or person."""
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
@@ -58,6 +59,7 @@ def test_each_verdict_is_written_down_without_names(ada: Badge, films: Path, tmp
         assert "Ada Lovelace" not in page and "somebody who was erased" in page
 
 
+@pytest.mark.slow
 def test_a_found_badge_says_who_else_could_have_it(tmp_path: Path) -> None:
     """Catches: an identification that says less of a badge than a verification does; notes by the decoder's word."""
     made_of_name = badge_of("Ada Lovelace", None)
@@ -101,6 +103,7 @@ def test_they_go_after_their_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert Verdicts(tmp_path, None).given(9) == []
 
 
+@pytest.mark.slow
 def test_the_command_lists_and_exports_all(tmp_path: Path) -> None:
     """Catches: an export of one page; a file overwritten; a command that makes a studio where there is none."""
     run, data = CliRunner().invoke, ["verdicts", "--data", str(tmp_path / "none")]

@@ -66,6 +66,7 @@ def codes(event: dict[str, Any], level: str) -> set[str]:
     return {one["code"] for one in event["reasons"] if one["level"] == level}
 
 
+@pytest.mark.slow
 def test_a_pipe_is_judged_as_a_film_and_reported_as_one(film: Path, pipe: Path) -> None:
     """Catches: a verdict without keys of `verify --json`; pictures that a pipe loses; a judge that is not sealed."""
     events: list[dict[str, Any]] = []
@@ -80,6 +81,7 @@ def test_a_pipe_is_judged_as_a_film_and_reported_as_one(film: Path, pipe: Path) 
     Draft202012Validator(json.loads(report_schema())).validate(found)
 
 
+@pytest.mark.slow
 def test_a_file_is_followed_while_it_grows(film: Path, tmp_path: Path) -> None:
     """Catches: an end at the present size; a wait without end; a file that is read before it is written."""
     growing, content = tmp_path / "growing.ts", film.read_bytes()
@@ -120,6 +122,7 @@ class Live(Handler):
         self.wfile.write(text.encode())
 
 
+@pytest.mark.slow
 def test_hls_is_read_as_it_comes(shots: list[av.VideoFrame], tmp_path: Path) -> None:
     """Catches: a playlist that is read once; a decoder that opens addresses itself, as its process has no network."""
     names = {"hls_time": "1", "hls_list_size": "0", "hls_segment_filename": str(tmp_path / "piece%d.ts")}

@@ -65,6 +65,7 @@ def test_a_verdict_is_signed_in_every_form(here: Path, monkeypatch: pytest.Monke
     assert again.exit_code == 2 and "verdict.json exists already; add --overwrite" in again.stderr
 
 
+@pytest.mark.slow
 def test_another_detector_s_score_is_told_and_counts_for_nothing(here: Path) -> None:
     """Catches: a verdict that follows another program; a score that is swallowed where nothing is signed."""
     plain = json.loads(ran("verify", "film.mp4", *BADGE, "--json").stdout)
@@ -77,6 +78,7 @@ def test_another_detector_s_score_is_told_and_counts_for_nothing(here: Path) -> 
     assert "Detector lips gives 0.5; that is no part of the verdict." in words
 
 
+@pytest.mark.slow
 def test_every_verdict_is_signed_with_the_registry_that_was_asked(here: Path, ada: Badge) -> None:
     """Catches: only acceptances signed, so that a rejection can be lost; a registry's address, with its password."""
     with open_registry("sqlite:///people.sqlite3", create=True) as registry:
@@ -141,6 +143,7 @@ def test_what_is_read_is_not_written_over(here: Path, options: list[str]) -> Non
     assert (here / "read").read_bytes() == (here / "signals.csv").read_bytes() == Path(BADGE[1]).read_bytes()
 
 
+@pytest.mark.slow
 def test_what_fails_after_the_film_leaves_nothing(here: Path) -> None:
     """Catches: credentials without the envelope that was asked for with them, or a time stamp left out in silence."""
     before = sorted(os.listdir(here))

@@ -50,6 +50,7 @@ def test_a_line_that_is_printed_in_part_is_told(tmp_path: Path, monkeypatch: pyt
     assert any("leaves out of 'Guest" in note and note.endswith("(microphone), and shows 'Guest'") for note in found)
 
 
+@pytest.mark.slow
 def test_a_namesake_with_the_same_line_is_told(registry: str, tmp_path: Path) -> None:
     """Catches: a second person of one name and line, whom no claim by name finds; a warning about another line."""
     first = printed("Ada Lovelace", "--line", "Keynote", "--registry", registry, out=tmp_path / "a")

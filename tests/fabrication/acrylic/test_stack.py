@@ -43,6 +43,7 @@ def test_solver_puts_every_part_where_it_was_planned(plan: AcrylicPlan) -> None:
         assert shape.Center().y < -0.005
 
 
+@pytest.mark.slow
 def test_parts_that_share_volume_are_refused(plan: AcrylicPlan) -> None:
     """Catches: a check of bounding boxes, of neighbours only, or none: each fault is in another pair."""
     stack.check_stack(plan)
@@ -89,6 +90,7 @@ def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, l
     assert "CUT-BASE-4MM" in printed.files["acrylic.dxf"].read_text()
 
 
+@pytest.mark.slow
 def test_glb_shows_stack_and_mount(folder: tuple[Path, package.PrintResult, list[str]]) -> None:
     """Catches: millimetres for glTF's metres, parts on top of each other, an opaque lens, a page without its print."""
     path = folder[1].files["stack.glb"]
@@ -147,6 +149,7 @@ def test_assembly_sheet_lists_what_the_mount_needs(folder: tuple[Path, package.P
     assert "0.14 mm of air" in words and right < width - 40
 
 
+@pytest.mark.slow
 def test_a_mount_that_fails_leaves_no_file(ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a badge.pdf next to a mount that does not fit it, and a late refusal of what could be known at once."""
     steps: list[str] = []

@@ -141,6 +141,7 @@ def test_every_edge_on_the_page_is_where_the_badge_says(badge: Badge, drawn: Dra
     assert np.abs(np.array(black) - np.array(sorted(expected))).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_rasterised_bands_have_their_pitch_and_their_dark_line_in_the_middle(badge: Badge, pdf: Path) -> None:
     """Catches: all that the geometry above shares with the writer: units, seams, white painted over lines.
 

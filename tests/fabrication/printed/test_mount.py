@@ -244,6 +244,7 @@ def test_file_that_breaks_off_is_refused(report: MountReport, tmp_path: Path) ->
                 check(cut, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["step", "stl"])
 def test_nothing_is_left_of_a_failure(kind: str, badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     export = getattr(solids, f"export_{kind}")
@@ -363,6 +364,7 @@ def in_use(report: MountReport) -> list[Any]:
     return solids_
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["clip", "stand"])
 def test_holder_is_a_second_body_next_to_the_tray_in_every_file(kind: str, held: dict[str, MountReport]) -> None:
     """Catches: a holder that is fused with the tray, left out of a file, buried in it, or above the bed."""

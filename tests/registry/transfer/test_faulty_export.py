@@ -24,6 +24,7 @@ def test_file_cut_anywhere_changes_nothing(three_exported, url, tmp_path):
         open_registry(url, create=False)
 
 
+@pytest.mark.slow
 def test_file_changed_anywhere_changes_nothing(three_exported, tmp_path, rng):
     """Catches: a byte of the file that nothing checks: whatever goes through is the same registry."""
     content, exported = three_exported, tmp_path / "changed.json"

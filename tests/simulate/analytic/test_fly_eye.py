@@ -50,6 +50,7 @@ def phases(scene: Scene, camera_mm: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [(60.0, 0.0), (-40.0, 90.0)])
 def test_fringes_of_both_directions_follow_the_law(scene, camera):
     """Catches: parallaxes exchanged or of wrong sign, a sphere bent wrongly, the lens plane taken for the page's.

@@ -29,6 +29,7 @@ def test_the_renderer_agrees_with_an_outside_tracer(name):
         assert found.phase_rad < limit_rad and found.image < 0.035
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["prototype, 1 m", "as built: twist, offset, scale", "both axes"])
 def test_the_estimate_is_near_the_truth(name):
     """Catches: an estimate of something else, in other units, or that flatters.  Measured 0.6 to 2.1 of the truth."""

@@ -165,6 +165,7 @@ def test_every_codec_goes_through_two_passes(prototype, tmp_path, codec):
     assert len(read(tmp_path / "a.mp4")[1]) == 20
 
 
+@pytest.mark.slow
 def test_dropped_frames_leave_gaps_and_the_truth_fits_the_others(prototype, tmp_path):
     """Catches: times closed up after a loss; a truth of frames that are not in the file; one row too many."""
     report = shoot(prototype, tmp_path / "a.mp4", recipe="vfr", frames=60, seed=4)

@@ -211,6 +211,7 @@ SLOWLY = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(150) / 149)
 LATER = (np.arange(150) >= 70).astype(float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [SLOWLY, LATER])
 def test_the_course_of_a_zoom_is_found_and_taken_away(share):
     """Catches: distances that a zoom makes wrong; a smooth course across a cut; a zoom the wrong way round."""
@@ -223,6 +224,7 @@ def test_the_course_of_a_zoom_is_found_and_taken_away(share):
     assert far.std() / far.mean() < 0.04
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise_px", [0.05, 0.2])
 def test_a_focus_that_breathes_or_noise_is_no_zoom_and_a_moving_crop_shows(noise_px):
     """Catches: noise taken for a zoom; a crop that hides because the poses took it up."""
@@ -297,6 +299,7 @@ def test_a_camera_that_moves_straight_and_does_not_turn_leaves_the_focal_length_
     assert abs(np.log(fit.focal_px / (0.78 * SIZE[0]))) < 2 * 0.15 and fit.focal_sd_px > 0.08 * fit.focal_px
 
 
+@pytest.mark.slow
 def test_what_the_unknowns_do_to_the_tangents_is_told(rng):
     """Catches: an error bar left at zero; tangents that do not feel the focal length.  Against films of one course.
 
@@ -385,6 +388,7 @@ def test_a_cut_tells_no_velocity(rng):
     assert error[[29, 30]].max() < 4 * np.median(error) + 0.01
 
 
+@pytest.mark.slow
 def test_the_error_of_a_pose_is_told_from_what_it_leaves(rng):
     """Catches: an error bar a pixel's, a radian's or a root of two off; along x and y exchanged."""
     times = np.arange(240) / FPS
@@ -516,6 +520,7 @@ LENSES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lens", LENSES)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_real_lenses_leave_the_gain_as_it_is(lens, seed):
@@ -565,6 +570,7 @@ def test_what_a_homography_takes_in_of_a_distortion_is_a_homography_s(k1, rng):
     assert taken == pytest.approx(seen - points, abs=0.02 * np.abs(seen - points).max())
 
 
+@pytest.mark.slow
 def test_the_error_bar_of_the_parallax_s_spread_is_neither_luck_nor_fear():
     """Catches: errors of focal length, distortion and axis added as if apart, where they make up for one another; one
     of them forgotten; a search that stops in a valley.

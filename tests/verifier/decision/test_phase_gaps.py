@@ -15,6 +15,7 @@ from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 FPS, FRAMES = 12.0, 110
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("views", "hold"), [(3, 1), (3, 12), (None, 1)])
 def test_true_pictures_of_a_badge_turned_on_the_spot_must_show_the_way_between(tmp_path, views, hold):
     """Catches: a few true photographs, shown in turn, as a film: they obey the law, and the page hardly moves.

@@ -163,6 +163,7 @@ def test_a_damaged_row_is_mended_and_counted(ada, ada_track):
     assert outcome.symbol_errors_corrected >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [-1.3, -0.33, -0.2, 0.24, 0.33, 0.8, 1.5])
 def test_a_twist_that_evenly_lying_rows_cannot_tell_is_told_by_the_code(degrees):
     """Catches: the wrong one of two twists a turn from row to row apart: then whole rows of symbols are wrong."""
@@ -251,6 +252,7 @@ def test_a_word_under_another_badge_s_beats_is_a_mismatch(ada, other):
 # The pitch family.
 
 
+@pytest.mark.slow
 def test_bands_match_and_tell_another_s(bands):
     """Catches: bands from the bottom; the reference band taken for a symbol; the sign of a step."""
     track = filmed(bands, TYPICAL)

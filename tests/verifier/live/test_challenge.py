@@ -173,6 +173,7 @@ def test_the_stated_chance_is_that_of_the_draws() -> None:
     assert chances.replay_chance() < chances.replay_chance(slack_s=SLACK_S) < 2e-4
 
 
+@pytest.mark.slow
 def test_none_of_fifty_replays_passes() -> None:
     """Catches: a challenge that an earlier answer to another one meets; one that its own answer does not meet."""
     own, other = replays_passed(50, seed=7, face_mm=FACE_MM)

@@ -117,6 +117,7 @@ def test_markers_come_before_corners(films: Path):
     assert code == 3 and "corners" not in {reason["code"] for reason in report["reasons"]}
 
 
+@pytest.mark.slow
 def test_what_markers_reject_stays_rejected(films: Path, prototype: Badge):
     """Catches: an open finding that takes a rejection back."""
     report = verify(films / "forged_reversed_1.0m.mp4", Claim(prototype))

@@ -45,6 +45,7 @@ def test_leaning_fringes_are_turned_upright(lean_deg):
     assert upright.mean(axis=0).std() > 5 * upright.mean(axis=1).std()
 
 
+@pytest.mark.slow
 def test_a_true_film_scores_as_published_and_so_does_a_reversed_one(films: Path, prototype: Badge, tmp_path: Path):
     """The baseline must be as good as its paper (0.87), and blind to sign like it; catches a weakened baseline."""
     beginning = first_frames(films / "genuine_1.0m.mp4", tmp_path / "true.mp4", 130)
@@ -84,12 +85,14 @@ def test_the_guessed_focal_length_is_the_longer_side(size: tuple[int, int], prot
     assert PublishedReader(prototype, None, size, None)._camera[0, 0] == 640
 
 
+@pytest.mark.slow
 def test_a_claim_of_an_identity_stays_open(short: Path, prototype: Badge):
     """Catches: an accept for a person whom nothing was read of."""
     report = verify_published(short, Claim(prototype, "00" * 8))
     assert report.verdict == "inconclusive" and report.identity.verdict == "unreadable"
 
 
+@pytest.mark.slow
 def test_the_program_offers_the_baseline(short: Path, films: Path, tmp_path: Path):
     """Catches: options that are passed over, a report that asks for what the baseline has not."""
     film, badge = str(short), str(films / "badge.json")

@@ -144,6 +144,7 @@ def page(ada) -> str:
 # The page alone.
 
 
+@pytest.mark.slow
 def test_the_page_is_well_formed(page):
     """Catches: a tag never closed; ends that cross; a second document in the middle (an SVG's own header)."""
     parsed = Page(page)
@@ -175,6 +176,7 @@ def test_addresses_are_names_only(page):
         assert re.findall(r"https?://|//\w+\.", outside) == []
 
 
+@pytest.mark.slow
 def test_names_and_paths_cannot_write_html(ada):
     """Catches: a template without escaping; a name put into a template that is then rendered again."""
     report = report_of(ada, name=EVIL, path="/tmp/<img src=x onerror=alert(1)>.mp4")
@@ -252,6 +254,7 @@ def test_no_option_of_the_command_line_stands_on_a_page():
         assert option.findall(text) == [], path
 
 
+@pytest.mark.slow
 def test_the_check_itself_is_told(ada):
     """Catches: a page that next year says neither when, nor by which version and registry, nor which film."""
     text = Page(page_of(report_of(ada, path="folder/clip.mp4"))).text
@@ -264,6 +267,7 @@ def test_the_check_itself_is_told(ada):
     assert "no one vouches for a name" in alone and FINGERPRINT not in alone and HEAD not in alone
 
 
+@pytest.mark.slow
 def test_other_detectors_are_told_and_are_no_part_of_the_verdict(ada):
     """Catches: a score that is asked for and is on no page; one that changes the headline; a name that writes HTML."""
     without = report_of(ada)
@@ -345,6 +349,7 @@ def test_the_json_beside_it_is_the_contract_s(ada, tmp_path):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("there", ["report.html", "report.json", "signals.csv"])
 def test_a_report_is_not_overwritten_unasked(ada, tmp_path, there):
     """Catches: one file checked and the other not; a page written before the JSON is found in the way."""

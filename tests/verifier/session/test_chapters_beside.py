@@ -77,6 +77,7 @@ def test_an_error_of_a_chapter_is_raised_where_it_is_asked_for(monkeypatch, exec
         _ = line.chapters
 
 
+@pytest.mark.slow
 def test_a_film_of_many_chapters_comes_out_as_one_after_the_other(films: Path, monkeypatch):
     """Catches: chapters that share a buffer with the tracker, which goes on; a process of one thread that uses more."""
     monkeypatch.setattr(streaming, "CHAPTER_FRAMES", 90)

@@ -61,6 +61,7 @@ def test_no_frame_waits_for_a_chapter_in_a_live_session(films: Path, monkeypatch
         assert [chapter.tracked for chapter in verifier.finish()] == [40, 15]
 
 
+@pytest.mark.slow
 def test_verdicts_rest_for_as_long_as_they_took(films: Path, monkeypatch):
     """Catches: a slow machine that judges all the time, so that no time is left for the frames."""
     clock = [0.0]

@@ -66,6 +66,7 @@ def test_the_schema_is_one():
     assert SCHEMA["properties"]["format"]["const"] == REPORT_FORMAT == 2 and SCHEMA["$id"].endswith(":2")
 
 
+@pytest.mark.slow
 def test_every_end_of_a_verify_is_as_the_schema_says(reports):
     """Catches: a figure that is missing where nothing was measured; a key that was added and never described."""
     ends = {name: report["verdict"] for name, report in reports.items()}

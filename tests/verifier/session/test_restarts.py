@@ -58,6 +58,7 @@ def joined(films: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_two_pieces_of_a_transport_stream_are_accepted(joined: Path, prototype: Badge):
     """Catches: a course smoothed from the end of one piece to the start of the other, by which this film was rejected
     (correlation 0.6); segments that run backwards.
@@ -74,6 +75,7 @@ def test_two_pieces_of_a_transport_stream_are_accepted(joined: Path, prototype: 
     assert np.all(np.diff(report.track.times_s) > 0)
 
 
+@pytest.mark.slow
 def test_a_long_piece_is_a_chapter_and_a_short_rest_is_named(films: Path, prototype: Badge, monkeypatch):
     """Catches: chapters of two recordings; a rest of 40 frames that nobody judged, passed over in silence."""
     monkeypatch.setattr(badge_session, "PIECE_FRAMES", 60)

@@ -65,6 +65,7 @@ def prototype(films: Path) -> Badge:
     return load_badge(films / "badge.json")
 
 
+@pytest.mark.slow
 def test_halves_of_a_true_film_hold_each_and_together(whole, prototype):
     """Catches: a track that starts with the last one's frames, signals joined crosswise, offsets taken for motion."""
     assert [track.tracked for track in whole] == [120, 120] == [track.frames_read for track in whole]
@@ -118,6 +119,7 @@ def test_a_film_in_chapters_is_judged_as_the_whole_is(films, prototype, monkeypa
     assert invariant_of(verifier.finish()).verdict == "reject"
 
 
+@pytest.mark.slow
 def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototype):
     """Catches: a verdict that waits for the end, one that looks ahead, a focal length that is solved anew each time."""
 

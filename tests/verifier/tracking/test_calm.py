@@ -88,6 +88,7 @@ def test_a_lie_between_measured_frames_is_measured(ada):
     assert any(k not in measured for k in range(FULL_FRAMES, begin))
 
 
+@pytest.mark.slow
 def test_a_shaken_badge_is_measured_in_full(ada):
     """Catches: a trembling hand seen at half the rate, at which its motion hides between the frames."""
     rng = np.random.default_rng(1)

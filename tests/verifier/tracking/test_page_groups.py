@@ -158,6 +158,7 @@ def with_cuts(shots):
     return frames_of([*pair, *grey, *swapped, *grey, *pair])
 
 
+@pytest.mark.slow
 def test_after_a_cut_no_track_is_made_of_two_badges(with_cuts, ada):
     """Catches: badges that have changed places taken for each other; tracks without bound in a film of many cuts."""
     view, given_up = SceneTracker(ada), []

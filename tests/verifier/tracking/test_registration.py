@@ -51,6 +51,7 @@ def test_every_start_within_reach_leads_to_one_place(page):
     assert max(apart_px(one.homography, found[0].homography) for one in found) < 0.01
 
 
+@pytest.mark.slow
 def test_from_far_away_the_page_is_found_whole_or_not_at_all(page, rng):
     """Catches: a search that runs out of steps and calls its last place found, one marker a pixel beside itself."""
     truth, picture = page

@@ -49,6 +49,7 @@ def seconds_until_noticed(view: SceneTracker, room, first: int, paint) -> float:
     return np.inf
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [(4.0, 4.0), (400.0, 4.0), (4.0, 250.0), (400.0, 250.0), (200.0, 120.0)])
 @pytest.mark.parametrize(("marker_px", "limit_s"), [(36.0, 0.5), (18.0, 0.5), (13.0, 1.0)])
 def test_a_badge_that_comes_into_a_full_room_is_noticed_soon(marker_px, limit_s, at, ada, room):

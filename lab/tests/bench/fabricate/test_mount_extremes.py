@@ -164,6 +164,7 @@ def test_thick_sheet_is_held_and_hides_nothing(thick: Badge, tray: Any) -> None:
     assert (sliding ^ free).volume() < 0.01
 
 
+@pytest.mark.slow
 def test_springs_stay_below_the_lips_that_were_drawn_back(thick: Badge, tray: Any) -> None:
     """Catches: a spring where there is no lip any more, which would bow the sheet."""
     floor = tray ^ box((-72.9, -79.9, 72.9, 79.9), 0.01, 0.29)

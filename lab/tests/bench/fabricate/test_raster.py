@@ -104,6 +104,7 @@ def test_each_form_holds_its_edges_as_its_docstring_says(form, raster, dots, tmp
         assert np.abs(errors).max() > 0.9, "the plain form has become better than its docstring says"
 
 
+@pytest.mark.slow
 def test_figures_of_several_badges_are_put_together(tmp_path) -> None:
     """Catches: badges that are all the same; a mean where the worst is claimed."""
     installed("poppler")

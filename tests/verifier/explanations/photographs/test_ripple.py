@@ -48,6 +48,7 @@ def test_the_ripple_of_cross_faded_photographs_is_found_and_of_its_size(count):
     assert found > limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lasting", [0.0, 0.6, 0.8])
 @pytest.mark.parametrize("size", [0.003, 0.03])
 def test_noise_is_no_ripple(size, lasting):
@@ -68,6 +69,7 @@ def test_rests_thin_no_ripple_out(share):
     assert held.ripple > held.limit and held.ripple == pytest.approx(alone.ripple, rel=0.25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 0.8])
 @pytest.mark.parametrize("lasting", [0.0, 0.8])
 def test_noise_is_no_ripple_where_a_badge_rests(share, lasting):
