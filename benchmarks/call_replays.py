@@ -26,14 +26,14 @@ import numpy as np
 from live_speed import FACE_MM, portrait
 
 from moireid.designer import Request, design_badge
-from moireid.verifier.live.challenge import draw_prompts
-from moireid.verifier.live.chance import likeliest_chance, same_moves_chance
-from moireid.verifier.live.clock import CALL
-from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench.live import Caller, PausingPlayer, coded, frames
+from moireid_studio.challenge.challenge import draw_prompts
+from moireid_studio.challenge.chance import likeliest_chance, same_moves_chance
+from moireid_studio.challenge.clock import CALL
+from moireid_studio.challenge.session import LiveCheck
 
 FPS, LOSS, WIDTH, LONGEST_S = 24.0, 0.02, 960, 150.0
 NAMES = ("Ada Lovelace", "Emmy Noether", "Grace Hopper", "Lise Meitner", "Mary Somerville")

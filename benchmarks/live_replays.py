@@ -29,12 +29,12 @@ from live_speed import FACE_MM, FPS, portrait
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.verifier.live.challenge import Prompt, draw_prompts
-from moireid.verifier.live.session import READY_S, LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench.live import answer, course_of, frames, passes_in_order
+from moireid_studio.challenge.challenge import Prompt, draw_prompts
+from moireid_studio.challenge.session import READY_S, LiveCheck
 
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
 SEEN_S = 1.5

@@ -30,12 +30,12 @@ import numpy as np
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
-from moireid.verifier.live.challenge import Prompt
-from moireid.verifier.live.chance import replay_chance
-from moireid.verifier.live.clock import MOVES, SLACK_S
-from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid_lab.bench.live import answer, frames, replays_passed
+from moireid_studio.challenge.challenge import Prompt
+from moireid_studio.challenge.chance import replay_chance
+from moireid_studio.challenge.clock import MOVES, SLACK_S
+from moireid_studio.challenge.session import LiveCheck
 
 FPS = 24.0
 #: Where the photograph's face is put, mm in the plane of the badge at rest, and px (as in tests/kit/portrait.py).

@@ -93,7 +93,8 @@ def with_limits(text: str) -> str:
 
 
 def _constant(module: str, name: str) -> float:
-    value = getattr(importlib.import_module(f"moireid.{module}"), name)
+    dotted = module if module.startswith("moireid_studio.") else f"moireid.{module}"
+    value = getattr(importlib.import_module(dotted), name)
     return float(value)
 
 
@@ -111,7 +112,8 @@ def _sections(command: click.Command, name: str, parent: click.Context | None) -
 
 def _faces() -> Iterator[str]:
     """One section a room, with what its face exports."""
-    faces = {f"moireid.{room}": getattr(importlib.import_module(f"moireid.{room}"), "__all__", []) for room in FACES}
+    modules = [*(f"moireid.{room}" for room in FACES), "moireid_studio.challenge"]
+    faces = {module: getattr(importlib.import_module(module), "__all__", []) for module in modules}
     for module, names in (GROUND | faces).items():
         if names:
             yield f"\n## {module}\n"

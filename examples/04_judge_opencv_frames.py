@@ -9,7 +9,8 @@ import time
 import cv2
 
 from moireid.badge import load_badge
-from moireid.verifier import Claim, StreamCheck
+from moireid.verifier import Claim
+from moireid_studio.challenge import StreamCheck
 
 
 def main(source: str, badge_json: str, seconds: float = 30.0) -> str:

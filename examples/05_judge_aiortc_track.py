@@ -12,7 +12,8 @@ from aiortc import MediaStreamError, MediaStreamTrack
 from aiortc.contrib.media import MediaPlayer
 
 from moireid.badge import load_badge
-from moireid.verifier import Claim, StreamCheck
+from moireid.verifier import Claim
+from moireid_studio.challenge import StreamCheck
 
 
 async def judge(track: MediaStreamTrack, badge_json: str) -> str:

@@ -89,7 +89,6 @@ EXPORTED = {
         "Identification",
         "Report",
         "Running",
-        "StreamCheck",
         "Verifier",
         "identify",
         "verify",
@@ -113,6 +112,7 @@ EXPORTED = {
         "import_registry",
         "open_registry",
     ],
+    "moireid_studio.challenge": ["StreamCheck"],
 }
 
 

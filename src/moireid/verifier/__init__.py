@@ -10,7 +10,6 @@ decision/      which of them explains the film: the motion invariant
 identity/      whose badge is it, and is it the one that was enrolled?
 session/       a film or a live picture from its first frame to the verdict
 report/        the report for people
-live/          a live check: random prompts that the person must follow
 published/     the published pipeline, as a baseline
 
 video.py       a film's grey frames with their times; the open file
@@ -22,7 +21,6 @@ timeline.py    rising frame times, and time intervals
 series.py      medians, means, greatest values and splines over frames
 """
 
-from moireid.verifier.live.stream import StreamCheck
 from moireid.verifier.picture import Frame
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.report_page import write_report
@@ -41,7 +39,6 @@ __all__ = [
     "Identification",
     "Report",
     "Running",
-    "StreamCheck",
     "Verifier",
     "identify",
     "verify",

@@ -19,7 +19,8 @@ http/            connections, and how much a token may ask
 jobs/            work that takes time; each job has its own process
 pages/           the pages
 api/             the API
-live/            the live check
+live/            the pages and sockets of a live check
+challenge/       the live check itself: random prompts, and whether they were followed
 watch/           any stream as it comes: cameras, pipes, addresses, WebRTC
 commands/        serve, token, verdicts, watch
 

@@ -24,8 +24,8 @@ from kit.browsing import look, served, settled
 from kit.portrait import FACE_MM, portrait
 from kit.programs import needs
 from moireid.badge import Badge
-from moireid.verifier.live.challenge import FACE, Prompt
 from moireid_lab.bench.live import answer, frames
+from moireid_studio.challenge.challenge import FACE, Prompt
 
 #: A session lasts as long as its film, and browser, studio and judge keep both processors of a small machine busy.
 pytestmark = [pytest.mark.slow, pytest.mark.alone]

@@ -21,10 +21,10 @@ from kit.portrait import FACE_MM, portrait
 from kit.programs import needs
 from moireid.badge import Badge
 from moireid.registry import open_registry
-from moireid.verifier.live.challenge import Prompt
-from moireid.verifier.live.session import READY_S
 from moireid_lab.bench.live import answer, frames
 from moireid_studio.app import create_app
+from moireid_studio.challenge.challenge import Prompt
+from moireid_studio.challenge.session import READY_S
 from moireid_studio.settings import Settings
 
 #: A session lasts as long as its film.

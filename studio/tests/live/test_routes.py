@@ -21,12 +21,12 @@ from starlette.websockets import WebSocketDisconnect
 from kit.portrait import FACE_MM, portrait
 from moireid.badge import Badge
 from moireid.registry import open_registry
-from moireid.verifier.live.challenge import Prompt, draw_prompts
-from moireid.verifier.live.session import READY_S, LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid_lab.bench.live import answer, frames
 from moireid_studio.app import create_app
 from moireid_studio.auth.tokens import Tokens
+from moireid_studio.challenge.challenge import Prompt, draw_prompts
+from moireid_studio.challenge.session import READY_S, LiveCheck
 from moireid_studio.live import sockets as live
 from moireid_studio.live.sockets import CLOCK
 from moireid_studio.settings import Settings

@@ -18,11 +18,11 @@ from jsonschema import Draft202012Validator
 from kit.portrait import FACE_MM, portrait
 from moireid.badge import Badge
 from moireid.verifier import Claim
-from moireid.verifier.live.challenge import Prompt
-from moireid.verifier.live.session import READY_S
 from moireid.verifier.picture import Picture
 from moireid.verifier.session.result import report_schema
 from moireid_lab.bench.live import answer, frames
+from moireid_studio.challenge.challenge import Prompt
+from moireid_studio.challenge.session import READY_S
 from moireid_studio.watch.inbox import Inbox, TimedPicture
 from moireid_studio.watch.judge import Voice, Watching
 from moireid_studio.watch.order import StreamEnd, WatchOrder

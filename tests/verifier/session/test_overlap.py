@@ -22,7 +22,6 @@ from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError
 from moireid.simulate.recording.encode import FilmWriter, recipe_for
 from moireid.verifier import verify
-from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.measuring import MIN_OVERLAP_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.report.report_page import write_report
@@ -35,6 +34,7 @@ from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.timeline import BREAK_S, Spans
 from moireid.verifier.video import Film
 from moireid_lab.bench.live import answer, frames
+from moireid_studio.challenge.challenge import Prompt
 
 #: A call: the badge goes to the left, across the face, and down from there.
 CALL = (Prompt("left", 1.0), Prompt("face", 3.0), Prompt("right", 6.5))

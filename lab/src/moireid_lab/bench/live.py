@@ -29,7 +29,7 @@ from moireid.badge import Badge
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
-from moireid.verifier.live.challenge import (
+from moireid_studio.challenge.challenge import (
     AMOUNT_RATIO,
     FACE,
     SIDEWAYS_MM,

@@ -292,7 +292,7 @@ LIVE = {
 def live_headline_of(event: Mapping[str, Any], name: str, known: Circumstances) -> Headline:
     """The headline of a live verdict.
 
-    Parameters: event: the verdict's event of `verifier.live`; name: of the claimed person; known: with the holder of
+    Parameters: event: the event of the verdict of a live check; name: of the claimed person; known: with the holder of
     the badge that was read.
     """
     found, document = sorted_findings(event["reasons"]), dict(event) | {"badge": {"name": name}}

@@ -266,7 +266,7 @@ def watch_command(**given: Any) -> None:
 def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedBadge) -> dict[str, Any]:
     """The verdict's document; the claim is this process's own word, and so is the registry."""
     from moireid.sandbox.seal import missing
-    from moireid.verifier.live.challenge import draw_prompts
+    from moireid_studio.challenge.challenge import draw_prompts
     from moireid_studio.watch.order import WatchOrder
     from moireid_studio.watch.watching import Terms, watch
 

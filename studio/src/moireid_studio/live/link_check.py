@@ -14,9 +14,9 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Form, Request, Response, WebSocket
 from fastapi.responses import JSONResponse
 
-from moireid.verifier.live.challenge import FACE
-from moireid.verifier.live.clock import MOVES
 from moireid_studio.auth.guard import anyone
+from moireid_studio.challenge.challenge import FACE
+from moireid_studio.challenge.clock import MOVES
 from moireid_studio.forms import ShortRoute
 from moireid_studio.jobs.claims import sealed
 from moireid_studio.links import MOST_PICTURES, Links, OneTimeLink

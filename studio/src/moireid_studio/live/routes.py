@@ -14,10 +14,10 @@ from fastapi import APIRouter, Request, Response, WebSocket
 from moireid.errors import RegistryError
 from moireid.names import CLAIM_LIMIT
 from moireid.registry import ClaimedBadge
-from moireid.verifier.live.challenge import FACE, HOLD_S
-from moireid.verifier.live.chance import LEAST_WIDTH_PX
-from moireid.verifier.live.clock import CALL, MOVES
 from moireid_studio.auth.guard import LOOPBACK, require, visitor_of
+from moireid_studio.challenge.challenge import FACE, HOLD_S
+from moireid_studio.challenge.chance import LEAST_WIDTH_PX
+from moireid_studio.challenge.clock import CALL, MOVES
 from moireid_studio.jobs.claims import find_claimed, sealed
 from moireid_studio.live.sockets import SessionRequest, serve
 from moireid_studio.pages.home import render

@@ -6,7 +6,7 @@ in the network, not here.
 
 Messages of the browser: first JSON that says what is asked; then pictures (eight bytes of its clock in ms as a
 big-endian float, then a JPEG), and JSON {"do": "challenge"}, {"do": "end"} or {"do": "moved"}.  All answers are the
-events of `verifier.live`, and: ready, taken, error.
+events of `moireid_studio.challenge`, and: ready, taken, error.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from moireid.errors import MoireIdError
 from moireid.registry import ClaimedBadge, holder_of
 from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
-from moireid.verifier.live.challenge import Prompt, draw_prompts
-from moireid.verifier.live.clock import CALL, HERE
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.headline import live_headline_of, shown
+from moireid_studio.challenge.challenge import Prompt, draw_prompts
+from moireid_studio.challenge.clock import CALL, HERE
 from moireid_studio.live.worker import LIMITS, Ask, LivePicture, PictureEnd, Start
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of

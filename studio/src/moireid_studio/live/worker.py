@@ -1,7 +1,7 @@
 """The process of one live session: pictures in, events out.
 
 Each session has its own process, so that a stranger's pictures that break the decoder break only this process.
-It receives `Start`, `Ask`, `LivePicture` and `PictureEnd`; it sends the events of `verifier.live`, and ready, taken,
+It receives `Start`, `Ask`, `LivePicture` and `PictureEnd`; it sends the events of a live check, and ready, taken,
 error.
 """
 
@@ -19,7 +19,7 @@ from moireid.sandbox.child import Talk
 from moireid.sandbox.seal import ProcessLimits
 
 if TYPE_CHECKING:
-    from moireid.verifier.live.challenge import Prompt
+    from moireid_studio.challenge.challenge import Prompt
 
 #: Pictures of more than this many pixels are not decoded: a camera's page asks for 720p.
 MOST_PIXELS = 1920 * 1088
@@ -73,10 +73,10 @@ def serve(talk: Talk) -> None:
 
 
 def _session(talk: Talk, start: Start) -> None:
-    from moireid.verifier.live.challenge import Prompt
-    from moireid.verifier.live.clock import CALL, HERE
-    from moireid.verifier.live.session import LiveCheck
     from moireid.verifier.session.claim import Claim
+    from moireid_studio.challenge.challenge import Prompt
+    from moireid_studio.challenge.clock import CALL, HERE
+    from moireid_studio.challenge.session import LiveCheck
 
     found = start.found
     prompts: Sequence[Prompt] = []

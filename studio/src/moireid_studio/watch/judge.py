@@ -17,10 +17,10 @@ import numpy as np
 
 from moireid.errors import MoireIdError
 from moireid.sandbox.child import Talk
-from moireid.verifier.live.challenge import Prompt
-from moireid.verifier.live.stream import StreamCheck
 from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason
+from moireid_studio.challenge.challenge import Prompt
+from moireid_studio.challenge.stream import StreamCheck
 from moireid_studio.watch.inbox import Inbox, TimedPicture
 from moireid_studio.watch.order import Data, Event, Shot, Signal, StreamEnd, WatchOrder
 from moireid_studio.watch.readers import RemoteReaders, pictures

@@ -1,7 +1,7 @@
 """The messages between the process that judges and the one that started it.
 
 To the judge: a `WatchOrder`, then `Data`, `Shot`, `Signal` and `StreamEnd`.  Its answers are JSON: events of the check
-(`verifier.live`), and what it asks for:
+(`moireid_studio.challenge`), and what it asks for:
 
 want     {"want": "open", "number": N, "address": A}: open an address; {"want": "read", "number": N, "most": B};
          {"want": "close", "number": N}
@@ -19,8 +19,8 @@ from moireid.provenance import Exclusion
 from moireid_studio.watch.source import Source
 
 if TYPE_CHECKING:
-    from moireid.verifier.live.challenge import Prompt
     from moireid.verifier.session.claim import Claim
+    from moireid_studio.challenge.challenge import Prompt
 
 Event = dict[str, Any]
 #: Bytes that the judge asks for at a time.

@@ -18,7 +18,10 @@ from kit.payloads import payload_for_name
 from kit.portrait import FACE_MM, portrait
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.verifier.live.challenge import (
+from moireid.verifier.picture import Frame
+from moireid.verifier.session.claim import Claim
+from moireid_lab.bench.live import Caller, PausingPlayer, answer, coded, course_of, frames
+from moireid_studio.challenge.challenge import (
     FACE,
     Prompt,
     PromptPath,
@@ -29,12 +32,9 @@ from moireid.verifier.live.challenge import (
     over_s,
     sideways,
 )
-from moireid.verifier.live.chance import COUNT_S, LEAST_WIDTH_PX, TileWatch, likeliest_chance, same_moves_chance
-from moireid.verifier.live.clock import CALL, HERE, SPREAD_S, Pace
-from moireid.verifier.live.session import LiveCheck
-from moireid.verifier.picture import Frame
-from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.live import Caller, PausingPlayer, answer, coded, course_of, frames
+from moireid_studio.challenge.chance import COUNT_S, LEAST_WIDTH_PX, TileWatch, likeliest_chance, same_moves_chance
+from moireid_studio.challenge.clock import CALL, HERE, SPREAD_S, Pace
+from moireid_studio.challenge.session import LiveCheck
 
 FPS = 24.0
 

@@ -6,3 +6,13 @@ clock.py      when a live frame was taken, and how fast a challenge goes
 session.py    a live session, of frames and events
 stream.py     a live check of any stream, with a film's report
 """
+
+from typing import TYPE_CHECKING
+
+from moireid.lazy import lazy
+
+if TYPE_CHECKING:
+    from moireid_studio.challenge.stream import StreamCheck
+
+__all__ = ["StreamCheck"]
+__getattr__ = lazy(__name__, {"StreamCheck": "stream"})

@@ -22,7 +22,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.live.challenge import (
+from moireid.verifier.picture import Frame, Picture, as_picture
+from moireid.verifier.reasons import Reason, worst
+from moireid.verifier.session.chapters import identity_of, invariant_of
+from moireid.verifier.session.claim import Claim, claim_reasons
+from moireid.verifier.session.overlap import OverlapWatch
+from moireid.verifier.session.streaming import Running, Verifier
+from moireid.verifier.tracking.patches import marker_corners_mm
+from moireid_studio.challenge.challenge import (
     ALOUD,
     BEGUN,
     FACE,
@@ -39,15 +46,8 @@ from moireid.verifier.live.challenge import (
     over_s,
     place_of,
 )
-from moireid.verifier.live.chance import TileWatch, likeliest_chance
-from moireid.verifier.live.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace, StreamClock
-from moireid.verifier.picture import Frame, Picture, as_picture
-from moireid.verifier.reasons import Reason, worst
-from moireid.verifier.session.chapters import identity_of, invariant_of
-from moireid.verifier.session.claim import Claim, claim_reasons
-from moireid.verifier.session.overlap import OverlapWatch
-from moireid.verifier.session.streaming import Running, Verifier
-from moireid.verifier.tracking.patches import marker_corners_mm
+from moireid_studio.challenge.chance import TileWatch, likeliest_chance
+from moireid_studio.challenge.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace, StreamClock
 
 Event = dict[str, Any]
 Draw = Callable[[float], list[Prompt]]

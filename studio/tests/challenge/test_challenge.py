@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from kit.portrait import FACE_MM
-from moireid.verifier.live import challenge, clock
-from moireid.verifier.live import chance as chances
-from moireid.verifier.live.challenge import (
+from moireid_lab.bench.live import REST_MM, WEBCAM, answer, course_of, passes, replays_passed
+from moireid_studio.challenge import challenge, clock
+from moireid_studio.challenge import chance as chances
+from moireid_studio.challenge.challenge import (
     FACE,
     WAYS,
     Prompt,
@@ -24,8 +25,7 @@ from moireid.verifier.live.challenge import (
     moved,
     place_of,
 )
-from moireid.verifier.live.clock import SETTLE_S, SLACK_S, BoundedClock
-from moireid_lab.bench.live import REST_MM, WEBCAM, answer, course_of, passes, replays_passed
+from moireid_studio.challenge.clock import SETTLE_S, SLACK_S, BoundedClock
 
 EACH = ["left", "right", "down", "up", "nearer", "farther", FACE]
 

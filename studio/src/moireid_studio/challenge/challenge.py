@@ -20,10 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.live.clock import DONE_S, HERE, SOONEST_S, SPREAD_S, Pace
 from moireid.verifier.measuring import MAX_GAP_S
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.timeline import Spans
+from moireid_studio.challenge.clock import DONE_S, HERE, SOONEST_S, SPREAD_S, Pace
 
 Array = NDArray[np.float64]
 Place = tuple[int, int, int]  #: Steps to the person's left, up, and nearer.

@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.live.challenge import FACE, Place, allowed, moved, sideways
-from moireid.verifier.live.clock import HERE, SOONEST_S, Pace
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason
 from moireid.verifier.session.faces import FaceFinder
+from moireid_studio.challenge.challenge import FACE, Place, allowed, moved, sideways
+from moireid_studio.challenge.clock import HERE, SOONEST_S, Pace
 
 
 def replay_chance(*, pace: Pace = HERE, slack_s: float = 0.0, draws: int = 200_000) -> float:

@@ -16,9 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.provenance import Exclusion
-from moireid.verifier.live.challenge import draw_prompts
-from moireid.verifier.live.clock import BoundedClock, StreamClock
-from moireid.verifier.live.session import Draw, Event, LiveCheck
 from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
@@ -27,6 +24,9 @@ from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import NoWatch, OverlapWatch
 from moireid.verifier.session.result import Report
 from moireid.verifier.tracking.track import no_track
+from moireid_studio.challenge.challenge import draw_prompts
+from moireid_studio.challenge.clock import BoundedClock, StreamClock
+from moireid_studio.challenge.session import Draw, Event, LiveCheck
 
 #: What is not looked at in any stream.
 LEFT_OUT = ("colour", "the picture away from the badge once it is found")
