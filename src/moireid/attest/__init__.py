@@ -1,6 +1,6 @@
 """Signed verdicts: the verifier's user signs a report, and anyone can check it later.
 
-signing_keys.py              private keys with certificates, public keys, their fingerprints
+signing_keys.py      private keys with certificates, public keys, their fingerprints
 statement.py         what is signed: an in-toto statement about a film, with the report in it; strict reading of JSON
 envelope.py          the signed statement as a DSSE envelope
 timestamp.py         time stamps of an RFC 3161 authority
@@ -37,9 +37,9 @@ __getattr__ = lazy(
         "CheckResult": "checking",
         "check": "checking",
         "held_against": "checking",
-        "SigningKey": "keys",
-        "load_public_key": "keys",
-        "load_signing_key": "keys",
+        "SigningKey": "signing_keys",
+        "load_public_key": "signing_keys",
+        "load_signing_key": "signing_keys",
         "signed_envelope": "envelope",
     },
 )

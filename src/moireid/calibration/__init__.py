@@ -1,10 +1,10 @@
 """The pitch of a lens sheet, measured from pictures of a pitch test, and its thickness, from a film of it.
 
-still.py      a photograph, or some of the first frames of a film
-chart_reading.py      the chart in a picture: the camera's position, and the brightness of its bands
-bands.py      the lens's line frequency, estimated from each band
-lens_fit.py   the sheet's pitch, from a band's number or from the estimates of all bands
-thickness.py  the sheet's thickness, from the motion of the fringes
+still.py          a photograph, or some of the first frames of a film
+chart_reading.py  the chart in a picture: the camera's position, and the brightness of its bands
+bands.py          the lens's line frequency, estimated from each band
+lens_fit.py       the sheet's pitch, from a band's number or from the estimates of all bands
+thickness.py      the sheet's thickness, from the motion of the fringes
 """
 
 from typing import TYPE_CHECKING
@@ -29,10 +29,10 @@ __getattr__ = lazy(
     __name__,
     {
         "Calibration": "lens_fit",
-        "ChartView": "chart",
+        "ChartView": "chart_reading",
         "lens_from_band": "lens_fit",
         "lens_from_views": "lens_fit",
         "load_pictures": "still",
-        "view_chart": "chart",
+        "view_chart": "chart_reading",
     },
 )

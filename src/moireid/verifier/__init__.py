@@ -12,13 +12,13 @@ session/       a film or a live picture from its first frame to the verdict
 report/        the report for people
 published/     the published pipeline, as a baseline
 
-video.py       a film's grey frames with their times; the open file
-picture.py     one frame, turned into counts where it is read
-limits.py      every constant of the decision, with its source
-measuring.py   constants of measuring, with their sources
-reasons.py     findings with value, limit and unit
-timeline.py    rising frame times, and time intervals
-series.py      medians, means, greatest values and splines over frames
+video.py      a film's grey frames with their times; the open file
+picture.py    one frame, turned into counts where it is read
+limits.py     every constant of the decision, with its source
+measuring.py  constants of measuring, with their sources
+reasons.py    findings with value, limit and unit
+timeline.py   rising frame times, and time intervals
+series.py     medians, means, greatest values and splines over frames
 """
 
 from moireid.verifier.picture import Frame

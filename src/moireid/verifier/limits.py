@@ -206,6 +206,7 @@ FORGED_GAINS, LATE_RANGE_S, OWN_MOTION_S = (-2.0, 3.0), (0.2, 2.0), (0.5, 3.0)
 DELAYS_S = (0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)
 #: Forgeries drawn of each rival.  Derived: a share of 2 in 100 is then known to 1 in 100.
 DRAWS = 200
+#: When a rival wins (read by `decision/comparison.py`, `decision/findings.py`, `session/chapters.py`):
 #: A film is not accepted if a rival fits it better by more than this power of ten, or would look as law-like as it does
 #: in more than this share of cases.  Set by hand: a factor of ten; 2 in 100 held on all films tried.
 MAX_RIVAL_LOG10, MAX_RIVAL_SHARE = 1.0, 0.02

@@ -1,17 +1,17 @@
 """`moireid bench SUITE`: the project's figures, each printed by a command; this package may import all others.
 
-identity/     is the whole identity read, over distance, printing and assembly; is a copy recognised?
-fabricate/    pages and mounts, read back from what was written; photographs of a pitch test
-simulate/     error against run time of the renderers, and what a scene does not need
-verify/       error against run time of the verifier; stiff and extreme motions
-forgers/      attacks by those who read this code, and everyday mishaps
-film_set.py   films by the engine of collections, with the list that `evaluate` reads
-bench_rows.py       films of a suite made and read by the engine of collections (moireid_lab.archive)
-verdicts.py   what a row keeps of a report
-output.py     JSON, table and plot of a suite
-live.py       simulated challenges and calls, and replays of earlier answers
-natural.py    the natural suite: films with measured motions
-published.py  the paper's tables next to ours: films, figures and plot
-reality.py    the reality suite: films by phones, editors, calls and services
-stability.py  the stability suite: stiff and extreme cases
+identity/      identity_suite.py: is the whole identity read, over distance, printing and assembly? is a copy seen?
+fabricate/     fabricate_suite.py: pages and mounts, read back from what was written; photographs of a pitch test
+simulate/      simulate_suite.py: error against run time of the renderers, and what a scene does not need
+verify/        verify_suite.py: error against run time of the verifier; stiff and extreme motions
+forgers/       forgers_suite.py: attacks by those who read this code, and everyday mishaps
+film_set.py    films by the engine of collections, with the list that `evaluate` reads
+bench_rows.py  films of a suite made and read by the engine of collections (moireid_lab.archive)
+verdicts.py    what a row keeps of a report
+output.py      JSON, table and plot of a suite
+live.py        simulated challenges and calls, and replays of earlier answers
+natural.py     the natural suite: films with measured motions
+published.py   the paper's tables next to ours: films, figures and plot
+reality.py     the reality suite: films by phones, editors, calls and services
+stability.py   the stability suite: stiff and extreme cases
 """

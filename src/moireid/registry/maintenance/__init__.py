@@ -2,5 +2,5 @@
 
 opening.py      make the tables, check them, and migrate those of an older version
 erasure.py      erase people and actors, and clean the database of their data
-log_entries.py  the log's entries for display
+log_entries.py  the log's entries, for display only
 """

@@ -1,11 +1,11 @@
 """Rays traced in closed form through the true lenses, only where the badge is.
 
-analytic_renderer.py       frames of a scene
-rows.py           the loop over pixels
-quick.py          most pixels, many rays at once
-trace.py          the rest, ray by ray in float64
-traced_page.py           what is printed, as tables
-light_kernels.py  what a light adds
-fly_eye.py        boards under a lens array, as pictures
-accuracy.py       how far one picture is from another, in radians
+analytic_renderer.py  frames of a scene
+rows.py               the loop over pixels
+quick.py              most pixels, many rays at once
+trace.py              the rest, ray by ray in float64
+traced_page.py        what is printed, as tables
+light_kernels.py      what a light adds
+fly_eye.py            boards under a lens array, as pictures
+accuracy.py           how far one picture is from another, in radians
 """

@@ -1,11 +1,15 @@
-"""All effects by name and strength."""
+"""All effects by name and strength, collected from the files of this folder.
+
+A new effect is a `Kind` in the file of its theme; its name also goes to `EFFECTS` of `cli/simulate_cmd.py`.
+"""
 
 from __future__ import annotations
 
 from moireid.errors import SpecError
+from moireid.simulate.effects.coding import CODINGS
 from moireid.simulate.effects.effect import Effect, Kind
 from moireid.simulate.effects.framing import BACKDROPS, FRAMINGS
-from moireid.simulate.effects.retiming import CODINGS, MIXINGS, RETIMINGS
+from moireid.simulate.effects.retiming import MIXINGS, RETIMINGS
 from moireid.simulate.effects.stabilising import KINDS as STABILISINGS
 from moireid.simulate.effects.toning import KINDS as TONINGS
 

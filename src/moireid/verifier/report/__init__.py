@@ -1,9 +1,9 @@
 """The report for people.
 
-report_page.py           one page in one file, its pictures, and the files next to it
+report_page.py    one page in one file, its pictures, and the files next to it
 circumstances.py  what is not in the film: when and by which claim it was checked, and what the registry knows
 headline.py       the result in one line, by name, and what to do next
-finding_words.py       failures first, passes last
+finding_words.py  failures first, passes last
 rival_table.py    what else could move the fringes, and which of these explanations remain
 rival_plot.py     the measured phase with the best fit of the law and of the best rival
 seconds.py        which seconds were judged, as bars and in words; one frame of the film

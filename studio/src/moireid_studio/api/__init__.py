@@ -1,10 +1,10 @@
 """The API.
 
-films.py     verify and identify; jobs and their reports
+films.py         verify and identify; jobs and their reports
 issue_api.py     badges and captures
 registry_api.py  look up, revoke, audit
 verdicts_api.py  verdicts that were given
-events.py    a job's progress, as it changes
-health.py    whether the studio is up and ready; its figures
-schema.py    what /openapi.json says of forms and reports
+events.py        a job's progress, as it changes
+health.py        whether the studio is up and ready; its figures
+schema.py        what /openapi.json says of forms and reports
 """

@@ -1,6 +1,6 @@
 """A live check: random prompts that the person must follow.
 
-challenge.py  prompts, and whether they were followed
+challenge.py  random prompts are drawn, and checked: were they followed?
 chance.py     the chance that an older film follows; the tile of a call
 clock.py      when a live frame was taken, and how fast a challenge goes
 session.py    a live session, of frames and events
