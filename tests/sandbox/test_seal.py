@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import landlockpy
 import pytest
 
 import moireid
 from kit.places import TESTS
+from moireid.sandbox import landlock
 from moireid.sandbox import seal as sealing
 from moireid.sandbox.file_access import Reach, open_parts, reach
 from moireid.sandbox.process import Child, ForkServer, start
@@ -164,7 +164,7 @@ def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_reported(
     monkeypatch.setattr(sealing, "_close_files", lambda reach, scratch: True)
     monkeypatch.setattr(sealing, "_no_new_privileges", lambda: True)
     monkeypatch.setattr(sealing.os, "listdir", lambda path: ["1"])
-    monkeypatch.setattr("landlockpy.abi_version", lambda: version)
+    monkeypatch.setattr("moireid.sandbox.landlock.version", lambda: version)
     assert (sealing.FILES in sealing.seal(Reach(), "/tmp")) is reported
 
 
@@ -176,7 +176,7 @@ def test_the_network_opens_one_port_and_nothing_else(begin: Begin, place: Place)
         answer = ask(child, *crime)
         assert answer.get("errno") in (errno.EPERM, errno.EACCES), (crime, answer)
     assert child.sealed == tuple(MEANS)
-    if landlockpy.abi_version() >= LANDLOCKED_NETWORK:
+    if landlock.version() >= LANDLOCKED_NETWORK:
         assert ask(child, "listen")["errno"] == errno.EACCES
         other = begin(reach(read=[place.film], network=()))
         assert ask(other, "tcp", place.tcp)["errno"] == errno.EACCES

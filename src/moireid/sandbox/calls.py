@@ -8,13 +8,15 @@ these lead to the services of this machine.
 A call that is on no list here fails with "not implemented", so that a newer C library falls back to an older call.  A
 call that is forbidden by name fails with "not permitted".
 Source: the groups of systemd (`systemd-analyze syscall-filter`) and the default profile of container engines, with the
-    calls that FFmpeg, OpenCV and NumPy were seen to make; by libseccomp, which knows the numbers of each processor.
+    calls that FFmpeg, OpenCV and NumPy were seen to make; by libseccomp (`seccomp.py`).
 """
 
 from __future__ import annotations
 
 import errno
 import os
+
+from moireid.sandbox.seccomp import ALLOW, EQ, MASKED_EQ, NE, Argument, Filter, refuse
 
 #: clone(2): the new task is a thread of this process.
 CLONE_THREAD = 0x10000
@@ -75,54 +77,56 @@ def filter_calls(*, network: bool = False) -> None:
     """Refuse all other system calls to this process and all its threads; this cannot be undone.
 
     Parameters: network: whether it may open sockets of `FAMILIES`.
-    Raises: OSError where the kernel refuses; RuntimeError or ImportError without libseccomp.
+    Raises: OSError where the kernel refuses, and without libseccomp.
     """
-    import pyseccomp as seccomp
+    with Filter(refuse(errno.ENOSYS)) as rules:
+        _add_rules(rules, network=network)
+        rules.load()
 
-    rules = seccomp.SyscallFilter(seccomp.ERRNO(errno.ENOSYS))
-    rules.set_attr(seccomp.Attr.CTL_TSYNC, 1)
-    refused, own = seccomp.ERRNO(errno.EPERM), os.getpid()
 
-    def add(action: int, name: str, *where: object) -> None:
+def _add_rules(rules: Filter, *, network: bool) -> None:
+    """Add the rules of `ALLOWED` and `FORBIDDEN`, and those that look at arguments.  Raises: OSError."""
+    refused, own = refuse(errno.EPERM), os.getpid()
+
+    def add(action: int, name: str, *where: Argument) -> None:
         try:
-            rules.add_rule(action, name, *where)
-        except (OSError, ValueError):
+            rules.add(action, name, *where)
+        except (OSError, LookupError):
             # This library, or this processor, has no such call; then it gives "not implemented".
-            if action == seccomp.ALLOW and name in ("read", "write", "mmap", "futex", "exit_group"):
+            if action == ALLOW and name in ("read", "write", "mmap", "futex", "exit_group"):
                 raise
 
     opened = (*NETWORK.split(), "socket") if network else ()
-    for action, groups in ((seccomp.ALLOW, ALLOWED), (refused, FORBIDDEN)):
+    for action, groups in ((ALLOW, ALLOWED), (refused, FORBIDDEN)):
         for name in " ".join(groups.values()).split():
             if name not in opened:
                 add(action, name)
     if network:
         for name in NETWORK.split():
-            add(seccomp.ALLOW, name)
+            add(ALLOW, name)
         for family in FAMILIES:
-            add(seccomp.ALLOW, "socket", seccomp.Arg(0, seccomp.MASKED_EQ, INT, family))
-        add(refused, "socket", seccomp.Arg(0, seccomp.MASKED_EQ, INT, AF_UNIX))
-    add(seccomp.ALLOW, "clone", seccomp.Arg(0, seccomp.MASKED_EQ, CLONE_THREAD, CLONE_THREAD))
-    add(refused, "clone", seccomp.Arg(0, seccomp.MASKED_EQ, CLONE_THREAD, 0))
+            add(ALLOW, "socket", Argument(0, MASKED_EQ, INT, family))
+        add(refused, "socket", Argument(0, MASKED_EQ, INT, AF_UNIX))
+    add(ALLOW, "clone", Argument(0, MASKED_EQ, CLONE_THREAD, CLONE_THREAD))
+    add(refused, "clone", Argument(0, MASKED_EQ, CLONE_THREAD, 0))
     for name in ("kill", "tgkill"):
-        add(seccomp.ALLOW, name, seccomp.Arg(0, seccomp.EQ, own))
-        add(refused, name, seccomp.Arg(0, seccomp.NE, own))
+        add(ALLOW, name, Argument(0, EQ, own))
+        add(refused, name, Argument(0, NE, own))
     for process in (0, own):
         for name in ("prlimit64", "sched_setaffinity"):
-            add(seccomp.ALLOW, name, seccomp.Arg(0, seccomp.EQ, process))
+            add(ALLOW, name, Argument(0, EQ, process))
     for name in ("fcntl", "fcntl64"):
         for command in FILE_COMMANDS:
-            add(seccomp.ALLOW, name, seccomp.Arg(1, seccomp.MASKED_EQ, INT, command))
+            add(ALLOW, name, Argument(1, MASKED_EQ, INT, command))
         for command in SIGNAL_COMMANDS:
-            add(refused, name, seccomp.Arg(1, seccomp.MASKED_EQ, INT, command))
+            add(refused, name, Argument(1, MASKED_EQ, INT, command))
     # A process that may read a file could truncate it: Landlock refuses that only since Linux 6.2.
     # openat2 is left out, as its flags lie in memory, where a filter cannot look.
     for name, place in (("open", 1), ("openat", 2)):
-        add(seccomp.ALLOW, name, seccomp.Arg(place, seccomp.MASKED_EQ, os.O_TRUNC, 0))
+        add(ALLOW, name, Argument(place, MASKED_EQ, os.O_TRUNC, 0))
         for way in (os.O_WRONLY, os.O_RDWR):
-            add(seccomp.ALLOW, name, seccomp.Arg(place, seccomp.MASKED_EQ, os.O_TRUNC | os.O_ACCMODE, os.O_TRUNC | way))
-        emptied = seccomp.Arg(place, seccomp.MASKED_EQ, os.O_TRUNC | os.O_ACCMODE, os.O_TRUNC)
+            add(ALLOW, name, Argument(place, MASKED_EQ, os.O_TRUNC | os.O_ACCMODE, os.O_TRUNC | way))
+        emptied = Argument(place, MASKED_EQ, os.O_TRUNC | os.O_ACCMODE, os.O_TRUNC)
         add(refused, name, emptied)
     for question in FILE_QUESTIONS:
-        add(seccomp.ALLOW, "ioctl", seccomp.Arg(1, seccomp.EQ, question))
-    rules.load()
+        add(ALLOW, "ioctl", Argument(1, EQ, question))

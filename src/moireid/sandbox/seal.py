@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from moireid.sandbox import landlock, seccomp
 from moireid.sandbox.calls import filter_calls
 from moireid.sandbox.file_access import NULL, Reach, open_parts, program_folders
 
@@ -80,18 +81,11 @@ LACKING = {
 
 
 def load_means() -> None:
-    """Load the seal's libraries: they start a program to find those of the system, which a sealed process cannot.
-
-    A process that is forked for many films loads them once.
-    """
+    """Load libseccomp, which a sealed process cannot; a process that is forked for many films loads it once."""
     if sys.platform == "linux":
-        # Their absence is found when they are called for.
-        with suppress(ImportError, OSError, RuntimeError):
-            import landlockpy
-
-            landlockpy.supported()
-        with suppress(ImportError, OSError, RuntimeError):
-            import pyseccomp  # noqa: F401
+        # Its absence is found when it is called for.
+        with suppress(OSError):
+            seccomp.library()
 
 
 def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
@@ -110,7 +104,7 @@ def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
     try:
         filter_calls(network=reach.network is not None)
         held.append(CALLS)
-    except (OSError, ImportError, RuntimeError):
+    except OSError:
         # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone protects the film.
         if FILES in held and not _keeps_whole():
             held.remove(FILES)
@@ -137,37 +131,27 @@ def _keeps_whole() -> bool:
 
     Source: its documentation, "Truncating files": since version 3 of its interface, Linux 6.2.
     """
-    import landlockpy
-
-    return landlockpy.abi_version() >= 3
+    return landlock.version() >= 3
 
 
 def _close_files(reach: Reach, scratch: str) -> bool:
     """Close all files but those in reach; returns whether the kernel does that."""
-    try:
-        import landlockpy
-        from landlockpy import AccessFS, AccessNet, Scope
-    except ImportError:
+    if not landlock.version():
         return False
-    if not landlockpy.supported():
-        return False
-    of_file = AccessFS.READ_FILE | AccessFS.WRITE_FILE | AccessFS.TRUNCATE
-    look = AccessFS.READ_FILE | AccessFS.READ_DIR
-    change = AccessFS.MAKE_REG | AccessFS.MAKE_DIR | AccessFS.REMOVE_FILE | AccessFS.REMOVE_DIR | AccessFS.REFER
+    of_file = landlock.READ_FILE | landlock.WRITE_FILE | landlock.TRUNCATE
+    look = landlock.READ_FILE | landlock.READ_DIR
+    change = landlock.MAKE_REG | landlock.MAKE_DIR | landlock.REMOVE_FILE | landlock.REMOVE_DIR | landlock.REFER
     own = [part for root in program_folders(reach.imports) for part in open_parts(root, reach.keep_out)]
     # The environment of other processes is a file, too.
     closed = (*reach.keep_out, "/proc")
-    # A file that is named is meant, wherever it lies.
+    # A file that is named is meant, wherever it is.
     given = [part for root in reach.read for part in ([root] if os.path.isfile(root) else open_parts(root, closed))]
     rules = [(part, look) for part in (*own, *given)]
     rules += [(path, of_file | look | change) for path in (*reach.write, scratch)]
-    rules.append((NULL, AccessFS.READ_FILE | AccessFS.WRITE_FILE))
-    with landlockpy.Ruleset(scoped=Scope.ABSTRACT_UNIX_SOCKET | Scope.SIGNAL) as ruleset:
-        for port in reach.network or ():
-            ruleset.allow_port(port, AccessNet.CONNECT_TCP)
-        for path, rights in rules:
-            # What is not there cannot be opened anyway; the kernel refuses rights of folders to what is none.
-            if os.path.exists(path):
-                ruleset.allow_path(path, rights if os.path.isdir(path) else rights & of_file)
-        ruleset.restrict()
+    rules.append((NULL, landlock.READ_FILE | landlock.WRITE_FILE))
+    # What is absent cannot be opened anyway; the kernel refuses rights of folders to what is none.
+    there = [(path, rights) for path, rights in rules if os.path.exists(path)]
+    landlock.restrict(
+        [(path, rights if os.path.isdir(path) else rights & of_file) for path, rights in there], reach.network or ()
+    )
     return True
