@@ -19,6 +19,7 @@ from moireid.verifier.decision.comparison import (
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.explanations.rivals import RIVALS
 from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.identity.cell_phase import RowsApart
 from moireid.verifier.limits import (
     EXPLAINED_SDS,
     GAIN_REJECTED_SDS,
@@ -167,11 +168,13 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison]) -> 
     return Reason("residual", "pass" if good else "undecided" if possible else "fail", deviation, limit, "rad", text)
 
 
-def rows_agree(compared: Sequence[GratingComparison], code_apart_rad: tuple[float, float]) -> Reason:
+def rows_agree(compared: Sequence[GratingComparison], code_apart: RowsApart) -> Reason:
     """Whether the rows of the badge move together: the plain ones, and those of the code with them.
 
-    Parameters: code_apart_rad: how far the code's rows move apart from the plain ones, over the film and in the worst
-        second.
+    Notes
+    -----
+    Convention: a film whose code's rows move apart is not accepted, whatever the cause.  It is rejected only if two
+        halves of a row share that motion: small cells far away are noisy, and noise is no motion.
     """
     worst = max((one.figures for one in compared), key=lambda one: one.strip_wander_rad)
     limit = float(np.hypot(MAX_STRIP_WANDER_RAD, 3 * worst.expected_error_rad))
@@ -180,12 +183,16 @@ def rows_agree(compared: Sequence[GratingComparison], code_apart_rad: tuple[floa
         return Reason("agreement", "fail", worst.strip_wander_rad, limit, "rad", text)
     excitation = max(one.figures.excitation_rad for one in compared)
     limits = [floor + share * excitation for floor, share in MAX_CODE_WANDER]
-    apart, limit = max(zip(code_apart_rad, limits, strict=True), key=lambda one: one[0] / one[1])
-    level: Level = "pass" if apart <= limit else "undecided" if apart <= POSSIBLE_RESIDUAL_RATIO * limit else "fail"
+    figures = zip((code_apart.film, code_apart.second), limits, strict=True)
+    apart, limit = max(figures, key=lambda one: one[0] / one[1])
+    broken = apart > POSSIBLE_RESIDUAL_RATIO * limit and code_apart.coherent > limits[0]
+    level: Level = "pass" if apart <= limit else "fail" if broken else "undecided"
     text = "The fringes of all rows of the badge move together."
-    if level != "pass":
-        text = "The fringes of the code's rows do not move as those of the plain rows do. Film from nearer, in even "
-        text += "light, without effects that mix frames."
+    if level == "fail":
+        text = "The fringes of the code's rows do not move as those of the plain rows do."
+    elif level != "pass":
+        text = "Whether the fringes of the code's rows move as those of the plain rows do cannot be seen well enough. "
+        text += "Film from nearer, in even light, without effects that mix frames."
     return Reason("agreement", level, apart, limit, "rad", text)
 
 

@@ -54,6 +54,7 @@ from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, sp
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
 from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS, Waveform, waveform_of
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
+from moireid.verifier.identity.cell_phase import TOGETHER, RowsApart
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, MAX_SPACING_ERROR_RATIO, SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
@@ -202,12 +203,10 @@ def judge_invariant(
     sheet: SheetGain = DESIGNED,
     *,
     constant_room_rad: float | None = None,
-    code_apart_rad: tuple[float, float] = (0.0, 0.0),
+    code_apart: RowsApart = TOGETHER,
 ) -> Invariant:
     """Compare explanations of a whole measurement; parameters as `judge_signals`."""
-    return judge_signals(
-        measurement.gratings, sheet, constant_room_rad=constant_room_rad, code_apart_rad=code_apart_rad
-    )
+    return judge_signals(measurement.gratings, sheet, constant_room_rad=constant_room_rad, code_apart=code_apart)
 
 
 def judge_signals(
@@ -215,14 +214,14 @@ def judge_signals(
     sheet: SheetGain = DESIGNED,
     *,
     constant_room_rad: float | None = None,
-    code_apart_rad: tuple[float, float] = (0.0, 0.0),
+    code_apart: RowsApart = TOGETHER,
     whole: bool = True,
     chapters: Sequence[Sequence[GratingComparison]] = (),
 ) -> Invariant:
     """Compare explanations of one signal per grating.
 
     Parameters: signals: under the gain that `sheet` expects; constant_room_rad: how far the phase constant may be from
-        that at enrolment, None where none is known; code_apart_rad: as `findings.rows_agree`; whole: False leaves out
+        that at enrolment, None where none is known; code_apart: as `findings.rows_agree`; whole: False leaves out
         what a few seconds do not need, the rivals' shares and photographs; chapters: comparisons of the film's
         chapters, of which the signals are the whole.
     Source: module docstring; gratings are combined by their Fisher information.
@@ -253,9 +252,7 @@ def judge_signals(
         wrong = max((one.figures for one in moved), key=lambda one: abs(one.gain_ratio - 1))
         gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet)
         laws = findings.law_fits(compared)
-        reasons += findings.with_nuisances(
-            [gain, *laws, findings.rows_agree(compared, code_apart_rad)], signals, compared
-        )
+        reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
         reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
         if whole:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving])

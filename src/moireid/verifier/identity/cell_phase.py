@@ -18,7 +18,7 @@ Source: least squares, first order in the slip; level and contrast of each cell 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,24 +73,96 @@ def cell_slip(seen: Array, phase: Array, shape: Complex, ahead: float) -> CellSl
     return CellSlip(np.sum(left * slope, axis=1), np.sum(slope * slope, axis=1))
 
 
-def row_apart_rad(cells: Sequence[CellSlip], times_s: Array) -> tuple[float, float]:
-    """How far a row moves apart from the plain rows, root mean squares over the film and over its worst second, rad.
+@dataclass(frozen=True)
+class RowsApart:
+    """How far the code's rows that differ most move apart from the plain rows, rad; 0 where no cell is read.
 
-    Parameters: times_s (F,).
+    film: root mean square over the film; second: over the worst second; coherent: the part over the film that two
+    halves of one row share, each second cell in either.
 
     Notes
     -----
-    Convention: noise is not taken off, or a row that is made noisy could hide anything.
+    Convention: noise is not taken off `film` and `second`, or a row that is made noisy could hide anything.  In
+        `coherent` it averages to nothing, as the halves have no noise in common: it is the root of the mean product of
+        their slips, less three of its standard deviations.
     """
+
+    film: float = 0.0
+    second: float = 0.0
+    coherent: float = 0.0
+
+
+#: No row moves apart, or none is read.
+TOGETHER = RowsApart()
+
+
+def rows_apart(rows: Iterable[Sequence[CellSlip]], times_s: Array) -> RowsApart:
+    """The greatest of each figure over the rows.
+
+    Parameters: rows: the cells of each row, in order; times_s (F,).
+    """
+    found = []
+    for cells in rows:
+        parts = [(_slip(part, times_s), scale) for part, scale in _parts(cells)]
+        known = [(_spread(slip, times_s), scale) for slip, scale in parts if slip is not None]
+        film, second = (max((one[k] * scale for one, scale in known), default=0.0) for k in (0, 1))
+        halves = [slip for slip, scale in parts if scale < 1.0 and slip is not None]
+        # A row of one cell has no halves to compare.
+        coherent = _shared(halves[0], halves[1], times_s) if len(halves) == 2 else film
+        found.append(RowsApart(film, second, coherent))
+    return greatest(found)
+
+
+def greatest(several: Iterable[RowsApart]) -> RowsApart:
+    """The greatest of each figure."""
+    known = [TOGETHER, *several]
+    return RowsApart(*(max(getattr(one, name) for one in known) for name in ("film", "second", "coherent")))
+
+
+def _parts(cells: Sequence[CellSlip]) -> list[tuple[Sequence[CellSlip], float]]:
+    """A row, and its two halves of each second cell with the factor by which their noise is compared with the row's:
+    neighbours that deviate in opposite ways would cancel in a row's mean, and a half has sqrt(2) times its noise.
+    """
+    half = math.sqrt(0.5)
+    return [(part, scale) for part, scale in ((cells, 1.0), (cells[::2], half), (cells[1::2], half)) if part]
+
+
+def _slip(cells: Sequence[CellSlip], times_s: Array) -> tuple[Array, Array] | None:
+    """Slip of several cells together, rad (F,), mean 0, and its weight (F,); None where their fringes are flat."""
     along, power = (np.sum([getattr(cell, name) for cell in cells], axis=0) for name in ("along", "power"))
     if not power.sum() > 0:
-        return 0.0, 0.0
-    step = float(np.median(np.diff(times_s))) if len(times_s) > 1 else SLIP_MEAN_S
-    along, power = (_moving_sums(values, SLIP_MEAN_S / max(step, 1e-3)) for values in (along, power))
+        return None
+    along, power = (_moving_sums(values, SLIP_MEAN_S / max(_step_s(times_s), 1e-3)) for values in (along, power))
     slip = along / np.maximum(power, 1e-9)
-    slip = slip - np.average(slip, weights=power)
-    square, weight = (_moving_sums(values, SLIP_WORST_S / max(step, 1e-3)) for values in (slip**2 * power, power))
-    return float(np.sqrt(np.average(slip**2, weights=power))), float(np.sqrt((square / np.maximum(weight, 1e-9)).max()))
+    return slip - np.average(slip, weights=power), power
+
+
+def _spread(slip: tuple[Array, Array], times_s: Array) -> tuple[float, float]:
+    """Root mean squares of a slip over the film and over its worst second, rad."""
+    values, power = slip
+    frames = SLIP_WORST_S / max(_step_s(times_s), 1e-3)
+    square, weight = (_moving_sums(each, frames) for each in (values**2 * power, power))
+    return float(np.sqrt(np.average(values**2, weights=power))), float(
+        np.sqrt((square / np.maximum(weight, 1e-9)).max())
+    )
+
+
+def _shared(first: tuple[Array, Array], second: tuple[Array, Array], times_s: Array) -> float:
+    """Root of the mean product of two slips, rad, less three standard deviations of that mean; 0 below.
+
+    Convention: slips are means over `SLIP_MEAN_S`, so a film holds as many independent ones as fit into it.
+    """
+    weight = np.sqrt(first[1] * second[1])
+    if not weight.sum() > 0:
+        return 0.0
+    product = float(np.average(first[0] * second[0], weights=weight))
+    size = math.prod(math.sqrt(float(np.average(slip**2, weights=weight))) for slip in (first[0], second[0]))
+    independent = max(len(times_s) * _step_s(times_s) / SLIP_MEAN_S, 1.0)
+    return math.sqrt(max(product - 3.0 * size / math.sqrt(independent), 0.0))
+
+
+def _step_s(times_s: Array) -> float:
+    return float(np.median(np.diff(times_s))) if len(times_s) > 1 else SLIP_MEAN_S
 
 
 def _moving_sums(values: Array, frames: float) -> Array:

@@ -14,7 +14,16 @@ from moireid.idcodes import CellReading, DecodeResult, PartialWord, family_named
 from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, row_apart_rad, uniform_fields
+from moireid.verifier.identity.cell_phase import (
+    TOGETHER,
+    CellPhase,
+    Field,
+    RowsApart,
+    greatest,
+    read_cells,
+    rows_apart,
+    uniform_fields,
+)
 from moireid.verifier.limits import MAX_VAGUENESS_RATIO
 from moireid.verifier.measuring import (
     CELLS_MOST_RATIO,
@@ -35,7 +44,7 @@ class Identity:
     """Outcome of the identity test; beat periods of the reference cell in page mm.
 
     beats_agree: whether the rows' beats belong to the decoded id, None if no row is readable; partial: the symbols
-    read, if they cannot be decoded; cell_motion, rows_apart_rad: as in `CellReadings`.
+    read, if they cannot be decoded; cell_motion, rows_apart: as in `CellReadings`.
     """
 
     verdict: IdentityVerdict
@@ -50,7 +59,7 @@ class Identity:
     beats_agree: bool | None = True
     partial: PartialWord | None = None
     cell_motion: float | None = None
-    rows_apart_rad: tuple[float, float] = (0.0, 0.0)
+    rows_apart: RowsApart = TOGETHER
 
     def to_json(self) -> dict[str, Any]:
         """As the `identity` object of `verify --json`."""
@@ -72,15 +81,15 @@ class CellReadings:
 
     cells: one reading per cell, by grating; fields: of the uniform rows, by grating, as used for decoding; cell_motion:
     change of the cells' fringes relative to that expected from the rows: 1 if they move together, 0 for a still picture
-    of cells, None if it cannot be measured; rows_apart_rad: how far the code's rows that differ most move apart from
-    the plain rows, over the film and in the worst second (`cell_phase.row_apart_rad`).
+    of cells, None if it cannot be measured; rows_apart: how far the code's rows move apart from the
+    plain rows.
     """
 
     decoded: DecodeResult | None
     cells: tuple[tuple[CellReading, ...], ...]
     fields: dict[int, Field]
     cell_motion: float | None = None
-    rows_apart_rad: tuple[float, float] = (0.0, 0.0)
+    rows_apart: RowsApart = TOGETHER
 
 
 def read_identity(track: Track, measurement: Measurement) -> CellReadings:
@@ -118,8 +127,8 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
         )
         gratings = tuple(badge.gratings[index] for index in coded)
         decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
-        apart = [_rows_apart_rad(track, index, fields[index], shifted[index]) for index in coded]
-        reading = CellReadings(decoded, cells, fields, motion, (max(a for a, _ in apart), max(b for _, b in apart)))
+        apart = greatest(_rows_apart(track, index, fields[index], shifted[index]) for index in coded)
+        reading = CellReadings(decoded, cells, fields, motion, apart)
         first = first or reading
         if decoded.payload is not None:
             return reading
@@ -127,19 +136,11 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
     return first
 
 
-def _rows_apart_rad(track: Track, grating: int, field: Field, cells: dict[int, CellPhase]) -> tuple[float, float]:
-    """How far the code's rows that differ most move apart from the plain rows; 0 where no cell is read."""
+def _rows_apart(track: Track, grating: int, field: Field, cells: dict[int, CellPhase]) -> RowsApart:
+    """How far the code's rows of a grating move apart from its plain rows."""
     times = track.times_s[track.cell_frames[field.read[track.cell_frames]]]
-    apart = [(0.0, 0.0)]
-    for strip in track.strips:
-        slips = [cells[k].slip for k in strip.cells if strip.grating == grating and k in cells]
-        known = [slip for slip in slips if slip is not None]
-        apart += [row_apart_rad(known, times)] if known else []
-        # Neighbours that deviate the opposite way would cancel in a row's mean; half a row has sqrt(2) times the noise.
-        halves = [row_apart_rad(part, times) for part in (known[::2], known[1::2]) if part]
-        apart += [(a / math.sqrt(2), b / math.sqrt(2)) for a, b in halves]
-    whole, worst = zip(*apart, strict=True)
-    return max(whole), max(worst)
+    rows = ([cells[k].slip for k in strip.cells if k in cells] for strip in track.strips if strip.grating == grating)
+    return rows_apart(([slip for slip in row if slip is not None] for row in rows), times)
 
 
 def judge_identity(
@@ -165,7 +166,7 @@ def judge_identity(
         verdict,
         (reason, *_cells_move(reading.cell_motion, found)),
         cell_motion=reading.cell_motion,
-        rows_apart_rad=reading.rows_apart_rad,
+        rows_apart=reading.rows_apart,
         decoded_id=found,
         claimed_id=claimed_id,
         beat_period_mm=float(beat_period_mm(readings[index][reference].frequency_per_mm)),

@@ -23,6 +23,7 @@ from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.fringes.beyond_phase import joined_in_time
 from moireid.verifier.fringes.phase_coverage import SeenWay
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
+from moireid.verifier.identity.cell_phase import RowsApart
 from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
@@ -112,8 +113,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     constant = compared.constant_room_rad if compared is not None and claim.original_required else None
     stages["identity"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    apart = identity.rows_apart_rad
-    invariant = judge_invariant(measurement, sheet, constant_room_rad=constant, code_apart_rad=apart)
+    invariant = judge_invariant(measurement, sheet, constant_room_rad=constant, code_apart=identity.rows_apart)
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
     identity, built_reasons = _judge_built(identity, compared, invariant, claim)
@@ -149,10 +149,11 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
         return (seen or list(chapters))[0].invariant
     joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
     sheet = seen[0].sheet
-    whole_rad, worst_rad = zip(*(chapter.identity.rows_apart_rad for chapter in seen), strict=True)
-    apart = float(np.sqrt(np.mean(np.square(whole_rad)))), max(worst_rad)
+    each = [chapter.identity.rows_apart for chapter in seen]
+    film, coherent = np.sqrt(np.mean(np.square([(one.film, one.coherent) for one in each]), axis=0))
+    apart = RowsApart(float(film), max(one.second for one in each), float(coherent))
     compared = [chapter.invariant.compared for chapter in seen if chapter.invariant.compared]
-    whole = judge_signals(joined, sheet, code_apart_rad=apart, chapters=compared)
+    whole = judge_signals(joined, sheet, code_apart=apart, chapters=compared)
     # Of many chapters, one is more easily the worst by chance.
     limit = MAX_RIVAL_LOG10 + math.log10(len(seen))
     doubtful = [chapter for chapter in seen if _is_doubtful(chapter)]

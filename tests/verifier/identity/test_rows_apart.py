@@ -1,0 +1,64 @@
+"""Whether the code's rows move with the plain ones.  Next to each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from moireid.verifier.decision.findings import rows_agree
+from moireid.verifier.identity.cell_phase import CellSlip, RowsApart, rows_apart
+
+Array = NDArray[np.float64]
+TIMES = np.arange(240) / 30
+CELLS = 34
+
+
+def row(rng: np.random.Generator, motion: Array, noise_rad: float) -> list[CellSlip]:
+    """Cells that all slip by `motion` (F,), each with noise of its own in every frame."""
+    power = np.full(len(TIMES), 1.0)
+    return [CellSlip((motion + rng.normal(0, noise_rad, len(TIMES))) * power, power) for _ in range(CELLS)]
+
+
+def level(apart: RowsApart, excitation_rad: float = 1.5) -> str:
+    figures: Any = SimpleNamespace(strip_wander_rad=0.0, expected_error_rad=0.01, excitation_rad=excitation_rad)
+    compared: Any = [SimpleNamespace(figures=figures)]
+    return rows_agree(compared, apart).level
+
+
+def test_noise_is_neither_accepted_nor_rejected(rng: np.random.Generator) -> None:
+    """Catches: a true badge with small cells that is rejected as forged; noise that hides a motion and is accepted."""
+    found = [rows_apart([row(rng, np.zeros(240), 7.0)], TIMES) for _ in range(100)]
+    assert np.median([one.film for one in found]) > 0.25
+    levels = [level(one) for one in found]
+    assert "fail" not in levels and levels.count("undecided") > 90
+
+
+def test_quiet_rows_that_move_together_are_fine(rng: np.random.Generator) -> None:
+    """Catches: a limit that no badge keeps."""
+    assert level(rows_apart([row(rng, np.zeros(240), 1.0)], TIMES)) == "pass"
+
+
+@pytest.mark.parametrize("share", [0.4, 1.0, -1.0])
+def test_a_row_with_a_motion_of_its_own_is_rejected(share: float, rng: np.random.Generator) -> None:
+    """Catches: a still picture of the code between live rows; one at another gain."""
+    motion = share * 1.5 * np.sqrt(2) * np.sin(2 * np.pi * TIMES / 4)
+    found = rows_apart([row(rng, np.zeros(240), 1.0), row(rng, motion, 3.0)], TIMES)
+    assert found.coherent > 0.2 and level(found) == "fail"
+
+
+def test_neighbours_that_move_in_opposite_ways_are_not_accepted(rng: np.random.Generator) -> None:
+    """Catches: deviations that cancel in a row's mean."""
+    motion = 0.6 * np.sin(2 * np.pi * TIMES / 4)
+    cells = row(rng, motion, 0.5)
+    opposite = [CellSlip(one.along if k % 2 else -one.along, one.power) for k, one in enumerate(cells)]
+    assert level(rows_apart([opposite], TIMES)) != "pass"
+
+
+def test_rows_of_no_contrast_say_nothing() -> None:
+    """Catches: a division by nothing where a cell shows no fringes."""
+    flat = [CellSlip(np.zeros(240), np.zeros(240))] * 4
+    assert rows_apart([flat, []], TIMES) == RowsApart()
