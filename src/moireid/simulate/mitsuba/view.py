@@ -1,7 +1,7 @@
 """Where Mitsuba's camera is, which pixels it must render, and how much of each the board covers.
 
-Convention: pixel centres are whole numbers, as in `scene.Camera`; the shutter is global, at the mean of the first and
-the last row's pose.
+Convention: pixel centres are whole numbers, as in `scene.Camera`; the shutter is global, at the middle row's
+pose.
 Source: pinhole camera; `motion` for the frames.
 """
 
@@ -20,9 +20,9 @@ from moireid.simulate.scene import Instant, Scene
 Array = NDArray[np.float64]
 #: Left, top, right, bottom of a part of the picture, px; right and bottom are not in it.
 Crop = tuple[int, int, int, int]
-#: The fringes of a true film are those of the middle row's pose.  Between first and last row, a hand's path bends less
-#: than this (0.004 rad of phase at 1 m).
-FORGERY_MM = 0.5
+#: A true film's fringes are shown from the middle row's pose.  Between first and last row a hand moves a camera by less
+#: than twice this, also where it turns back; forged fringes are shown from farther away in all but single frames.
+FORGERY_MM = 5.0
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class CameraView:
 
 
 def middle_view(instant: Instant) -> CameraView:
-    """The view halfway between first and last row.
+    """The view of the middle row.
 
     Convention: module docstring.
     Raises: SpecError for a forged frame, whose fringes and page are seen from different places.
-    Source: mean of the two places, and of the two rotations.
+    Source: the place from which a true frame's fringes are shown; the mean of the rotations of first and last row.
     """
     from scipy.spatial.transform import Rotation
 
@@ -51,7 +51,7 @@ def middle_view(instant: Instant) -> CameraView:
             apart_mm=apart_mm,
         )
     turns = Rotation.from_matrix(np.stack([instant.first.rotation[0], instant.last.rotation[0]]))
-    return CameraView(np.asarray(centre, float), np.asarray(turns.mean().as_matrix(), float))
+    return CameraView(np.asarray(instant.shown_from_mm, float), np.asarray(turns.mean().as_matrix(), float))
 
 
 def board_box(scene: Scene, view: CameraView) -> Crop | None:
