@@ -250,6 +250,7 @@ def test_uniform_boards_of_different_pitch_are_different_layouts() -> None:
 # What is refused, and how.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "value", [math.nan, math.inf, -math.inf, True, "1", [], {}, 10**400], ids=lambda v: repr(v)[:8]
 )

@@ -101,6 +101,7 @@ def test_what_is_no_picture_is_refused_in_the_command_s_sentence(tmp_path: Path)
         assert isinstance(fault, SpecError) and str(fault) == str(told.value).replace(f"{tmp_path}/", "")
 
 
+@pytest.mark.slow
 def test_an_svg_that_takes_memory_or_time_ends_its_own_process_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a drawing in the server itself, one without limits, a reader that is lost for whoever comes next."""
     deep = svg('<g opacity=".5">' * 90 + '<rect width="200" height="200"/>' + "</g>" * 90)

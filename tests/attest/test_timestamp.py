@@ -117,6 +117,7 @@ def test_an_address_that_answers_nothing_is_reported(url: str) -> None:
         ask_for_stamp(url, b"signature")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("source", ["registry", "bundle"])
 @pytest.mark.parametrize(("days", "holds"), [(2, True), (0, False)])
 def test_a_verdict_from_before_a_theft_keeps_its_worth(

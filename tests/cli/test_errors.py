@@ -140,6 +140,7 @@ def test_a_name_that_is_none_is_refused(refused: Callable[..., str], name: str) 
     assert "name" in refused(name, "--out", "new", "--mount", "none", entry=print_your_badge)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a/b", "..", "Ωμέγα", "Zoe\u0308", "x" * 200, "{}%s<b>"])
 def test_any_other_name_is_printed(run: Run, name: str) -> None:
     """Catches: a name taken for a path, a format or markup, and a script that is not Latin."""
@@ -463,6 +464,7 @@ def test_a_badge_that_could_never_be_verified_is_not_enrolled(
 # simulate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "words"),
     [

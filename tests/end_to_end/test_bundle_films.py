@@ -61,6 +61,7 @@ def test_a_bundle_judges_as_the_registry_does(film, registry, ada, tmp_path):
     assert offline["invariant"]["gain_ratio"] == pytest.approx(online["invariant"]["gain_ratio"], abs=0.01)
 
 
+@pytest.mark.slow
 def test_another_person_of_a_bundle_is_not_the_one_filmed(film, registry, ada, tmp_path):
     """Catches: a sealed claim that any identity opens; an identity told that the film does not show."""
     registry.publish(tmp_path / "bundle", specimen_of, days=7)
@@ -89,6 +90,7 @@ def test_a_small_bundle_names_whose_badge_it_is(film, registry, ada, tmp_path, m
     assert shown(film, ada.name, "--bundle", bundle).startswith(f"ACCEPT: Genuine, and {ada.name}'s")
 
 
+@pytest.mark.slow
 def test_a_badge_that_no_seal_opens_for_is_nobody_s(film, ada, tmp_path, monkeypatch):
     """Catches: a seal that opens for any identity; a badge of nobody that is told as somebody's."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
@@ -166,6 +168,7 @@ def test_a_bundle_finds_whose_badge_it_is(film, registry, ada, tmp_path):
     assert code == 1 and "Revoked on" in told and "lost on the train" in told
 
 
+@pytest.mark.slow
 def test_nobody_of_a_bundle_is_told_so(film, registry, tmp_path):
     """Catches: "held by no one in this registry", which was not asked; two places that are asked at once."""
     other = tmp_path / "other.sqlite3"

@@ -127,6 +127,7 @@ def test_every_file_that_is_named_is_there() -> None:
     assert gone == []
 
 
+@pytest.mark.slow
 def test_every_reason_code_is_told_and_no_other() -> None:
     """Catches: a finding that nobody documented, and a code on the page that no film can get any more."""
     told = (DOCS / "reference" / "reason-codes.md").read_text(encoding="utf-8")
@@ -263,6 +264,7 @@ def test_every_export_and_every_field_is_on_the_site(site: Path) -> None:
         assert [field for field, meaning in rows if not meaning.strip()] == [], name
 
 
+@pytest.mark.slow
 def test_every_parameter_on_the_site_is_explained(site: Path) -> None:
     """Catches: a docstring whose entries the site's reader of NumPy style passes over, so that they come out empty."""
     shown = (site / "reference" / "api.html").read_text(encoding="utf-8")

@@ -151,6 +151,7 @@ def audit(tmp_path: Path, url: str, *lines: str, **environment: str) -> subproce
     return subprocess.run(command, env=closed | environment, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_a_known_hole_is_told_with_its_mend(tmp_path: Path, database: str) -> None:
     """Catches: an audit that passes over what the database knows, or finds holes everywhere."""
     found = audit(tmp_path, database, "other==3.0", "thing==1.0")
@@ -159,12 +160,14 @@ def test_a_known_hole_is_told_with_its_mend(tmp_path: Path, database: str) -> No
     assert clean.returncode == 0 and "no hole in any of the 2 packages" in clean.stdout, clean.stdout
 
 
+@pytest.mark.slow
 def test_an_audit_that_reached_nobody_says_so(tmp_path: Path) -> None:
     """Catches: 'no known holes' where no database was asked."""
     told = audit(tmp_path, "http://127.0.0.1:9/", "thing==1.0")
     assert told.returncode == 3 and "NOT CHECKED" in told.stdout and "no hole" not in told.stdout
 
 
+@pytest.mark.slow
 def test_a_database_that_knows_none_of_the_packages_has_not_checked_them(tmp_path: Path) -> None:
     """Catches: pip-audit's own success (exit code 0) where it had to skip packages, as behind a mirror of PyPI."""
     stand_in = tmp_path / "stand_in" / "pip_audit"

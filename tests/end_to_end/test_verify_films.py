@@ -171,6 +171,7 @@ def test_forged_films_are_rejected_for_the_right_reason(films, name, must_fail, 
         assert document["invariant"]["correlation"] > 0.99
 
 
+@pytest.mark.slow
 def test_a_path_traced_mask_obeys_the_law_and_is_inconclusive_for_its_single_sweep(films):
     """Catches: the lens's law used for a mask; a noise-free film refused; a sweep accepted on which a delay would pass.
     Another renderer, other optics.
@@ -244,6 +245,7 @@ def test_a_film_in_which_nothing_moves_is_inconclusive(ada, tmp_path):
     assert report.identity.verdict in ("match", "unreadable") and report.invariant.excitation_rad < 0.1
 
 
+@pytest.mark.slow
 def test_a_film_shorter_than_two_windows_is_inconclusive(ada, tmp_path):
     """Catches: statistics on a handful of frames."""
     path = shoot(ada, tmp_path / "a.mp4", motion="static", frames=59)
@@ -352,6 +354,7 @@ def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_f
     assert verify(ada_film, Claim(ada, ada.id, require_original=True)).verdict == "inconclusive"
 
 
+@pytest.mark.slow
 def test_identify_finds_who_is_enrolled(ada, grace, ada_film, tmp_path):
     """Catches: the first record of the layout taken for the answer; a name that is not that of the id."""
     url = registry_of(tmp_path / "r.sqlite3", grace, ada)
@@ -362,6 +365,7 @@ def test_identify_finds_who_is_enrolled(ada, grace, ada_film, tmp_path):
     hold_contract(document)
 
 
+@pytest.mark.slow
 def test_identify_finds_nobody_who_is_not_enrolled(grace, ada_film, tmp_path):
     """Catches: the nearest enrolled id named in place of the one that was read."""
     outcome = run("identify", ada_film, "--registry", registry_of(tmp_path / "r.sqlite3", grace), "--json")

@@ -43,6 +43,7 @@ def test_two_machines_build_the_same_bytes(built: list[Path], tmp_path: Path) ->
     assert digests(built).items() <= dict(zip(told[1::2], told[::2], strict=True)).items() and len(told) == 12
 
 
+@pytest.mark.slow
 def test_the_source_archive_gives_the_same_wheel(built: list[Path], tmp_path: Path) -> None:
     """Catches: a source archive that lacks a file, and a wheel that only a checkout can make."""
     with tarfile.open(built[0]) as archive:

@@ -111,6 +111,7 @@ def test_a_file_of_a_mounts_name_in_a_strangers_folder_stays(tmp_path: Path) -> 
         assert (tmp_path / "mount.stl").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_what_another_process_wrote_meanwhile_is_not_replaced(tmp_path: Path) -> None:
     """Catches: of two badges made into one folder at once, the first one's files gone without --overwrite."""
     badge = load_badge(json_badge(tmp_path))

@@ -124,6 +124,7 @@ def test_two_wrong_symbols_never_give_the_payload_back(rng: np.random.Generator)
     assert strange <= binom.isf(1e-6, trials, 1 / 256)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("erased", "expected"), [(0, (1 + 10 * 15) / 16**2 / 256), (1, 1 / 16 / 256), (2, 1 / 256)], ids=["0", "1", "2"]
 )

@@ -88,6 +88,7 @@ LOG: list[tuple[str, set[tuple[str, str | None]]]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("change", "codes"), RECORDS + LOG, ids=lambda case: case if isinstance(case, str) else "")
 def test_each_kind_of_tampering_is_found(url, registry, ids, change, codes):
     """Catches: a part that is not checked; one fault that buries the others, or breeds more."""

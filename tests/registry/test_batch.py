@@ -235,6 +235,7 @@ def test_layouts_are_found_without_walking_over_the_records(path):
     assert plans and scans == []
 
 
+@pytest.mark.slow
 def test_a_batch_costs_a_fraction_of_its_badges_one_by_one(path):
     """Catches: the schema's pass over each badge, or a transaction each; the figures are in benchmarks."""
     first = badge_of("Ada")

@@ -177,6 +177,7 @@ def test_document_that_would_fill_the_memory_is_refused(monkeypatch):
 FORGED = pack(canonical_json(json.loads(badge_of("Ada", bytes(3)).to_json())))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [

@@ -14,6 +14,7 @@ from moireid.badge import badge_from_json
 from moireid.registry import open_registry
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_registries_made_at_once(kind, tmp_path, keys, request):
     """Catches: a transaction that looks first and takes the write lock later, which SQLite refuses without any wait;
@@ -43,6 +44,7 @@ def _run_together(url: str, keys: Path, lists: list[list[str]]) -> list[list[str
     return outcomes
 
 
+@pytest.mark.slow
 def test_two_processes_lose_nothing(url, keys):
     """Catches: 'database is locked', tables made twice, a row or a log entry lost to a read-modify-write."""
     badge = badge_of("Ada")
@@ -73,6 +75,7 @@ def test_two_processes_that_want_the_same_ids(url, keys):
             assert text == who or f"already to {holders[k]!r}" in text
 
 
+@pytest.mark.slow
 def test_kill_leaves_old_or_new_state(url, keys, rng):
     """Catches: a record without its entry, a chain cut short, a lock that outlives its process, a batch that cannot be
     run again."""

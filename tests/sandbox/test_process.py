@@ -198,6 +198,7 @@ os.kill(os.getpid(), 9)
 """
 
 
+@pytest.mark.slow
 def test_it_ends_with_the_one_who_started_it(tmp_path: Path) -> None:
     """Catches: processes that work on when no one waits for them any more."""
     path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(TESTS)])

@@ -222,6 +222,7 @@ def test_a_mirrored_film_is_the_film_turned_left_to_right(prototype, tmp_path):
     assert truth_path(plain).read_bytes() == truth_path(turned).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_two_axis_badge_s_truth_tells_both_phases(tmp_path):
     """Catches: one axis written twice; the phase of x from a move in y; nan where there is a second axis."""
     badge = design_badge(Request("Ada Lovelace", axes="xy"), payload_for_name("Ada Lovelace"))

@@ -165,6 +165,7 @@ def test_bounces_and_hidden_face_change_less_than_mitsuba_s_own_error() -> None:
         AnalyticRenderer(replace(scene, need=Need(bounces=True)))
 
 
+@pytest.mark.slow
 def test_mitsuba_s_estimate_is_near_the_truth_and_chooses_its_rays() -> None:
     """Catches: noise told as its square or of the mean; segments that do not count; a ladder climbed from the top."""
     scene, instant = NEAR.scene, NEAR.seen_at(0.3)

@@ -80,6 +80,7 @@ def test_a_light_from_the_other_side_lights_the_other_flank():
     assert np.abs(one - other).max() > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lens", [SHEET, Lens("mask", 0.508, 1.0, 1.56, open_fraction=0.4)], ids=["lens", "mask"])
 def test_no_light_is_lost_but_what_the_surface_mirrors_or_the_mask_stops(lens: Lens):
     """Catches: bins that lose or double rays at the pitch's edge."""
@@ -109,6 +110,7 @@ def test_the_look_up_knows_place_period_and_fall():
     assert (at[0] - sky) / (at[1] - sky) == pytest.approx(power[0] / power[1], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_glare_is_a_streak_across_the_lenses_where_a_mirror_would_show_the_light(prototype: Badge):
     """Catches: glare that is spread along the lenses, at the light's own height, or brighter than the light."""
     # A lamp 1 m away and 60 mm up, seen from 1 m: mirrored half way, 30 mm above the middle.

@@ -113,6 +113,7 @@ def test_pixels_that_are_not_square_are_made_so(tmp_path, aspect, size):
     assert np.allclose([rows.min(), rows.max() + 1], [24 * down, 48 * down], atol=1)
 
 
+@pytest.mark.slow
 def test_frames_ahead_are_the_frames(films: Path):
     """Catches: frames out of order, lost or doubled at the end; memory of one picture used for the next."""
     film = Film(films / "rendered_path_1.4m.mp4")

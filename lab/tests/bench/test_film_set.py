@@ -135,6 +135,7 @@ def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
     assert names == ["Ada Lovelace", "Eva Lovelace"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_a_film_that_cannot_be_made_is_reported_and_the_others_are_kept(plan: Path, tmp_path: Path):
     """Catches: a fault of one film that ends the run; a list that lacks it without a word."""

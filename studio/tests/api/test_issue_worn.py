@@ -136,6 +136,7 @@ def test_pictures_lines_and_colour_reach_the_print_from_the_form(visit: Visit) -
         assert visit.ask("GET", path, "admin").status_code == 404 and visit.ask("GET", path, None).status_code == 401
 
 
+@pytest.mark.slow
 def test_pictures_and_looks_reach_the_print_from_the_api(visit: Visit) -> None:
     """Catches: fields of the API that are taken and forgotten; an old request that is now another badge."""
     ids = {}

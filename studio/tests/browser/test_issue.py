@@ -323,6 +323,7 @@ def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(p
     look("issue-worn-issued")
 
 
+@pytest.mark.slow
 def test_namesakes_are_offered_by_the_line_below_their_name(page: Page, visit: Visit) -> None:
     """Catches: one suggestion for two people, ids in the place of lines, a suggestion that the claim does not take."""
     for line in ("Reporter", "Editor"):

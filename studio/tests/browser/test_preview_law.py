@@ -99,6 +99,7 @@ def turns(page: Page, badge: Badge, points: list[dict[str, Any]]) -> np.ndarray:
     return np.array(page.evaluate(code, [json.loads(json.dumps(preview_law(badge))), points]))
 
 
+@pytest.mark.slow
 def test_the_script_sees_the_line_that_a_traced_ray_lands_on(page: Page, badge: Badge) -> None:
     """Catches: swapped axes, a wrong sign, cells whose edge is forgotten, one pitch for all cells, a coarse table."""
     points = asked(badge)

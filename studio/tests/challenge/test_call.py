@@ -111,6 +111,7 @@ def test_the_stated_chance_is_that_of_the_draws_and_owes_nothing_to_times() -> N
     assert min(sum(sideways(prompt.move) for prompt in one) for one in drawn) == CALL.sideways
 
 
+@pytest.mark.slow
 def test_a_small_tile_and_two_people_in_it_are_named() -> None:
     """Catches: a verdict on one of two people; a tile too small that is blamed on the person."""
     one = portrait()

@@ -24,6 +24,7 @@ def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visi
             yield made
 
 
+@pytest.mark.slow
 def test_figures_name_no_person_film_or_token(visit: Visit, tmp_path: Path, films: Path, ada: Badge) -> None:
     """Catches: labels made of what visitors send, which also grow without an end; work that is not counted."""
     tiny = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "tiny.mp4")

@@ -159,6 +159,7 @@ def test_a_film_that_takes_over_its_reader_gets_nothing(visit: Visit, tiny: Path
     visit.studio.jobs.remove(other)
 
 
+@pytest.mark.slow
 def test_a_film_that_hangs_is_ended(tmp_path: Path, tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a time limit that is not kept, and a stop that waits for ever."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
@@ -244,6 +245,7 @@ def test_what_is_no_form_is_refused(visit: Visit, tiny: Path) -> None:
     assert visit.left() == []
 
 
+@pytest.mark.slow
 def test_names_and_markup_go_nowhere(visit: Visit, tiny: Path, films: Path) -> None:
     """Catches: a file's name that becomes a path, or a badge's name that becomes markup."""
     badge = (films / "badge.json").read_text()
@@ -268,6 +270,7 @@ def test_names_and_markup_go_nowhere(visit: Visit, tiny: Path, films: Path) -> N
     assert visit.left() == []
 
 
+@pytest.mark.slow
 def test_spoilt_films_leave_the_server_up_and_the_disk_clean(visit: Visit, tiny: Path, films: Path) -> None:
     """Catches: a mutated film that brings the server down, or stays on its disk."""
     rng, whole, requests = random.Random(7), tiny.read_bytes(), []
@@ -283,6 +286,7 @@ def test_spoilt_films_leave_the_server_up_and_the_disk_clean(visit: Visit, tiny:
     assert visit.ask("GET", "/api/health", None).json()["status"] == "ok"
 
 
+@pytest.mark.slow
 def test_leavings_go_at_the_start_and_results_after_their_time(
     tmp_path: Path, tiny: Path, films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -49,6 +49,7 @@ def test_a_film_that_waits_is_judged_after_a_restart(tmp_path: Path, ada: Badge,
         assert len(visit.studio.verdicts.given(9)) == 1
 
 
+@pytest.mark.slow
 def test_a_film_that_is_removed_leaves_no_verdict(
     tmp_path: Path, ada: Badge, form: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,6 +99,7 @@ def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker)
     assert "opened, not begun" in asker.page().lower() and asker.newest().used_at is None
 
 
+@pytest.mark.slow
 def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> None:
     """Catches: a link that works twice, or is passed without prompts; a result that another token reads, or that tells
     more than the verdict; a receipt of another report; a secret that is stored.
@@ -159,6 +160,7 @@ def test_a_late_a_guessed_and_an_orphaned_link_are_told_in_a_sentence(
     assert "may ask no more" in asker.look(orphan)[1]["text"] and "may ask no more" in asker.check(orphan)["text"]
 
 
+@pytest.mark.slow
 def test_a_full_house_or_another_site_uses_no_link_up(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a link that is gone because the machine was busy; a page of another site that begins a check."""
     secret = asker.make()

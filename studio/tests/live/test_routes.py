@@ -204,6 +204,7 @@ def test_what_is_no_picture_ends_the_session_and_nothing_else(studio, message):
     assert client.get("/help").status_code == 200
 
 
+@pytest.mark.slow
 def test_a_revoked_token_ends_its_session(studio, monkeypatch):
     """Catches: a session that goes on with a token that was taken back."""
     client, tokens = studio

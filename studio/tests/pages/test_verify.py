@@ -76,6 +76,7 @@ def test_another_s_badge_is_named_by_the_server_alone(
         assert picture.status_code == 200 and picture.content[:2] == b"\xff\xd8"
 
 
+@pytest.mark.slow
 def test_a_process_that_was_taken_over_shows_no_file_of_ours(
     ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +101,7 @@ def test_a_process_that_was_taken_over_shows_no_file_of_ours(
         assert visit.ask("GET", f"/verify/{job_id}/picture/..%2f..%2fsecret", "verifier").status_code in (404, 422)
 
 
+@pytest.mark.slow
 def test_a_verdict_whose_report_was_not_drawn_is_shown(
     ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

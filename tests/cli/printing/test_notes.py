@@ -32,6 +32,7 @@ def notes(outcome: Result) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 def test_a_portrait_that_the_template_does_not_show_is_told(tmp_path: Path) -> None:
     """Catches: a picture that is lost without a word, for one person or for a list."""
     Image.new("RGB", (80, 100), "gray").save(tmp_path / "face.png")
@@ -61,6 +62,7 @@ def test_a_namesake_with_the_same_line_is_told(registry: str, tmp_path: Path) ->
     assert any(json.loads(first.stdout)["id"] in note and "claim must give the id" in note for note in same)
 
 
+@pytest.mark.slow
 def test_people_who_get_one_line_from_the_options_are_told_apart_or_told(tmp_path: Path) -> None:
     """Catches: two people of one name who bear one line, of which only one stands in the list."""
     (tmp_path / "people.csv").write_text("name,line\nAda,Speaker\nAda,\n", encoding="utf-8")

@@ -114,6 +114,7 @@ def test_glb_shows_stack_and_mount(folder: tuple[Path, package.PrintResult, list
     assert scene.geometry["tray"].bounds[0][0] > scene.geometry["cover"].bounds[1][0]
 
 
+@pytest.mark.slow
 def test_damaged_glb_is_refused(folder: tuple[Path, package.PrintResult, list[str]], tmp_path: Path) -> None:
     """Catches: a check that does not read, and one that counts parts without looking at them."""
     path = folder[1].files["stack.glb"]

@@ -249,6 +249,7 @@ def test_a_list_of_hostile_names_is_refused_by_row_or_printed(tmp_path: Path) ->
         assert not (tmp_path / "event").exists()
 
 
+@pytest.mark.slow
 def test_the_command_reports_a_name_that_it_cannot_set(tmp_path: Path, only_own_font: None) -> None:
     """Catches: a note on stdout, where JSON goes; no note at all; a name that is changed in badge.json."""
     arguments = ["print", "Ada 山田太郎", "--mount", "none", "--json", "--out", str(tmp_path / "a")]
@@ -265,6 +266,7 @@ def test_the_command_reports_a_name_that_it_cannot_set(tmp_path: Path, only_own_
     assert json.loads((tmp_path / "a/badge.json").read_text(encoding="utf-8"))["name"] == "Ada 山田太郎"
 
 
+@pytest.mark.slow
 def test_the_same_name_gives_the_same_bytes_in_another_process(badge: Badge, tmp_path: Path) -> None:
     """Catches: a font or a layout that depends on the order of a set or of a folder's files."""
     code = (

@@ -82,6 +82,7 @@ def overlap_mm3(one: Any, other: Any) -> float:
     return (one ^ other).volume()
 
 
+@pytest.mark.slow
 def test_card_and_sheet_lie_in_the_tray_and_cannot_leave_but_upwards(badge: Badge, printed: Any) -> None:
     card, sheet = card_and_sheet(badge)
     for piece, sideways in ((card, 0.29), (sheet, 0.29)):
@@ -267,6 +268,7 @@ def test_nothing_is_left_of_a_failure(kind: str, badge: Badge, tmp_path: Path, m
     assert (tmp_path / "mount.stl").read_text() == "the older one"
 
 
+@pytest.mark.slow
 def test_same_badge_gives_the_same_bytes(badge: Badge, report: MountReport, tmp_path: Path) -> None:
     again = write_mount(badge, tmp_path)
     assert again.step.read_bytes() == report.step.read_bytes()
@@ -494,6 +496,7 @@ def test_an_adhesive_lifts_the_sheet(badge: Badge) -> None:
 # The extremes.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "kind"), [((300.0, 300.0), "lanyard"), ((60.0, 66.0), "clip"), ((30.0, 40.0), "stand")]
 )
@@ -505,6 +508,7 @@ def test_large_and_small_boards(size: tuple[float, float], kind: str, badge: Bad
     assert len(read_3mf(report.three_mf)) == (1 if kind == "lanyard" else 2)
 
 
+@pytest.mark.slow
 def test_thin_and_thick_sheets(badge: Badge) -> None:
     """Catches: a lip at a fixed height, and a thick sheet whose rim hides the markers."""
     thin = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=0.2))

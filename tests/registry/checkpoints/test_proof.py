@@ -29,6 +29,7 @@ def test_every_badge_of_the_log_is_proved(full: Registry) -> None:
     assert {check_proof(full.prove(one), "it").entry for one in full.records()} == {4, 5, 6}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("part", "field", "value"),
     [
@@ -93,6 +94,7 @@ CHANGES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("change", "code"), CHANGES, ids=[change.__name__ for change, _ in CHANGES])
 def test_every_change_is_reported_by_its_part(
     full: Registry, change: Callable[[dict[str, Any]], None], code: str

@@ -150,6 +150,7 @@ def test_no_key_and_no_signer_are_reported_in_a_sentence(signer: str, tmp_path: 
         AskingSigner(str(tmp_path / "none"), other)
 
 
+@pytest.mark.slow
 def test_silent_clients_keep_no_one_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: idle connections that take every place, or every descriptor, for ever; a message that never ends."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
@@ -195,6 +196,7 @@ def test_it_ends_with_its_starter_and_hides_its_memory(tmp_path: Path) -> None:
     assert not Path(path).exists()
 
 
+@pytest.mark.slow
 def test_the_command_keeps_its_socket_to_itself(tmp_path: Path) -> None:
     """Catches: a socket that everybody may ask; a second signer that takes the first one's place; a file lost."""
     path, program = tmp_path / "socket", "from moireid.cli.main import main; main()"

@@ -86,6 +86,7 @@ EDITS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edit", EDITS)
 def test_edited_file_changes_nothing(three_exported, url, tmp_path, edit):
     """Catches: a part of the file that is believed; half of it imported; an error of the parser or the driver."""

@@ -17,6 +17,7 @@ SETTINGS = {setting.name: setting for setting in eleven()}
 FEW = ("prototype, 1 m", "turned in the picture by 30 degrees", "both axes", "thick sheet, 3 mm", "line mask")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FEW)
 def test_the_renderer_agrees_with_an_outside_tracer(name):
     """Catches: a wrong lens, law, axis, sense of a twist or edge; float32 that loses the phase."""
@@ -50,6 +51,7 @@ def test_the_estimate_is_near_the_truth(name):
     assert 0.7 < estimate.image / np.mean(images) < 1.4
 
 
+@pytest.mark.slow
 def test_the_cheapest_setting_that_meets_the_wish_is_taken():
     """Catches: a ladder climbed from the top; a wish that is not met in silence."""
     setting = SETTINGS["prototype, 1 m"]
@@ -92,6 +94,7 @@ def test_the_outside_tracer_refracts_by_snell():
 STIFF = ("pitch ratio 1 + 1e-09", "distance 100 m", "view at 70 degrees", "sheet 10 mm", "n = 2", "no light")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STIFF)
 def test_stiff_scenes_are_right_within_their_bar(name):
     """Catches: phases formed from large differences, roots that cancel, tangents held over a wide pixel."""

@@ -72,6 +72,7 @@ def test_a_soft_box_turns_the_fringes_alike(badge: Badge, u: float, samples: int
     assert mean == pytest.approx(reference.radiance.mean(), rel=0.04)
 
 
+@pytest.mark.slow
 def test_the_two_places_differ_in_brightness(badge: Badge) -> None:
     """What the test above rests on: mirrored, the box would be told by a half of the brightness."""
     scene = Scene(badge, light=LIGHTS["softbox"])

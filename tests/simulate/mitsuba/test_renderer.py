@@ -123,6 +123,7 @@ def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
     assert np.abs(from_law).max() < 0.01, told
 
 
+@pytest.mark.slow
 def test_only_the_transmittance_sets_it_apart_at_31_degrees(badge: Badge) -> None:
     """At u = 0.6 the two renderers differ by what Fresnel's law says, and so not by Mitsuba's ray offset.
 
@@ -277,6 +278,7 @@ DEATHS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("death", DEATHS)
 def test_falls_back_where_the_child_dies(
     death: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsearched: None, badge: Badge

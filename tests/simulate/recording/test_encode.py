@@ -55,6 +55,7 @@ def badge_file(badge: Badge, folder: Path) -> Path:
 # Codecs.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("codec", "name"), [("h264", "h264"), ("h265", "hevc"), ("av1", "av1")])
 def test_every_codec_shows_the_same_film(prototype, tmp_path, codec, name):
     """Catches: a codec that is offered and not used; another brightness; frames lost at the end of a deep encoder."""
@@ -116,6 +117,7 @@ def test_odd_sizes_and_unknown_names_are_refused(prototype, tmp_path):
 # Recipes.
 
 
+@pytest.mark.slow
 def test_recipes_scale_down_and_never_up(prototype, tmp_path):
     """Catches: width and height exchanged; a small film blown up; an odd width."""
     assert scaled((1920, 1080), 360) == (640, 360) and scaled((1280, 720), 540) == (960, 540)

@@ -98,6 +98,7 @@ def flips(points: np.ndarray, camera: np.ndarray) -> int:
 # Focal length.
 
 
+@pytest.mark.slow
 def test_the_focal_length_is_found_with_an_honest_error_bar():
     """Catches: a bar that is too short by a half; a prior that outweighs the film; a biased minimum."""
     deviations, bars = [], []
@@ -127,6 +128,7 @@ def test_a_focal_length_far_from_the_prior_is_found_too(focal, seed):
     assert abs(fit.focal_px - focal) < 2 * fit.focal_sd_px and fit.focal_sd_px < 0.02 * focal
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("aspect", [0.75, 0.97, 1.03, 4 / 3])
 def test_a_stretched_picture_is_judged_as_it_was_taken(aspect):
     """Catches: square pixels taken for granted, which makes half a gain look whole and a whole one a forgery's."""
@@ -236,6 +238,7 @@ def test_a_focus_that_breathes_or_noise_is_no_zoom_and_a_moving_crop_shows(noise
     assert moved.lasting_px > MAX_LASTING_PX and not moved.log_zoom.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("aside", [(300.0, 0.0), (-500.0, -250.0), (900.0, 100.0)])
 def test_a_crop_s_optical_axis_is_found_wherever_it_is(aside):
     """Catches: an axis in the picture's middle taken for granted; a search that never leaves it."""

@@ -250,6 +250,7 @@ def an_hour(**how) -> GratingSignal:
     return fringe_signal(law, law + lasting_noise(frames), **how)
 
 
+@pytest.mark.slow
 def test_an_hour_takes_little_memory():
     """Catches: draws of each frame of an hour."""
     signal = an_hour(place_px=300 * np.column_stack([trajectory(5, 108_000)] * 2))

@@ -438,6 +438,7 @@ def test_an_accepted_film_reports_by_how_much_the_law_is_ahead():
     assert f"10^{reason.measured:.0f}" in reason.text and f"{len(outcome.explanations) - 1} rivals" in reason.text
 
 
+@pytest.mark.slow
 def test_json_is_strict_and_complete():
     """Catches: NaN or numpy figures in the JSON; a key of the contract that is missing."""
     document = json.loads(json.dumps(judge_signals([true_film()]).to_json(), allow_nan=False))

@@ -74,6 +74,7 @@ def test_the_gain_is_the_share_of_the_change_that_is_shown(share):
     assert abs(gain - share) < 3.5 * sd and sd < 0.1
 
 
+@pytest.mark.slow
 def test_the_error_bar_is_honest():
     """Catches: information in other units than the noise's, so that strips would be weighted wrongly."""
     off = []

@@ -102,6 +102,7 @@ def test_a_board_without_a_code_claims_nothing(prototype):
 # What must not matter.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "built",
     [
@@ -135,6 +136,7 @@ def test_only_the_layout_of_the_claimed_badge_is_looked_at(ada, ada_track):
     assert (outcome.verdict, outcome.decoded_id) == ("mismatch", ada.id)
 
 
+@pytest.mark.slow
 def test_a_long_payload_and_both_axes_are_read_too():
     """Catches: a length that is fixed at 64 bits; a second grating's cells read along the first one's axis."""
     payload = payload_from_hex("00112233445566778899aabbccddeeff")
@@ -221,6 +223,7 @@ def test_rows_that_a_twist_turns_against_one_another_still_tell_it(ada, degrees)
     assert reading.decoded.payload.hex() == ada.id
 
 
+@pytest.mark.slow
 def test_much_damage_never_reads_as_somebody_else(ada, ada_track):
     """Catches: a decoder that always finds a word; half a badge of one person and half of another."""
     for rows in (2, 3, 4):
@@ -280,6 +283,7 @@ def test_blank_bands_are_unreadable(bands):
     assert outcome.verdict in ("unreadable", "mismatch") and outcome.decoded_id != bands.id
 
 
+@pytest.mark.slow
 def test_json_is_strict_and_complete(ada, ada_track, prototype):
     """Catches: NaN in the JSON; a missing key of the contract."""
     for outcome in (judged(ada_track, ada, ada.id), judged(filmed(prototype), prototype)):
@@ -338,6 +342,7 @@ def test_slow_films_of_a_picture_of_cells_are_rejected_although_they_read(ada, a
     assert outcome.decoded_id is None or levels["cells_move"] == "fail"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 0.62, 0.8])
 @pytest.mark.parametrize("row", [0, 2])
 def test_a_finger_over_a_row_never_makes_another_of_the_wearer(ada, ada_track, share, row):

@@ -108,6 +108,7 @@ def test_a_row_of_a_collection_says_so_too(films: Path, mostly_gone: Path, proto
     assert (row["verdict"], row["codes"]) == ("inconclusive", ["cover", "corners"])
 
 
+@pytest.mark.slow
 def test_markers_come_before_corners(films: Path):
     """Catches: a film whose markers are seen left open because somebody gave corners too, or one that breaks the law
     left open by them.

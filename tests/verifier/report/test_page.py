@@ -189,6 +189,7 @@ def test_names_and_paths_cannot_write_html(ada):
         assert "<img src=x onerror=alert(1)>" in parsed.text
 
 
+@pytest.mark.slow
 def test_names_of_any_script_survive(ada, tmp_path):
     """Catches: a file in the machine's own encoding; escapes where letters should stand."""
     name = "Zoë Ångström 王小明 🪪"
@@ -219,6 +220,7 @@ def test_the_case_stands_at_the_top(ada, verdict, mark):
     assert all(other not in first for other in {"✓", "✗"} - {mark})
 
 
+@pytest.mark.slow
 def test_whose_badge_it_is_stands_at_the_top_by_name(ada):
     """Catches: two hex numbers in place of a name that the registry knows; the claimed name for the read one."""
     page = page_of(mismatched(report_of(ada, name="Sarah Example")), replace(KNOWN, read=BadgeHolder("Ada Lovelace")))
@@ -226,6 +228,7 @@ def test_whose_badge_it_is_stands_at_the_top_by_name(ada):
     assert ada.id not in Page(page).text.split("For experts")[0]
 
 
+@pytest.mark.slow
 def test_failures_come_first_and_what_holds_is_folded(ada):
     """Catches: findings in the order of the steps, so that a revocation is the last of twelve."""
     report = mismatched(report_of(ada))
@@ -279,6 +282,7 @@ def test_other_detectors_are_told_and_are_no_part_of_the_verdict(ada):
     assert re.findall("<h1>.*</h1>", page) == re.findall("<h1>.*</h1>", plain) != []
 
 
+@pytest.mark.slow
 def test_every_reason_and_figure_is_told(ada):
     """Catches: a page that shows the verdict alone; figures of another report."""
     report = report_of(ada)
@@ -321,6 +325,7 @@ def test_a_film_without_a_badge_has_a_page_too(ada):
     assert "rolling shutter" not in parsed.text and "The law by time" not in parsed.text
 
 
+@pytest.mark.slow
 def test_one_report_makes_one_page(ada, page):
     """Catches: dates or random names in the plots, which would change the page without a change in the film."""
     assert page_of(report_of(ada)) == page
@@ -329,6 +334,7 @@ def test_one_report_makes_one_page(ada, page):
 # The files.
 
 
+@pytest.mark.slow
 def test_the_json_beside_it_is_the_contract_s(ada, tmp_path):
     """Catches: NaN; rounding apart from that of `verify --json`."""
     report = report_of(ada)
@@ -361,6 +367,7 @@ def test_a_report_is_not_overwritten_unasked(ada, tmp_path, there):
     assert Path(tmp_path / there).read_text(encoding="utf-8") != "mine"
 
 
+@pytest.mark.slow
 def test_the_signals_are_those_that_the_plots_show(ada, tmp_path):
     """Catches: a column under another's name, frames counted instead of numbered, a parallax of the wrong sign."""
     report = report_of(ada)

@@ -171,6 +171,7 @@ def test_a_recorded_call_is_judged_with_its_overlap(badge, films_of_calls, tmp_p
     assert forged.verdict == "reject" and forged.overlap.verdict == "reject"
 
 
+@pytest.mark.slow
 def test_a_film_without_a_face_is_left_open(films):
     """Catches: a film without a face that passes; `--overlap` with a pipeline that cannot test it."""
     call_of = ["verify", str(films / "genuine_1.0m.mp4"), "--badge", str(films / "badge.json"), "--overlap"]

@@ -60,6 +60,7 @@ def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
     }
 
 
+@pytest.mark.slow
 def test_the_schema_is_one():
     """Catches: a keyword misspelt so that it holds nothing."""
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
@@ -78,6 +79,7 @@ def test_every_end_of_a_verify_is_as_the_schema_says(reports):
         assert faults(report, closed) == [], name
 
 
+@pytest.mark.slow
 def test_the_contract_s_names_are_asked_for():
     """Catches: a key of the command line's contract that is renamed here and in the report alike."""
     for where, names in PROMISED.items():
@@ -86,6 +88,7 @@ def test_the_contract_s_names_are_asked_for():
     assert set(SCHEMA["$defs"]["reason"]["required"]) == {"code", "level", "measured", "limit", "unit", "text"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "value"),
     [
@@ -119,6 +122,7 @@ def test_what_is_wrong_is_refused(reports, place, value):
     assert faults(document)
 
 
+@pytest.mark.slow
 def test_the_law_is_first_of_what_is_compared(reports):
     """Catches: a table without the law, or one whose rows a program cannot find by their place."""
     for name, report in reports.items():
@@ -129,6 +133,7 @@ def test_the_law_is_first_of_what_is_compared(reports):
             assert len({one["name"] for one in table}) == len(table), name
 
 
+@pytest.mark.slow
 def test_keys_of_later_versions_are_let_through(reports):
     """Catches: a program that checks by this schema and breaks when a key is added, which a format allows."""
     document = copy.deepcopy(reports["accept"])
@@ -136,6 +141,7 @@ def test_keys_of_later_versions_are_let_through(reports):
     assert faults(document) == []
 
 
+@pytest.mark.slow
 def test_the_program_prints_it():
     """Catches: an option that asks for a film first; anything else on stdout."""
     done = CliRunner().invoke(verify_command, ["--schema"])

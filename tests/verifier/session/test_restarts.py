@@ -90,6 +90,7 @@ def test_a_long_piece_is_a_chapter_and_a_short_rest_is_named(films: Path, protot
     assert worst([*invariant_of(late.chapters).reasons, *late.restarts]) == "inconclusive"
 
 
+@pytest.mark.slow
 def test_times_that_start_anew_hide_no_drift(films: Path, prototype: Badge):
     """Catches: chapters of two seconds for whoever sets the times back, in which a slow drift is no evidence."""
     verifier = judged(films / "forged_drift_1.0m.mp4", prototype, lambda time_s: time_s % 2.0)

@@ -172,6 +172,7 @@ def test_after_a_cut_no_track_is_made_of_two_badges(with_cuts, ada):
     assert all(np.ptp(track.frame_numbers) == 5 for track in tracks)
 
 
+@pytest.mark.slow
 def test_pieces_that_were_given_up_are_judged_and_told_of(with_cuts, ada):
     """Catches: a piece that is forgotten with its tracker; one that is counted twice; a verdict on too few frames."""
     verifier = Verifier(Claim(ada, ada.id), running=False)
@@ -214,6 +215,7 @@ def quads_of(homography) -> np.ndarray:
     return cv2.perspectiveTransform(CORNERS.reshape(-1, 1, 2), homography).reshape(4, 4, 2)
 
 
+@pytest.mark.slow
 def test_markers_are_grouped_by_geometry(rng):
     """Catches: one page through the markers of two; a page of a marker twice; another's marker in the place of one."""
     one, other = seen_from(at=(330.0, 300.0)), seen_from(px_per_mm=1.3, turn_deg=-10.0, at=(820.0, 330.0))
@@ -228,6 +230,7 @@ def test_markers_are_grouped_by_geometry(rng):
         assert not same_page(*pages, CORNERS)
 
 
+@pytest.mark.slow
 def test_pairs_of_two_pages_make_no_third(rng):
     """Catches: two markers of different pages that a homography joins; a page from each pair that is left."""
     one, other = seen_from(at=(330.0, 300.0)), seen_from(at=(820.0, 330.0))
@@ -237,6 +240,7 @@ def test_pairs_of_two_pages_make_no_third(rng):
             assert same_page(page, other, CORNERS)
 
 
+@pytest.mark.slow
 def test_a_wall_of_markers_holds_nobody_up(rng):
     """Catches: work that grows with the square of the markers in a picture."""
     quads = rng.uniform(0, 1900, (400, 1, 2)) + 20.0 * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
@@ -246,6 +250,7 @@ def test_a_wall_of_markers_holds_nobody_up(rng):
     assert pages_of(np.zeros((0, 4, 2)), [], CORNERS) == []
 
 
+@pytest.mark.slow
 def test_the_finder_tells_two_pages_in_one_picture(rng):
     """Catches: the finder's scale or origin lost between search and grouping; a glance that sees nothing."""
     one, other = seen_from(px_per_mm=1.6, at=(60.0, 40.0)), seen_from(px_per_mm=1.9, at=(460.0, 60.0))

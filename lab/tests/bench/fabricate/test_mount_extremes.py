@@ -45,6 +45,7 @@ def case_named(name: str, front: str = "lens") -> MountCase:
     return next(case for case in cases() if (case.name, case.request.front) == (name, front))
 
 
+@pytest.mark.slow
 def test_every_extreme_is_whole_or_says_why_not() -> None:
     """Catches: a mount refused for the other's sake, a refusal without a reason, a case that is never checked."""
     rows = extremes(built=())
@@ -80,6 +81,7 @@ def numbers(pattern: str, text: str) -> list[float]:
     return [float(group) for group in found.groups()]
 
 
+@pytest.mark.slow
 def test_what_the_refusals_advise_does_work() -> None:
     """Catches: advice copied from another refusal, a limit rounded to the wrong side, a bound that is not the bound."""
 
@@ -107,6 +109,7 @@ def test_what_the_refusals_advise_does_work() -> None:
     assert whole(replace(case_named("kerf 5 mm"), figures=(f"kerf_mm={kerf:g}",)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap_mm", [1.5, 3.0])
 @pytest.mark.parametrize("kind", KINDS)
 def test_line_masks_have_every_mount(kind: str, gap_mm: float) -> None:
@@ -178,6 +181,7 @@ def test_springs_stay_below_the_lips_that_were_drawn_back(thick: Badge, tray: An
 # Figures by name.
 
 
+@pytest.mark.slow
 def test_figures_are_set_by_the_names_that_messages_give() -> None:
     """Catches: a figure that goes to the wrong workshop, a shared one that goes to one, insistence on what was not
     asked for."""
@@ -189,6 +193,7 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
     assert one.insisted == {"printed", "acrylic"} and mount_figures(["kerf_mm=0"]).insisted == {"acrylic"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pair", "words"),
     [
@@ -221,6 +226,7 @@ def test_figures_that_cannot_be_are_named(pair: str, words: str, ada: Badge) -> 
         plan_parts(ada, "clip", mount_figures([pair]))
 
 
+@pytest.mark.slow
 def test_a_figure_of_its_own_is_an_order(ada: Badge) -> None:
     """Catches: an acrylic stack left out although its kerf was given, a printed mount that goes with it, and a
     refusal that keeps one reason to itself."""
@@ -239,6 +245,7 @@ def test_a_figure_of_its_own_is_an_order(ada: Badge) -> None:
         plan_parts(thin, "clip", slotted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("figure", ["wall_mm=1", "printed.lip_reach_mm=0.7"])
 def test_least_figures_make_sound_solids(figure: str, tmp_path: Path) -> None:
     """Catches: a chamfer that eats the corners of a thin wall, a spring that has no room below a short lip."""
@@ -247,6 +254,7 @@ def test_least_figures_make_sound_solids(figure: str, tmp_path: Path) -> None:
     assert trimesh.load_mesh(report.stl).is_watertight
 
 
+@pytest.mark.slow
 def test_slot_narrows_with_the_board(tmp_path: Path) -> None:
     """Catches: a lanyard's tab wider than the board, or a board of 30 mm refused for a strap of 16 mm."""
     badge = design_badge(Request("Tiny", size_mm=(30.0, 40.0), range_m=(0.3, 0.5)), bytes(8))

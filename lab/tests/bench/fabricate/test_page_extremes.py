@@ -31,6 +31,7 @@ ROWS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "outcome", "words"), ROWS, ids=[row[0] for row in ROWS])
 def test_a_page_is_right_or_advice_leads_to_one_that_is(name: str, outcome: str, words: list[str]) -> None:
     """Catches: advice that is refused in its turn; edges that drift where a pitch is all but a whole number of dots;

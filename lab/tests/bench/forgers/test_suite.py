@@ -14,6 +14,7 @@ from moireid_lab.bench.forgers.forgers_suite import badge_of, film_case, run_cas
 from moireid_lab.bench.forgers.motions import one_way
 
 
+@pytest.mark.slow
 def test_every_case_can_be_filmed():
     """Catches: a case that breaks on a badge of its axes, or on a seed, after an hour of the others."""
     for axes in ("x", "xy"):
