@@ -18,7 +18,7 @@ from moireid.designer import Request, design_badge
 
 # Started in the background of a shell, a program is deaf to interrupts, and so is all that it starts; tests send some.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-#: What tests see of registries is not remembered in the home of who runs them; programs that they start inherit it.
+#: What tests see of registries is not remembered in the developer's home; programs that they start inherit it.
 SEEN = tempfile.TemporaryDirectory(prefix="moireid-seen-")
 os.environ["MOIREID_SEEN"] = f"{SEEN.name}/seen.sqlite3"
 
@@ -51,7 +51,7 @@ def ada() -> Badge:
 
 @pytest.fixture(scope="session")
 def films() -> Path:
-    """Films made outside the project: an independent tracer, true poses beside them (data/films/README.md)."""
+    """Films made outside the project: an independent tracer, with true poses (data/films/README.md)."""
     return FILMS
 
 

@@ -1,6 +1,6 @@
 """What modules load, and the maps of folders; who may import whom is checked by `make lint` (pyproject.toml).
 
-Beside each test: what it catches.
+Next to each test: what it catches.
 """
 
 from __future__ import annotations
@@ -9,8 +9,10 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
+import grimp
 import pytest
 
 import moireid
@@ -80,6 +82,13 @@ def test_the_map_of_each_folder_names_its_files() -> None:
         parts = {path.name for path in folder.glob("*.py")} - {"__init__.py"}
         parts |= {f"{path.parent.name}/" for path in folder.glob("*/__init__.py")}
         assert {part for part in parts if part not in text} == set(), folder
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """Catches: a circle that an import in a function, or one for type checkers, hides from Python."""
+    graph = grimp.build_graph("moireid", "moireid_studio", "moireid_lab", cache_dir=None)
+    needs = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+    assert len(list(TopologicalSorter(needs).static_order())) == len(needs) > 400
 
 
 def test_heavy_packages_are_imported_within_functions_only() -> None:

@@ -55,7 +55,7 @@ class Sections(click.Group):
         return [name for names in SECTIONS.values() for name in names if name in there]
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
-        """Find a command by its name.  Raises: UsageError for one whose distribution is not installed."""
+        """Find a command by its name.  Raises: MissingDistribution where its distribution is not installed."""
         if name in self.commands:
             return self.commands[name]
         for point in entry_points(group=ENTRY_POINTS, name=name):
