@@ -70,7 +70,7 @@ def fringe_signal(
     stretch = np.zeros(count, np.int64) if stretch is None else stretch
     if place_px is not None:
         none = np.zeros(count)
-        others["beyond"] = BeyondPhase(law, DepthLaw(none, none, none), none.astype(complex), place_px)
+        others["beyond"] = BeyondPhase(law, DepthLaw(none, none, none), none.astype(complex), place_px, none + 1.0 + 0j)
     return GratingSignal(
         within_stretches(np.asarray(measured, float), stretch),
         within_stretches(np.asarray(law, float), stretch),

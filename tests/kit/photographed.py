@@ -41,6 +41,7 @@ def signal(
     near: np.ndarray | None = NEAR,
     measured: np.ndarray | None = None,
     place_px: np.ndarray | None = None,
+    expected: np.ndarray | None = None,
 ) -> GratingSignal:
     """A badge's signal; unless it is given, its place in the picture tells nothing."""
     rng = np.random.default_rng(5)
@@ -49,6 +50,7 @@ def signal(
         depth or depth_of(1.0),
         np.full(FRAMES, TYPICAL) if overtone is None else overtone,
         rng.standard_normal((FRAMES, 2)) if place_px is None else place_px,
+        np.ones(FRAMES, complex) if expected is None else expected,
     )
     course = law - law.mean()
     return GratingSignal(

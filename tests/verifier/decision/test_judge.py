@@ -280,7 +280,9 @@ def test_a_badge_that_moves_unseen_is_reported_as_a_gap():
     resting = fringe_signal(0.05 * trajectory(), 0.05 * trajectory())
     for leap, codes in ((3.0, {"motion_gaps", "motion"}), (0.1, {"motion"})):
         path = np.where(np.arange(FRAMES) < FRAMES / 2, 0.0, leap)
-        leaping = replace(resting, beyond=BeyondPhase(path, depth, nothing.astype(complex), np.zeros((FRAMES, 2))))
+        leaping = replace(
+            resting, beyond=BeyondPhase(path, depth, 0j * nothing, np.zeros((FRAMES, 2)), 1 + 0j * nothing)
+        )
         outcome = judge_signals([leaping])
         assert outcome.verdict == "inconclusive" and set(failed(outcome)) == codes
 

@@ -20,12 +20,12 @@ def beyond(rng: np.random.Generator) -> BeyondPhase:
     """Of random numbers, no two alike."""
     depth = DepthLaw(rng.standard_normal(FRAMES), rng.random(FRAMES), rng.random(FRAMES))
     overtone = rng.standard_normal(FRAMES) + 1j * rng.standard_normal(FRAMES)
-    return BeyondPhase(rng.standard_normal(FRAMES), depth, overtone, rng.standard_normal((FRAMES, 2)), 0.7)
+    return BeyondPhase(rng.standard_normal(FRAMES), depth, overtone, rng.standard_normal((FRAMES, 2)), 1j * overtone)
 
 
 def series_of(beyond: BeyondPhase) -> list[np.ndarray]:
     """Every series of it, those of the depth law too."""
-    own = [getattr(beyond, field.name) for field in fields(beyond) if field.name not in ("depth", "third_share")]
+    own = [getattr(beyond, field.name) for field in fields(beyond) if field.name != "depth"]
     return [*own, *(getattr(beyond.depth, field.name) for field in fields(beyond.depth))]
 
 
@@ -41,7 +41,6 @@ def test_parts_joined_again_are_the_whole(beyond: BeyondPhase):
     assert whole is not None
     for joined, own in zip(series_of(whole), series_of(beyond), strict=True):
         assert joined.shape == own.shape and np.array_equal(joined, own)
-    assert whole.third_share == 0.7
     assert beyond.part(middle).depth.score.sum() == pytest.approx(beyond.depth.score[20:45].sum())
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from moireid.verifier.fringes.mixed_frames import places_apart_rad
 from moireid.verifier.fringes.phase import StripLaw, StripPhase, strip_shape
 
 FRAMES, SAMPLES, FRINGES = 90, 160, 3.2
@@ -46,7 +47,9 @@ def test_a_small_shift_is_left_as_slope_times_shift():
     ahead = 0.02 * np.sin(np.arange(FRAMES) / 4.0)[:, None] * np.sign(ALONG)
     turned, found = filmed(ahead=ahead)
     assert found is not None
-    assert found.left == pytest.approx(slope(turned) * ahead, abs=0.004)
+    shown = slope(turned) * ahead
+    shown -= np.outer(shown @ ALONG / (ALONG @ ALONG), ALONG)
+    assert found.left == pytest.approx(shown, abs=0.004)
 
 
 def test_what_stands_still_is_taken_away():
@@ -64,3 +67,14 @@ def test_frames_that_cannot_be_read_are_left_out():
     assert found.left.shape == found.slope.shape == found.columns[:, 0].shape == (FRAMES - 30, SAMPLES)
     assert np.abs(found.left).max() < 1e-5 and found.slope == pytest.approx(slope(turned[found.clear]), abs=1e-5)
     assert filmed(vague=slice(0, FRAMES))[1] is None
+
+
+def test_light_that_slopes_along_a_strip_moves_no_place():
+    """Catches: a glare or a lamp to one side, which comes and goes, taken for places that move apart."""
+    times = np.arange(FRAMES) / 30.0
+    sloping = 0.4 * np.sin(2 * np.pi * times)[:, None] * ALONG
+    assert places_apart_rad(filmed(added=sloping)[1], times) < 0.001
+    apart = 0.05 * np.sin(np.arange(FRAMES) / 12.0)[:, None] * np.sin(7 * ALONG)
+    for added in (0.0, sloping):
+        found = places_apart_rad(filmed(ahead=apart, added=added)[1], times)
+        assert found == pytest.approx(float(apart.std()), rel=0.25)

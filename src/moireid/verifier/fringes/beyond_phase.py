@@ -20,14 +20,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import RectBivariateSpline
 
-from moireid.badge import Cell, Lens
+from moireid.badge import Grating, Lens
+from moireid.lenticule import MAX_TANGENT, view_response
 from moireid.verifier.fringes.phase import StripLaw, StripPhase, StripShape, harmonics_of
 from moireid.verifier.fringes.sinusoid import left_of_rows
 
 Array = NDArray[np.float64]
 #: What depends on parallax is taken away as a polynomial of this degree.
 DEGREE = 3
+#: Rays across one lens for the expected third harmonic: exact to a percent.
+OVERTONE_RAYS = 128
 
 
 @dataclass(frozen=True)
@@ -92,14 +96,14 @@ def depth_law(
 class BeyondPhase:
     """law_rad (T,): predicted phase, with one constant for the whole film; depth: the spacing against distance;
     overtone (T,), complex: the third harmonic, as `StripPhase.overtone`; place_px (T, 2): of the badge's middle in the
-    picture; third_share: as of that name.
+    picture; expected (T,), complex: as `expected_overtone`.
     """
 
     law_rad: Array
     depth: DepthLaw
     overtone: NDArray[np.complex128]
     place_px: Array
-    third_share: float = 1.0
+    expected: NDArray[np.complex128]
 
     def part(self, frames: NDArray[np.int64] | slice) -> BeyondPhase:
         """The same in some frames."""
@@ -109,6 +113,7 @@ class BeyondPhase:
             depth=self.depth.part(frames),
             overtone=self.overtone[frames],
             place_px=self.place_px[frames],
+            expected=self.expected[frames],
         )
 
     def under(self, gain: float) -> BeyondPhase:
@@ -131,20 +136,49 @@ def joined_in_time(parts: Sequence[BeyondPhase | None]) -> BeyondPhase | None:
         ),
         np.concatenate([part.overtone for part in known]),
         np.concatenate([part.place_px for part in known]),
-        known[0].third_share,
+        np.concatenate([part.expected for part in known]),
     )
 
 
-def third_share(lens: Lens, cells: Sequence[Cell]) -> float:
-    """The third harmonic of a grating's lines over their first, against that of lines as wide as the gaps.
+def expected_overtone(lens: Lens, grating: Grating, tan_x: Array, tan_y: Array) -> NDArray[np.complex128]:
+    """The third harmonic that the optics let through, against that of half-wide lines seen from the front.
 
-    Source: Fourier coefficients of a rectangle of width d, sin(3 pi d) / (3 sin(pi d)), each a third where d is a half;
-        a mask's openings add a like factor.
+    Parameters
+    ----------
+    lens, grating
+        As issued.
+    tan_x, tan_y : (T,) arrays
+        Tangents of the view at the grating's middle, in its own frame; signs as in `moireid.optics`.
+
+    Returns
+    -------
+    (T,) complex array
+        In contrasts, its phase less three times the fundamental's; 1 for lines that are as wide as the gaps, from the
+        front.  From the side a sheet is out of focus, so it is smaller there, and turned.
+
+    Notes
+    -----
+    Source: the response H of the front layer to lines of the pitch and of a third of it (`lenticule.view_response`).
+    Fourier coefficients of a rectangle of width d are sin(3 pi d) / (3 sin(pi d)), a third where d is a half; a mask's
+    openings add a like factor.
     """
-    widths = [float(np.mean([cell.duty for cell in cells]))]
+    widths = [float(np.mean([cell.duty for cell in grating.cells]))]
     if lens.open_fraction is not None:
         widths.append(lens.open_fraction)
-    return float(np.prod([abs(np.sin(3 * np.pi * width) / np.sin(np.pi * width)) for width in widths]))
+    lines = float(np.prod([abs(np.sin(3 * np.pi * width) / np.sin(np.pi * width)) for width in widths]))
+    tan_x, tan_y = (np.clip(seen, -MAX_TANGENT, MAX_TANGENT) for seen in (tan_x, tan_y))
+    places = [np.linspace(seen.min() - 0.01, seen.max() + 0.01, count) for seen, count in ((tan_x, 17), (tan_y, 7))]
+    first, front = _turned_overtone(lens, grating.pitch_mm, *np.meshgrid(*places, indexing="ij")), np.zeros(1)
+    first = first / max(abs(_turned_overtone(lens, grating.pitch_mm, front, front)[0]), 1e-9)
+    parts = [RectBivariateSpline(*places, part).ev(tan_x, tan_y) for part in (first.real, first.imag)]
+    return np.asarray(lines * (parts[0] + 1j * parts[1]))
+
+
+def _turned_overtone(lens: Lens, pitch_mm: float, tan_x: Array, tan_y: Array) -> NDArray[np.complex128]:
+    """Response to a third of the pitch, turned to the fundamental's phase and over its size."""
+    first, third = (view_response(lens, pitch_mm / harmonic, tan_x, tan_y, rays=OVERTONE_RAYS) for harmonic in (1, 3))
+    size = np.maximum(np.abs(first), 1e-9)
+    return np.asarray(third * (np.conj(first) / size) ** 3 / size)
 
 
 def mean_overtone(strips: Sequence[StripPhase]) -> NDArray[np.complex128]:

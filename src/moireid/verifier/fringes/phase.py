@@ -284,8 +284,8 @@ class StripShape:
 
     clear (T,): frames whose phase is read well; columns (K, 2 + 2 HARMONICS, N): level, slope along the strip, and
     cosine and sine of each harmonic, as `fit_columns` of the shape's argument; left (K, N): what the shape leaves of
-    the brightness, without what stays still (dirt, shading, an uneven lens sheet); slope (K, N): derivative of the
-    shape by its argument, contrasts per rad.
+    the brightness, without each frame's slope and what stays still (dirt, shading, an uneven lens sheet); slope (K, N):
+    derivative of the shape by its argument, contrasts per rad.
     """
 
     clear: NDArray[np.bool_]
@@ -304,13 +304,16 @@ def strip_shape(profiles: Array, law: StripLaw, found: StripPhase) -> StripShape
     if not clear.any():
         return None
     turned = law.phase_rad(found.frequency_per_mm)[clear] + found.phase_rad[clear, None]
-    columns = fit_columns(turned.astype(np.float32), HARMONICS, level_and_slope(turned.shape[1]))
+    background = level_and_slope(turned.shape[1])
+    columns = fit_columns(turned.astype(np.float32), HARMONICS, background)
     with np.errstate(divide="ignore", invalid="ignore"):
         contrasts = (profiles[clear] - found.level[clear, None]) / found.contrast[clear, None]
     seen = np.nan_to_num(contrasts, posinf=0.0, neginf=0.0).astype(np.float32)
-    # A slope of the background is not the shape's, so it is left out here.
+    # The slope of the background is each frame's own, and not the shape's.
     together = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1)
     fringes = fit_together(together, seen.ravel(), np.arange(columns.shape[1]) != 1)
     left = seen - (fringes @ together).reshape(seen.shape)
+    sloping = background[1].astype(np.float32)
+    left -= np.outer(left @ sloping / (sloping @ sloping), sloping)
     left -= left.mean(axis=0)
     return StripShape(clear, columns, left, (slope_of(fringes) @ together).reshape(seen.shape))

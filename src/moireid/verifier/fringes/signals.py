@@ -20,7 +20,7 @@ from moireid.frames import OwnFrame, own_rect
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw, depth_law, mean_overtone, third_share
+from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw, depth_law, expected_overtone, mean_overtone
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share, places_apart_rad
 from moireid.verifier.fringes.phase import StripPhase, measure_strip, rounding_rad, strip_law, strip_shape, within_law
 from moireid.verifier.fringes.phase_coverage import SeenWay, seen_way
@@ -289,27 +289,32 @@ def _grating_signal(
         doubt=poses.doubt,
         zoom=poses.camera.zoom,
         mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
-        beyond=_beyond(own, known, track.homographies, poses.page_mm, third_share(badge.lens, grating.cells))
-        if own
-        else None,
+        beyond=_beyond(own, known, track.homographies, badge, grating, poses) if own else None,
         way=seen_way(signal.phase_rad[np.isfinite(sd)]),
     )
 
 
 def _beyond(
-    strips: list[_Strip], known: NDArray[np.bool_], homographies: Array, page_mm: Array, third: float
+    strips: list[_Strip],
+    known: NDArray[np.bool_],
+    homographies: Array,
+    badge: Badge,
+    grating: Grating,
+    poses: _Poses,
 ) -> BeyondPhase:
-    """As `GratingSignal.beyond`; known (T,): frames with a good pose; third: the grating's `third_share`."""
+    """As `GratingSignal.beyond`; known (T,): frames with a good pose."""
     depth = strips[0].depth
     for strip in strips[1:]:
         depth = depth + strip.depth
-    place = homographies @ np.append(page_mm.mean(axis=0), 1.0)
+    place = homographies @ np.append(poses.page_mm.mean(axis=0), 1.0)
+    low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
+    away = np.array([(low + high) / 2, (top + bottom) / 2]) - badge.frame_of(grating).places(poses.camera_mm[:, :2])
     return BeyondPhase(
         np.mean([strip.predicted_rad for strip in strips], axis=0),
         DepthLaw(*(np.where(known, values, 0.0) for values in (depth.score, depth.information, depth.power))),
         mean_overtone([strip.phase for strip in strips]),
         place[:, :2] / place[:, 2:],
-        third,
+        expected_overtone(badge.lens, grating, *(away / np.abs(poses.camera_mm[:, 2:])).T),
     )
 
 

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from kit.photographed import FRAMES, LAW, TYPICAL, found_in, laid_over, noise_of, signal
-from moireid.badge import Cell, Lens
+from moireid.badge import Cell, Grating, Lens
+from moireid.lenticule import view_response
 from moireid.verifier.explanations.photographs.third_harmonic import standing_still, third_harmonic_of
-from moireid.verifier.fringes.beyond_phase import third_share
+from moireid.verifier.fringes.beyond_phase import expected_overtone
 from moireid.verifier.limits import MAX_STILL_SHARE, MIN_OVERTONE_CONTRASTS
 
 ALL_ALIKE = np.ones(FRAMES)
+AS_DESIGNED = np.ones(FRAMES, complex)
 WIDE = LAW / np.ptp(LAW)
 
 
@@ -57,9 +59,9 @@ def test_a_badge_s_fringes_have_edges(range_rad):
 def test_what_turns_is_told_from_what_stands():
     """Catches: a mean in which what stands still counts, on a course too short for it to come round."""
     law = 1.5 * WIDE
-    found = third_harmonic_of(0.1 + 0.3j * np.exp(-3j * law), law, ALL_ALIKE, 1.0)
+    found = third_harmonic_of(0.1 + 0.3j * np.exp(-3j * law), law, ALL_ALIKE, AS_DESIGNED)
     assert found.size == pytest.approx(0.1, abs=1e-9) and found.still == pytest.approx(0.3, abs=1e-9)
-    assert not found.seen and third_harmonic_of(0.3 + 0.1j * np.exp(-3j * law), law, ALL_ALIKE, 1.0).seen
+    assert not found.seen and third_harmonic_of(0.3 + 0.1j * np.exp(-3j * law), law, ALL_ALIKE, AS_DESIGNED).seen
     still = standing_still(0.3j * np.exp(-3j * law), law, ALL_ALIKE, np.zeros((FRAMES, 0)), most=0.1)
     assert np.abs(still) == pytest.approx(0.1)
     assert MAX_STILL_SHARE < 1
@@ -81,13 +83,36 @@ def test_lines_of_another_width_owe_less(duty, open_fraction, expected):
     """Catches: a badge made elsewhere, of lines a third of the pitch wide, whose true films stay open for ever."""
     kind = "lenticular" if open_fraction is None else "mask"
     lens = Lens(kind, 0.508, 1.0, 1.56 if open_fraction is None else 1.0, open_fraction=open_fraction)
-    share = third_share(lens, [Cell((0, 0, 1, 1), 0.52, 0.0, duty)])
-    assert share == pytest.approx(expected, abs=1e-3)
+    share = expected_overtone(lens, lines(duty), np.zeros(FRAMES), np.zeros(FRAMES))
+    assert share == pytest.approx(np.full(FRAMES, expected), abs=1e-3)
     law = 4.0 * WIDE
     soft = noise_of(0.0001, 1)
     assert third_harmonic_of(soft, law, ALL_ALIKE, share).limit == pytest.approx(
-        MIN_OVERTONE_CONTRASTS * share, abs=1e-4
+        MIN_OVERTONE_CONTRASTS * expected, abs=1e-4
     )
+
+
+def lines(duty: float = 0.5) -> Grating:
+    return Grating((0, 0, 1, 1), "x", 0.52, "uniform", (Cell((0, 0, 1, 1), 0.52, 0.0, duty),))
+
+
+@pytest.mark.parametrize("side", [0.0, 0.4])
+def test_a_sheet_seen_from_the_side_owes_what_its_optics_let_through(side):
+    """Catches: true films from the side left open; a badge's third harmonic that turns by optics taken for a ripple."""
+    lens = Lens("lenticular", 0.508, 0.96, 1.56)
+    tangent = 0.6 + 0.15 * LAW / np.abs(LAW).max()
+    expected = expected_overtone(lens, lines(), tangent, np.full(FRAMES, side))
+    traced = [view_response(lens, 0.52 / harmonic, tangent, side) for harmonic in (1, 3)]
+    kept = np.abs(traced[1] / traced[0])
+    front = [abs(view_response(lens, 0.52 / harmonic, 0.0)) for harmonic in (1, 3)]
+    assert np.abs(expected) == pytest.approx(kept * front[0] / front[1], rel=0.03, abs=0.01)
+    assert np.abs(expected).max() < 0.9
+    seen = signal(0.2 * expected + noise_of(0.002, 1), expected=expected)
+    found = found_in(seen)
+    assert found["third_harmonic"].level == "pass" and found["waveform"].level == "pass"
+    # Photographs of that badge, superposed, owe the same share as from the front.
+    found = found_in(signal(laid_over(3, 1.0) * np.abs(expected) + noise_of(0.0005, 1), expected=expected))
+    assert found["third_harmonic"].level == "undecided"
 
 
 def test_fringes_without_a_third_harmonic_looked_for_are_not_asked_for_one():

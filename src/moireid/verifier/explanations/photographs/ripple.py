@@ -74,7 +74,9 @@ class WaveformModel:
         if signal.covariates is not None:
             near = standard(signal.covariates[self.used, 1])
             columns.append(np.column_stack([near] if short else [near, near * place, near**2]))
-        self._phase_rad, self._third_share = signal.phase_rad[self.used], beyond.third_share
+        self._phase_rad, self._expected = signal.phase_rad[self.used], beyond.expected[self.used]
+        # From the side a sheet is out of focus, by its own law.
+        columns.append(np.column_stack([standard(part) for part in (self._expected.real, self._expected.imag)]))
         self._smeared = smeared_parts(beyond.place_px, signal.stretch, signal.times_s)[self.used]
         weigh = np.sqrt(self._weight)[:, None]
         self._smooth = np.linalg.qr(weigh * np.column_stack(columns))[0]
@@ -104,7 +106,7 @@ class WaveformModel:
 
     def third_harmonic(self, overtone: Complex) -> ThirdHarmonic:
         """What of the waveform turns with the fringes."""
-        return third_harmonic_of(overtone, self._phase_rad, self._weight, self._third_share)
+        return third_harmonic_of(overtone, self._phase_rad, self._weight, self._expected)
 
     def _without_other_causes(self, overtone: Complex) -> Complex:
         """The waveform without what stays still on the badge, and as it was before a long exposure smeared it."""

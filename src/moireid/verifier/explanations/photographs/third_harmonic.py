@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 #: Errors of a harmonic last over some frames, so that so many count as one.  Set by hand.
 LASTING_FRAMES = 4
+#: Optics that let through less than this let nothing through but rounding errors.
+LEAST_EXPECTED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -68,20 +70,22 @@ class ThirdHarmonic:
         return self.surplus >= self.limit
 
 
-def third_harmonic_of(overtone: Complex, phase_rad: Array, weight: Array, third_share: float) -> ThirdHarmonic:
+def third_harmonic_of(overtone: Complex, phase_rad: Array, weight: Array, expected: Complex) -> ThirdHarmonic:
     """What of the overtone (T,) turns with the fringes.
 
-    Parameters: phase_rad (T,): the fringes' measured phase; weight (T,): of each frame; third_share: as in
-        `BeyondPhase`, by which less is asked of lines that are not half as wide as their pitch.
+    Parameters: phase_rad (T,): the fringes' measured phase; weight (T,): of each frame; expected (T,): as in
+        `BeyondPhase`; less is asked of lines that are not half as wide as their pitch, and of views from the side.
     """
     root = np.sqrt(weight)[:, None]
-    both = root * np.column_stack([np.ones(len(phase_rad)), np.exp(-3j * phase_rad)])
+    usual = float(np.average(np.abs(expected), weights=weight))
+    turning = expected / usual if usual > LEAST_EXPECTED else np.ones(len(phase_rad))
+    both = root * np.column_stack([turning, np.exp(-3j * phase_rad)])
     seen = root[:, 0] * overtone
     found, *_ = np.linalg.lstsq(both, seen, rcond=None)
     left = seen - both @ found
     noise = float(np.vdot(left, left).real) / max(len(left) - 2, 1) * LASTING_FRAMES
     variance = noise * float(np.trace(np.linalg.pinv(both.conj().T @ both)).real)
-    least = MIN_OVERTONE_CONTRASTS * min(third_share, 1.0)
+    least = MIN_OVERTONE_CONTRASTS * min(usual, 1.0)
     return ThirdHarmonic(complex(found[0]), abs(complex(found[1])), least, math.sqrt(variance))
 
 
