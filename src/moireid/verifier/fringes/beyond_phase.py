@@ -20,10 +20,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RectBivariateSpline
 
 from moireid.badge import Grating, Lens
-from moireid.lenticule import MAX_TANGENT, view_response
+from moireid.lenticule import MAX_TANGENT, between_bumps, bumps_of, view_response
 from moireid.verifier.fringes.phase import StripLaw, StripPhase, StripShape, harmonics_of
 from moireid.verifier.fringes.sinusoid import left_of_rows
 
@@ -32,6 +31,8 @@ Array = NDArray[np.float64]
 DEGREE = 3
 #: Rays across one lens for the expected third harmonic: exact to a percent.
 OVERTONE_RAYS = 128
+#: Places of its table along the sensed direction and across it; it is smooth.
+OVERTONE_PLACES = 21, 11
 
 
 @dataclass(frozen=True)
@@ -167,11 +168,20 @@ def expected_overtone(lens: Lens, grating: Grating, tan_x: Array, tan_y: Array) 
         widths.append(lens.open_fraction)
     lines = float(np.prod([abs(np.sin(3 * np.pi * width) / np.sin(np.pi * width)) for width in widths]))
     tan_x, tan_y = (np.clip(seen, -MAX_TANGENT, MAX_TANGENT) for seen in (tan_x, tan_y))
-    places = [np.linspace(seen.min() - 0.01, seen.max() + 0.01, count) for seen, count in ((tan_x, 17), (tan_y, 7))]
-    first, front = _turned_overtone(lens, grating.pitch_mm, *np.meshgrid(*places, indexing="ij")), np.zeros(1)
-    first = first / max(abs(_turned_overtone(lens, grating.pitch_mm, front, front)[0]), 1e-9)
-    parts = [RectBivariateSpline(*places, part).ev(tan_x, tan_y) for part in (first.real, first.imag)]
+    (grid_x, row), (grid_y, column) = (_places(*one) for one in zip((tan_x, tan_y), OVERTONE_PLACES, strict=True))
+    table, front = _turned_overtone(lens, grating.pitch_mm, *np.meshgrid(grid_x, grid_y, indexing="ij")), np.zeros(1)
+    table = table / max(abs(_turned_overtone(lens, grating.pitch_mm, front, front)[0]), 1e-9)
+    parts = [between_bumps(bumps_of(part), row, column) for part in (table.real, table.imag)]
     return np.asarray(lines * (parts[0] + 1j * parts[1]))
+
+
+def _places(tangents: Array, count: int) -> tuple[Array, Array]:
+    """Places of a table that covers these tangents, (count,), and where the tangents are among them, (T,).
+
+    There are two more on each side, as a spline through a table is flat at its borders.
+    """
+    low, step = float(tangents.min()) - 0.01, (float(np.ptp(tangents)) + 0.02) / (count - 5)
+    return np.asarray(low + step * (np.arange(count) - 2)), np.asarray((tangents - low) / step + 2)
 
 
 def _turned_overtone(lens: Lens, pitch_mm: float, tan_x: Array, tan_y: Array) -> NDArray[np.complex128]:
