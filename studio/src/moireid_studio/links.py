@@ -12,13 +12,12 @@ import json
 import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import (
     Column,
-    Executable,
     Integer,
     LargeBinary,
     MetaData,
@@ -31,7 +30,7 @@ from sqlalchemy import (
     update,
 )
 
-from moireid_studio.store.database import database_of
+from moireid_studio.store.database import database_of, secret_digest, utc_text
 
 FILE = "links.sqlite3"
 #: How long a link can be used, minutes; how long its result is kept, days; the most that one token may have waiting.
@@ -99,9 +98,9 @@ class OneTimeLink:
         if self.report is not None:
             return "done"
         if self.used_at is not None:
-            oldest = _text(datetime.now(UTC) - timedelta(minutes=BROKEN_MIN))
+            oldest = utc_text(-timedelta(minutes=BROKEN_MIN))
             return "broken" if self.ended_at is not None or self.used_at < oldest else "running"
-        if self.expires_at <= _text(datetime.now(UTC)):
+        if self.expires_at <= utc_text():
             return "late"
         return "opened" if self.opened_at is not None else "waiting"
 
@@ -131,25 +130,25 @@ class Links:
     ) -> tuple[str, OneTimeLink] | None:
         """A new link: its secret, which can never be shown again, and what is kept; None where too many wait."""
         self.remove_old()
-        waits = links.c.asked_by == asked_by, links.c.used_at.is_(None), links.c.expires_at > _now()
-        if self._rows(select(func.count().label("count")).where(*waits))[0]["count"] >= MOST_WAITING:
+        waits = links.c.asked_by == asked_by, links.c.used_at.is_(None), links.c.expires_at > utc_text()
+        if self._database.rows(select(func.count().label("count")).where(*waits))[0]["count"] >= MOST_WAITING:
             return None
-        secret, made = secrets.token_urlsafe(32), datetime.now(UTC)
+        secret = secrets.token_urlsafe(32)
         row: dict[str, Any] = {
             "id": secrets.token_hex(8),
-            "sha256": _hash(secret),
+            "sha256": secret_digest(secret),
             "asked_by": asked_by,
             "asks": asks,
             "claim": claim,
         }
-        row |= {"ids": int(ids), "wants_pictures": int(wants_pictures), "made_at": _text(made)}
-        self._write(insert(links).values(row | {"expires_at": _text(made + timedelta(minutes=LASTS_MIN))}))
+        row |= {"ids": int(ids), "wants_pictures": int(wants_pictures), "made_at": utc_text()}
+        self._database.change(insert(links).values(row | {"expires_at": utc_text(timedelta(minutes=LASTS_MIN))}))
         found = self.by_secret(secret)
         return None if found is None else (secret, found)
 
     def by_secret(self, secret: str) -> OneTimeLink | None:
         """The link of a secret, also a late or used one."""
-        return self._one(links.c.sha256 == _hash(secret))
+        return self._one(links.c.sha256 == secret_digest(secret))
 
     def find(self, link_id: str, asked_by: str) -> OneTimeLink | None:
         """A link by its id, for the one who asked."""
@@ -158,71 +157,52 @@ class Links:
     def of_asker(self, asked_by: str, limit: int) -> list[OneTimeLink]:
         """The links of one who asks, the newest first."""
         mine = select(links).where(links.c.asked_by == asked_by).order_by(links.c.number.desc()).limit(limit)
-        return [_link(row) for row in self._rows(mine)]
+        return [_link(row) for row in self._database.rows(mine)]
 
     def note_opened(self, link: OneTimeLink) -> None:
         """The other person has the link open; only the first time is kept."""
-        self._write(update(links).where(links.c.id == link.id, links.c.opened_at.is_(None)).values(opened_at=_now()))
+        self._database.change(
+            update(links).where(links.c.id == link.id, links.c.opened_at.is_(None)).values(opened_at=utc_text())
+        )
 
     def use(self, link: OneTimeLink, *, agreed: bool) -> bool:
         """Use the link up, if it was not used before and is not late: of two at once, one alone gets True."""
-        unused = links.c.id == link.id, links.c.used_at.is_(None), links.c.expires_at > _now()
-        return self._write(update(links).where(*unused).values(used_at=_now(), agreed=int(agreed))) == 1
+        unused = links.c.id == link.id, links.c.used_at.is_(None), links.c.expires_at > utc_text()
+        return self._database.change(update(links).where(*unused).values(used_at=utc_text(), agreed=int(agreed))) == 1
 
     def note_end(self, link: OneTimeLink, report: Mapping[str, Any] | None, kept: list[bytes]) -> None:
         """The check is over.  report: its verdict's event, None where there is none; kept: JPEGs, if both agreed."""
         text = None if report is None else json.dumps(report, ensure_ascii=False, sort_keys=True)
         running = links.c.id == link.id, links.c.ended_at.is_(None)
-        if self._write(update(links).where(*running).values(ended_at=_now(), report=text)) == 0:
+        if self._database.change(update(links).where(*running).values(ended_at=utc_text(), report=text)) == 0:
             # It was removed meanwhile, or has its end: pictures without a link would never be removed.
             return
         for number, jpeg in enumerate(kept[:MOST_PICTURES]):
-            self._write(insert(pictures).values(link=link.id, number=number, jpeg=jpeg))
+            self._database.change(insert(pictures).values(link=link.id, number=number, jpeg=jpeg))
 
     def pictures(self, link: OneTimeLink) -> list[bytes]:
         """The JPEGs that were kept of a check, in order."""
         kept = select(pictures.c.jpeg).where(pictures.c.link == link.id).order_by(pictures.c.number)
-        return [row["jpeg"] for row in self._rows(kept)]
+        return [row["jpeg"] for row in self._database.rows(kept)]
 
     def remove(self, link: OneTimeLink) -> None:
         """Remove a link with all that is kept of it; a secret that is still about opens nothing then."""
-        self._write(delete(pictures).where(pictures.c.link == link.id))
-        self._write(delete(links).where(links.c.id == link.id))
+        self._database.change(delete(pictures).where(pictures.c.link == link.id))
+        self._database.change(delete(links).where(links.c.id == link.id))
 
     def _one(self, *where: Any) -> OneTimeLink | None:
-        rows = self._rows(select(links).where(*where))
+        rows = self._database.rows(select(links).where(*where))
         return _link(rows[0]) if rows else None
 
     def remove_old(self) -> None:
         """Remove links that are older than `KEEP_DAYS`, with all that is kept of them."""
-        oldest = _text(datetime.now(UTC) - timedelta(days=KEEP_DAYS))
+        oldest = utc_text(-timedelta(days=KEEP_DAYS))
         old = select(links.c.id).where(links.c.made_at < oldest)
-        self._write(delete(pictures).where(pictures.c.link.in_(old)))
-        self._write(delete(links).where(links.c.made_at < oldest))
-
-    def _rows(self, query: Executable) -> list[dict[str, Any]]:
-        with self._database.reading() as connection:
-            return [dict(row._mapping) for row in connection.execute(query)]
-
-    def _write(self, statement: Executable) -> int:
-        """Run a statement; gives the number of rows that it changed."""
-        with self._database.writing() as connection:
-            return int(connection.execute(statement).rowcount)
+        self._database.change(delete(pictures).where(pictures.c.link.in_(old)))
+        self._database.change(delete(links).where(links.c.made_at < oldest))
 
 
 def _link(row: dict[str, Any]) -> OneTimeLink:
     values = {name: value for name, value in row.items() if name not in ("number", "sha256")}
     values |= {name: bool(row[name]) for name in ("ids", "wants_pictures")}
     return OneTimeLink(**values | {"agreed": None if row["agreed"] is None else bool(row["agreed"])})
-
-
-def _hash(secret: str) -> str:
-    return hashlib.sha256(secret.encode("utf-8", "surrogatepass")).hexdigest()
-
-
-def _now() -> str:
-    return _text(datetime.now(UTC))
-
-
-def _text(moment: datetime) -> str:
-    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")

@@ -10,19 +10,17 @@ token: signing out ends that session, so what was in its cookie opens nothing an
 
 from __future__ import annotations
 
-import hashlib
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from sqlalchemy import (
     Column,
     Connection,
-    Executable,
     MetaData,
     Table,
     Text,
@@ -35,7 +33,7 @@ from sqlalchemy import (
 )
 
 from moireid.errors import SpecError
-from moireid_studio.store.database import database_of
+from moireid_studio.store.database import database_of, secret_digest, utc_text
 
 metadata = MetaData()
 tokens = Table(
@@ -95,7 +93,7 @@ class Tokens:
         """
         self.path = folder / "tokens.sqlite3"
         self._database = database_of(folder, self.path.name, state)
-        self._database.make(metadata, lambda connection: bring_up(connection, _after(timedelta(days=DEFAULT_DAYS))))
+        self._database.make(metadata, lambda connection: bring_up(connection, utc_text(timedelta(days=DEFAULT_DAYS))))
 
     def close(self) -> None:
         """Close the connections."""
@@ -115,39 +113,43 @@ class Tokens:
         if not 0 < days <= MOST_DAYS:
             raise SpecError(f"a token cannot last {days:g} days; give more than 0 and at most {MOST_DAYS:g}")
         secret = PREFIX + secrets.token_urlsafe(32)
-        row: dict[str, Any] = {"sha256": _hash(secret), "role": role, "note": note, "made_at": _after(timedelta())}
-        row |= {"expires_at": _after(timedelta(days=days)), "revoked_at": None}
-        self._write(insert(tokens).values(row))
+        row: dict[str, Any] = {"sha256": secret_digest(secret), "role": role, "note": note, "made_at": utc_text()}
+        row |= {"expires_at": utc_text(timedelta(days=days)), "revoked_at": None}
+        self._database.change(insert(tokens).values(row))
         return secret, _token(row)
 
     def find(self, secret: str) -> Token | None:
         """The token that is shown, unless it is unknown, has expired or was revoked."""
-        return self._valid(_hash(secret))
+        return self._valid(secret_digest(secret))
 
     def begin_session(self, secret: str) -> str | None:
         """A session for a browser that shows a token: the secret for its cookie; None where the token is not valid."""
         if self.find(secret) is None:
             return None
-        session, now = PREFIX + secrets.token_urlsafe(32), _after(timedelta())
+        session, now = PREFIX + secrets.token_urlsafe(32), utc_text()
         # Those that have ended are of no use.
-        self._write(delete(sessions).where(sessions.c.expires_at <= now))
-        row = {"sha256": _hash(session), "token": _hash(secret), "expires_at": _after(timedelta(hours=SESSION_H))}
-        self._write(insert(sessions).values(row))
+        self._database.change(delete(sessions).where(sessions.c.expires_at <= now))
+        row = {
+            "sha256": secret_digest(session),
+            "token": secret_digest(secret),
+            "expires_at": utc_text(timedelta(hours=SESSION_H)),
+        }
+        self._database.change(insert(sessions).values(row))
         return session
 
     def of_session(self, session: str) -> Token | None:
         """The token that a session was begun with, as long as both last."""
-        still = sessions.c.expires_at > _after(timedelta())
-        rows = self._rows(select(sessions.c.token).where(sessions.c.sha256 == _hash(session), still))
+        still = sessions.c.expires_at > utc_text()
+        rows = self._database.rows(select(sessions.c.token).where(sessions.c.sha256 == secret_digest(session), still))
         return self._valid(rows[0]["token"]) if rows else None
 
     def end_session(self, session: str) -> None:
         """End a session, for good; one that is none is left alone."""
-        self._write(delete(sessions).where(sessions.c.sha256 == _hash(session)))
+        self._database.change(delete(sessions).where(sessions.c.sha256 == secret_digest(session)))
 
     def all(self) -> list[Token]:
         """All tokens, expired and revoked ones too, oldest first."""
-        return [_token(row) for row in self._rows(select(tokens).order_by(tokens.c.made_at, tokens.c.sha256))]
+        return [_token(row) for row in self._database.rows(select(tokens).order_by(tokens.c.made_at, tokens.c.sha256))]
 
     def revoke(self, token_id: str) -> Token:
         """Revoke a token by its id, for good; again changes nothing.  Raises: SpecError where there is none."""
@@ -156,21 +158,13 @@ class Tokens:
             raise SpecError(f"no token has the id {token_id[:40]!r}; `moireid token list` shows them")
         if found[0].revoked_at is None:
             same = tokens.c.sha256.startswith(found[0].id, autoescape=True)
-            self._write(update(tokens).where(same).values(revoked_at=_after(timedelta())))
+            self._database.change(update(tokens).where(same).values(revoked_at=utc_text()))
         return next(token for token in self.all() if token.id == found[0].id)
 
     def _valid(self, sha256: str) -> Token | None:
-        still = tokens.c.expires_at > _after(timedelta()), tokens.c.revoked_at.is_(None)
-        rows = self._rows(select(tokens).where(tokens.c.sha256 == sha256, *still))
+        still = tokens.c.expires_at > utc_text(), tokens.c.revoked_at.is_(None)
+        rows = self._database.rows(select(tokens).where(tokens.c.sha256 == sha256, *still))
         return _token(rows[0]) if rows else None
-
-    def _rows(self, query: Executable) -> list[dict[str, Any]]:
-        with self._database.reading() as connection:
-            return [dict(row._mapping) for row in connection.execute(query)]
-
-    def _write(self, statement: Executable) -> None:
-        with self._database.writing() as connection:
-            connection.execute(statement)
 
 
 @contextmanager
@@ -189,12 +183,3 @@ def _token(row: dict[str, Any]) -> Token:
     return Token(
         row["sha256"][:ID_DIGITS], row["role"], row["note"], row["made_at"], row["expires_at"], row["revoked_at"]
     )
-
-
-def _hash(secret: str) -> str:
-    return hashlib.sha256(secret.encode("utf-8", "surrogatepass")).hexdigest()
-
-
-def _after(wait: timedelta) -> str:
-    """Now, or so long after it; as text, whose order is that of time."""
-    return (datetime.now(UTC) + wait).strftime("%Y-%m-%dT%H:%M:%SZ")

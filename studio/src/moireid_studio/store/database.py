@@ -6,13 +6,15 @@ away is no verdict on a film: a worker waits for it, and a visitor is asked to c
 
 from __future__ import annotations
 
+import hashlib
 import os
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from sqlalchemy import (
     BigInteger,
@@ -20,6 +22,7 @@ from sqlalchemy import (
     ColumnElement,
     Connection,
     Engine,
+    Executable,
     Float,
     Index,
     Integer,
@@ -93,6 +96,16 @@ class Database:
         with self.translated(), self.engine.connect() as connection:
             yield connection
 
+    def rows(self, query: Executable) -> list[dict[str, Any]]:
+        """The rows of a query, by the names of their columns."""
+        with self.reading() as connection:
+            return [dict(row) for row in connection.execute(query).mappings()]
+
+    def change(self, statement: Executable) -> int:
+        """Run a statement in a transaction of its own; returns how many rows it changed."""
+        with self.writing() as connection:
+            return connection.execute(statement).rowcount
+
     @contextmanager
     def translated(self) -> Iterator[None]:
         """Turn what SQLAlchemy raises into a RegistryError of one sentence, an `Away` where it may come back."""
@@ -149,6 +162,16 @@ def database_of(folder: Path, name: str, state: str | None, *, log: bool = False
     except OSError as error:
         raise RegistryError(f"{path} cannot be used ({error.strerror}); give another folder with --data") from error
     return Database(URL.create("sqlite", database=str(path)), log=log)
+
+
+def utc_text(wait: timedelta = timedelta()) -> str:
+    """Now, or so long after it, as ISO 8601 in UTC: text, whose order is that of time."""
+    return (datetime.now(UTC) + wait).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def secret_digest(secret: str) -> str:
+    """What is kept of a secret of 256 random bits: its SHA-256, as no one can guess so many."""
+    return hashlib.sha256(secret.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def is_away(error: BaseException | None) -> bool:

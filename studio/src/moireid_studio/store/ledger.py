@@ -74,10 +74,9 @@ class Ledger:
         does not keep the others waiting.
         """
         free = and_(self._free(), jobs.c.lane.in_(lanes))
-        with self.database.reading() as connection:
-            # Most looks find nothing, and need no lock.
-            if connection.execute(select(jobs.c.id).where(free).limit(1)).first() is None:
-                return None
+        # Most looks find nothing, and need no lock.
+        if not self.database.rows(select(jobs.c.id).where(free).limit(1)):
+            return None
         order = (case((jobs.c.lane == "issue", 0), else_=1), jobs.c.turn, jobs.c.made, jobs.c.id)
         next_one = select(jobs).where(free).order_by(*order).limit(1).with_for_update(skip_locked=True)
         with self.database.writing() as connection:
@@ -147,40 +146,30 @@ class Ledger:
 
     def states(self, ids: Iterable[str]) -> dict[str, State]:
         """The states of those among these jobs that are there."""
-        with self.database.reading() as connection:
-            rows = connection.execute(select(jobs.c.id, jobs.c.state).where(jobs.c.id.in_(list(ids))))
-            return {row.id: row.state for row in rows}
+        query = select(jobs.c.id, jobs.c.state).where(jobs.c.id.in_(list(ids)))
+        return {row["id"]: row["state"] for row in self.database.rows(query)}
 
     def remove(self, job_id: str) -> None:
         """Forget a job; a process that works on it finds out."""
-        with self.database.writing() as connection:
-            connection.execute(delete(jobs).where(jobs.c.id == job_id))
+        self.database.change(delete(jobs).where(jobs.c.id == job_id))
 
     def over(self) -> list[tuple[str, str, float]]:
         """Jobs that have ended, the newest first: id, owner, and s since then."""
         age = (self.database.now - jobs.c.ended).label("age")
         query = select(jobs.c.id, jobs.c.owner, age).where(jobs.c.state.in_(("done", "failed"))).order_by(age)
-        with self.database.reading() as connection:
-            return [(row.id, row.owner, float(row.age or 0.0)) for row in connection.execute(query)]
+        return [(row["id"], row["owner"], float(row["age"] or 0.0)) for row in self.database.rows(query)]
 
     def counts(self) -> dict[str, float]:
         """How many jobs there are in each state."""
-        with self.database.reading() as connection:
-            rows = connection.execute(select(jobs.c.state, func.count().label("many")).group_by(jobs.c.state))
-            found = {row.state: int(row.many) for row in rows}
+        query = select(jobs.c.state, func.count().label("many")).group_by(jobs.c.state)
+        found = {row["state"]: int(row["many"]) for row in self.database.rows(query)}
         return {state: found.get(state, 0) for state in STATES}
-
-    def waiting(self, lane: Lane) -> int:
-        """How many jobs of a lane could be taken now."""
-        with self.database.reading() as connection:
-            query = select(func.count()).select_from(jobs).where(self._free(), jobs.c.lane == lane)
-            return connection.execute(query).scalar_one()
 
     def stored(self) -> dict[str, int]:
         """Bytes of films that are stored, by owner."""
-        query = select(jobs.c.owner, func.sum(jobs.c.bytes)).where(jobs.c.bytes > 0).group_by(jobs.c.owner)
-        with self.database.reading() as connection:
-            return {owner: int(size) for owner, size in connection.execute(query)}
+        size = func.sum(jobs.c.bytes).label("size")
+        query = select(jobs.c.owner, size).where(jobs.c.bytes > 0).group_by(jobs.c.owner)
+        return {row["owner"]: int(row["size"]) for row in self.database.rows(query)}
 
     def drop_film(self, job: Job) -> None:
         """A job's film is stored no more, but only so many bytes."""
@@ -209,12 +198,10 @@ class Ledger:
         return self.database.now + seconds
 
     def _change(self, where: ColumnElement[bool], values: Mapping[str, Any]) -> bool:
-        with self.database.writing() as connection:
-            return connection.execute(update(jobs).where(where).values(dict(values))).rowcount > 0
+        return self.database.change(update(jobs).where(where).values(dict(values))) > 0
 
     def _find(self, where: ColumnElement[bool]) -> list[Job]:
-        with self.database.reading() as connection:
-            return [job_of(dict(row), self._folder) for row in connection.execute(select(jobs).where(where)).mappings()]
+        return [job_of(row, self._folder) for row in self.database.rows(select(jobs).where(where))]
 
 
 def _held(connection: Connection) -> list[JobCounts]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 
 from moireid import __version__
 from moireid.provenance import Standing
-from moireid_studio.store.database import database_of
+from moireid_studio.store.database import database_of, utc_text
 from moireid_studio.store.job import Job
 
 FILE = "verdicts.sqlite3"
@@ -100,7 +100,7 @@ class Verdicts:
         if self._keep_days == 0:
             return
         insert = postgresql.insert if self._database.shared else sqlite.insert
-        new = insert(verdicts).values(given | {"at": _text(datetime.now(UTC))})
+        new = insert(verdicts).values(given | {"at": utc_text()})
         with self._database.writing() as connection:
             connection.execute(new.on_conflict_do_nothing(index_elements=["job"]))
             self._remove_old(connection)
@@ -129,12 +129,11 @@ class Verdicts:
         )
         query = query if before is None else query.where(verdicts.c.number < before)
         query = query if since is None else query.where(verdicts.c.at >= since)
-        with self._database.reading() as connection:
-            return [StoredVerdict(**row._mapping) for row in connection.execute(query)]
+        return [StoredVerdict(**row) for row in self._database.rows(query)]
 
     def _remove_old(self, connection: Connection) -> None:
         if self._keep_days is not None:
-            oldest = _text(datetime.now(UTC) - timedelta(days=self._keep_days))
+            oldest = utc_text(-timedelta(days=self._keep_days))
             connection.execute(delete(verdicts).where(verdicts.c.at < oldest))
 
 
@@ -152,7 +151,3 @@ def said(result: Mapping[str, Any]) -> dict[str, Any]:
     read = result.get("found_id") or (identity.get("decoded_id") if isinstance(identity, Mapping) else None)
     known = isinstance(read, str) and _ID.fullmatch(read)
     return {"verdict": word if word in WORDS else "unknown", "read": read if known else None}
-
-
-def _text(moment: datetime) -> str:
-    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
