@@ -29,7 +29,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
         *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "serve"),
     ),
     "Lens sheets": ("pitch-test", "calibrate"),
-    "The registry, and access to the studio": ("registry", "token", "verdicts"),
+    "The registry, and access to the studio": ("registry", "token", "verdicts", "worker"),
     "Many films at once": ("film-set", "generator-kit", "evaluate"),
     "The figures that this project states": ("bench",),
 }
@@ -40,7 +40,7 @@ OWN = (
 )
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {
-    **dict.fromkeys(("serve", "token", "verdicts", "watch"), "moireid-studio"),
+    **dict.fromkeys(("serve", "token", "verdicts", "watch", "worker"), "moireid-studio"),
     **dict.fromkeys(("bench", "evaluate", "film-set", "generator-kit"), "moireid-lab"),
 }
 ENTRY_POINTS = "moireid.commands"

@@ -22,12 +22,11 @@ from moireid_studio.api import registry_api as registry_api
 from moireid_studio.api import verdicts_api as verdicts_api
 from moireid_studio.api.schema import describe
 from moireid_studio.auth.guard import Guard, anyone
-from moireid_studio.http.connections import ConnectionGuard
+from moireid_studio.http.connections import ConnectionLimits
 from moireid_studio.http.logs import note_request
 from moireid_studio.http.metrics import Gauge, RequestMetrics
 from moireid_studio.live import link_check, link_pages
 from moireid_studio.live import routes as live
-from moireid_studio.live.sockets import sessions_of
 from moireid_studio.pages import enroll as enroll_pages
 from moireid_studio.pages import home as home_pages
 from moireid_studio.pages import issue_pages as issue_pages
@@ -98,7 +97,7 @@ def create_app(settings: Settings) -> FastAPI:
         # Otherwise it would redirect to any Host that a request names.
         redirect_slashes=False,
     )
-    app.state.studio, app.state.door = studio, ConnectionGuard()
+    app.state.studio, app.state.connections = studio, ConnectionLimits()
     studio.metrics.watch(_gauges(app, studio))
     app.add_middleware(Guard, loopback_only=not settings.auth)
     app.add_middleware(RequestMetrics, metrics=studio.metrics, note=note_request)
@@ -112,13 +111,13 @@ def create_app(settings: Settings) -> FastAPI:
 
 def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
     """What is asked for when the figures are read."""
-    door: ConnectionGuard = app.state.door
+    connections: ConnectionLimits = app.state.connections
     return [
         ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),
         ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),
-        ("moireid_connections", "Connections by what they do.", "state", door.counts),
-        ("moireid_turned_away", "Connections that had to go for others.", "", lambda: {"": door.turned_away}),
-        ("moireid_live_sessions", "Live checks that go on.", "", lambda: {"": sessions_of(studio).total()}),
+        ("moireid_connections", "Connections of HTTP.", "", lambda: {"": connections.held.total()}),
+        ("moireid_turned_away", "Connections that were refused.", "", lambda: {"": connections.turned_away}),
+        ("moireid_live_sessions", "Live checks that go on.", "", lambda: {"": studio.live_sessions.total()}),
     ]
 
 

@@ -17,13 +17,13 @@ class Limits:
     """What one visitor, and all of them together, may ask of the machine.
 
     upload_bytes: of one film; form_bytes: of all other fields of a form; picture_bytes, pictures_bytes: of one logo or
-    portrait, and of all that come with one form; idle_s, upload_s: an upload is ended when it
-    sends nothing for idle_s, or takes longer than upload_s; uploads: most films on their way; workers: films judged at
-    a time; waiting: most jobs that wait, more are refused; job_s: wall time of one job; memory_bytes: private memory of
-    one job; disk_bytes: of all films and results, half of it for one owner; keep_s: how long results are kept; stop_s:
-    how long a job may go on once the studio stops, before it is given back; kept: how many results are kept for one
-    owner; requests_a_minute, uploads_a_minute: of one token, issuers may upload twice
-    as often.
+    portrait, and of all that come with one form; idle_s, upload_s: an upload is ended when it sends nothing for idle_s,
+    or takes longer than upload_s; uploads: most films on their way; workers: films judged at a time, 0 where `moireid
+    worker` judges them elsewhere; waiting: most jobs that wait, more are refused; job_s: wall time of one job;
+    memory_bytes: private memory of one job; disk_bytes: of all films and results, half of it for one owner; keep_s: how
+    long results are kept; stop_s: how long a job may go on once the studio stops, before it is given back; kept: how
+    many results are kept for one owner; requests_a_minute, uploads_a_minute: of one token, issuers may upload twice as
+    often.
     """
 
     upload_bytes: int = 512 << 20
@@ -53,7 +53,7 @@ class Settings:
     trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
     keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
     jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec
-    address, None for the folder; scheduler: of a Dask deployment that judges films, None where this studio does.
+    address, None for the folder.
     """
 
     registry_url: str | None = None
@@ -64,7 +64,6 @@ class Settings:
     keep_verdicts_days: float = KEEP_VERDICTS_DAYS
     state: str | None = None
     storage: str | None = None
-    scheduler: str | None = None
 
 
 def default_data() -> Path:

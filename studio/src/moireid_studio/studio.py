@@ -6,6 +6,7 @@ import fcntl
 import logging
 import threading
 import time
+from collections import Counter
 from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import Any
@@ -17,11 +18,9 @@ from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.engine import read_url
 from moireid.registry.signing.client import signer_address
-from moireid.result_cache import program_digest
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.claims import prepared
-from moireid_studio.jobs.cluster import Dispatcher, Parcel
 from moireid_studio.jobs.queue import Jobs
 from moireid_studio.links import Links
 from moireid_studio.problems import Refusal, plain
@@ -42,10 +41,12 @@ class Studio:
         """The default registry is made where it is absent; one that is named must be there.
 
         Raises: RegistryError where the registry is absent, was put back or is another authority's, or the studio's
-            folder cannot be used; SpecError where another studio uses that folder.
+            folder cannot be used; SpecError where another studio uses that folder, or no one would judge films.
         """
         self.settings, self._auditing, self.metrics = settings, threading.Lock(), Metrics()
         self._needs: tuple[float, dict[str, bool]] = (-NEEDS_S, {})
+        #: Live checks that go on, by token; and WebSockets that have not said what they ask, by address.
+        self.live_sessions, self.silent_sockets = Counter[str](), Counter[str]()
         with ExitStack() as undo:
             self.registry: Registry = undo.enter_context(
                 open_registry(settings.registry_url, create=settings.registry_url is None)
@@ -59,11 +60,15 @@ class Studio:
             self.links = Links(settings.data, settings.state)
             undo.callback(self.links.close)
             self.jobs = self._jobs(undo)
-            self._dispatcher = self._cluster()
             self._open = undo.pop_all()
 
     def _jobs(self, undo: ExitStack) -> Jobs:
         settings, folder = self.settings, (self.settings.data / "jobs").absolute()
+        if not settings.limits.workers and (settings.state is None or settings.storage is None):
+            raise SpecError(
+                "no worker elsewhere reaches a file of this studio; give --state and --registry on PostgreSQL, and "
+                "--storage, or let it judge films itself with --workers"
+            )
         database = database_of(settings.data, "jobs.sqlite3", settings.state, log=True)
         undo.callback(database.close)
         return Jobs(
@@ -76,31 +81,6 @@ class Studio:
             registry=self.registry,
             metrics=self.metrics,
         )
-
-    def _cluster(self) -> Dispatcher | None:
-        """What hands films to the workers of a scheduler; None where this studio judges them.
-
-        Raises: SpecError where workers elsewhere could not reach registry, database or films; MissingExtraError.
-        """
-        given = self.settings
-        if given.scheduler is None:
-            return None
-        url = read_url(given.registry_url or default_url())
-        if given.state is None or given.storage is None or url.get_backend_name() == "sqlite":
-            raise SpecError(
-                "workers of a scheduler reach no file of this studio; give --state and --registry on PostgreSQL, and "
-                "--storage"
-            )
-        parcel = Parcel(
-            url.render_as_string(hide_password=False),
-            given.state,
-            given.storage,
-            given.trust,
-            given.keep_verdicts_days,
-            given.limits,
-            program_digest(),
-        )
-        return Dispatcher(given.scheduler, parcel, self.jobs.ledger)
 
     @property
     def for_children(self) -> dict[str, str | None]:
@@ -120,9 +100,6 @@ class Studio:
 
     def _look(self) -> dict[str, bool]:
         needs = self.jobs.check() | {"registry": True}
-        if self._dispatcher is not None:
-            # Films may come while no scheduler answers: they wait.
-            needs["scheduler"] = self._dispatcher.connected
         try:
             self.registry.count()
         except RegistryError:
@@ -169,14 +146,10 @@ class Studio:
 
     def start(self) -> None:
         """Begin to work.  Raises: RegistryError where the database cannot be used."""
-        self.jobs.start(judging=self._dispatcher is None)
-        if self._dispatcher is not None:
-            self._dispatcher.start()
+        self.jobs.start()
 
     def stop(self) -> None:
         """End the work; what is not done waits for the next studio that starts."""
-        if self._dispatcher is not None:
-            self._dispatcher.stop()
         self.jobs.stop()
 
     def close(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import copy
 import json
 import threading
@@ -22,6 +23,16 @@ from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
 
 
+def ended(jobs: Jobs, job: Job) -> None:
+    """Wait for the end of a job."""
+
+    async def last() -> None:
+        async with asyncio.timeout(60):
+            assert [now async for now in jobs.changes(job)][-1].over
+
+    asyncio.run(last())
+
+
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., tuple[Job, Jobs]]]:
     """Does one job with a work of `kit.hostile_work`; the studio has two workers."""
@@ -36,7 +47,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..
         job = made[-1].admit(kind, "somebody")
         (job.folder / "film.mp4").write_bytes(b"film")
         made[-1].submit(job, job.folder / "film.mp4")
-        made[-1].end_of(job).result(60)
+        ended(made[-1], job)
         return made[-1].find(job.id, "somebody"), made[-1]
 
     yield one

@@ -82,8 +82,8 @@ def test_studios_that_share_database_and_storage_work_as_one(
     films = tmp_path / "storage"
     with running_server() as server:
         shared: dict[str, Any] = {"state": server.fresh(), "storage": films.as_uri()}
-        with studio(tmp_path, ada, work=False, data="one", **shared) as one:
-            one.studio.jobs.start(judging=False)
+        with studio(tmp_path, ada, work=False, data="one", workers=0, **shared) as one:
+            one.studio.jobs.start()
             job_id = begun(one, form)
             assert [path.name for path in films.rglob("*") if path.is_file()] == ["film.mp4"] and one.left() == []
             with studio(tmp_path, ada, data="two", **shared) as two:

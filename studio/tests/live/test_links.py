@@ -8,6 +8,7 @@ import re
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -23,7 +24,16 @@ from kit.webbing import Visit, studio
 from moireid.badge import Badge
 from moireid_studio import links
 from moireid_studio.http.server import _server_of
-from moireid_studio.live.sockets import CLOCK, MOST_BYTES, SessionRequest, _headline
+from moireid_studio.live.sockets import (
+    ASK_S,
+    CLOCK,
+    IDLE_S,
+    MOST_BYTES,
+    MOST_SILENT,
+    MOST_SILENT_OF_ONE,
+    SessionRequest,
+    _headline,
+)
 
 ORIGIN = {"origin": "http://studio.test", "host": "studio.test"}
 SECRET = re.compile(r"/check#([\w-]{43})")
@@ -252,13 +262,31 @@ def test_who_has_a_link_learns_nobody_else_s_badge(asker: Asker, monkeypatch: py
 
 
 def test_strangers_fill_neither_the_memory_nor_all_connections(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: messages of 16 MB, as servers take unasked; sockets without a word, which no request pushes out."""
+    """Catches: messages of 16 MB, as servers take unasked; sockets without a word that no one ends; a place in memory
+    for each address that ever came.
+    """
     assert MOST_BYTES + CLOCK.size < _server_of(asker.visit.app).config.ws_max_size < 4 * MOST_BYTES
-    monkeypatch.setattr("moireid_studio.live.sockets.MOST_SILENT", 1)
+    monkeypatch.setattr("moireid_studio.live.sockets.MOST_SILENT_OF_ONE", 1)
+    monkeypatch.setattr("moireid_studio.live.sockets.ASK_S", 0.5)
     path = "/check/socket"
     with asker.client.websocket_connect(path, headers=ORIGIN) as silent:
         with asker.client.websocket_connect(path, headers=ORIGIN) as second:
             assert "running" in second.receive_json()["text"]
-        silent.send_json({"token": ""})
-        assert "none of this studio" in silent.receive_json()["text"]
+        assert "come to its end" in silent.receive_json()["text"]
     assert "none of this studio" in asker.check("")["text"]
+    assert not asker.visit.studio.silent_sockets
+
+
+def test_silent_sockets_of_one_address_stop_no_one_else_s_check(asker: Asker) -> None:
+    """Catches: one pool of silent sockets for all, which someone without a token fills, so that no check begins."""
+    path = "/check/socket"
+    flood = TestClient(asker.visit.app, base_url="http://studio.test", client=("203.0.113.9", 50000))
+    with ExitStack() as held:
+        sockets = [held.enter_context(flood.websocket_connect(path, headers=ORIGIN)) for _ in range(MOST_SILENT_OF_ONE)]
+        with flood.websocket_connect(path, headers=ORIGIN) as one_more:
+            assert "running" in one_more.receive_json()["text"]
+        assert "none of this studio" in asker.check("")["text"]
+        for one in sockets:
+            one.send_json({"token": ""})
+            assert "none of this studio" in one.receive_json()["text"]
+    assert MOST_SILENT >= 100 * MOST_SILENT_OF_ONE and ASK_S < IDLE_S

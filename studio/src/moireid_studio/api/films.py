@@ -5,7 +5,6 @@ Under /api an error is `{"code", "text"}`.  A verdict is not an error: for a rej
 
 from __future__ import annotations
 
-import asyncio
 import io
 import json
 import zipfile
@@ -110,13 +109,12 @@ async def _result(request: Request, visitor: Visitor, kind: str) -> Response:
     jobs = studio_of(request).jobs
     job = await start_job(request, visitor, kind=kind, report=False)
     try:
-        await asyncio.wrap_future(await run_in_threadpool(jobs.end_of, job))
-        ended = await run_in_threadpool(jobs.ledger.find, job.id)
+        ended = [now async for now in jobs.changes(job)][-1]
     finally:
         with anyio.CancelScope(shield=True):
             await run_in_threadpool(jobs.remove, job)
-    if ended is None or ended.result is None:
-        code, text = (ended.problem if ended else None) or STOPPED
+    if ended.result is None:
+        code, text = ended.problem or STOPPED
         raise Refusal(503 if code in OUR_FAULT else 422, code, text)
     return JSONResponse(ended.result)
 

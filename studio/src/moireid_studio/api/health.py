@@ -30,8 +30,7 @@ async def alive() -> dict[str, str]:
 def ready(request: Request) -> Response:
     """Whether this studio can take work now: registry, database and storage answer, and it is not being stopped."""
     needs = studio_of(request).needs()
-    # Without a scheduler films still come in, and wait.
-    answer = Readiness(ready=all(here for name, here in needs.items() if name != "scheduler"), needs=needs)
+    answer = Readiness(ready=all(needs.values()), needs=needs)
     return JSONResponse(answer.model_dump(), 200 if answer.ready else 503)
 
 

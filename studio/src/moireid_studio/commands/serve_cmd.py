@@ -29,6 +29,29 @@ state_option = click.option(
     "the same one work as one.",
 )
 
+keep_verdicts_option = click.option(
+    "--keep-verdicts",
+    "keep_verdicts",
+    type=FiniteRange(0, 36500),
+    default=365.0,
+    show_default=True,
+    metavar="DAYS",
+    help="How long it is kept which verdicts were given to whom; 0 keeps none.",
+)
+log_option = click.option(
+    "--log",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
+    "names a person, a film or a token.",
+)
+storage_option = click.option(
+    "--storage",
+    metavar="URL",
+    help="Where films wait and reports are kept, in place of the folder: an address such as s3://bucket/films.",
+)
+
 
 @click.command("serve")
 @click.option("--host", default="127.0.0.1", metavar="ADDRESS", show_default=True, help="The address to listen on.")
@@ -42,15 +65,7 @@ state_option = click.option(
 )
 @registry_option
 @trust_option
-@click.option(
-    "--keep-verdicts",
-    "keep_verdicts",
-    type=FiniteRange(0, 36500),
-    default=365.0,
-    show_default=True,
-    metavar="DAYS",
-    help="How long it is kept which verdicts were given to whom; 0 keeps none.",
-)
+@keep_verdicts_option
 @click.option(
     "--keep-days",
     type=FiniteRange(0.001, 3650),
@@ -76,25 +91,19 @@ state_option = click.option(
     metavar="NUMBER",
     help="Films that one token of a verifier may send in a minute; others may send twice as many.",
 )
-@click.option(
-    "--log",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
-    "names a person, a film or a token.",
-)
+@log_option
 @state_option
+@storage_option
 @click.option(
-    "--storage",
-    metavar="URL",
-    help="Where films wait and reports are kept, in place of the folder: an address such as s3://bucket/films.",
+    "--workers",
+    type=click.IntRange(0, 256),
+    default=2,
+    show_default=True,
+    metavar="NUMBER",
+    help="Films that this studio judges at a time; 0 leaves all to `moireid worker` on other machines, with --state "
+    "and --storage.",
 )
-@click.option(
-    "--scheduler",
-    metavar="ADDRESS",
-    help="Let the workers of this Dask scheduler judge films, in place of this machine; with --state and --storage.",
-)
+@click.option("--scheduler", hidden=True, help="Of older versions: a Dask scheduler.")
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
 @friendly
@@ -110,6 +119,7 @@ def serve_command(
     log: str,
     state: str | None,
     storage: str | None,
+    workers: int,
     scheduler: str | None,
     no_auth: bool,
     data: Path | None,
@@ -132,19 +142,16 @@ def serve_command(
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
-    limits = Limits(keep_s=keep_days * 86400, disk_bytes=int(disk_gb * 1e9), uploads_a_minute=uploads_per_minute)
-    folder = data or default_data()
-    settings = Settings(
-        registry_url,
-        folder,
-        not no_auth,
-        limits,
-        trust,
-        keep_verdicts,
-        state=state,
-        storage=storage,
-        scheduler=scheduler,
+    if scheduler is not None:
+        say("note: --scheduler is of older versions; this studio judges films, as `moireid worker` does elsewhere")
+    limits = Limits(
+        keep_s=keep_days * 86400,
+        disk_bytes=int(disk_gb * 1e9),
+        uploads_a_minute=uploads_per_minute,
+        workers=workers,
     )
+    folder = data or default_data()
+    settings = Settings(registry_url, folder, not no_auth, limits, trust, keep_verdicts, state=state, storage=storage)
     ask_for_files()
     with _signing():
         made = registry_url is None and not _default_is_there()

@@ -1,28 +1,29 @@
-"""Connections: a limit on how many there are, and an end to those that stay silent.
+"""Connections: how many there may be, and how soon each must ask for something.
 
-A connection costs its sender nothing.  Where all are taken, one that has not sent a whole request must go: first the
-one that has been silent longest, then the one whose request comes slowest.  So a client that sends a request gets in,
-however many wait in silence.
+A proxy in front of a studio (`deploy/Caddyfile`) takes silent and slow visitors on itself.  A studio without one keeps
+what follows: a bound on all connections, a share of them for each address, and a deadline for a request's headers, and
+for the rest of a request that was answered already.  Requests that are read are watched by `uploads` and `forms`.
 """
 
 from __future__ import annotations
 
 import asyncio
+import ipaddress
+import os
 import resource
-import time
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-#: Connections at most, and of the files that this process may open the share that they may take.  A client that opens
-#: a thousand connections a second must not push out, within a second, those that are about to send a request.
+#: Connections at most, and of the files that this process may open the share that they may take.
 MOST_CONNECTIONS, SHARE_OF_FILES = 4096, 0.5
+#: The share of the connections that one address may have.
+SHARE_OF_ONE = 0.25
 #: Time for the headers of a request, from the connection or from the last answer on.
 HEADERS_S = 10.0
-#: A request that has been coming for less than this is not called slow.
-YOUNG_S = 2.0
 FULL = (
     b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 5\r\nContent-Type: application/json\r\n"
     b"Content-Length: 74\r\n\r\n"
@@ -44,101 +45,93 @@ def most_connections() -> int:
     return MOST_CONNECTIONS if files < 0 else max(min(MOST_CONNECTIONS, int(files * SHARE_OF_FILES)), 1)
 
 
+def proxies() -> frozenset[str]:
+    """Addresses of proxies, by the variable that the server takes them from; "*" for every address."""
+    return frozenset(os.environ.get("FORWARDED_ALLOW_IPS", "127.0.0.1,::1").replace(" ", "").split(","))
+
+
+def neighbourhood(host: str) -> str:
+    """What counts as one address: an address of IPv4, the /64 of one of IPv6, of which anyone has as many."""
+    try:
+        found = ipaddress.ip_address(host)
+    except ValueError:
+        return host
+    return host if found.version == 4 else str(ipaddress.ip_network((found, 64), strict=False))
+
+
 @dataclass
-class ConnectionGuard:
-    """All connections of one server: which of them are silent, and how fast the requests of others come."""
+class ConnectionLimits:
+    """The limits of one server, and which address has how many connections of HTTP; a proxy may have all of them."""
 
     most: int = field(default_factory=most_connections)
     headers_s: float = HEADERS_S
-    #: Those that wait for headers, oldest first, each with what will end it.
-    silent: dict[Connection, asyncio.TimerHandle] = field(default_factory=dict)
-    #: Those in the middle of a request: since when (s), and bytes so far.
-    coming: dict[Connection, tuple[float, int]] = field(default_factory=dict)
-    #: How many were turned away, or had to go for others.
+    proxies: frozenset[str] = field(default_factory=proxies)
+    held: Counter[str] = field(default_factory=Counter)
+    #: How many were turned away.
     turned_away: int = 0
 
-    def counts(self) -> dict[str, float]:
-        """Connections by what they do: waiting for headers, or in the middle of a request."""
-        return {"silent": len(self.silent), "coming": len(self.coming)}
+    def admit(self, host: str, total: int) -> bool:
+        """Whether a connection of this host may stay, which counts until `left`; total: of all, WebSockets too."""
+        one = neighbourhood(host)
+        self.held[one] += 1
+        own = self.most if self.proxies & {"*", host} else max(int(self.most * SHARE_OF_ONE), 1)
+        fits = self.held[one] <= own and total <= self.most
+        self.turned_away += not fits
+        return fits
 
-    def make_room(self) -> bool:
-        """End one connection for a new one; False where all others are at work."""
-        self.turned_away += 1
-        now = time.monotonic()
-        slow = {one: got / (now - since) for one, (since, got) in self.coming.items() if now - since > YOUNG_S}
-        victim = next(iter(self.silent), None) or min(slow, key=slow.__getitem__, default=None)
-        if victim is None:
-            return False
-        self.left(victim)
-        victim.transport.abort()
-        return True
-
-    def waits(self, one: Connection) -> None:
-        """A connection waits for headers; what comes of them meanwhile gives it no more time."""
-        self.coming.pop(one, None)
-        if one not in self.silent:
-            self.silent[one] = one.loop.call_later(self.headers_s, one.transport.abort)
-
-    def speaks(self, one: Connection, got: int) -> None:
-        """A connection is in the middle of a request, of which so many bytes came."""
-        if (timer := self.silent.pop(one, None)) is not None:
-            timer.cancel()
-        since, before = self.coming.get(one, (time.monotonic(), 0))
-        self.coming[one] = since, before + got
-
-    def left(self, one: Connection) -> None:
-        """A connection has ended, or has a whole request at work."""
-        self.coming.pop(one, None)
-        if (timer := self.silent.pop(one, None)) is not None:
-            timer.cancel()
+    def left(self, host: str) -> None:
+        """A connection of this host has ended."""
+        self.held -= Counter((neighbourhood(host),))
 
 
 class Connection(H11Protocol):
-    """One connection of the server; `behind` makes the class for a door."""
+    """One connection of the server; `limited` makes the class for its limits."""
 
-    door: ConnectionGuard
+    limits: ConnectionLimits
+    _deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
-        if len(self.connections) > self.door.most and not self.door.make_room():
+        self._host = self.client[0] if self.client else ""
+        if not self.limits.admit(self._host, len(self.connections)):
             transport.write(FULL)
             transport.close()
             return
-        self.door.waits(self)
+        self._watch()
 
     def data_received(self, data: bytes) -> None:
         super().data_received(data)
-        self._look(len(data))
+        self._watch()
 
     def on_response_complete(self) -> None:
         super().on_response_complete()
-        self._look(0)
+        self._watch()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self.door.left(self)
+        self.limits.left(self._host)
         super().connection_lost(exc)
+        self._watch()
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        # From here on another protocol has the connection.
-        self.door.left(self)
+        # From here on another protocol has the connection, and `live.sockets` bounds those that say nothing.
+        self.limits.left(self._host)
         super().handle_websocket_upgrade(event)
 
-    def _look(self, got: int) -> None:
-        """Report to the door what this connection does."""
-        if self.transport.is_closing() or self.transport.get_protocol() is not self:
-            self.door.left(self)
-        elif self.conn.their_state is h11.IDLE or (
+    def _watch(self) -> None:
+        """Set the deadline where a request is waited for, once; what comes of its headers gives no more time."""
+        ours = not self.transport.is_closing() and self.transport.get_protocol() is self
+        waits = self.conn.their_state is h11.IDLE or (
             # It was answered before it had said all, as an upload that is refused; what still comes is dropped.
             self.conn.our_state is h11.DONE and self.conn.their_state is h11.SEND_BODY
-        ):
-            self.door.waits(self)
-        elif self.conn.their_state is h11.SEND_BODY:
-            self.door.speaks(self, got)
-        else:
-            self.door.left(self)
+        )
+        if ours and waits and self._deadline is None:
+            self._deadline = self.loop.call_later(self.limits.headers_s, self.transport.abort)
+        elif not (ours and waits) and self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
 
 
-def behind(door: ConnectionGuard) -> type[Connection]:
-    """The class of a door's connections, as the server takes it."""
-    made: dict[str, Any] = {"door": door}
+def limited(limits: ConnectionLimits) -> type[Connection]:
+    """The class of connections within these limits, as the server takes it."""
+    made: dict[str, Any] = {"limits": limits}
     return type("Connection", (Connection,), made)

@@ -21,7 +21,7 @@ from limits.storage import MemoryStorage
 from limits.strategies import MovingWindowRateLimiter
 
 from moireid_studio.auth.tokens import Role
-from moireid_studio.http.connections import ConnectionGuard, behind
+from moireid_studio.http.connections import ConnectionLimits, limited
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
 from moireid_studio.store.job import JobCounts
@@ -29,7 +29,7 @@ from moireid_studio.store.job import JobCounts
 #: How long answers that are on their way may take once the server is to stop.
 STOP_S = 5
 #: Connections that wait to be taken.  As many are taken at once, before the first of them can be ended: with those that
-#: the door lets stay they must be fewer than the files that a process may open, or each costs a page of log.
+#: may stay they must be fewer than the files that a process may open, or each costs a page of log.
 BACKLOG = 128
 #: Bytes of a WebSocket's message: a picture has a megabyte, and anyone with a one-time link may open its socket.
 MESSAGE_BYTES = 2 << 20
@@ -45,10 +45,10 @@ def serve(app: FastAPI, bound: socket.socket) -> None:
 
 
 def _server_of(app: FastAPI) -> uvicorn.Server:
-    door: ConnectionGuard = app.state.door
+    connections: ConnectionLimits = app.state.connections
     config = uvicorn.Config(
         app,
-        http=behind(door),
+        http=limited(connections),
         # Logging is set up already, for all that this process writes.
         log_config=None,
         access_log=False,

@@ -3,7 +3,6 @@
 queue.py       the jobs of a studio: accepted, looked up, removed
 workers.py     threads that do jobs, and tidy up after lost processes
 claims.py      what a job's process gets: the claimed badge, and what the registry knows of it
-cluster.py     films judged by a Dask deployment
 child.py       the process for each job, and checks of what it says
 task.py        a piece of work, and what its process may ask of the registry
 work.py        what a film's process does, sealed

@@ -6,12 +6,11 @@ is in the folder of its job as it comes, then in the storage until it is judged.
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import re
 import shutil
-import threading
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
-from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +34,8 @@ from moireid_studio.store.storage import JOB_ID, Folder, Storage, StorageError
 __all__ = ["Job", "Jobs"]
 #: Folders that a killed studio leaves: of films as they came, and copies of files in a storage.
 LEFT = re.compile(r"[0-9a-f]{32}(-.*)?|kept-.*")
-#: How often it is asked whether jobs have ended that others do, s.
-WATCH_S = 0.25
+#: Time between two looks at a job that is waited for, s.
+LOOK_S = 0.2
 
 
 class Jobs:
@@ -57,38 +56,30 @@ class Jobs:
         """Parameters: folder: for films as they come; prepare, note, registry: as for `Doer`."""
         # Made absolute, because a job's process begins in another folder.
         self._folder, self._limits, self._storage = folder.absolute(), limits, storage
-        self.ledger, self.rates, self._lock = ledger, Rates(limits), threading.Lock()
+        self.ledger, self.rates = ledger, Rates(limits)
         self.doer = Doer(ledger, storage, limits, prepare, note, registry=registry, metrics=metrics)
-        self.workers = Workers(ledger, storage, self.doer, limits, self._has_ended)
+        self.workers = Workers(ledger, storage, self.doer, limits)
         #: Bytes of films on their way here, by job; and those of all that are stored, by owner, as of the last look.
         self._coming: dict[str, tuple[str, int]] = {}
         self._there: dict[str, int] = {}
-        self._awaited: dict[str, Future[None]] = {}
-        self._watcher: threading.Thread | None = None
 
-    def start(self, *, judging: bool = True) -> None:
-        """Begin to work, after removing what a killed server has left; judging: films too, and not badges alone."""
+    def start(self) -> None:
+        """Begin to work, after removing what a killed server has left."""
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not self.ledger.database.shared:
             # This process is alone here, so what other processes had is free again.
             self.ledger.disown()
         self._clear_folder()
-        both: Sequence[Lane] = ("issue", "judge")
-        if judging:
+        if self._limits.workers:
             films.warm_up()
+        both: Sequence[Lane] = ("issue", "judge")
         # One that takes no film, so that no verifier's film keeps an issuer waiting.
-        self.workers.start([both] * (self._limits.workers if judging else 0) + [("issue",)])
+        self.workers.start([both] * self._limits.workers + [("issue",)])
         self.workers.sweep()
-        self._watcher = threading.Thread(target=self._watch, daemon=True)
-        self._watcher.start()
 
     def stop(self) -> None:
         """End the work: films that are not judged yet wait for the next start, results are kept."""
         self.workers.stop()
-        if self._watcher is not None:
-            self._watcher.join()
-        for job_id in list(self._awaited):
-            self._has_ended(job_id)
         # A folder that holds other files stays.
         with contextlib.suppress(OSError):
             self._folder.rmdir()
@@ -199,14 +190,20 @@ class Jobs:
         job.files = lambda name: self._storage.file(job_id, name)
         return job
 
-    def end_of(self, job: Job) -> Future[None]:
-        """A future that ends with the job, wherever it is done, or with this studio."""
-        with self._lock:
-            future = self._awaited.setdefault(job.id, Future())
-        # It may have ended just before.
-        if self.ledger.states([job.id]).get(job.id, "done") in ("done", "failed"):
-            self._has_ended(job.id)
-        return future
+    async def changes(self, job: Job) -> AsyncIterator[Job]:
+        """The job each time that its state or progress changed, the last time once it is over, was removed, or this
+        studio stops; wherever it is done.
+        """
+        seen: object = None
+        while True:
+            now = await run_in_threadpool(self.ledger.find, job.id)
+            job, over = now or job, now is None or now.over or self.workers.stopping.is_set()
+            if over or (job.state, job.frames) != seen:
+                seen = job.state, job.frames
+                yield job
+            if over:
+                return
+            await asyncio.sleep(LOOK_S)
 
     def remove(self, job: Job) -> None:
         """Forget a job, and remove all its files."""
@@ -230,23 +227,6 @@ class Jobs:
         except StorageError:
             found["storage"] = False
         return found
-
-    def _has_ended(self, job_id: str) -> None:
-        with self._lock:
-            future = self._awaited.pop(job_id, None)
-        if future is not None and not future.done():
-            future.set_result(None)
-
-    def _watch(self) -> None:
-        """Notify those who wait for jobs that other processes do."""
-        while not self.workers.stopping.wait(WATCH_S):
-            ids = list(self._awaited)
-            # A database that is away says nothing of any job.
-            with contextlib.suppress(RegistryError):
-                states = self.ledger.states(ids) if ids else {}
-                for job_id in ids:
-                    if states.get(job_id, "done") in ("done", "failed"):
-                        self._has_ended(job_id)
 
     def _clear_folder(self) -> None:
         """Remove films that came when this machine's last studio was killed; what is not of a job stays."""

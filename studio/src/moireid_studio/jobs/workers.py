@@ -269,25 +269,35 @@ OVERHEAD_S = 900.0
 class Workers:
     """Threads over one ledger; `start`, `wake` as a job was submitted, `stop`."""
 
-    def __init__(
-        self, ledger: Ledger, storage: Storage, doer: Doer, limits: Limits, ended: Callable[[str], None]
-    ) -> None:
-        """Parameters: ended: called with the id of each job that was ended here."""
+    def __init__(self, ledger: Ledger, storage: Storage, doer: Doer, limits: Limits) -> None:
         self._ledger, self._storage, self._doer, self._limits = ledger, storage, doer, limits
-        self._ended = ended
         #: No more is begun; and what goes on is given back.
         self.stopping, self._hurry = threading.Event(), threading.Event()
-        self._news, self._number = threading.Condition(), 0
-        self.threads: list[threading.Thread] = []
-        self._working = 0
+        #: A permit for each thread to look for a job at once.
+        self._news = threading.Semaphore(0)
+        self._working: list[threading.Thread] = []
+        self._caring: list[threading.Thread] = []
 
-    def start(self, lanes: Sequence[Sequence[Lane]]) -> None:
-        """Begin to work: a thread for each of these, which takes jobs of these lanes; and those that look after all."""
+    @property
+    def threads(self) -> list[threading.Thread]:
+        """Those that work, and those that look after the jobs; none before the start and after the end."""
+        return self._working + self._caring
+
+    def start(self, lanes: Sequence[Sequence[Lane]], *, tidy: bool = True) -> None:
+        """Begin to work.
+
+        Parameters
+        ----------
+        lanes
+            For each thread, of which lanes it takes jobs.
+        tidy
+            Whether to remove old results too, after as long as this process's limits say; studios alone do.
+        """
         self.stopping.clear()
         self._hurry.clear()
-        works = [threading.Thread(target=self._work, args=(one,), daemon=True) for one in lanes]
-        steps = ((BEAT_S, self._beat), (SWEEP_S, self.sweep), (CLEAR_S, self.clear))
-        self.threads = works + [threading.Thread(target=self._every, args=step, daemon=True) for step in steps]
+        steps = [(BEAT_S, self._beat)] + ([(SWEEP_S, self.sweep), (CLEAR_S, self.clear)] if tidy else [])
+        self._working = [threading.Thread(target=self._work, args=(one,), daemon=True) for one in lanes]
+        self._caring = [threading.Thread(target=self._every, args=step, daemon=True) for step in steps]
         for thread in self.threads:
             thread.start()
 
@@ -296,46 +306,28 @@ class Workers:
         self.stopping.set()
         self.wake()
         last = time.monotonic() + self._limits.stop_s
-        while self._working and time.monotonic() < last:
-            time.sleep(0.02)
+        for thread in self._working:
+            thread.join(max(last - time.monotonic(), 0.0))
         self._hurry.set()
         for thread in self.threads:
             thread.join()
-        self.threads = []
+        self._working, self._caring = [], []
 
     def wake(self) -> None:
         """A job was submitted."""
-        with self._news:
-            self._number += 1
-            self._news.notify_all()
+        self._news.release(max(len(self._working), 1))
 
     def _work(self, lanes: Sequence[Lane]) -> None:
         while not self.stopping.is_set():
-            number = self._number
             try:
                 job = self._ledger.take(lanes)
                 if job is not None:
-                    self._do(job)
+                    self._doer.do(job, self._hurry.is_set)
                     continue
             except RegistryError as error:
                 # The job of this thread, if it has one, is done again by the process that finds it.
                 _log.error("no job could be taken or ended: %s", error)
-            with self._news:
-                self._news.wait_for(partial(self._is_new, number), POLL_S)
-
-    def _is_new(self, seen: int) -> bool:
-        """Whether a job was submitted since, or the end was announced."""
-        return self._number != seen
-
-    def _do(self, job: Job) -> None:
-        with self._news:
-            self._working += 1
-        try:
-            self._doer.do(job, self._hurry.is_set)
-        finally:
-            with self._news:
-                self._working -= 1
-        self._ended(job.id)
+            self._news.acquire(timeout=POLL_S)
 
     def _every(self, seconds: float, step: Callable[[], None]) -> None:
         """Do a step again and again, as long as jobs may go on."""

@@ -35,15 +35,16 @@ from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.headline import live_headline_of, shown
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.clock import CALL, HERE
+from moireid_studio.http.connections import neighbourhood
 from moireid_studio.live.worker import LIMITS, Ask, LivePicture, PictureEnd, Start
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
 
 #: Sessions at a time in all, and with one token; seconds that one may last, and that it may send no message.
 MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S = 4, 3, 300.0, 30.0
-#: Sockets at a time that have not said what they ask: anyone may open the one behind a link, and the server pushes
-#: silent requests out for others, but no socket.
-MOST_SILENT = 64
+#: Sockets that have not said what they ask, which anyone may open: at a time in all, and of one address, so that one
+#: that stays silent keeps no one else out; and how long each may stay so, s.  A browser asks as soon as it is open.
+MOST_SILENT, MOST_SILENT_OF_ONE, ASK_S = 1024, 8, 5.0
 #: Bytes of a picture at most, letters of a message, and pictures a second.
 MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
 #: Time between two checks that a session is still allowed, s.
@@ -106,20 +107,22 @@ async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], Sessio
 
 
 async def _first(connection: WebSocket) -> MutableMapping[str, Any]:
-    """The browser's first message.  Raises: Refusal where too many others have not sent theirs."""
-    silent: set[WebSocket] = studio_of(connection).__dict__.setdefault("live_silent", set())
-    if len(silent) >= MOST_SILENT:
+    """The browser's first message.  Raises: Refusal where too many others have not sent theirs; TimeoutError."""
+    silent = studio_of(connection).silent_sockets
+    address = neighbourhood(connection.client.host if connection.client else "")
+    if silent.total() >= MOST_SILENT or silent[address] >= MOST_SILENT_OF_ONE:
         raise Refusal(503, "busy", BUSY)
-    silent.add(connection)
+    silent[address] += 1
     try:
-        return await asyncio.wait_for(connection.receive(), IDLE_S)
+        return await asyncio.wait_for(connection.receive(), ASK_S)
     finally:
-        silent.discard(connection)
+        # In place, and without those who have none left.
+        silent -= Counter((address,))
 
 
 async def _in_its_place(connection: WebSocket, asked: SessionRequest) -> None:
     """Run the session if there is a place for it, and give the place back."""
-    sessions, owner = sessions_of(studio_of(connection)), asked.asked_by
+    sessions, owner = studio_of(connection).live_sessions, asked.asked_by
     if sessions.total() >= MOST_SESSIONS or sessions[owner] >= MOST_OF_ONE:
         raise Refusal(503, "busy", BUSY)
     sessions[owner] += 1
@@ -131,14 +134,7 @@ async def _in_its_place(connection: WebSocket, asked: SessionRequest) -> None:
             with anyio.CancelScope(shield=True):
                 await run_in_threadpool(asked.ended)
     finally:
-        # In place, and without those who have none left.
         sessions -= Counter((owner,))
-
-
-def sessions_of(studio: Studio) -> Counter[str]:
-    """How many sessions are open in a studio, by token."""
-    found: Counter[str] = studio.__dict__.setdefault("live_sessions", Counter())
-    return found
 
 
 async def _session(connection: WebSocket, asked: SessionRequest) -> None:
