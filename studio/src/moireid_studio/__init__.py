@@ -6,11 +6,10 @@ app.py           create_app: which routes there are
 problems.py      errors: a code and one sentence
 forms.py         fields and small files, within a limit
 uploads.py       a form with a film, to the disk
-checks.py        from a form to a job at work
+checks.py        from a form, or a film to try, to a job at work
 issue_jobs.py    orders to jobs, and back
 reports.py       a verdict as a page
 links.py         one-time links, and what came of them
-samples.py       films to try, in samples/
 pictures.py      logos and portraits, kept until printed
 picture_work.py  the sealed process that reads them
 store/           the studio's own tables, and films that wait

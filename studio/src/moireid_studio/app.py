@@ -17,23 +17,17 @@ from moireid.errors import RegistryError
 from moireid.verifier.report.report_page import style as report_style
 from moireid_studio.api import films as api
 from moireid_studio.api import health as health_api
-from moireid_studio.api import issue_api as issue_api
-from moireid_studio.api import registry_api as registry_api
-from moireid_studio.api import verdicts_api as verdicts_api
+from moireid_studio.api import issue_api, registry_api
 from moireid_studio.api.schema import describe
 from moireid_studio.auth.guard import Guard, anyone
 from moireid_studio.http.connections import ConnectionLimits
 from moireid_studio.http.logs import note_request
 from moireid_studio.http.metrics import Gauge, RequestMetrics
-from moireid_studio.live import link_check, link_pages
+from moireid_studio.live import link_routes
 from moireid_studio.live import routes as live
 from moireid_studio.pages import enroll as enroll_pages
 from moireid_studio.pages import home as home_pages
-from moireid_studio.pages import issue_pages as issue_pages
-from moireid_studio.pages import registry_pages as registry_pages
-from moireid_studio.pages import verdict_pages as verdicts_pages
-from moireid_studio.pages import verify
-from moireid_studio.pages import verify as verify_pages
+from moireid_studio.pages import issue_pages, registry_pages, verify
 from moireid_studio.settings import Settings
 from moireid_studio.studio import Studio
 
@@ -42,17 +36,17 @@ ROUTERS: tuple[APIRouter, ...] = (
     home_pages.router,
     issue_pages.router,
     enroll_pages.router,
-    verify_pages.router,
+    verify.router,
     registry_pages.router,
-    verdicts_pages.router,
+    registry_pages.verdicts_router,
     api.router,
     issue_api.router,
     registry_api.router,
-    verdicts_api.router,
+    registry_api.verdicts_router,
     health_api.router,
     live.router,
-    link_pages.router,
-    link_check.router,
+    link_routes.router,
+    link_routes.check_router,
 )
 #: Time between two looks for links that are to be removed, s.
 FORGET_S = 3600.0

@@ -1,11 +1,16 @@
-"""From a visitor's form to a job that waits: the same for the API and for the pages."""
+"""From a visitor's form, or a film to try, to a job that waits: the same for the API and for the pages.
+
+The films to try come with moireid: a true one and a forged one, of a badge that belongs to no one.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Collection, Mapping
+from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
@@ -27,6 +32,7 @@ VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original", "cover", "pho
 #: The most photographs that may be asked for.
 MOST_PHOTOGRAPHS = 1000
 IDENTIFY_FIELDS = ("focal_px",)
+Sample = Literal["true", "forged"]
 
 
 async def start_job(request: Request, visitor: Visitor, *, kind: str | None = None, report: bool) -> Job:
@@ -125,3 +131,14 @@ def _truth(text: str | None) -> bool | None:
     if text.lower() in ("true", "1", "on"):
         return True
     raise Refusal(422, "fields", "require_original is true or false.")
+
+
+def start_sample(studio: Studio, visitor: Visitor, which: Sample) -> Job:
+    """Let a sample be judged like any film that was sent.  Raises: Refusal 503 where too many films wait."""
+    folder = resources.files("moireid_studio").joinpath("samples")
+    film, badge = folder.joinpath(f"{which}.mp4").read_bytes(), folder.joinpath("badge.json").read_text("utf-8")
+    with studio.jobs.receiving("verify", visitor.id) as job:
+        (job.folder / "film.mp4").write_bytes(film)
+        job.film_name, job.film_sha256 = f"sample, {which}.mp4", hashlib.sha256(film).hexdigest()
+        submit_claim(studio, visitor, job, job.folder / "film.mp4", {"badge": badge}, report=True)
+    return job

@@ -306,7 +306,7 @@ def test_only_issuers_issue(visit: Visit) -> None:
         ("GET", f"/api/badges/jobs/{job}"),
         ("POST", f"/api/badges/{badge}/captures"),
         ("POST", f"/api/badges/{badge}/captures/{job}/keep"),
-        ("GET", f"/issue/jobs/{job}/package.zip"),
+        ("GET", f"/api/badges/jobs/{job}/package.zip"),
         ("GET", f"/enroll/{job}"),
         ("POST", f"/enroll/{job}/keep"),
     ):

@@ -28,7 +28,7 @@ def ended(jobs: Jobs, job: Job) -> None:
 
     async def last() -> None:
         async with asyncio.timeout(60):
-            assert [now async for now in jobs.changes(job)][-1].over
+            assert [now async for now, _ in jobs.changes(job)][-1].over
 
     asyncio.run(last())
 

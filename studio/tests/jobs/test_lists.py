@@ -70,7 +70,7 @@ def test_rows_wear_their_own_pictures_and_namesakes_are_distinguished(visit: Vis
         time.sleep(0.1)
     assert issued["state"] == "done", issued
     assert [one["line"] for one in issued["result"]["people"]] == ["Reporter", "Editor", "Guest"]
-    package = visit.ask("GET", f"/issue/jobs/{job}/package.zip", "issuer").content
+    package = visit.ask("GET", f"/api/badges/jobs/{job}/package.zip", "issuer").content
     shown = []
     with zipfile.ZipFile(io.BytesIO(package)) as archive:
         for folder in ("001-ana-silva", "002-ana-silva", "003-bob"):

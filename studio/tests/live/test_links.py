@@ -214,7 +214,7 @@ def test_pictures_are_kept_only_if_both_agree(asker: Asker, *, wants: bool, agre
     """Catches: pictures that one alone wanted; pictures that are left when the link is removed."""
     secret = asker.make(**({"pictures": "true"} if wants else {}))
     link, store = asker.newest(), asker.visit.studio.links
-    from moireid_studio.live.link_check import _asked
+    from moireid_studio.live.link_routes import _asked
 
     asked: SessionRequest = _asked(asker.visit.studio, {"token": secret, "pictures": agrees})
     asked.begun()
@@ -248,7 +248,7 @@ def test_a_link_that_is_removed_while_it_runs_keeps_no_picture(asker: Asker) -> 
 def test_who_has_a_link_learns_nobody_else_s_badge(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a link by which somebody without an account learns whose a badge is that they found."""
     from moireid.provenance import BadgeHolder
-    from moireid_studio.live.link_check import _asked
+    from moireid_studio.live.link_routes import _asked
 
     monkeypatch.setattr("moireid_studio.live.sockets.holder_of", lambda *given: BadgeHolder("Grace Hopper"))
     asked = _asked(asker.visit.studio, {"token": asker.make()})

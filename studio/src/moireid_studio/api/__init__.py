@@ -2,9 +2,7 @@
 
 films.py         verify and identify; jobs and their reports
 issue_api.py     badges and captures
-registry_api.py  look up, revoke, audit
-verdicts_api.py  verdicts that were given
-events.py        a job's progress, as it changes
+registry_api.py  look up, revoke, audit; verdicts that were given
 health.py        whether the studio is up and ready; its figures
 schema.py        what /openapi.json says of forms and reports
 """

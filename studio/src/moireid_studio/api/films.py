@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from collections.abc import AsyncIterator
 from typing import Annotated, Any, Literal
 
 import anyio
@@ -19,10 +20,11 @@ from pydantic import BaseModel
 
 from moireid import __version__
 from moireid.verifier.report.report_page import render_page
-from moireid_studio.api.events import events_of
 from moireid_studio.api.schema import IDENTIFICATION, REPORT, answers, form
 from moireid_studio.auth.guard import Visitor, anyone, require
+from moireid_studio.auth.tokens import Role
 from moireid_studio.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
+from moireid_studio.jobs.queue import Jobs
 from moireid_studio.jobs.task import SIGNALS
 from moireid_studio.jobs.workers import STOPPED
 from moireid_studio.problems import Problem, Refusal, problem_responses
@@ -33,7 +35,7 @@ from moireid_studio.studio import Studio, studio_of
 router = APIRouter(prefix="/api")
 
 Verifier = Annotated[Visitor, require("verifier")]
-JobId = Annotated[str, InPath(pattern="^[0-9a-f]{32}$")]
+JobId = Annotated[str, InPath(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
 UPLOAD = problem_responses(400, 401, 403, 404, 408, 409, 413, 415, 422, 503)
 #: Errors after a film was received: the film's fault, or the machine's.
 OUR_FAULT = frozenset({"stopped", "system", "storage"})
@@ -78,6 +80,38 @@ def status_of(job: Job) -> JobStatus:
     )
 
 
+def add_job_routes(router: APIRouter, role: Role, kinds: tuple[str, ...]) -> None:
+    """Routes by which those of a role follow their own jobs of these kinds, in /openapi.json and in browsers."""
+
+    @router.get("/jobs/{job_id}", responses=problem_responses(401, 403, 404, 422))
+    async def job_status(request: Request, job_id: JobId, visitor: Visitor = require(role)) -> JobStatus:  # noqa: B008
+        """How far a job of yours has come, and its result."""
+        return status_of(await run_in_threadpool(studio_of(request).jobs.find, job_id, visitor.id, *kinds))
+
+    @router.get(
+        "/jobs/{job_id}/events",
+        response_class=StreamingResponse,
+        responses=problem_responses(401, 403, 404, 422)
+        | {200: {"description": "events `progress`, and one `end`", "content": {"text/event-stream": {}}}},
+    )
+    async def job_events(
+        request: Request,
+        job_id: JobId,
+        visitor: Visitor = require(role),  # noqa: B008
+    ) -> StreamingResponse:
+        """Server-sent events: `progress` with state and frames as they change, and `end` once the job is over."""
+        jobs = studio_of(request).jobs
+        job = await run_in_threadpool(jobs.find, job_id, visitor.id, *kinds)
+        return StreamingResponse(events_of(jobs, job), media_type="text/event-stream")
+
+
+async def events_of(jobs: Jobs, job: Job) -> AsyncIterator[str]:
+    """A job's progress as text.  Source: "Server-sent events" of the HTML standard."""
+    async for now, last in jobs.changes(job):
+        said = json.dumps({"state": now.state, "read": now.frames[0], "expected": now.frames[1]})
+        yield f"event: {'end' if last else 'progress'}\ndata: {said}\n\n"
+
+
 @router.get("/health", dependencies=[anyone])
 def health() -> Health:
     """Whether the studio is up."""
@@ -109,7 +143,7 @@ async def _result(request: Request, visitor: Visitor, kind: str) -> Response:
     jobs = studio_of(request).jobs
     job = await start_job(request, visitor, kind=kind, report=False)
     try:
-        ended = [now async for now in jobs.changes(job)][-1]
+        ended = [now async for now, _ in jobs.changes(job)][-1]
     finally:
         with anyio.CancelScope(shield=True):
             await run_in_threadpool(jobs.remove, job)
@@ -127,23 +161,7 @@ async def create_job(request: Request, response: Response, visitor: Verifier) ->
     return status_of(job)
 
 
-@router.get("/jobs/{job_id}", responses=problem_responses(401, 403, 404, 422))
-async def job_status(request: Request, job_id: JobId, visitor: Verifier) -> JobStatus:
-    """How far a job has come, and its result."""
-    return status_of(await run_in_threadpool(studio_of(request).jobs.find, job_id, visitor.id, *KINDS))
-
-
-@router.get(
-    "/jobs/{job_id}/events",
-    response_class=StreamingResponse,
-    responses=problem_responses(401, 403, 404, 422)
-    | {200: {"description": "events `progress`, and one `end`", "content": {"text/event-stream": {}}}},
-)
-async def job_events(request: Request, job_id: JobId, visitor: Verifier) -> StreamingResponse:
-    """Server-sent events: `progress` with state and frames as they change, and `end` once the job is over."""
-    jobs = studio_of(request).jobs
-    job = await run_in_threadpool(jobs.find, job_id, visitor.id, *KINDS)
-    return StreamingResponse(events_of(jobs, job), media_type="text/event-stream")
+add_job_routes(router, "verifier", KINDS)
 
 
 def _report_files(studio: Studio, job: Job) -> dict[str, bytes]:

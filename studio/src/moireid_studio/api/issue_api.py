@@ -7,11 +7,10 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import FileResponse, Response, StreamingResponse
+from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
-from moireid_studio.api.events import events_of
-from moireid_studio.api.films import JobStatus, status_of
+from moireid_studio.api.films import JobId, JobStatus, add_job_routes, status_of
 from moireid_studio.api.schema import form, picture_form
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.checks import received
@@ -24,7 +23,6 @@ from moireid_studio.studio import studio_of
 
 router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
 Issuer = Annotated[Visitor, require("issuer")]
-JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
 KINDS = ("badge", "event", "capture")
 
@@ -140,23 +138,7 @@ async def picture(request: Request, visitor: Issuer) -> PictureAnswer:
     return PictureAnswer(id=kept, bytes=len(made.data), kept_s=limits.keep_s)
 
 
-@router.get("/jobs/{job_id}", responses=problem_responses(404))
-def job(request: Request, job_id: JobId, visitor: Issuer) -> JobStatus:
-    """How far a job of yours has come."""
-    return status_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS))
-
-
-@router.get(
-    "/jobs/{job_id}/events",
-    responses=problem_responses(404)
-    | {200: {"content": {"text/event-stream": {}}, "description": "events `progress`, and one `end`"}},
-    response_class=StreamingResponse,
-)
-async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingResponse:
-    """The same as server-sent events, one for each change, until the job is over."""
-    jobs = studio_of(request).jobs
-    found = await run_in_threadpool(jobs.find, job_id, visitor.id, *KINDS)
-    return StreamingResponse(events_of(jobs, found), media_type="text/event-stream")
+add_job_routes(router, "issuer", KINDS)
 
 
 @router.get(

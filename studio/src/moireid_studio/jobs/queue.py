@@ -190,9 +190,9 @@ class Jobs:
         job.files = lambda name: self._storage.file(job_id, name)
         return job
 
-    async def changes(self, job: Job) -> AsyncIterator[Job]:
-        """The job each time that its state or progress changed, the last time once it is over, was removed, or this
-        studio stops; wherever it is done.
+    async def changes(self, job: Job) -> AsyncIterator[tuple[Job, bool]]:
+        """The job each time that its state or progress changed, wherever it is done; and whether that is the last, as
+        it is over, was removed, or this studio stops.
         """
         seen: object = None
         while True:
@@ -200,7 +200,7 @@ class Jobs:
             job, over = now or job, now is None or now.over or self.workers.stopping.is_set()
             if over or (job.state, job.frames) != seen:
                 seen = job.state, job.frames
-                yield job
+                yield job, over
             if over:
                 return
             await asyncio.sleep(LOOK_S)

@@ -2,9 +2,8 @@
 
 home.py            first page, help, signing in; how pages are made from templates
 verify.py          a film and its verdict; errors as pages or JSON
-registry_pages.py  records, revoking, audit
+registry_pages.py  records, revoking, audit; verdicts that were given
 issue_pages.py     one person, or an event
 enroll.py          a capture, measured, then kept
 preview_law.py     what static/fringes.js draws
-verdict_pages.py   which verdicts were given
 """

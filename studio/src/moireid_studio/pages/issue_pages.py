@@ -20,7 +20,7 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.names import line_of
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import Fields, picture_fields
-from moireid_studio.issue_jobs import package_of, preview_of, start_badge, start_event
+from moireid_studio.issue_jobs import start_badge, start_event
 from moireid_studio.jobs.lists import FOR_ALL, MOST_AT_AN_EVENT, picture_key, understood
 from moireid_studio.jobs.orders import BadgeOrder, CheckedOrder, Wish, checked, read_fields
 from moireid_studio.pages.home import render
@@ -122,7 +122,7 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
         order = order if order.payload else order.model_copy(update={"payload": sent.texts.get("drawn", "")})
         with at_hand(chosen.pictures) as files:
             found = checked(order, studio.registry, files)
-            was_shown = found.to_read is None or sent.texts.get("told") == found.to_read
+            was_shown = found.to_read is None or sent.texts.get("acknowledged") == found.to_read
             if sent.texts.get("do") == "issue" and was_shown:
                 job = start_badge(studio, order.of(found.badge), visitor, chosen.pictures)
                 return RedirectResponse(f"/issue/jobs/{job.id}", 303)
@@ -191,18 +191,6 @@ def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
         return render(request, "making.html.j2", job=job, again=again, problem=problem)
     minutes = round(studio.settings.limits.keep_s / 60)
     return render(request, "issued.html.j2", job=job, made=job.result, minutes=minutes)
-
-
-@router.get("/issue/jobs/{job_id}/package.zip")
-def issue_package(request: Request, job_id: str, visitor: Issuer) -> Response:
-    """Everything as one download."""
-    return package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
-
-
-@router.get("/issue/jobs/{job_id}/preview.webp")
-def issue_preview(request: Request, job_id: str, visitor: Issuer) -> Response:
-    """The finished badge as worn, its fringes moving."""
-    return Response(preview_of(studio_of(request).jobs.find(job_id, visitor.id, "badge")), media_type="image/webp")
 
 
 @dataclass

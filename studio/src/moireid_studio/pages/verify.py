@@ -34,12 +34,11 @@ from moireid.verifier.report.report_page import KINDS as KINDS_OF
 from moireid.verifier.report.report_page import NAME, page_context
 from moireid.verifier.report.seconds import Seconds
 from moireid_studio.auth.guard import HEADERS, Visitor, require
-from moireid_studio.checks import KINDS, start_job
+from moireid_studio.checks import KINDS, Sample, start_job, start_sample
 from moireid_studio.jobs.task import SIGNALS
 from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.reports import circumstances_of, kept_file, list_pictures
-from moireid_studio.samples import Sample, start_sample
 from moireid_studio.store.database import is_away
 from moireid_studio.store.job import Job
 from moireid_studio.studio import studio_of

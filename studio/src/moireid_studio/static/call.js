@@ -1,6 +1,6 @@
 // Check a call: its window is shared with this page, one person's tile of it is chosen, and that tile alone is sent.
 import { Check } from "./check.js";
-import { $, answered, clear, judged, say, seen } from "./told.js";
+import { $, answered, clear, judged, say, seen } from "./events.js";
 import { findTiles, movingTile, stillThere } from "./tiles.js";
 
 const FPS = 24, MOST_WIDTH = 1280, FIND_WIDTH = 640, WAVE_MS = 2500, LOOK_MS = 700, POOR_RATE = 12, MISSES = 3;

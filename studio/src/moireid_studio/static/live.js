@@ -1,7 +1,7 @@
 // The live check by this device's camera: on the page Live, and behind a one-time link (data-link), whose secret is
 // after the # of the address, which no browser sends to a server.
 import { Check, LEAST_MS } from "./check.js";
-import { $, answered, clear, judged, say, seen } from "./told.js";
+import { $, answered, clear, judged, say, seen } from "./events.js";
 
 const WIDTH = 1280, POOR_RATE = 15;
 const ARROWS = { left: "←", right: "→", up: "↑", down: "↓", nearer: "⊕", farther: "⊖", face: "☺" };

@@ -1,5 +1,5 @@
 // Behind a one-time link: what is asked, and by whom.  The secret is shown to the studio only by this script.
-import { $, say } from "./told.js";
+import { $, say } from "./events.js";
 
 async function look() {
   const token = location.hash.slice(1);
