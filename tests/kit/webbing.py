@@ -24,6 +24,7 @@ from moireid.simulate.scene import Camera, Scene
 from moireid_studio.app import create_app
 from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Jobs
+from moireid_studio.jobs.workers import Doer
 from moireid_studio.settings import Limits, Settings
 from moireid_studio.store.database import database_of, jobs
 from moireid_studio.store.job import Job
@@ -121,7 +122,7 @@ def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], PreparedJob] 
     """Jobs without a studio, in a folder of their own."""
     folder.mkdir(parents=True, exist_ok=True)
     ledger = Ledger(database_of(folder.parent, f"{folder.name}.sqlite3", None, log=True), folder)
-    return Jobs(folder, limits, ledger, Folder(folder), prepare)
+    return Jobs(folder, Doer(ledger, Folder(folder), limits, prepare, lambda job: None))
 
 
 def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, int] = (640, 360)) -> Path:

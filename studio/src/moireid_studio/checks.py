@@ -6,7 +6,6 @@ The films to try come with moireid: a true one and a forged one, of a badge that
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Collection, Mapping
 from importlib import resources
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any, Literal
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.circumstances import ClaimNote as Named
@@ -24,13 +24,39 @@ from moireid_studio.store.job import Job
 from moireid_studio.studio import Studio, studio_of
 from moireid_studio.uploads import Form, receive
 
-#: Allowed focal lengths, px; the same as for the command.
-FOCAL_PX = (50.0, 100_000.0)
-#: The kinds of jobs that judge a film.
+
+class FilmFields(BaseModel):
+    """The fields of a form with a film, besides the film; an empty one counts as left out."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    claim: str | None = Field(None, description="name or id of the person whose badge it is said to be")
+    badge: str | None = Field(None, description="a badge.json in place of a claim")
+    # The same range as for the command.
+    focal_px: float | None = Field(None, ge=50, le=100_000, description="px; solved over the film if absent")
+    require_original: bool | None = Field(
+        None,
+        description="whether to reject a film whose figures differ from those of enrolment; if absent, where there are "
+        "such figures",
+    )
+    cover: float = Field(
+        MIN_COVER_SHARE,
+        ge=0,
+        le=1,
+        description=f"share of the film that the verdict must be of; {MIN_COVER_SHARE:g} if absent",
+    )
+    photographs: int = Field(
+        0,
+        ge=0,
+        le=1000,
+        description="so many photographs of the badge a forger must need to make such a film; 0 if absent",
+    )
+    kind: Literal["verify", "identify"] = "verify"
+
+
+#: The kinds of jobs that judge a film, and the fields of each.
 KINDS = ("verify", "identify")
 VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original", "cover", "photographs")
-#: The most photographs that may be asked for.
-MOST_PHOTOGRAPHS = 1000
 IDENTIFY_FIELDS = ("focal_px",)
 Sample = Literal["true", "forged"]
 
@@ -45,27 +71,23 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
     async with studio.jobs.coming(kind or "verify", visitor.id, visitor.role) as job:
         fields = IDENTIFY_FIELDS if kind == "identify" else VERIFY_FIELDS if kind else ("kind", *VERIFY_FIELDS)
         form = await received(studio, request, job, fields)
-        # A field that was not filled in arrives as an empty text.
-        given = {name: text.strip() for name, text in form.fields.items() if text.strip()}
         if form.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
-        job.kind = given.get("kind", job.kind)
-        if job.kind not in KINDS:
-            raise Refusal(422, "fields", "The field kind is verify or identify.")
-        job.film_name, job.claim, job.film_sha256 = form.name, given.get("claim", ""), form.sha256
+        given = _film_fields(form.fields)
+        job.kind = kind or given.kind
+        job.film_name, job.claim, job.film_sha256 = form.name, given.claim or "", form.sha256
         await run_in_threadpool(submit_claim, studio, visitor, job, form.video, given, report=report)
     return job
 
 
-def submit_claim(
-    studio: Studio, visitor: Visitor, job: Job, video: Path, given: Mapping[str, str], *, report: bool
-) -> None:
+def submit_claim(studio: Studio, visitor: Visitor, job: Job, video: Path, given: FilmFields, *, report: bool) -> None:
     """Let a job begin that judges a claim, or says who it is.
 
-    Parameters: video: in the job's folder; given: the fields of the form that have a value; report: make it too.
-    Raises: Refusal where the claim or a figure cannot be used.
+    Parameters: video: in the job's folder; given: the fields of the form; report: make it too.
+    Raises: Refusal where the claim cannot be used.
     """
-    wish = _wish(given, ids=visitor.may("issuer"), report=report)
+    wish = given.model_dump(exclude={"cover", "kind"})
+    wish |= {"cover_share": given.cover, "ids": visitor.may("issuer"), "report": report}
     _look_up(studio, job, wish)
     studio.jobs.submit(job, video, wish)
 
@@ -76,18 +98,13 @@ async def received(studio: Studio, request: Request, job: Job, fields: Collectio
     return await receive(request, job.folder, limits, fields=fields, stored=lambda size: studio.jobs.stored(job, size))
 
 
-def _wish(given: Mapping[str, str], *, ids: bool, report: bool) -> dict[str, Any]:
-    """What is to be done with a film, as JSON.  Raises: Refusal 422 where a field cannot be used."""
-    return {
-        "claim": given.get("claim"),
-        "badge": given.get("badge"),
-        "ids": ids,
-        "focal_px": None if "focal_px" not in given else _number(given, "focal_px", *FOCAL_PX, 0.0),
-        "require_original": _truth(given.get("require_original")),
-        "cover_share": _number(given, "cover", 0, 1, MIN_COVER_SHARE),
-        "photographs": int(_number(given, "photographs", 0, MOST_PHOTOGRAPHS, 0)),
-        "report": report,
-    }
+def _film_fields(texts: Mapping[str, str]) -> FilmFields:
+    """The fields of a form.  Raises: Refusal 422 where one cannot be used."""
+    try:
+        return FilmFields.model_validate({name: text.strip() for name, text in texts.items() if text.strip()})
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise Refusal(422, "fields", f"{first['loc'][0]} cannot be used: {first['msg']}.") from error
 
 
 def _look_up(studio: Studio, job: Job, wish: dict[str, Any]) -> None:
@@ -110,29 +127,6 @@ def _look_up(studio: Studio, job: Job, wish: dict[str, Any]) -> None:
     job.label, job.barred = Named(found.badge.name, found.badge.id, vouched).holder, found.barred
 
 
-def _number(given: Mapping[str, str], name: str, least: float, most: float, otherwise: float) -> float:
-    """A number of the form.  Raises: Refusal where it is none, or out of its range."""
-    if name not in given:
-        return otherwise
-    try:
-        value = float(given[name])
-    except ValueError:
-        value = math.nan
-    if not least <= value <= most:
-        raise Refusal(422, "fields", f"{name} is a number from {least:g} to {most:g}.")
-    return value
-
-
-def _truth(text: str | None) -> bool | None:
-    if text is None:
-        return None
-    if text.lower() in ("false", "0", "off"):
-        return False
-    if text.lower() in ("true", "1", "on"):
-        return True
-    raise Refusal(422, "fields", "require_original is true or false.")
-
-
 def start_sample(studio: Studio, visitor: Visitor, which: Sample) -> Job:
     """Let a sample be judged like any film that was sent.  Raises: Refusal 503 where too many films wait."""
     folder = resources.files("moireid_studio").joinpath("samples")
@@ -140,5 +134,7 @@ def start_sample(studio: Studio, visitor: Visitor, which: Sample) -> Job:
     with studio.jobs.receiving("verify", visitor.id) as job:
         (job.folder / "film.mp4").write_bytes(film)
         job.film_name, job.film_sha256 = f"sample, {which}.mp4", hashlib.sha256(film).hexdigest()
-        submit_claim(studio, visitor, job, job.folder / "film.mp4", {"badge": badge}, report=True)
+        submit_claim(
+            studio, visitor, job, job.folder / "film.mp4", FilmFields.model_validate({"badge": badge}), report=True
+        )
     return job

@@ -4,9 +4,7 @@ films.
 
 from __future__ import annotations
 
-import asyncio
 import threading
-import time
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -22,7 +20,7 @@ from moireid_studio.pictures import KIND
 from moireid_studio.problems import Refusal
 from moireid_studio.store.storage import StoredPicture
 from moireid_studio.studio import studio_of
-from moireid_studio.uploads import GRACE_S, LEAST_RATE, called
+from moireid_studio.uploads import called, in_time
 
 #: More than any of our forms has; and files of other forms, such as a badge.json.
 MOST_FIELDS, MOST_FILES = 40, 2
@@ -48,16 +46,14 @@ def within(request: Request, most: int | None = None, came: Callable[[int], None
     Bytes are counted as they arrive, because a body sent in pieces need not state its length.
     Parameters: came: called with how many have come so far; it may refuse more.
     """
-    limits, seen, begun = studio_of(request).settings.limits, 0, time.monotonic()
+    limits, seen = studio_of(request).settings.limits, 0
     most = limits.form_bytes if most is None else most
+    timed = in_time(request, limits)
 
     async def receive() -> Message:
         nonlocal seen
-        # As for films: from some time on it must have come at some mean rate.
-        last_s = min(GRACE_S + limits.idle_s + seen / LEAST_RATE, limits.upload_s) - (time.monotonic() - begun)
         try:
-            async with asyncio.timeout(max(min(limits.idle_s, last_s), 0.0)):
-                message = await request.receive()
+            message = await timed.receive()
         except TimeoutError as error:
             raise HTTPException(408, "The form stopped, or came too slowly; send it again.") from error
         seen += len(message.get("body", b""))

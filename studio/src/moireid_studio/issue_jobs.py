@@ -18,10 +18,10 @@ from moireid.registry.canonical import canonical_json
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.jobs.orders import BadgeOrder, Wish
 from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE
-from moireid_studio.pictures import kept_pictures
+from moireid_studio.pictures import kept_pictures, pack
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
-from moireid_studio.store.storage import StorageError, StoredPicture, pack
+from moireid_studio.store.storage import StorageError, StoredPicture
 from moireid_studio.studio import Studio
 
 
@@ -73,14 +73,7 @@ def _start(
     """Start a job from an archive with the order; the file is removed at the job's end, like an uploaded film."""
     with studio.jobs.receiving(kind, visitor.id, visitor.role) as job:
         job.label = label
-        try:
-            with zipfile.ZipFile(job.folder / "order", "w") as packed:
-                packed.writestr(name, content)
-                pack(packed, pictures)
-            studio.jobs.stored(job, (job.folder / "order").stat().st_size)
-        except OSError as error:
-            text = f"The order cannot be stored ({error.strerror}); try again later."
-            raise Refusal(503, "disk", text) from error
+        pack(studio, job, "order", pictures, {name: content})
         studio.jobs.submit(job, job.folder / "order", {"actor": visitor.actor} | arguments)
     return job
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import json
 import tempfile
 import threading
 import time
@@ -26,7 +27,8 @@ from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
-from moireid_studio.store.storage import JOB_ID, StorageError, StoredPicture, pack, unpacked, written
+from moireid_studio.store.job import Job
+from moireid_studio.store.storage import JOB_ID, StorageError, StoredPicture, unpacked, written
 from moireid_studio.studio import Studio
 
 #: The kind of job that holds a visitor's pictures, and the file that they are in.
@@ -51,35 +53,29 @@ def read_pictures(sent: Sequence[tuple[str, StoredPicture]], limits: Limits) -> 
     """
     if not sent:
         return []
-    for_all = TooMuch(limits)
     if not _places.acquire(timeout=WAIT_S):
         text = "Too many pictures wait to be read; try again in a minute."
         raise Refusal(503, "busy", text, headers={"Retry-After": "60"})
-    reader = Reader(limits)
+    reader, last, room = Reader(limits), time.monotonic() + FORM_SECONDS, limits.pictures_bytes
+    found: list[StoredPicture | SpecError] = []
     try:
-        return [for_all.take(reader, _whose(what, one), one) for what, one in sent]
+        for what, one in sent:
+            whose = f"{what} {one.name}" if one.name else what
+            if time.monotonic() > last:
+                text = f"the pictures take longer than {FORM_SECONDS:g} s together; send fewer at a time"
+                found.append(SpecError(text))
+                continue
+            made = reader.read(whose, one)
+            # Small drawings can be large pictures.
+            room -= len(made.data) if isinstance(made, StoredPicture) else 0
+            text = f"the pictures are too large together, from {whose} on; send smaller ones"
+            found.append(made if room >= 0 else SpecError(text))
+        return found
     except OSError as error:
         raise Refusal(503, "system", f"No picture can be read just now ({error.strerror}); try again later.") from error
     finally:
         reader.end()
         _places.release()
-
-
-class TooMuch:
-    """What all pictures of one form may take together: small drawings can be large pictures, and take long."""
-
-    def __init__(self, limits: Limits) -> None:
-        self._last, self._bytes = time.monotonic() + FORM_SECONDS, limits.pictures_bytes
-
-    def take(self, reader: Reader, whose: str, picture: StoredPicture) -> StoredPicture | SpecError:
-        """The picture as it is read, or why there is no room for it."""
-        if time.monotonic() > self._last:
-            return SpecError(f"the pictures take longer than {FORM_SECONDS:g} s together; send fewer at a time")
-        made = reader.read(whose, picture)
-        self._bytes -= len(made.data) if isinstance(made, StoredPicture) else 0
-        if self._bytes < 0:
-            return SpecError(f"the pictures are too large together, from {whose} on; send smaller ones")
-        return made
 
 
 def read_picture(what: str, picture: StoredPicture, limits: Limits) -> StoredPicture:
@@ -133,24 +129,38 @@ class Reader:
             self._child = None
 
 
-def _whose(what: str, picture: StoredPicture) -> str:
-    return f"{what} {picture.name}" if picture.name else what
-
-
 def keep_pictures(studio: Studio, visitor: Visitor, pictures: Mapping[str, StoredPicture]) -> str:
     """Keep pictures that were read, for this visitor alone; returns by which id.
 
     Raises: Refusal as `Jobs.admit` and `Jobs.keep`.
     """
     with studio.jobs.receiving(KIND, visitor.id, visitor.role) as job:
-        try:
-            with zipfile.ZipFile(job.folder / FILE, "w") as packed:
-                pack(packed, pictures)
-            size = (job.folder / FILE).stat().st_size
-        except OSError as error:
-            raise Refusal(503, "disk", f"The pictures cannot be stored ({error.strerror}); try again later.") from error
-        studio.jobs.keep(job, FILE, size)
+        pack(studio, job, FILE, pictures, {})
+        studio.jobs.keep(job, FILE)
     return job.id
+
+
+def pack(
+    studio: Studio,
+    job: Job,
+    name: str,
+    pictures: Mapping[str, StoredPicture],
+    others: Mapping[str, bytes],
+) -> None:
+    """Write an archive of that name into a job's folder: pictures, with a list of their keys and names, and others.
+
+    Raises: Refusal 503 where it cannot be stored.
+    """
+    try:
+        with zipfile.ZipFile(job.folder / name, "w") as packed:
+            packed.writestr("pictures.json", json.dumps([[key, one.name] for key, one in pictures.items()]))
+            for number, one in enumerate(pictures.values()):
+                packed.writestr(f"pictures/{number}", one.data)
+            for other, content in others.items():
+                packed.writestr(other, content)
+        studio.jobs.stored(job, (job.folder / name).stat().st_size)
+    except OSError as error:
+        raise Refusal(503, "disk", f"This cannot be stored ({error.strerror}); try again later.") from error
 
 
 def kept_pictures(studio: Studio, visitor: Visitor, kept: str, what: str) -> dict[str, StoredPicture]:

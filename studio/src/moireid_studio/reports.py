@@ -8,9 +8,7 @@ be among ours, and a link is not followed.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
 from contextlib import nullcontext
-from typing import Any
 
 from moireid.registry import holder_of
 from moireid.verifier.report.circumstances import Circumstances, read_id
@@ -38,8 +36,8 @@ def circumstances_of(studio: Studio, job: Job) -> Circumstances:
 
 def list_pictures(job: Job) -> Pictures:
     """The pictures of a job by their names, without their contents."""
-    named = [name for name in _texts(job.kept.get("files")) if NAME.fullmatch(name)]
-    titles = tuple(title[:MOST_LETTERS] for title in _texts(job.kept.get("plots")))[:MOST_PLOTS]
+    named = [name for name in job.kept.get("files", ()) if NAME.fullmatch(name)]
+    titles = [title[:MOST_LETTERS] for title in job.kept.get("plots", ())][:MOST_PLOTS]
     there = [title for number, title in enumerate(titles) if f"plot{number}.svg" in named]
     frame_s = job.kept.get("frame_s")
     return Pictures(dict.fromkeys(named, b""), tuple(there), frame_s if isinstance(frame_s, float) else None)
@@ -64,7 +62,3 @@ def kept_file(job: Job, name: str) -> bytes:
     if len(content) > KEPT_BYTES:
         raise Refusal(404, "no_report", "This picture or report is larger than any of ours; the film may be damaged.")
     return content
-
-
-def _texts(said: Any) -> Iterable[str]:
-    return [one for one in said if isinstance(one, str)] if isinstance(said, list) else []

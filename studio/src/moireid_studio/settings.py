@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import socket
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -69,6 +70,12 @@ class Settings:
 def default_data() -> Path:
     """The studio's default folder; it is not created here."""
     return user_data_path("moireid", appauthor=False) / "studio"
+
+
+def listening(host: str, port: int) -> socket.socket:
+    """A socket that listens there.  Raises: OSError, OverflowError where none can."""
+    family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+    return socket.create_server((host, port), family=family)
 
 
 def is_loopback(host: str) -> bool:

@@ -22,6 +22,7 @@ from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.claims import prepared
 from moireid_studio.jobs.queue import Jobs
+from moireid_studio.jobs.workers import Doer
 from moireid_studio.links import Links
 from moireid_studio.problems import Refusal, plain
 from moireid_studio.settings import Settings
@@ -71,16 +72,16 @@ class Studio:
             )
         database = database_of(settings.data, "jobs.sqlite3", settings.state, log=True)
         undo.callback(database.close)
-        return Jobs(
-            folder,
-            settings.limits,
+        doer = Doer(
             Ledger(database, folder),
             storage_of(settings.storage, folder),
+            settings.limits,
             lambda job: prepared(job, self.registry, settings.trust, lambda: self.for_children),
             self.verdicts.note_job,
             registry=self.registry,
             metrics=self.metrics,
         )
+        return Jobs(folder, doer)
 
     @property
     def for_children(self) -> dict[str, str | None]:

@@ -18,6 +18,7 @@ from typing import BinaryIO
 from python_multipart.exceptions import FormParserError
 from python_multipart.multipart import MultipartParser, parse_options_header
 from starlette.requests import ClientDisconnect, Request
+from starlette.types import Message
 
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
@@ -83,7 +84,7 @@ async def receive(
     most = limits.upload_bytes + limits.form_bytes
     length = request.headers.get("content-length", "")
     reader = _Reader(boundary, folder, limits, fields)
-    body = _chunks(request, limits)
+    body = in_time(request, limits).stream()
     try:
         if length.isdecimal() and int(length) > most:
             raise _too_large(limits)
@@ -93,6 +94,9 @@ async def receive(
         return reader.finish()
     except FormParserError as error:
         raise Refusal(400, "form", "The form cannot be read; send it again.") from error
+    except TimeoutError as error:
+        text = "The upload stopped, or came too slowly; send it again, over a faster connection if you can."
+        raise Refusal(408, "slow", text) from error
     except OSError as error:
         raise Refusal(503, "disk", f"The film cannot be stored ({error.strerror}); try again later.") from error
     except Refusal:
@@ -224,24 +228,23 @@ def _too_large(limits: Limits) -> Refusal:
     return Refusal(413, "too_large", f"The film is larger than the {limits.upload_bytes >> 20} MB that are taken.")
 
 
-async def _chunks(request: Request, limits: Limits) -> AsyncIterator[bytes]:
-    """The body as it arrives; ends with a refusal where it stops or takes too long."""
-    stream, begun, got = request.stream().__aiter__(), time.monotonic(), 0
-    deadline = begun + limits.upload_s
-    while True:
-        try:
-            # Until then it is fast enough, even if nothing more comes.
-            slow_at = begun + GRACE_S + got / LEAST_RATE
-            async with asyncio.timeout(min(limits.idle_s, max(min(deadline, slow_at) - time.monotonic(), 0.0))):
-                chunk = await anext(stream)
-        except StopAsyncIteration:
-            return
-        except TimeoutError as error:
-            text = "The upload stopped, or came too slowly; send it again, over a faster connection if you can."
-            raise Refusal(408, "slow", text) from error
-        got += len(chunk)
-        if chunk:
-            yield chunk
+def in_time(request: Request, limits: Limits) -> Request:
+    """The same request, whose body must keep coming.
+
+    Reading on raises TimeoutError where nothing comes for `Limits.idle_s`, where all takes longer than `upload_s`, or
+    where the mean rate falls below `LEAST_RATE` after the first `GRACE_S`.
+    """
+    begun, got = time.monotonic(), 0
+
+    async def receive() -> Message:
+        nonlocal got
+        last_s = min(GRACE_S + got / LEAST_RATE, limits.upload_s) - (time.monotonic() - begun)
+        async with asyncio.timeout(max(min(limits.idle_s, last_s), 0.0)):
+            message = await request.receive()
+        got += len(message.get("body", b""))
+        return message
+
+    return Request(request.scope, receive)
 
 
 async def _drain(body: AsyncIterator[bytes], most: int) -> None:
@@ -252,5 +255,5 @@ async def _drain(body: AsyncIterator[bytes], most: int) -> None:
                 most -= len(chunk)
                 if most < 0:
                     return
-    except (TimeoutError, ClientDisconnect, Refusal):
+    except (TimeoutError, ClientDisconnect):
         return

@@ -17,9 +17,8 @@ from kit.places import FILMS
 from moireid.errors import MediaError, SpecError
 from moireid.verifier.picture import Picture
 from moireid_studio.watch import devices
-from moireid_studio.watch.inbox import AHEAD, Inbox, TimedPicture
 from moireid_studio.watch.order import Data
-from moireid_studio.watch.readers import BytesRefusal, GrowingFile, RemoteReaders, is_closed
+from moireid_studio.watch.readers import AHEAD, BytesRefusal, GrowingFile, Inbox, RemoteReaders, TimedPicture, is_closed
 from moireid_studio.watch.source import source_of
 
 

@@ -23,9 +23,9 @@ from moireid.verifier.session.result import report_schema
 from moireid_lab.bench.live import answer, frames
 from moireid_studio.challenge.challenge import Prompt
 from moireid_studio.challenge.session import READY_S
-from moireid_studio.watch.inbox import Inbox, TimedPicture
 from moireid_studio.watch.judge import Voice, Watching
 from moireid_studio.watch.order import StreamEnd, WatchOrder
+from moireid_studio.watch.readers import Inbox, TimedPicture
 from moireid_studio.watch.source import source_of
 
 FPS = 24.0

@@ -18,10 +18,10 @@ from moireid.errors import MediaError
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Claim, Frame, Verifier
 from moireid.verifier.video import picture_of
+from moireid_studio.watch.feeding import MOST_SDP_BYTES
 from moireid_studio.watch.order import Patience, Signal, StreamEnd, WatchOrder
 from moireid_studio.watch.source import source_of
 from moireid_studio.watch.watching import Terms, watch
-from moireid_studio.watch.whep import MOST_SDP_BYTES
 from moireid_studio.watch.whip import WhipServer
 
 TOKEN = "a-token-of-the-test"

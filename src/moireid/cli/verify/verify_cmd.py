@@ -151,16 +151,12 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
     from moireid.verifier import Claim
     from moireid.verifier.limits import MIN_COVER_SHARE
 
-    return Claim(
-        found.badge,
-        found.badge.id,
-        wish.focal_px,
-        found.as_built,
-        wish.require_original,
-        found.provenance,
-        MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
-        wish.photographs or 0,
-        seal=found.seal,
+    return Claim.of(
+        found,
+        focal_px=wish.focal_px,
+        require_original=wish.require_original,
+        cover_share=MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
+        photographs=wish.photographs or 0,
     )
 
 

@@ -9,7 +9,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.idcodes import is_name_derived
 from moireid.names import hidden_letters, hidden_words
-from moireid.provenance import Provenance, Seal
+from moireid.provenance import ClaimedBadge, Provenance, Seal
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
@@ -56,6 +56,12 @@ class Claim:
     photographs: int = 0
     enrolling: bool = False
     seal: Seal | None = None
+
+    @classmethod
+    def of(cls, found: ClaimedBadge, **asked: Any) -> Claim:
+        """The claim of a badge, with what else is asked for, by the names of the fields."""
+        known: dict[str, Any] = {"as_built": found.as_built, "provenance": found.provenance, "seal": found.seal}
+        return cls(found.badge, found.badge.id, **known, **asked)
 
     @property
     def names_someone(self) -> bool:

@@ -91,18 +91,18 @@ def check(request: Request, order: BadgeOrder, visitor: Issuer) -> CheckAnswer:
         for metres, link in found.links
     ]
     return CheckAnswer(
-        id=found.badge.id or "",
-        name=found.badge.name,
-        already_issued=found.holder is not None,
+        id=found.plan.badge.id or "",
+        name=found.plan.badge.name,
+        already_issued=found.plan.holder is not None,
         namesakes=[record.id for record in found.namesakes],
         look_alikes=[record.id for record in found.look_alikes],
         name_derived=found.name_derived,
         explain=dict(found.rows),
         link_budget=links,
-        files=list(found.files),
-        left_out={shop: plain(why) for shop, why in found.left_out.items()},
-        note="; ".join(found.notes) or None,
-        badge=json.loads(found.badge.to_json()),
+        files=list(found.plan.parts.files),
+        left_out={shop: plain(why) for shop, why in found.plan.parts.left_out.items()},
+        note="; ".join(found.plan.notes) or None,
+        badge=json.loads(found.plan.badge.to_json()),
     )
 
 
@@ -114,7 +114,7 @@ def issue(request: Request, order: BadgeOrder, visitor: Issuer) -> JobStatus:
     # Checked now, so that a faulty order is refused before a job begins.
     with at_hand(pictures) as files:
         found = checked(order, studio.registry, files)
-    return status_of(start_badge(studio, order.of(found.badge), visitor, pictures))
+    return status_of(start_badge(studio, order.of(found.plan.badge), visitor, pictures))
 
 
 @router.post(

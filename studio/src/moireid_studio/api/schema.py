@@ -11,6 +11,8 @@ from fastapi.routing import APIRoute
 
 from moireid.verifier.session.result import report_schema
 from moireid_studio.auth.guard import rules_of
+from moireid_studio.checks import FilmFields
+from moireid_studio.uploads import ALLOWED
 
 REPORT = {"$ref": "#/components/schemas/Report"}
 IDENTIFICATION = {
@@ -24,35 +26,16 @@ IDENTIFICATION = {
         "reasons": {"type": "array", "items": {"$ref": "#/components/schemas/ReportReason"}},
     },
 }
-FIELDS: dict[str, dict[str, Any]] = {
-    "video": {"type": "string", "format": "binary", "description": "the film: MP4, MOV, WebM, MKV, AVI or MPEG"},
-    "claim": {"type": "string", "description": "name or id of the person whose badge it is said to be"},
-    "badge": {"type": "string", "description": "a badge.json in place of a claim"},
-    "focal_px": {"type": "number", "minimum": 50, "maximum": 100000, "description": "solved over the film if absent"},
-    "require_original": {
-        "type": "boolean",
-        "description": "whether to reject a film whose figures differ from those of enrolment; if absent, where there "
-        "are such figures",
-    },
-    "cover": {
-        "type": "number",
-        "minimum": 0,
-        "maximum": 1,
-        "description": "share of the film that the verdict must be of; 0.5 if absent",
-    },
-    "photographs": {
-        "type": "integer",
-        "minimum": 0,
-        "maximum": 1000,
-        "description": "so many photographs of the badge a forger must need to make such a film; 0 if absent",
-    },
-    "kind": {"enum": ["verify", "identify"], "default": "verify"},
-}
 
 
 def form(*names: str) -> dict[str, Any]:
     """The request body of a route that takes a film and these fields."""
-    properties = {name: FIELDS[name] for name in ("video", *names)}
+    known = FilmFields.model_json_schema()["properties"]
+    # A form knows no null: what may be absent is a value of its own kind or absent.
+    fields = {name: {**known[name], **known[name].get("anyOf", [{}])[0]} for name in names}
+    kept = ("type", "enum", "minimum", "maximum", "description")
+    properties = {name: {key: value for key, value in one.items() if key in kept} for name, one in fields.items()}
+    properties["video"] = {"type": "string", "format": "binary", "description": f"the film: {ALLOWED}"}
     schema = {"type": "object", "required": ["video"], "properties": properties, "additionalProperties": False}
     return {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": schema}}}}
 

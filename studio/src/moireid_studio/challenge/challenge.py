@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import random
 import secrets
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -158,6 +158,11 @@ def moved(place: Place, move: str) -> Place:
     steps = list(place)
     steps[axis] += sign
     return steps[0], steps[1], steps[2]
+
+
+def from_start(prompts: Sequence[Prompt]) -> Callable[[float], list[Prompt]]:
+    """What gives prompts that were drawn already, their times counted from a challenge's beginning, s."""
+    return lambda start_s: [Prompt(one.move, start_s + one.at_s) for one in prompts]
 
 
 def judge_challenge(

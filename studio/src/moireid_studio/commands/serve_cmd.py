@@ -208,17 +208,14 @@ def _seal_words() -> str:
 
 def _listen(host: str, port: int) -> socket.socket:
     """A socket that listens there.  Raises: SpecError where it cannot."""
+    from moireid_studio.settings import listening
+
     try:
-        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        bound = socket.socket(family, kind, protocol)
-        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        bound.bind(address)
-        bound.listen(128)
+        return listening(host, port)
     except OSError as error:
         raise SpecError(
             f"nothing can listen on port {port} of {host} ({error.strerror}); choose another --port, or --host"
         ) from error
-    return bound
 
 
 @click.group("token")

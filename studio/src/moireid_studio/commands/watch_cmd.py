@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from moireid.provenance import ClaimedBadge
-    from moireid.verifier import Claim
     from moireid.verifier.report.circumstances import Circumstances
     from moireid_studio.watch.source import Source
 
@@ -38,19 +37,10 @@ COLOURS = {"accept": "green", "reject": "red", "inconclusive": "yellow"}
 MOST_FINDINGS = 4
 
 
-class JsonLines(AbstractContextManager[Send]):
+def json_line(event: dict[str, Any]) -> None:
     """One object a line on stdout, at once."""
-
-    def __enter__(self) -> Send:
-        return self._print
-
-    def __exit__(self, *error: object) -> None:
-        return None
-
-    @staticmethod
-    def _print(event: dict[str, Any]) -> None:
-        show_json(event)
-        sys.stdout.flush()
+    show_json(event)
+    sys.stdout.flush()
 
 
 @contextmanager
@@ -266,13 +256,17 @@ def watch_command(**given: Any) -> None:
 def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedBadge) -> dict[str, Any]:
     """The verdict's document; the claim is this process's own word, and so is the registry."""
     from moireid.sandbox.seal import missing
+    from moireid.verifier import Claim
     from moireid_studio.challenge.challenge import draw_prompts
     from moireid_studio.watch.order import WatchOrder
     from moireid_studio.watch.watching import Terms, watch
 
     prompts = draw_prompts(0.0) if wish.challenge else None
-    order = WatchOrder(source, _claim(wish, found), found.barred, prompts)
-    with _stopped() as stop, JsonLines() if wish.as_json else live_display(source.shown) as show:
+    claim = Claim.of(
+        found, focal_px=wish.focal_px, require_original=wish.require_original, cover_share=wish.cover_share
+    )
+    order = WatchOrder(source, claim, found.barred, prompts)
+    with _stopped() as stop, nullcontext(json_line) if wish.as_json else live_display(source.shown) as show:
         document = watch(order, Terms(wish.seconds, token), stop, show)
     sealed = tuple(document.pop("sealed"))
     if (lacking := missing(sealed)) is not None:
@@ -283,21 +277,6 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedB
         "claim_source": found.provenance.source,
         "badge": {"id": found.badge.id, "name": found.badge.name},
     }
-
-
-def _claim(wish: WatchWish, found: ClaimedBadge) -> Claim:
-    from moireid.verifier import Claim
-
-    return Claim(
-        found.badge,
-        found.badge.id,
-        wish.focal_px,
-        found.as_built,
-        wish.require_original,
-        found.provenance,
-        wish.cover_share,
-        seal=found.seal,
-    )
 
 
 def _token(path: Path | None, source: Source) -> str | None:

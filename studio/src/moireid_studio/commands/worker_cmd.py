@@ -78,17 +78,16 @@ def worker_command(
         held.callback(database.close)
         verdicts = Verdicts(folder, keep_verdicts, state)
         held.callback(verdicts.close)
-        ledger, place = Ledger(database, folder), storage_of(storage, folder)
         # Badges are made where the keys are: by a studio, and by no worker.
         doer = Doer(
-            ledger,
-            place,
+            Ledger(database, folder),
+            storage_of(storage, folder),
             limits,
             lambda job: prepared(job, registry, trust, dict),
             verdicts.note_job,
             registry=registry,
         )
-        workers = Workers(ledger, place, doer, limits)
+        workers = Workers(doer)
         film_processes.warm_up()
         stop = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -7,16 +7,14 @@ names a file of the server: sheets and templates are those that come with the pr
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.designer import Request, explain, payload_from_hex
-from moireid.designer.drawn import KnownHolder
 from moireid.designer.formats import FORMATS
 from moireid.designer.link import LinkBudget
 from moireid.designer.reach import link_budgets
@@ -28,22 +26,13 @@ from moireid.issuing.plan import IssueOrder, IssuePlan, plan_badge
 from moireid.issuing.wear import Wear
 from moireid.names import MOST_LINES
 from moireid.registry import Record, Registry
+from moireid.sheets import PRODUCTS
 
 #: Labels alone: the library would take the path of a lens profile too, and no visitor names a path.
-LensLabel = Literal[
-    "40lpi",
-    "50lpi",
-    "60lpi",
-    "75lpi",
-    "20lpi-2mm",
-    "30lpi-47mil",
-    "40lpi-33mil",
-    "40lpi-2mm",
-    "60lpi-1.2mm",
-    "62lpi-27mil",
-    "75lpi-18mil",
-    "100lpi-14mil",
-]
+if TYPE_CHECKING:
+    LensLabel = str
+else:
+    LensLabel = Literal[tuple(PRODUCTS)]
 Mount = Literal["lanyard", "clip", "stand", "holder", "none"]
 #: Names of `designer.formats.FORMATS`, and of `artwork.template.TEMPLATES`.
 FormatName = Literal["cr80", "a7", "4x3in", "a6", "a5", "webcam", "board"]
@@ -165,32 +154,28 @@ class BadgeOrder(Wish):
 
 @dataclass(frozen=True)
 class CheckedOrder:
-    """A badge that can be made, what it wears, and what the visitor should know about it.
+    """A badge that can be made, and what the visitor should know about it.
 
-    rows: as `print-your-badge --explain`; links: link budget at each end of the range; holder: who already has this
-    same badge; namesakes: other badges issued to the name; look_alikes: badges of people whose names look like it;
-    files: names in the package; left_out: which of the two mounts cannot be made, and why; notes: about letters of a
-    name that no font has, and a mount that is not made; name_derived: whether everyone who knows the name can print
-    this badge.
+    rows: as `print-your-badge --explain`; links: link budget at each end of the range; namesakes: other badges issued
+    to the name; look_alikes: badges of people whose names look like it.
     """
 
-    badge: Badge
-    look: Look | None
+    plan: IssuePlan
     rows: list[tuple[str, str]]
     links: list[tuple[float, LinkBudget]]
-    holder: KnownHolder | None
     namesakes: list[Record]
     look_alikes: list[Record]
-    files: tuple[str, ...]
-    left_out: dict[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    name_derived: bool = False
+
+    @property
+    def name_derived(self) -> bool:
+        """Whether everyone who knows the name can print this badge."""
+        return is_name_derived(self.plan.badge)
 
     @property
     def to_read(self) -> str | None:
         """What the issuer must have read before this badge is issued, as a mark of it; None where there is nothing."""
-        notable = self.holder or self.namesakes or self.look_alikes or self.name_derived
-        return f"{self.badge.id} {self.badge.name}" if notable else None
+        notable = self.plan.holder or self.namesakes or self.look_alikes or self.name_derived
+        return f"{self.plan.badge.id} {self.plan.badge.name}" if notable else None
 
 
 def plan_order(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] | None = None) -> IssuePlan:
@@ -209,21 +194,11 @@ def checked(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] 
 
     Raises: as `plan_order`.
     """
-    found = plan_order(order, registry, pictures)
-    badge = found.badge
-    return CheckedOrder(
-        badge,
-        found.look,
-        explain(badge),
-        link_budgets(badge),
-        found.holder,
-        [record for record in registry.named(badge.name) if record.id != badge.id],
-        registry.look_alikes([badge.name]).get(badge.name, []),
-        found.parts.files,
-        found.parts.left_out,
-        found.notes,
-        is_name_derived(badge),
-    )
+    plan = plan_order(order, registry, pictures)
+    badge = plan.badge
+    namesakes = [record for record in registry.named(badge.name) if record.id != badge.id]
+    look_alikes = registry.look_alikes([badge.name]).get(badge.name, [])
+    return CheckedOrder(plan, explain(badge), link_budgets(badge), namesakes, look_alikes)
 
 
 def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:

@@ -10,7 +10,7 @@ import asyncio
 import contextlib
 import re
 import shutil
-from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +18,13 @@ import anyio
 from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import RegistryError
-from moireid.registry import Registry
 from moireid_studio.auth.tokens import Role
-from moireid_studio.http.metrics import Metrics
 from moireid_studio.http.server import Rates, fits
 from moireid_studio.jobs.child import films
-from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.workers import Doer, Workers
 from moireid_studio.problems import Refusal
-from moireid_studio.settings import Limits
 from moireid_studio.store.job import Job, Lane
-from moireid_studio.store.ledger import Ledger
-from moireid_studio.store.storage import JOB_ID, Folder, Storage, StorageError
+from moireid_studio.store.storage import JOB_ID, Folder, StorageError
 
 __all__ = ["Job", "Jobs"]
 #: Folders that a killed studio leaves: of films as they came, and copies of files in a storage.
@@ -41,24 +36,12 @@ LOOK_S = 0.2
 class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
-    def __init__(
-        self,
-        folder: Path,
-        limits: Limits,
-        ledger: Ledger,
-        storage: Storage,
-        prepare: Callable[[Job], PreparedJob],
-        note: Callable[[Job], None] = lambda job: None,
-        *,
-        registry: Registry | None = None,
-        metrics: Metrics | None = None,
-    ) -> None:
-        """Parameters: folder: for films as they come; prepare, note, registry: as for `Doer`."""
+    def __init__(self, folder: Path, doer: Doer) -> None:
+        """Parameters: folder: for films as they come; doer: does the jobs, and holds their ledger and storage."""
         # Made absolute, because a job's process begins in another folder.
-        self._folder, self._limits, self._storage = folder.absolute(), limits, storage
-        self.ledger, self.rates = ledger, Rates(limits)
-        self.doer = Doer(ledger, storage, limits, prepare, note, registry=registry, metrics=metrics)
-        self.workers = Workers(ledger, storage, self.doer, limits)
+        self._folder, self.doer, self._limits = folder.absolute(), doer, doer.limits
+        self.ledger, self._storage, self.rates = doer.ledger, doer.storage, Rates(doer.limits)
+        self.workers = Workers(doer)
         #: Bytes of films on their way here, by job; and those of all that are stored, by owner, as of the last look.
         self._coming: dict[str, tuple[str, int]] = {}
         self._there: dict[str, int] = {}
@@ -165,12 +148,11 @@ class Jobs:
         job.state = "waiting"
         self.workers.wake()
 
-    def keep(self, job: Job, name: str, size: int) -> None:
+    def keep(self, job: Job, name: str) -> None:
         """Keep a file of a job that no worker does, for as long as results are kept.
 
         Raises: Refusal 503 where it cannot be stored, 404 where the job was removed meanwhile.
         """
-        self.stored(job, size)
         try:
             self._storage.sent(job.id, name)
         except (StorageError, OSError) as error:

@@ -26,7 +26,6 @@ from moireid.badge import Badge, badge_from_json
 from moireid.lenticule import know_law
 from moireid.provenance import ClaimedBadge
 from moireid.sandbox.child import Talk
-from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.report_page import pictures_of, signals_csv
 from moireid.verifier.session.capture import capture_as_built
 from moireid.verifier.session.claim import Claim
@@ -44,30 +43,17 @@ def verify_film(
     send: Send,
     *,
     found: ClaimedBadge,
-    focal_px: float | None = None,
-    require_original: bool | None = None,
-    cover_share: float = MIN_COVER_SHARE,
-    photographs: int = 0,
     report: bool = False,
     laws: Sequence[Law] = (),
+    **asked: Any,
 ) -> None:
     """What `moireid verify --json` prints; with `report` also the pictures and the signals of its report.
 
     The page itself is made by the server, as this process is not to learn whose badge it has read.
+    Parameters: asked: what else the claim asks for, as for `Claim`.
     """
     _know(laws)
-    claim = Claim(
-        found.badge,
-        found.badge.id,
-        focal_px,
-        found.as_built,
-        require_original,
-        found.provenance,
-        cover_share,
-        photographs,
-        seal=found.seal,
-    )
-    made = verify(video, claim, barred=found.barred, progress=progress)
+    made = verify(video, Claim.of(found, **asked), barred=found.barred, progress=progress)
     send({"result": made.to_json()})
     if not report:
         return

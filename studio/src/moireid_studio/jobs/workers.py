@@ -81,8 +81,8 @@ class Doer:
         else is known of a badge that was found.
         """
         self.prepare, self._note = prepare, note
-        self._ledger, self._storage, self._limits = ledger, storage, limits
-        self._registry, self._metrics = registry, metrics or Metrics()
+        self.ledger, self.storage, self.limits = ledger, storage, limits
+        self._registry, self.metrics = registry, metrics or Metrics()
         memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
         self._of_one = ProcessLimits(memory, cpu_s=int(limits.job_s * 4) + 1, file_bytes=FILE_BYTES)
 
@@ -109,13 +109,13 @@ class Doer:
         # A finished verdict counts, even if its report could not be drawn.
         if job.result is None:
             job.problem = problem or ("crash", "The process that read this film ended without a result.")
-        if not patiently(lambda: self._ledger.settle(job)):
+        if not patiently(lambda: self.ledger.settle(job)):
             _log.warning("a job's result came too late: another worker has the job, or it was removed")
             self._clear(job)
             return
         self.finish(job)
-        self._metrics.working.labels(job.kind).observe(time.monotonic() - begun_s)
-        self._metrics.ended.labels(job.kind, "failed" if job.problem else "done").inc()
+        self.metrics.working.labels(job.kind).observe(time.monotonic() - begun_s)
+        self.metrics.ended.labels(job.kind, "failed" if job.problem else "done").inc()
 
     def finish(self, job: Job) -> None:
         """What remains once a job is settled; doing it again changes nothing."""
@@ -125,39 +125,39 @@ class Doer:
             if job.result is None:
                 job.bytes = 0
                 # A process may have put anything into its folder.
-                self._storage.remove(job.id)
+                self.storage.remove(job.id)
             else:
-                self._storage.drop(job.id, job.video)
+                self.storage.drop(job.id, job.video)
         except StorageError as error:
             # The sweep finds it, and tries again.
             _log.error("a film that was judged could not be removed: %s", error)
             return
-        patiently(lambda: self._ledger.drop_film(job))
-        patiently(lambda: self._ledger.close(job))
+        patiently(lambda: self.ledger.drop_film(job))
+        patiently(lambda: self.ledger.close(job))
 
     def _clear(self, job: Job) -> None:
         """Remove the files of a job that was removed; not of one that another worker has."""
-        if patiently(lambda: self._ledger.find(job.id)) is None:
+        if patiently(lambda: self.ledger.find(job.id)) is None:
             with suppress(StorageError):
-                self._storage.remove(job.id)
+                self.storage.remove(job.id)
 
     def _given_back(self, job: Job, why: str) -> bool:
         """Whether others do the job: after a stop always, after a fault of ours if it may be begun once more."""
         counts = why != "stopped"
         if job.tries == 1 or (counts and job.taken >= job.tries):
             return False
-        return patiently(lambda: self._ledger.give_back(job, counts=counts)) or True
+        return patiently(lambda: self.ledger.give_back(job, counts=counts)) or True
 
     def _work(self, job: Job, stopping: Callable[[], bool]) -> tuple[str, str] | None:
         """Let a job's process do its work; returns what was wrong, as code and sentence."""
         try:
             ready = patiently(lambda: self.prepare(job), stopping=stopping)
             _know(job, ready)
-            with self._storage.at_work(job.id, job.video) as folder:
+            with self.storage.at_work(job.id, job.video) as folder:
                 said = WorkerMessages(job, ready, ready.questions)
                 self._run(said, folder, stopping)
                 names = _kept_names(job, folder)
-                self._storage.keep(job.id, folder, names)
+                self.storage.keep(job.id, folder, names)
                 job.bytes = sum((folder / name).lstat().st_size for name in names)
         except JobFailure as lost:
             return lost.code, lost.text
@@ -180,7 +180,7 @@ class Doer:
     def _run(self, said: WorkerMessages, folder: Path, stopping: Callable[[], bool]) -> None:
         job = said.job
         task = Task(job.kind, folder, job.video, said.ready.arguments)
-        run_task(task, self._of_one, partial(self._handle, said), wall_s=self._limits.job_s, stopping=stopping)
+        run_task(task, self._of_one, partial(self._handle, said), wall_s=self.limits.job_s, stopping=stopping)
 
     def _handle(self, said: WorkerMessages, message: dict[str, Any]) -> object:
         """Take a message in; returns the answer to a question.  Raises: Unusable, RegistryError, JobWithdrawal."""
@@ -217,7 +217,7 @@ class Doer:
     def _note_progress(self, job: Job) -> None:
         """Note how far a job has come.  Raises: JobWithdrawal where it is no longer this worker's."""
         try:
-            if not self._ledger.progress(job):
+            if not self.ledger.progress(job):
                 raise JobWithdrawal
         except RegistryError:
             # Progress can wait; the result cannot.
@@ -267,10 +267,10 @@ OVERHEAD_S = 900.0
 
 
 class Workers:
-    """Threads over one ledger; `start`, `wake` as a job was submitted, `stop`."""
+    """Threads that do the jobs of one ledger; `start`, `wake` as a job was submitted, `stop`."""
 
-    def __init__(self, ledger: Ledger, storage: Storage, doer: Doer, limits: Limits) -> None:
-        self._ledger, self._storage, self._doer, self._limits = ledger, storage, doer, limits
+    def __init__(self, doer: Doer) -> None:
+        self._doer, self._ledger, self._storage, self._limits = doer, doer.ledger, doer.storage, doer.limits
         #: No more is begun; and what goes on is given back.
         self.stopping, self._hurry = threading.Event(), threading.Event()
         #: A permit for each thread to look for a job at once.

@@ -78,7 +78,6 @@ def _session(talk: Talk, start: Start) -> None:
     from moireid_studio.challenge.clock import CALL, HERE
     from moireid_studio.challenge.session import LiveCheck
 
-    found = start.found
     prompts: Sequence[Prompt] = []
 
     def draw(start_s: float) -> list[Prompt]:
@@ -86,11 +85,8 @@ def _session(talk: Talk, start: Start) -> None:
 
     # The running verdict has a thread of its own.
     with ThreadPoolExecutor(1, "verdict") as aside:
-        claim = Claim(
-            found.badge, found.badge.id, as_built=found.as_built, provenance=found.provenance, seal=found.seal
-        )
         pace = CALL if start.in_call else HERE
-        check = LiveCheck(claim, draw=draw, pace=pace, aside=aside, required=start.required)
+        check = LiveCheck(Claim.of(start.found), draw=draw, pace=pace, aside=aside, required=start.required)
         talk.send({"event": "ready"})
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:

@@ -66,7 +66,7 @@ CHOICES: dict[str, Any] = {"formats": _formats(), "styles": TEMPLATES}
 
 def sentences(checked: CheckedOrder, format_name: str | None = None) -> list[str]:
     """What a person should know before a badge is made: from where it can be read, and how surely."""
-    badge = checked.badge
+    badge = checked.plan.badge
     camera = "in a call, by a camera of 720p" if format_name == "webcam" else "with a phone at 1080p"
     assert badge.range_m is not None
     lines = [
@@ -124,14 +124,14 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
             found = checked(order, studio.registry, files)
             was_shown = found.to_read is None or sent.texts.get("acknowledged") == found.to_read
             if sent.texts.get("do") == "issue" and was_shown:
-                job = start_badge(studio, order.of(found.badge), visitor, chosen.pictures)
+                job = start_badge(studio, order.of(found.plan.badge), visitor, chosen.pictures)
                 return RedirectResponse(f"/issue/jobs/{job.id}", 303)
-            law = preview_law(found.badge, found.look)
+            law = preview_law(found.plan.badge, found.plan.look)
     except MoireIdError as error:
         problem = studio.sentence(error)
         return _page(request, sent.texts, status=422, chosen=chosen.shown(), problem=problem)
     words = sentences(found, order.format)
-    line, kept, held_up = line_of(found.badge.print), chosen.shown(), sent.texts.get("do") == "issue"
+    line, kept, held_up = line_of(found.plan.badge.print), chosen.shown(), sent.texts.get("do") == "issue"
     return _page(request, sent.texts, chosen=kept, checked=found, law=law, line=line, sentences=words, held_up=held_up)
 
 

@@ -166,48 +166,37 @@ WORDS = {
 
 def install(app: FastAPI) -> None:
     """Let the application answer every error in our words."""
-    app.add_exception_handler(Refusal, _refused)
-    app.add_exception_handler(MoireIdError, _ours)
-    app.add_exception_handler(RequestValidationError, _invalid)
-    app.add_exception_handler(HTTPException, _http)
-    app.add_exception_handler(ClientDisconnect, _gone)
-    app.add_exception_handler(Exception, _broken)
+    for kind in (Refusal, MoireIdError, RequestValidationError, HTTPException, ClientDisconnect, Exception):
+        app.add_exception_handler(kind, _answered)
 
 
-async def _refused(request: Request, error: Exception) -> Response:
-    assert isinstance(error, Refusal)
-    return answer(request, error)
+async def _answered(request: Request, error: Exception) -> Response:
+    return answer(request, refusal_of(request, error))
 
 
-async def _ours(request: Request, error: Exception) -> Response:
-    if is_away(error):
-        text = "The database cannot be reached just now; try again in a moment."
-        return answer(request, Refusal(503, "database", text, headers={"Retry-After": "10"}))
-    return answer(request, Refusal(422, type(error).__name__, studio_of(request).sentence(error)))
-
-
-async def _invalid(request: Request, error: Exception) -> Response:
-    assert isinstance(error, RequestValidationError)
-    problems = [f"{'.'.join(map(str, one['loc'][1:])) or one['loc'][0]}: {one['msg']}" for one in error.errors()[:5]]
-    return answer(request, Refusal(422, "fields", "The request cannot be used: " + "; ".join(problems) + "."))
-
-
-async def _http(request: Request, error: Exception) -> Response:
-    assert isinstance(error, HTTPException)
-    code, text = WORDS.get(error.status_code, ("refused", str(error.detail)))
-    headers = dict(error.headers) if error.headers else None
-    return answer(request, Refusal(error.status_code, code, text, headers=headers))
-
-
-async def _broken(request: Request, _: Exception) -> Response:
+def refusal_of(request: Request, error: Exception) -> Refusal:
+    """Status, code and sentence of an error."""
+    match error:
+        case Refusal():
+            return error
+        case MoireIdError() if is_away(error):
+            text = "The database cannot be reached just now; try again in a moment."
+            return Refusal(503, "database", text, headers={"Retry-After": "10"})
+        case MoireIdError():
+            return Refusal(422, type(error).__name__, studio_of(request).sentence(error))
+        case RequestValidationError():
+            words = [
+                f"{'.'.join(map(str, one['loc'][1:])) or one['loc'][0]}: {one['msg']}" for one in error.errors()[:5]
+            ]
+            return Refusal(422, "fields", "The request cannot be used: " + "; ".join(words) + ".")
+        case HTTPException():
+            code, text = WORDS.get(error.status_code, ("refused", str(error.detail)))
+            return Refusal(error.status_code, code, text, headers=dict(error.headers or {}))
+        case ClientDisconnect():
+            # The client does not read this answer, but without one the server would log an error.
+            return Refusal(400, "broken_off", "The request was broken off; send it again.")
     # The server raises the error again after this answer, so its log has the whole story.  The answer passes no guard.
-    text = "Something went wrong inside moireid; the server's log says what."
-    return answer(request, Refusal(500, "system", text, headers=HEADERS))
-
-
-async def _gone(request: Request, _: Exception) -> Response:
-    # The client does not read this answer, but without one the server would log an error.
-    return answer(request, Refusal(400, "broken_off", "The request was broken off; send it again."))
+    return Refusal(500, "system", "Something went wrong inside moireid; the server's log says what.", headers=HEADERS)
 
 
 def answer(request: Request, error: Refusal) -> Response:

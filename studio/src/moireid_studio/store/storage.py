@@ -18,10 +18,10 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from moireid.errors import MissingExtraError, SpecError
 from moireid.extras import missing_extra
@@ -36,36 +36,14 @@ class StorageError(Exception):
     """A storage that fails; later it may not."""
 
 
-class Storage(Protocol):
-    """Where the films of jobs are, and what is kept of them, each job by its id."""
-
-    def sent(self, job_id: str, name: str) -> None:
-        """A film has come whole to the folder for films that come; from now on others may take it."""
-
-    def at_work(self, job_id: str, name: str) -> AbstractContextManager[Path]:
-        """A context with a folder of this machine, in which the film is."""
-
-    def keep(self, job_id: str, folder: Path, names: list[str]) -> None:
-        """Keep these files of a folder that `at_work` gave."""
-
-    def file(self, job_id: str, name: str) -> AbstractContextManager[Path]:
-        """A context with a kept file, as one of this machine.  Raises: FileNotFoundError, StorageError."""
-
-    def drop(self, job_id: str, name: str) -> None:
-        """Remove a film."""
-
-    def remove(self, job_id: str) -> None:
-        """Remove all of a job."""
-
-    def ids(self) -> list[str]:
-        """The jobs that have files there."""
-
-    def check(self) -> None:
-        """Raises: StorageError where it cannot be reached."""
-
-
 class Folder:
-    """The studio's own folder: films are judged where they came."""
+    """The studio's own folder: films are judged where they came.
+
+    `sent`: a film has come whole to the folder for films that come, from now on others may take it.  `at_work`: a
+    context with a folder of this machine, in which the film is.  `keep`: keep these files of such a folder.  `file`: a
+    context with a kept file, as one of this machine.  `drop`, `remove`: remove a film, or all of a job.  `ids`: the
+    jobs that have files there.  Raises: StorageError where it cannot be reached; FileNotFoundError.
+    """
 
     def __init__(self, root: Path) -> None:
         self._root = root
@@ -113,7 +91,9 @@ class Folder:
 
 
 class Remote:
-    """A storage by its fsspec address, such as s3://bucket/films, and a folder of this machine for work."""
+    """A storage by its fsspec address, such as s3://bucket/films, with the methods of `Folder`; scratch: a folder of
+    this machine for work.
+    """
 
     def __init__(self, address: str, scratch: Path) -> None:
         """Raises: SpecError where the address cannot be used; MissingExtraError."""
@@ -210,6 +190,10 @@ class Remote:
         raise StorageError("the storage was not asked")
 
 
+#: Where the films of jobs are, and what is kept of them, each job by its id.
+Storage = Folder | Remote
+
+
 def storage_of(address: str | None, folder: Path) -> Storage:
     """The storage at an address; without one, the folder of this studio.  Raises: SpecError, MissingExtraError."""
     return Folder(folder) if address is None else Remote(address, folder)
@@ -230,13 +214,6 @@ class StoredPicture:
     def suffix(self) -> str:
         """The suffix of a file with these bytes; empty where it is none of ours."""
         return next((suffix for begin, suffix in SUFFIXES.items() if self.data.startswith(begin)), "")
-
-
-def pack(packed: zipfile.ZipFile, pictures: Mapping[str, StoredPicture]) -> None:
-    """Put pictures into an archive, with a list of their keys and names."""
-    packed.writestr("pictures.json", json.dumps([[key, one.name] for key, one in pictures.items()]))
-    for number, one in enumerate(pictures.values()):
-        packed.writestr(f"pictures/{number}", one.data)
 
 
 def unpacked(packed: zipfile.ZipFile) -> dict[str, StoredPicture]:

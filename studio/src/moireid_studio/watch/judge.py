@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +18,10 @@ from moireid.errors import MoireIdError
 from moireid.sandbox.child import Talk
 from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason
-from moireid_studio.challenge.challenge import Prompt
+from moireid_studio.challenge.challenge import from_start
 from moireid_studio.challenge.stream import StreamCheck
-from moireid_studio.watch.inbox import Inbox, TimedPicture
 from moireid_studio.watch.order import Data, Event, Shot, Signal, StreamEnd, WatchOrder
-from moireid_studio.watch.readers import RemoteReaders, pictures
+from moireid_studio.watch.readers import Inbox, RemoteReaders, TimedPicture, pictures
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -147,15 +145,15 @@ class Watching:
 
     def _anew(self) -> StreamCheck:
         order = self._order
-        prompts: Sequence[Prompt] | None = order.prompts
-
-        def draw(start_s: float) -> list[Prompt]:
-            return [Prompt(one.move, start_s + one.at_s) for one in prompts or ()]
-
-        challenged = prompts is not None
+        challenged = order.prompts is not None
         live = order.source.live(challenged=challenged)
         check = StreamCheck(
-            order.claim, live=live, challenged=challenged, barred=order.barred, draw=draw, aside=self._aside
+            order.claim,
+            live=live,
+            challenged=challenged,
+            barred=order.barred,
+            draw=from_start(order.prompts or ()),
+            aside=self._aside,
         )
         if challenged:
             check.ask(0.0)

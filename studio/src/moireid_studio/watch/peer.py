@@ -13,9 +13,8 @@ from typing import Any
 
 from moireid.errors import MediaError
 from moireid.extras import missing_extra
-from moireid_studio.watch.inbox import Inbox, TimedPicture
 from moireid_studio.watch.order import Signal, StreamEnd
-from moireid_studio.watch.readers import small_enough
+from moireid_studio.watch.readers import Inbox, TimedPicture, small_enough
 
 #: Media of a description: sound and picture of a sender, and some more that are not received.
 MOST_MEDIA = 8

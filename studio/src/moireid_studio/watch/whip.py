@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import asyncio
 import hmac
-import ipaddress
 import queue
 import secrets
 import socket
@@ -19,15 +18,14 @@ from urllib.parse import urlsplit
 
 from moireid.errors import MediaError
 from moireid.extras import missing_extra
+from moireid_studio.settings import is_loopback, listening
+from moireid_studio.watch.feeding import MOST_SDP_BYTES, SDP, Feeder
 from moireid_studio.watch.order import Signal, StreamEnd
 from moireid_studio.watch.source import Source
-from moireid_studio.watch.whep import MOST_SDP_BYTES, SDP
 
 if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
-
-    from moireid_studio.watch.feeding import Feeder
 
 PORT, RESOURCE = 8080, "session"
 #: Connections at a time; seconds for a request's content, for the judge's answer, and for the server to start.
@@ -162,18 +160,9 @@ def _said(status: int, text: str, headers: dict[str, str] | None = None) -> Resp
     return Response(text, status, CORS | {"Content-Type": "text/plain; charset=utf-8"} | (headers or {}))
 
 
-def is_loopback(host: str) -> bool:
-    """Whether a host is this machine alone."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host.lower() == "localhost"
-
-
 def _bound(host: str, port: int) -> socket.socket:
     try:
-        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-        return socket.create_server((host, port), family=family)
+        return listening(host, port)
     except (OSError, OverflowError) as error:
         words = getattr(error, "strerror", None) or str(error)
         raise MediaError(f"{host}:{port} cannot be listened at ({words}); give another port or address") from error
