@@ -1,12 +1,12 @@
-"""Studios, workers, a scheduler and PostgreSQL by the compose file: `.venv/bin/python benchmarks/studio_cluster.py`.
+"""Studios, workers and PostgreSQL by the compose file: `.venv/bin/python benchmarks/studio_cluster.py`.
 
 Starts each service of `deploy/compose.yaml` by its own command, as processes of this machine: a host's name becomes
 loopback, a volume a folder, and a process that ends is started again, as the file says.  PostgreSQL alone is started by
 its own programs, as its command is in its image; and there is no proxy: films are sent to the studios by turns, and
 again where none answers.  It then
 
-1 sends films, each with bytes of its own at its end, and kills a studio, a worker and the scheduler meanwhile, with all
-  that they had started, and stops PostgreSQL for ten seconds; prints what became of each film, and how often the record
+1 sends films, each with bytes of its own at its end, and kills a studio and both workers meanwhile, with all that they
+  had started, and stops PostgreSQL for ten seconds; prints what became of each film, and how often the record
   has it;
 2 measures films a second with one worker and with two, where jobs wait (for a storage that takes seconds) and where
   they compute.  Two workers can only compute twice as fast where two processors are free, so the load is printed.
@@ -73,10 +73,8 @@ class Cluster:
     def __init__(self, folder: Path, database: str, storage: str, workers: int) -> None:
         self.folder, self.database, self.storage = folder, database, storage
         self.ports = [_free_port(), _free_port()]
-        self._scheduler = _free_port()
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
-        self._wanted: dict[str, tuple[str, int]] = {"scheduler": ("scheduler", 0)}
-        self._wanted |= {f"worker {k}": ("worker", k) for k in range(workers)}
+        self._wanted: dict[str, tuple[str, int]] = {f"worker {k}": ("worker", k) for k in range(workers)}
         self._wanted |= {f"studio {k}": ("studio", k) for k in range(2)}
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._supervise)
@@ -88,11 +86,8 @@ class Cluster:
         places = {
             DATABASE: self.database,
             "${STORAGE:-file:///films}": self.storage,
-            "tcp://scheduler:8786": f"tcp://127.0.0.1:{self._scheduler}",
-            "--host=scheduler": "--host=127.0.0.1",
-            "--port=8786": f"--port={self._scheduler}",
             "--host=0.0.0.0": "--host=127.0.0.1",
-            "--port=8000": f"--port={self.ports[number]}",
+            "--port=8000": f"--port={self.ports[number % len(self.ports)]}",
             "=/data": f"={data}",
         }
         words = []
@@ -155,7 +150,7 @@ def _ready(port: int) -> bool:
         state = httpx.get(f"http://127.0.0.1:{port}/readyz", timeout=10).json()
     except httpx.HTTPError:
         return False
-    return bool(state["ready"] and state["needs"]["scheduler"])
+    return bool(state["ready"])
 
 
 def _until(holds: Any, seconds: float) -> None:
@@ -244,10 +239,10 @@ def record(database: str, since: int = 0) -> list[Any]:
 
 
 def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float], None]) -> None:
-    """Send films, kill a studio, a worker and the scheduler meanwhile, let the database go `away` for ten seconds, and
+    """Send films, kill a studio and both workers meanwhile, let the database go `away` for ten seconds, and
     print what became of the films.
     """
-    kills = {count // 5: "studio 0", 2 * count // 5: "worker 1", 3 * count // 5: "scheduler"}
+    kills = {count // 5: "studio 0", 2 * count // 5: "worker 1", 3 * count // 5: "worker 0"}
     kills[4 * count // 5] = "database"
     begun, lock, sent, down = time.monotonic(), threading.Lock(), Counter[str](), []
 

@@ -59,9 +59,9 @@ def commands() -> list[list[str]]:
 def test_commands_take_the_options_that_they_are_given() -> None:
     """Catches: an option that was renamed, and studios that do not start after the next release."""
     found = commands()
-    assert len(found) == 8
-    for start in ({"moireid", "serve"}, {"moireid", "registry", "init"}):
-        some = [command for command in found if start <= set(command)]
+    assert len(found) == 6
+    for start in (["moireid", "serve"], ["moireid", "worker"], ["moireid", "registry", "init"]):
+        some = [command for command in found if command[: len(start)] == start]
         program = [
             sys.executable,
             "-c",

@@ -29,7 +29,7 @@ def test_silent_and_slow_ones_keep_nobody_waiting() -> None:
     assert int(told.split("the server's log: ")[1].split()[0]) < 20_000
 
 
-def test_no_film_is_lost_with_a_studio_a_worker_or_the_scheduler() -> None:
+def test_no_film_is_lost_with_a_studio_or_a_worker() -> None:
     """Catches: the compose file's commands that do not work together; a job that is lost, or in the record twice."""
     with running_server():
         # Skipped here, and not within, where there is no PostgreSQL.

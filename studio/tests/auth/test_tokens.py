@@ -55,10 +55,10 @@ def test_tokens_and_sessions_end_by_themselves(visit: Visit, monkeypatch: pytest
     short, _ = tokens.create("verifier", "a day", 1.0)
     long, _ = tokens.create("verifier", "a month", 30.0)
     sessions = {secret: tokens.begin_session(secret) for secret in (short, long)}
-    present = token_times._after
+    present = token_times.utc_text
 
     def in_days(days: float) -> None:
-        monkeypatch.setattr(token_times, "_after", lambda wait: present(wait + timedelta(days=days)))
+        monkeypatch.setattr(token_times, "utc_text", lambda wait=timedelta(): present(wait + timedelta(days=days)))
 
     in_days(0.4)
     assert tokens.find(short) and tokens.of_session(sessions[short] or "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -86,19 +86,19 @@ def test_only_what_can_be_a_verdict_is_taken() -> None:
 
 def test_they_go_after_their_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a retention that is stated and not kept; one that starts anew at each opening; rows left behind."""
-    store, now = Verdicts(tmp_path, 30.0), datetime.now(UTC)
+    store = Verdicts(tmp_path, 30.0)
     store.note(**ONE | {"film_sha256": "old" * 20})
-    shown = module._text
+    shown = module.utc_text
 
     def in_days(days: float) -> None:
-        monkeypatch.setattr(module, "_text", lambda moment: shown(moment + timedelta(days=days)))
+        monkeypatch.setattr(module, "utc_text", lambda wait=timedelta(): shown(wait + timedelta(days=days)))
 
     in_days(29.0)
     store.note(**ONE)
     assert len(store.given(9)) == 2
     in_days(31.0)
     assert [one.film_sha256 for one in Verdicts(tmp_path, 30.0).given(9)] == ["0" * 64]
-    assert b"oldold" not in store.path.read_bytes() and store.given(9)[0].at > shown(now + timedelta(days=28))
+    assert b"oldold" not in store.path.read_bytes() and store.given(9)[0].at > shown(timedelta(days=28))
     Verdicts(tmp_path, 0).note(**ONE)
     assert Verdicts(tmp_path, None).given(9) == []
 

@@ -60,8 +60,8 @@ class Claim:
     @classmethod
     def of(cls, found: ClaimedBadge, **asked: Any) -> Claim:
         """The claim of a badge, with what else is asked for, by the names of the fields."""
-        known: dict[str, Any] = {"as_built": found.as_built, "provenance": found.provenance, "seal": found.seal}
-        return cls(found.badge, found.badge.id, **known, **asked)
+        badge, built, provenance = found.badge, found.as_built, found.provenance
+        return cls(badge, badge.id, as_built=built, provenance=provenance, seal=found.seal, **asked)
 
     @property
     def names_someone(self) -> bool:
