@@ -64,8 +64,17 @@ Sample = Literal["true", "forged"]
 async def start_job(request: Request, visitor: Visitor, *, kind: str | None = None, report: bool) -> Job:
     """Receive a film with its form, and let the job begin.
 
-    Parameters: kind: verify or identify, None where the form's field `kind` says which; report: make the report too.
-    Raises: Refusal where the form, the film or the claim cannot be used, or too many films wait.
+    Parameters
+    ----------
+    kind
+        Verify or identify, None where the form's field `kind` says which.
+    report
+        Make the report too.
+
+    Raises
+    ------
+    Refusal
+        Where the form, the film or the claim cannot be used, or too many films wait.
     """
     studio = studio_of(request)
     async with studio.jobs.coming(kind or "verify", visitor.id, visitor.role) as job:
@@ -83,8 +92,19 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
 def submit_claim(studio: Studio, visitor: Visitor, job: Job, video: Path, given: FilmFields, *, report: bool) -> None:
     """Let a job begin that judges a claim, or says who it is.
 
-    Parameters: video: in the job's folder; given: the fields of the form; report: make it too.
-    Raises: Refusal where the claim cannot be used.
+    Parameters
+    ----------
+    video
+        In the job's folder.
+    given
+        The fields of the form.
+    report
+        Make it too.
+
+    Raises
+    ------
+    Refusal
+        Where the claim cannot be used.
     """
     wish = given.model_dump(exclude={"cover", "kind"})
     wish |= {"cover_share": given.cover, "ids": visitor.may("issuer"), "report": report}

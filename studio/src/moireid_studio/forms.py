@@ -44,7 +44,11 @@ def within(request: Request, most: int | None = None, came: Callable[[int], None
     HTTPException 413, and 408 where it stops or is very slow.
 
     Bytes are counted as they arrive, because a body sent in pieces need not state its length.
-    Parameters: came: called with how many have come so far; it may refuse more.
+
+    Parameters
+    ----------
+    came
+        Called with how many have come so far; it may refuse more.
     """
     limits, seen = studio_of(request).settings.limits, 0
     most = limits.form_bytes if most is None else most
@@ -86,20 +90,18 @@ def too_large(most: int) -> HTTPException:
     return HTTPException(413, f"This form is larger than {size}; send less at a time.")
 
 
-async def form_fields(request: Request) -> Fields:
-    """The fields of the request's form; of a name sent twice the last counts.
-
-    Raises: HTTPException where it is larger than `Limits.form_bytes`, or no form.
-    """
-    return await _read(request, within(request), {})
-
-
 async def picture_fields(request: Request, visitor: Visitor, most: Mapping[str, int]) -> Fields:
     """The fields of a form that may have pictures; a large one takes one of the visitor's places for uploads.
 
-    Parameters: most: the fields with pictures, and how many each may have.
+    Parameters
+    ----------
+    most
+        The fields with pictures, and how many each may have.
+
+    Notes
+    -----
     Raises: HTTPException where its pictures are larger than `Limits.pictures_bytes`, or all else than
-        `Limits.form_bytes`; Refusal as `Jobs.admit` and `Jobs.stored`.
+    `Limits.form_bytes`; Refusal as `Jobs.admit` and `Jobs.stored`.
     """
     studio = studio_of(request)
     limits, length = studio.settings.limits, request.headers.get("content-length", "")

@@ -114,8 +114,17 @@ class Links:
     """The links of one studio, or of several that share a database; safe to use from any thread."""
 
     def __init__(self, folder: Path, state: str | None = None) -> None:
-        """Parameters: state: the database that several studios share, None for the folder's own file.
-        Raises: RegistryError where the database cannot be made or read.
+        """Open the database, make what tables are absent, and remove old links.
+
+        Parameters
+        ----------
+        state
+            The database that several studios share, None for the folder's own file.
+
+        Raises
+        ------
+        RegistryError
+            Where the database cannot be made or read.
         """
         self._database = database_of(folder, FILE, state)
         self._database.make(metadata)

@@ -48,8 +48,15 @@ FORM_SECONDS = 180.0
 def read_pictures(sent: Sequence[tuple[str, StoredPicture]], limits: Limits) -> list[StoredPicture | SpecError]:
     """Each picture as our own process makes it of what was sent, or why it cannot be used.
 
-    Parameters: sent: what each is, for messages, and the picture.
-    Raises: Refusal 503 where too many wait, or no process can be started.
+    Parameters
+    ----------
+    sent
+        What each is, for messages, and the picture.
+
+    Raises
+    ------
+    Refusal
+        503 where too many wait, or no process can be started.
     """
     if not sent:
         return []

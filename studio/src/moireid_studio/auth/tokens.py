@@ -88,8 +88,17 @@ class Tokens:
     """The tokens of one studio's folder."""
 
     def __init__(self, folder: Path, state: str | None = None) -> None:
-        """Parameters: state: the database that several studios share, None for the folder's own file.
-        Raises: RegistryError where the database cannot be made or read.
+        """Open the database, and make what tables are absent.
+
+        Parameters
+        ----------
+        state
+            The database that several studios share, None for the folder's own file.
+
+        Raises
+        ------
+        RegistryError
+            Where the database cannot be made or read.
         """
         self.path = folder / "tokens.sqlite3"
         self._database = database_of(folder, self.path.name, state)

@@ -105,10 +105,16 @@ def place_of(page: Array, middle_mm: Array, image_px: tuple[int, int]) -> Array:
 def draw_prompts(start_s: float, chance: random.Random | None = None, *, pace: Pace = HERE) -> list[Prompt]:
     """A challenge: prompts, the first at `start_s` or somewhat later.
 
-    Parameters: chance: the random generator; None, except in tests: that of the system.
+    Parameters
+    ----------
+    chance
+        The random generator; None, except in tests: that of the system.
+
+    Notes
+    -----
     Convention: moves lead at most one amount away from the middle along each axis, so the badge stays in view; all
-        allowed moves are equally likely; the one across the face is never the first.  A challenge with too few moves
-        to a side is drawn again.
+    allowed moves are equally likely; the one across the face is never the first. A challenge with too few moves to a
+    side is drawn again.
     """
     chance = chance or secrets.SystemRandom()
     asked, (least_s, most_s) = _drawn_moves(chance, pace.moves), pace.gap_s
@@ -177,9 +183,16 @@ def judge_unbroken(path: PromptPath, prompts: Sequence[Prompt], frames_s: Array,
 
     Otherwise an attacker could play pieces of an older clip as the prompts come: the phase is not tracked across a
     longer gap, and a hand cannot jump to another place.
-    Parameters: frames_s (N,): times of all frames, also of those without the badge.
+
+    Parameters
+    ----------
+    frames_s : array (N,)
+        Times of all frames, also of those without the badge.
+
+    Notes
+    -----
     Convention: measured is the longest gap, s; "undecided" for a gap, "fail" for a jump; in a call "undecided" for
-        both, as its picture stops and jumps where the network falters.
+    both, as its picture stops and jumps where the network falters.
     """
     ends = (prompts[0].at_s - REST_S, prompts[-1].at_s + pace.latest_s) if prompts else (0.0, 0.0)
     within = (path.times_s >= ends[0]) & (path.times_s <= ends[1])
@@ -210,9 +223,15 @@ def judge_unbroken(path: PromptPath, prompts: Sequence[Prompt], frames_s: Array,
 def judge_prompt(path: PromptPath, prompt: Prompt, pace: Pace = HERE, frames_s: Array | None = None) -> Reason:
     """Whether the badge rested before one prompt, and followed it in time; measured: reaction, s.
 
-    Parameters: frames_s (N,): times of all frames, also of those without the badge; None for those of the path.
+    Parameters
+    ----------
+    frames_s : array (N,)
+        Times of all frames, also of those without the badge; None for those of the path.
+
+    Notes
+    -----
     Convention: "fail" if the badge moved early, late, not at all, or elsewhere; "undecided" if it was not seen, or if
-        pictures are missing that might have shown it follow.
+    pictures are missing that might have shown it follow.
     Source: the limits above.
     """
     found = _judged(path, prompt, pace)
@@ -302,7 +321,13 @@ def _amount(move: str) -> str:
 def judge_delay(answers: Sequence[Reason]) -> Reason:
     """Whether the answers of a call came after one delay: what reading aloud, the call and reacting take together.
 
-    Parameters: answers: findings of `judge_prompt`, of prompts that were followed.
+    Parameters
+    ----------
+    answers
+        Findings of `judge_prompt`, of prompts that were followed.
+
+    Notes
+    -----
     Convention: measured is how much later the latest answer came than the soonest, s; "undecided" if that is too much.
     """
     took = [answer.measured for answer in answers if answer.level == "pass" and isinstance(answer.measured, float)]

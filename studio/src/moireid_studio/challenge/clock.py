@@ -42,7 +42,15 @@ class BoundedClock:
     def place(self, claimed_s: float, arrival_s: float) -> float | None:
         """A frame's time on our clock, s; None if it is left out.
 
-        Parameters: claimed_s: by the sender's clock, of any origin; arrival_s: by ours, rising.
+        Parameters
+        ----------
+        claimed_s
+            By the sender's clock, of any origin.
+        arrival_s
+            By ours, rising.
+
+        Notes
+        -----
         Convention: times rise strictly; those of the first `SETTLE_S` are left out, and not counted.
         """
         if not math.isfinite(claimed_s):

@@ -72,10 +72,29 @@ class LiveCheck:
         watch: OverlapWatch | None = None,
         required: bool = False,
     ) -> None:
-        """Parameters: draw: makes the prompts of a challenge from its earliest start; now: our clock; both are replaced
-        in tests only; pace: whether it is a call; aside: as in `Verifier`; clock, watch: None for a `BoundedClock` and
-        an `OverlapWatch`; required: without a challenge the verdict is inconclusive.
-        Raises: SpecError if the badge cannot be read; MissingExtraError without the face detector.
+        """Begin a session in which nothing was seen yet.
+
+        Parameters
+        ----------
+        draw
+            Makes the prompts of a challenge from its earliest start.
+        now
+            Our clock; both are replaced in tests only.
+        pace
+            Whether it is a call.
+        aside
+            As in `Verifier`.
+        clock, watch
+            None for a `BoundedClock` and an `OverlapWatch`.
+        required
+            Without a challenge the verdict is inconclusive.
+
+        Raises
+        ------
+        SpecError
+            If the badge cannot be read.
+        MissingExtraError
+            Without the face detector.
         """
         self._claim, self._draw, self._now, self._pace = claim, draw, now, pace
         self._middle_mm = marker_corners_mm(claim.badge.markers).mean(axis=(0, 1))
@@ -102,7 +121,10 @@ class LiveCheck:
     def push(self, luma: NDArray[np.uint8] | Picture, claimed_s: float, arrival_s: float) -> list[Event]:
         """Take a picture; returns the events that it causes.
 
-        Parameters: claimed_s, arrival_s: as `BoundedClock.place`.
+        Parameters
+        ----------
+        claimed_s, arrival_s
+            As `BoundedClock.place`.
         """
         if self._tile is not None and self._tile.repeated(as_picture(luma).whole, arrival_s):
             return []

@@ -64,8 +64,15 @@ def dress_people(
 ) -> Iterator[ListRow]:
     """The badge of each row and what it wears, or the row's fault.
 
-    Parameters: pictures: files of ours, by `picture_key` of what the visitor calls them, and `FOR_ALL`.
-    Raises: SpecError and DesignError for a wish that no row can have.
+    Parameters
+    ----------
+    pictures
+        Files of ours, by `picture_key` of what the visitor calls them, and `FOR_ALL`.
+
+    Raises
+    ------
+    SpecError
+        And DesignError for a wish that no row can have.
     """
     people = list(people)
     wear = wish.wear({"logo": pictures[FOR_ALL]} if FOR_ALL in pictures else None)
@@ -120,8 +127,15 @@ def understood(people_csv: bytes, wish: Wish, registry: Registry, pictures: Mapp
     """How a list was understood, row by row: row, name, id (None where there is a fault, or it will be drawn), fault,
     note, line.
 
-    Parameters: pictures: as for `dress_people`.
-    Raises: SpecError where the list as a whole cannot be read, or names too many.
+    Parameters
+    ----------
+    pictures
+        As for `dress_people`.
+
+    Raises
+    ------
+    SpecError
+        Where the list as a whole cannot be read, or names too many.
     """
     found = parse_people(people_csv)
     people = found.people

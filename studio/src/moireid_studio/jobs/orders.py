@@ -90,8 +90,15 @@ class Wish(BaseModel):
     def wear(self, pictures: Mapping[str, Path] | None = None) -> Wear:
         """Size and looks, as the command takes them.
 
-        Parameters: pictures: files of ours, by "logo" and "portrait".
-        Raises: SpecError for fields that contradict each other.
+        Parameters
+        ----------
+        pictures
+            Files of ours, by "logo" and "portrait".
+
+        Raises
+        ------
+        SpecError
+            For fields that contradict each other.
         """
         size, metres = (self.width_mm, self.height_mm), (self.near_m, self.far_m)
         if size != (None, None) and (self.format or self.orientation):
@@ -116,8 +123,17 @@ class Wish(BaseModel):
     def request(self, name: str, wear: Wear | None = None) -> Request:
         """The library's request for a person of that name.
 
-        Parameters: wear: of this wish, with its pictures.
-        Raises: SpecError as `clean_name` and `Wear.fit`; DesignError where nothing works.
+        Parameters
+        ----------
+        wear
+            Of this wish, with its pictures.
+
+        Raises
+        ------
+        SpecError
+            As `clean_name` and `Wear.fit`.
+        DesignError
+            Where nothing works.
         """
         wish = Request(
             clean_name(name),
@@ -181,7 +197,13 @@ class CheckedOrder:
 def plan_order(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] | None = None) -> IssuePlan:
     """The badge of an order, and what goes with it; nothing is issued.
 
-    Parameters: pictures: as for `Wish.wear`.
+    Parameters
+    ----------
+    pictures
+        As for `Wish.wear`.
+
+    Notes
+    -----
     Raises: SpecError, DesignError, CodeError, FabricationError or RegistryError, as the command does.
     """
     wear = order.wear(pictures)

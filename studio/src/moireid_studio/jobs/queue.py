@@ -37,7 +37,15 @@ class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
     def __init__(self, folder: Path, doer: Doer) -> None:
-        """Parameters: folder: for films as they come; doer: does the jobs, and holds their ledger and storage."""
+        """Hold the jobs of a folder; none is begun before `start`.
+
+        Parameters
+        ----------
+        folder
+            For films as they come.
+        doer
+            Does the jobs, and holds their ledger and storage.
+        """
         # Made absolute, because a job's process begins in another folder.
         self._folder, self.doer, self._limits = folder.absolute(), doer, doer.limits
         self.ledger, self._storage, self.rates = doer.ledger, doer.storage, Rates(doer.limits)

@@ -50,7 +50,11 @@ def verify_film(
     """What `moireid verify --json` prints; with `report` also the pictures and the signals of its report.
 
     The page itself is made by the server, as this process is not to learn whose badge it has read.
-    Parameters: asked: what else the claim asks for, as for `Claim`.
+
+    Parameters
+    ----------
+    asked
+        What else the claim asks for, as for `Claim`.
     """
     _know(laws)
     made = verify(video, Claim.of(found, **asked), barred=found.barred, progress=progress)

@@ -77,8 +77,14 @@ class Doer:
         registry: Registry | None = None,
         metrics: Metrics | None = None,
     ) -> None:
-        """Parameters: note: writes the verdict of a job down, and nothing where it did so before; registry: says what
-        else is known of a badge that was found.
+        """Hold what each job needs.
+
+        Parameters
+        ----------
+        note
+            Writes the verdict of a job down, and nothing where it did so before.
+        registry
+            Says what else is known of a badge that was found.
         """
         self.prepare, self._note = prepare, note
         self.ledger, self.storage, self.limits = ledger, storage, limits

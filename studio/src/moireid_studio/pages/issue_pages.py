@@ -207,8 +207,17 @@ class _Chosen:
     def read(self, keys: Mapping[str, str | None]) -> None:
         """Read the form's pictures; those that can be used stay, whatever is wrong with another.
 
-        Parameters: keys: by which key a field's picture is known; None: by the name of its file.
-        Raises: SpecError for the first that cannot be used, or has the name of another; Refusal as `read_pictures`.
+        Parameters
+        ----------
+        keys
+            By which key a field's picture is known; None: by the name of its file.
+
+        Raises
+        ------
+        SpecError
+            For the first that cannot be used, or has the name of another.
+        Refusal
+            As `read_pictures`.
         """
         faults = []
         try:

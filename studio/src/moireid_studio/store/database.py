@@ -64,8 +64,19 @@ class Database:
     """One database; safe to use from any thread."""
 
     def __init__(self, url: URL, *, log: bool = False) -> None:
-        """Parameters: log: let SQLite write ahead, for tables that change often.
-        Raises: SpecError where it is neither SQLite nor PostgreSQL; MissingExtraError."""
+        """Prepare connections; none is opened yet.
+
+        Parameters
+        ----------
+        log
+            Let SQLite write ahead, for tables that change often.
+
+        Raises
+        ------
+        SpecError
+            Where it is neither SQLite nor PostgreSQL.
+        MissingExtraError
+        """
         self.shown = show_url(url)
         self.shared = url.get_backend_name() == "postgresql"
         if not self.shared and url.get_backend_name() != "sqlite":

@@ -31,7 +31,18 @@ class Ledger:
     """The jobs of a database, for one process; safe to use from any thread."""
 
     def __init__(self, database: Database, folder: Path) -> None:
-        """Parameters: folder: for films as they come.  Raises: RegistryError where the table cannot be made."""
+        """Make the table of jobs where it is absent.
+
+        Parameters
+        ----------
+        folder
+            For films as they come.
+
+        Raises
+        ------
+        RegistryError
+            Where the table cannot be made.
+        """
         self.database, self._folder = database, folder
         #: Who this process is to the others.
         self.holder = secrets.token_hex(8)

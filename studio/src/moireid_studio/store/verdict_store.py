@@ -80,9 +80,19 @@ class Verdicts:
     """The verdicts of one studio's folder; safe to use from any thread."""
 
     def __init__(self, folder: Path, keep_days: float | None, state: str | None = None) -> None:
-        """Parameters: keep_days: older ones are removed, None where nothing is (a command that only reads); state: the
-            database that several studios share, None for the folder's own file.
-        Raises: RegistryError where the database cannot be made or read.
+        """Open the database, make what tables are absent, and remove old verdicts.
+
+        Parameters
+        ----------
+        keep_days
+            Older ones are removed, None where nothing is (a command that only reads).
+        state
+            The database that several studios share, None for the folder's own file.
+
+        Raises
+        ------
+        RegistryError
+            Where the database cannot be made or read.
         """
         self.path, self._keep_days = folder / FILE, keep_days
         # Who asks for what is their own business: the file is closed to others.

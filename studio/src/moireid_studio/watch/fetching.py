@@ -31,7 +31,10 @@ REDIRECTS = (301, 302, 303, 307, 308)
 class Addresses:
     """The addresses that a stream may be read from.
 
-    Parameters: first: the address that a user gave.  Its password is sent to its own host alone.
+    Parameters
+    ----------
+    first
+        The address that a user gave. Its password is sent to its own host alone.
     """
 
     def __init__(self, first: str) -> None:

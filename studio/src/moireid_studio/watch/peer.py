@@ -23,8 +23,17 @@ MOST_MEDIA = 8
 class Peer:
     """One end of a WebRTC session, on a thread of its own; only its first video track is received.
 
-    Parameters: send: sends our descriptions; offers: whether we make the offer (WHEP) or answer one (WHIP).
-    Raises: MissingExtraError without aiortc.
+    Parameters
+    ----------
+    send
+        Sends our descriptions.
+    offers
+        Whether we make the offer (WHEP) or answer one (WHIP).
+
+    Raises
+    ------
+    MissingExtraError
+        Without aiortc.
     """
 
     def __init__(self, inbox: Inbox, send: Callable[[dict[str, Any]], None], *, offers: bool) -> None:

@@ -45,11 +45,24 @@ class Terms:
 def watch(order: WatchOrder, terms: Terms, stop: threading.Event, notify: Callable[[Event], None]) -> Event:
     """Judge a source until it ends, its time is over, or `stop` is set.
 
-    Parameters: notify: called with each event as it comes, but the last.
-    Returns: the event of the verdict, with all keys of `verify --json`; "end": why it ended, in words too where it
-        should not have; "sealed": what held of the judge's seal, as in `sandbox.seal.MEANS`.
-    Raises: MediaError where the source cannot be opened, or gives no picture; SpecError where a claim or an option
-        cannot be used; MissingExtraError.
+    Parameters
+    ----------
+    notify
+        Called with each event as it comes, but the last.
+
+    Returns
+    -------
+    Event
+        The event of the verdict, with all keys of `verify --json`; "end": why it ended, in words too where it should
+        not have; "sealed": what held of the judge's seal, as in `sandbox.seal.MEANS`.
+
+    Raises
+    ------
+    MediaError
+        Where the source cannot be opened, or gives no picture.
+    SpecError
+        Where a claim or an option cannot be used.
+    MissingExtraError
     """
     if os.name == "nt":
         raise SpecError("streams are not judged on Windows, as nothing there seals their decoder; use Linux or macOS")

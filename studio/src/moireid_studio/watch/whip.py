@@ -42,8 +42,17 @@ CORS = {
 class WhipServer:
     """The server, from `with` to its end.
 
-    Parameters: token: that a sender must show; None: one is drawn.
-    Raises: MediaError where its address cannot be used; MissingExtraError without aiortc or the server's packages.
+    Parameters
+    ----------
+    token
+        That a sender must show; None: one is drawn.
+
+    Raises
+    ------
+    MediaError
+        Where its address cannot be used.
+    MissingExtraError
+        Without aiortc or the server's packages.
     """
 
     def __init__(self, source: Source, token: str | None, feeder: Feeder) -> None:
