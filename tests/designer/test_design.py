@@ -634,3 +634,10 @@ def test_a_chart_is_not_explained_as_a_badge() -> None:
     """Catches: an assertion, or an index error, where a board has no code to explain."""
     with pytest.raises(SpecError, match="carries no code"):
         explain(design_chart(ChartRequest()))
+
+
+def test_a_board_narrower_than_its_margins_is_refused() -> None:
+    """Catches: an error of the mathematics, as cells are less than nothing wide."""
+    wish = Request("Ada", size_mm=(1.0, 160.0), axes="xy")
+    with pytest.raises(DesignError, match=r"too small .* such as 146x160"):
+        design_badge(wish, payload_for_name("Ada"))

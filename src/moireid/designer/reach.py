@@ -90,6 +90,9 @@ def _reach_m(
     if not grids[0].columns[0]:
         return reaches | {"rows": DESIGN_FOCAL_PX * grids[0].row_mm / MIN_BAND_PX / 1000}
     smallest_mm = min(grid.cell_mm for grid in grids)
+    if smallest_mm <= 0:
+        # Markers and margins alone are wider than the board.
+        return reaches | {"cells": 0.0}
     return reaches | {"cells": Read(smallest_mm, math.inf, _word(payload_bytes, cells)).reach_m()}
 
 
