@@ -4,6 +4,7 @@
 # make docs    the guides, into site/           make gallery   their pictures
 # make wheel   wheel and source archive in dist/   make audit   are known holes in what is locked?
 # make wheels  what a container image is made of, with `make debs`: see Containerfile
+# make schemas  the shipped JSON Schemas, from the models
 # make lock    the lock files and the list of parts   make release   tests of an installed wheel, audit, wheel
 PYTHON ?= python3
 ENGINE ?= podman
@@ -19,7 +20,7 @@ SERVER := cad postgres face c2pa cluster s3
 # For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
 RESOLVE := $(BIN)/uv pip compile --generate-hashes --no-emit-index-url --no-emit-find-links --no-emit-package moireid --universal --python-version 3.11
 
-.PHONY: setup demo test test-all lint docs gallery lock parts audit wheel wheels debs release clean
+.PHONY: setup demo test test-all lint docs gallery schemas lock parts audit wheel wheels debs release clean
 
 setup: .venv/.ready
 
@@ -66,6 +67,9 @@ docs: setup
 
 gallery: setup
 	$(BIN)/python docs/make_gallery.py
+
+schemas: setup
+	PYTHONPATH=tests $(BIN)/python -m kit.schemas
 
 # Each list of parts is written from an environment of its own, so that it names licences and who needs whom.
 lock:

@@ -146,7 +146,7 @@ def _frame(line: float) -> CodedFrame:
 
 
 def _badge(fiducial: Fiducial) -> Badge:
-    cell = Cell(FIELD_MM, 0.5192, 45.0)
+    cell = Cell(FIELD_MM, 0.5192, 45.0, 0.5)
     grating = Grating(FIELD_MM, "x", 0.5192, "pitch", (cell,))
     return Badge(None, "Ada Lovelace", PAGE_MM, lens_named("50lpi"), (grating,), fiducial, board_mm=BOARD_MM)
 

@@ -166,6 +166,8 @@ def _kind(field: dict[str, Any], root: dict[str, Any]) -> str:
     if "enum" in field:
         shown = [f"`{each}`" for each in field["enum"]]
         return " or ".join(shown) if len(shown) <= 4 else f"one of {len(shown)}: {', '.join(shown[:2])}, …"
+    if "anyOf" in field:
+        return " or ".join(_kind(each, root) for each in field["anyOf"])
     types = field.get("type", "any")
     words = [" or ".join(types) if isinstance(types, list) else types]
     if "array" in words[0] and "items" in field:

@@ -1,6 +1,7 @@
 """moireid: print a moiré badge, film it, and check that its fringes obey the optics and whose badge it is.
 
 badge.py         the frozen Badge and its JSON           errors.py     the error tree
+layers.py        its lens and its printed gratings       models.py     files into models, and what is wrong with them
 profiles.py      lens sheets and printers by name        files.py      files written whole or not at all
 sheets.py        lens sheets as they are sold            lazy.py       packages that load modules on demand
 optics.py        the phase law in closed form            extras.py     the sentence for a missing optional package

@@ -14,6 +14,7 @@ import math
 from dataclasses import asdict, dataclass
 
 from moireid.errors import SpecError
+from moireid.models import check_format, parse_json, read_model
 
 FORMAT = 1
 
@@ -52,19 +53,12 @@ class AsBuilt:
 
 def as_built_from_json(text: str) -> AsBuilt:
     """Read the JSON text.  Raises: SpecError if it does not have this format."""
-    try:
-        document = json.loads(text)
-        if document.pop("format") != FORMAT:
-            raise ValueError("another format")
-        found = AsBuilt(**document)
-        figures = [value for key, value in asdict(found).items() if key not in ("badge_id", "measured_scale")]
-        numbers = all(isinstance(value, (int, float)) and math.isfinite(value) for value in figures)
-        if not numbers or found.beat_frequency_per_mm == 0:
-            raise ValueError("a figure that is not finite")
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise SpecError(
-            f"as-built figures are not readable ({error}); enroll the badge with a capture again"
-        ) from error
+    source, advice = "as-built figures", "enroll the badge with a capture again"
+    document = parse_json(text, source, advice)
+    check_format(document, FORMAT, source)
+    found = read_model(document, AsBuilt, source, advice)
+    if found.beat_frequency_per_mm == 0:
+        raise SpecError(f"{source}: beat_frequency_per_mm must not be 0, which has no period; {advice}")
     return found
 
 

@@ -16,10 +16,10 @@ import json
 import math
 import unicodedata
 from dataclasses import asdict, dataclass, field
-from functools import cache
-from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from msgspec import Meta, Struct
 
 from moireid.errors import SpecError
 from moireid.fiducials import (
@@ -27,12 +27,15 @@ from moireid.fiducials import (
     Fiducial,
     Markers,
     Point,
+    Size,
     check_enclosed,
     check_fiducial,
     fiducial_document,
-    fiducial_from,
+    read_fiducial,
 )
-from moireid.frames import Axis, OwnFrame, Rect, axis_from_json, bounds_of, own_frame, own_rect
+from moireid.frames import OwnFrame, Rect, bounds_of, own_frame, own_rect
+from moireid.layers import Bits, Cell, Code, Grating, Lens
+from moireid.models import check_format, parse_json, read_model
 
 if TYPE_CHECKING:
     from moireid.frames import Array
@@ -53,106 +56,10 @@ __all__ = [
     "load_badge",
 ]
 FORMAT = 1
+ADVICE = "correct that field (schema: moireid/schema/badge.schema.json)"
 #: Least step of beat frequency, cycles per mm: a smaller one could not be read from any board, so every beat would
 #: pass.
 MIN_STEP_PER_MM = 1e-5
-
-
-@dataclass(frozen=True)
-class Lens:
-    """The front layer: a lenticular sheet, an array of round lenses (fly's-eye sheet), or a line mask.
-
-    pitch_mm: spacing of lenses, both ways in an array, or of mask lines; thickness_mm: from the lens apexes (or the
-    mask) to the page; radius_mm: of the lenses, None for a mask; open_fraction: clear part of a mask's pitch, None for
-    a lens.
-    """
-
-    kind: Literal["lenticular", "array", "mask"]
-    pitch_mm: float
-    thickness_mm: float
-    refractive_index: float
-    radius_mm: float | None = None
-    open_fraction: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.kind == "mask":
-            object.__setattr__(self, "open_fraction", 0.5 if self.open_fraction is None else self.open_fraction)
-            return
-        if self.refractive_index <= 1.0:
-            raise SpecError(
-                f"lens refractive_index={self.refractive_index:g} cannot focus; a lenticular sheet has more than 1"
-            )
-        if self.radius_mm is None:
-            # A lenticular sheet for print focuses on its flat back: R = g (n - 1) / n, the paraxial thick-lens formula.
-            focus_on_back_mm = self.thickness_mm * (self.refractive_index - 1.0) / self.refractive_index
-            object.__setattr__(self, "radius_mm", focus_on_back_mm)
-        assert self.radius_mm is not None
-        # Round lenses on a square array meet where four of them do, half a diagonal from their axes.
-        least_mm = self.pitch_mm / 2 * (math.sqrt(2) if self.kind == "array" else 1)
-        if self.radius_mm < least_mm:
-            thicker_mm = self.thickness_mm * least_mm / self.radius_mm
-            finer_mm = math.floor(1e4 * self.radius_mm * self.pitch_mm / least_mm) / 1e4
-            half = "half the diagonal of the pitch" if self.kind == "array" else "half the pitch"
-            raise SpecError(
-                f"lens radius_mm={self.radius_mm:.4g} is below {half} ({least_mm:.4g} mm), so the lenses would not "
-                f"meet; raise thickness_mm to {math.ceil(1e3 * thicker_mm) / 1e3:g} or more, or "
-                f"give a pitch of {finer_mm:g} mm or less",
-                most_pitch_mm=finer_mm,
-            )
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A part of a grating with one pitch: dark lines begin at edge_mm + k pitch_mm and are duty * pitch_mm wide."""
-
-    rect_mm: Rect
-    pitch_mm: float
-    edge_mm: float
-    duty: float = 0.5
-
-
-@dataclass(frozen=True)
-class Code:
-    """How a grating's cells carry an identity; the family's module in `idcodes` defines the meaning.
-
-    roles: one per cell, in order: "reference" (uniform, read first), "beat" (uniform, read by its beat frequency
-    relative to the reference) or "phase" (lines shifted by a share of the pitch); payload_bits: carried by the whole
-    badge. A beat level L has the signed design frequency base_frequency_per_mm + L frequency_step_per_mm, cycles per mm
-    of page, for L below `levels`; reference_level: level of the reference cells, None if it is part of the identity.
-    phase_levels: number of steps in a full turn of a phase cell.
-    """
-
-    roles: tuple[Literal["reference", "beat", "phase"], ...]
-    payload_bits: int
-    levels: int
-    base_frequency_per_mm: float
-    frequency_step_per_mm: float
-    reference_level: int | None = None
-    phase_levels: int | None = None
-
-    @property
-    def reference_cell(self) -> int:
-        """Index of the reference cell nearest to the middle of the list."""
-        places = [index for index, role in enumerate(self.roles) if role == "reference"]
-        return places[len(places) // 2]
-
-
-@dataclass(frozen=True)
-class Grating:
-    """Printed lines under one piece of lens sheet.
-
-    axis: the direction that its fringes sense, across its lines: "x", "y", or an angle in degrees from 0 to below 180,
-    from x towards y.  With an angle, `rect_mm` and those of the cells lie in the grating's own frame.
-
-    Convention: `moireid.frames`.
-    """
-
-    rect_mm: Rect
-    axis: Axis
-    pitch_mm: float
-    family: str
-    cells: tuple[Cell, ...]
-    code: Code | None = None
 
 
 @dataclass(frozen=True)
@@ -278,74 +185,65 @@ def load_badge(path: Path | str) -> Badge:
     return badge_from_json(text, source=str(path))
 
 
+Distance = Annotated[float, Meta(gt=0, le=100)]
+
+
+class Page(Struct):
+    """The sheet of paper."""
+
+    width_mm: Annotated[Size, Meta(description="its width")]
+    height_mm: Annotated[Size, Meta(description="its height")]
+
+
+class Board(Struct):
+    """What is cut out and worn."""
+
+    rect_mm: Rect
+
+
+class BadgeFile(Struct):
+    """What badge.json holds.  Lengths in mm; page coordinates with origin top left, x right, y down."""
+
+    format: Annotated[Literal[1], Meta(description="the version of this format")]
+    id: Annotated[
+        Annotated[str, Meta(pattern="^([0-9a-f]{2}){1,16}$")] | None,
+        Meta(description="the payload, lower-case hex; null for a board made elsewhere"),
+    ]
+    name: Annotated[str, Meta(max_length=1000, description="the holder's name, as printed")]
+    page: Page
+    lens: Lens
+    gratings: Annotated[tuple[Grating, ...], Meta(min_length=1, max_length=16, description="the striped fields")]
+    markers: Annotated[dict[str, Any], Meta(description="what a film shows the page by: squares or a frame")]
+    payload_bits: Annotated[Bits | None, Meta(description="length of the identity, on badges that moireid issued")] = (
+        None
+    )
+    board: Annotated[Board | None, Meta(description="the whole page if it is missing")] = None
+    range_m: Annotated[
+        tuple[Distance, Distance] | None,
+        Meta(description="nearest and farthest camera that it was designed for, m"),
+    ] = None
+    print: Annotated[dict[str, Any] | None, Meta(description="how it was printed: dpi and more")] = None
+
+
 def badge_from_json(text: str, *, source: str = "badge.json") -> Badge:
     """Parse the text of a badge.json; `source` names it in messages.  Raises: SpecError, as `load_badge`."""
-    try:
-        document = json.loads(text, parse_constant=_no_constant, parse_float=_finite, parse_int=_small)
-    except (ValueError, RecursionError) as error:
-        raise SpecError(f"{source} is not JSON ({error}); give a file that print-your-badge wrote") from error
-    _validate(document, source)
-    lens = _lens(document["lens"])
-    gratings = tuple(_grating(entry) for entry in document["gratings"])
+    document = parse_json(text, source, "give a file that print-your-badge wrote")
+    check_format(document, FORMAT, source)
+    file = read_model(document, BadgeFile, source, ADVICE)
     badge = Badge(
-        id=document["id"],
-        name=document["name"],
-        page_mm=(float(document["page"]["width_mm"]), float(document["page"]["height_mm"])),
-        lens=lens,
-        gratings=gratings,
-        markers=fiducial_from(document["markers"]),
-        payload_bits=document.get("payload_bits"),
-        board_mm=tuple(map(float, document["board"]["rect_mm"])) if "board" in document else None,  # type: ignore[arg-type]
-        range_m=tuple(map(float, document["range_m"])) if "range_m" in document else None,  # type: ignore[arg-type]
-        print=document.get("print"),
+        id=file.id,
+        name=file.name,
+        page_mm=(file.page.width_mm, file.page.height_mm),
+        lens=file.lens,
+        gratings=file.gratings,
+        markers=read_fiducial(file.markers, source, ADVICE),
+        payload_bits=file.payload_bits,
+        board_mm=file.board.rect_mm if file.board else None,
+        range_m=file.range_m,
+        print=file.print,
     )
     _check_geometry(badge, source)
     return badge
-
-
-def _lens(entry: dict[str, Any]) -> Lens:
-    """The lens from its JSON object, figures as floats."""
-    figures = {key: float(entry[key]) for key in Lens.__dataclass_fields__ if key in entry and key != "kind"}
-    return Lens(entry["kind"], **figures)
-
-
-def _no_constant(word: str) -> float:
-    raise ValueError(f"{word} is no number in JSON")
-
-
-def _finite(digits: str) -> float:
-    value = float(digits)
-    if not math.isfinite(value):
-        raise ValueError(f"{digits[:40]} is no finite number")
-    # 1 and 1.0 must give the same badge, and an index must be an integer.
-    return int(value) if value.is_integer() and abs(value) < 2**53 else value
-
-
-def _small(digits: str) -> int:
-    if len(digits) > 18:
-        raise ValueError(f"{digits[:18]}… has too many digits for a number here")
-    return int(digits)
-
-
-def _grating(entry: dict[str, Any]) -> Grating:
-    """One grating from its JSON object."""
-    cells = tuple(
-        Cell(tuple(map(float, c["rect_mm"])), float(c["pitch_mm"]), float(c["edge_mm"]), float(c["duty"]))  # type: ignore[arg-type]
-        for c in entry["cells"]
-    )
-    code = None
-    if "code" in entry:
-        given = {key: entry["code"][key] for key in Code.__dataclass_fields__ if key in entry["code"]}
-        floats = {key: float(given[key]) for key in ("base_frequency_per_mm", "frequency_step_per_mm")}
-        code = Code(**(given | floats | {"roles": tuple(given["roles"])}))
-    return Grating(
-        tuple(map(float, entry["rect_mm"])),  # type: ignore[arg-type]
-        axis_from_json(entry["axis"]),
-        float(entry["pitch_mm"]),
-        entry["family"],
-        cells,
-        code,
-    )
 
 
 def _to_document(badge: Badge) -> dict[str, Any]:
@@ -372,28 +270,6 @@ def _to_document(badge: Badge) -> dict[str, Any]:
     document.update({key: value for key, value in optional.items() if value is not None})
     plain: dict[str, Any] = json.loads(json.dumps(document))
     return plain
-
-
-@cache
-def _validator() -> Any:
-    # jsonschema costs 50 ms to import, which `--help` must not pay.
-    import jsonschema
-
-    schema = json.loads(resources.files("moireid").joinpath("schema/badge.schema.json").read_text(encoding="utf-8"))
-    return jsonschema.Draft202012Validator(schema)
-
-
-def _validate(document: object, source: str) -> None:
-    """Validate `document` by the schema; the error names the first fault."""
-    if isinstance(document, dict) and document.get("format", FORMAT) != FORMAT:
-        raise SpecError(
-            f"{source}: format: format {document['format']!r} is not known to this version; it reads format {FORMAT}"
-        )
-    errors = sorted(_validator().iter_errors(document), key=lambda error: list(map(str, error.absolute_path)))
-    if errors:
-        where = ".".join(map(str, errors[0].absolute_path)) or "the file"
-        message = errors[0].message if len(errors[0].message) < 200 else errors[0].message[:200] + " …"
-        raise SpecError(f"{source}: {where}: {message}; correct that field (schema: moireid/schema/badge.schema.json)")
 
 
 def _check_geometry(badge: Badge, source: str) -> None:

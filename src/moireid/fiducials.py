@@ -8,12 +8,31 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, Struct
 
 from moireid.errors import SpecError
 from moireid.frames import Rect
+from moireid.models import read_model
 
 Point = tuple[float, float]
+Size = Annotated[float, Meta(gt=0, le=5000)]
+MarkerId = Annotated[int, Meta(ge=0, le=999)]
+Dictionary = Literal[
+    "DICT_4X4_50",
+    "DICT_4X4_100",
+    "DICT_4X4_250",
+    "DICT_4X4_1000",
+    "DICT_5X5_50",
+    "DICT_5X5_100",
+    "DICT_5X5_250",
+    "DICT_5X5_1000",
+    "DICT_6X6_50",
+    "DICT_6X6_100",
+    "DICT_6X6_250",
+    "DICT_6X6_1000",
+]
 #: A frame's least line, mm, and its widest as a share of its shorter side.
 LEAST_LINE_MM, WIDEST_LINE_SHARE = 0.4, 0.1
 #: Half a side is a patch of the template with 48 samples or more; far away a thinner line would have none across it.
@@ -26,10 +45,15 @@ LEAST_UNLIKE = 0.5
 class Markers:
     """Four ArUco markers; centers top left, top right, bottom right, bottom left of the upright page."""
 
-    dictionary: str
-    size_mm: float
-    ids: tuple[int, int, int, int]
-    centers_mm: tuple[Point, Point, Point, Point]
+    dictionary: Annotated[Dictionary, Meta(description="OpenCV's name of the set that they are from")]
+    size_mm: Annotated[Size, Meta(description="side of the black square")]
+    ids: Annotated[
+        tuple[MarkerId, MarkerId, MarkerId, MarkerId],
+        Meta(description="their numbers: top left, top right, bottom right, bottom left of the upright badge"),
+    ]
+    centers_mm: Annotated[
+        tuple[Point, Point, Point, Point], Meta(description="their middles [x, y], in the same order")
+    ]
 
     @property
     def dark_mm(self) -> tuple[Rect, ...]:
@@ -40,14 +64,18 @@ class Markers:
 
 @dataclass(frozen=True)
 class CodedFrame:
-    """A thin dark frame around the gratings, whose notches show which way up it is, and what page it is.
+    """A thin dark frame around the gratings, whose notches show which way up it is, and what page it is."""
 
-    rect_mm: its outer border; line_mm: width of its line; notches_mm: rectangles within the line that are left white.
-    """
-
-    rect_mm: Rect
-    line_mm: float
-    notches_mm: tuple[Rect, ...]
+    rect_mm: Annotated[Rect, Meta(description="outer border of its dark line")]
+    line_mm: Annotated[Size, Meta(description="width of its line")]
+    notches_mm: Annotated[
+        tuple[Rect, ...],
+        Meta(
+            min_length=1,
+            max_length=64,
+            description="parts of the line that are left white; they show which way up it is",
+        ),
+    ]
 
     @cached_property
     def dark_mm(self) -> tuple[Rect, ...]:
@@ -69,13 +97,18 @@ class CodedFrame:
 Fiducial = Markers | CodedFrame
 
 
-def fiducial_from(entry: dict[str, Any]) -> Fiducial:
-    """The fiducial of a JSON object that the schema allows."""
-    if entry.get("kind", "squares") == "frame":
-        notches = tuple(_rect(notch) for notch in entry["notches_mm"])
-        return CodedFrame(_rect(entry["rect_mm"]), float(entry["line_mm"]), notches)
-    centers = tuple((float(x), float(y)) for x, y in entry["centers_mm"])
-    return Markers(entry["dictionary"], float(entry["size_mm"]), tuple(entry["ids"]), centers)  # type: ignore[arg-type]
+class FiducialKind(Struct):
+    """Which fiducial a badge has; files of before frames do not say it, and have squares."""
+
+    kind: Literal["squares", "frame"] = "squares"
+
+
+def read_fiducial(entry: dict[str, Any], source: str, advice: str) -> Fiducial:
+    """The fiducial of a file's object `markers`.  Raises: SpecError, as `read_model`."""
+    kind = read_model(entry, FiducialKind, source, advice, at="markers").kind
+    if kind == "frame":
+        return read_model(entry, CodedFrame, source, advice, at="markers")
+    return read_model(entry, Markers, source, advice, at="markers")
 
 
 def fiducial_document(fiducial: Fiducial) -> dict[str, Any]:
@@ -169,11 +202,6 @@ def _common(one: list[tuple[float, float]], two: list[tuple[float, float]]) -> f
 def _overlap_mm2(one: Rect, two: Rect) -> float:
     across, down = (min(one[k + 2], two[k + 2]) - max(one[k], two[k]) for k in (0, 1))
     return max(across, 0.0) * max(down, 0.0)
-
-
-def _rect(values: list[float]) -> Rect:
-    x0, y0, x1, y1 = map(float, values)
-    return (x0, y0, x1, y1)
 
 
 def _check_squares(markers: Markers, source: str) -> None:

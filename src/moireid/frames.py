@@ -17,7 +17,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from msgspec import Meta
 
 if TYPE_CHECKING:
     # A badge's types are read by commands that need no array, and NumPy takes a tenth of a second to load.
@@ -26,10 +28,12 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-Axis = Literal["x", "y"] | float
-Rect = tuple[float, float, float, float]
 #: Directions beyond a half turn sense the same motion, with another sign.
 HALF_TURN_DEG = 180.0
+Axis = Literal["x", "y"] | Annotated[float, Meta(ge=0, lt=HALF_TURN_DEG)]
+#: mm; what lies farther away is no badge.
+Coordinate = Annotated[float, Meta(ge=-10_000, le=10_000)]
+Rect = Annotated[tuple[Coordinate, Coordinate, Coordinate, Coordinate], Meta(description="left, top, right, bottom")]
 
 
 @dataclass(frozen=True)
@@ -110,11 +114,6 @@ def bounds_of(points_mm: Array) -> Rect:
     every = points_mm.reshape(-1, 2)
     (x0, y0), (x1, y1) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
     return x0, y0, x1, y1
-
-
-def axis_from_json(axis: Any) -> Axis:
-    """The axis of a checked badge.json: one of two words, or a number."""
-    return axis if axis in ("x", "y") else float(axis)
 
 
 def axis_words(axis: Axis) -> str:

@@ -11,21 +11,22 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, Struct
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
 from moireid.files import whole_file
+from moireid.models import check_format, parse_json, read_model
 from moireid.sheets import ACRYLIC_INDEX, MM_PER_INCH, PRODUCTS, sheet_lens
 
 #: Family of a pitch test sheet's grating: uniform bands and no code.
 CHART_FAMILY = "pitch-test"
 #: Format of a lens profile's file.
-PROFILE_FORMAT, PROFILE_KIND = 1, "lens-profile"
+PROFILE_FORMAT = 1
 #: Largest relative standard deviation of a measured pitch; a worse one would be no better than a label.
 MAX_PITCH_SD_SHARE = 0.02
-#: Bounds of a lens profile, mm and 1: 10 to 200 lines per inch, and thickness and index of glass or plastic sheets.
-PROFILE_LIMITS = {"pitch_mm": (0.127, 2.54), "thickness_mm": (0.05, 20.0), "refractive_index": (1.2, 2.0)}
 #: How lines are put on a page; see `fabrication.page`.
 FORMS = ("dots", "vector")
 #: Paper sizes, width by height, mm (ISO 216; ANSI A).
@@ -44,6 +45,31 @@ class Printer:
         return MM_PER_INCH / self.dpi
 
 
+class SheetFigures(Struct):
+    """The measured sheet of a lens profile: 10 to 200 lines per inch, of glass or plastic."""
+
+    pitch_mm: Annotated[float, Meta(ge=0.127, le=2.54)]
+    thickness_mm: Annotated[float, Meta(ge=0.05, le=20)]
+    refractive_index: Annotated[float, Meta(ge=1.2, le=2)]
+    kind: Literal["lenticular"]
+
+
+class ProfileFile(Struct, rename={"found": "from"}):
+    """What the file of a lens profile holds.  Raises: ValueError for a pitch that is known no better than a label's."""
+
+    format: Literal[1]
+    kind: Literal["lens-profile"]
+    name: str
+    lens: SheetFigures
+    pitch_sd_mm: Annotated[float, Meta(ge=0)]
+    found: dict[str, Any] = {}
+
+    def __post_init__(self) -> None:
+        most_mm = MAX_PITCH_SD_SHARE * self.lens.pitch_mm
+        if self.pitch_sd_mm > most_mm:
+            raise ValueError(f"pitch_sd_mm={self.pitch_sd_mm:g} must be a number from 0 to {most_mm:g}")
+
+
 @dataclass(frozen=True)
 class LensProfile:
     """One measured lens sheet; pitch_sd_mm: standard deviation of its pitch; found: how it was measured, for people."""
@@ -55,10 +81,10 @@ class LensProfile:
 
     def to_json(self) -> str:
         """The text of a lens profile's file, with a final newline."""
-        lens = {key: getattr(self.lens, key) for key in ("kind", *PROFILE_LIMITS)}
+        lens = {key: getattr(self.lens, key) for key in ("kind", "pitch_mm", "thickness_mm", "refractive_index")}
         document = {
             "format": PROFILE_FORMAT,
-            "kind": PROFILE_KIND,
+            "kind": "lens-profile",
             "name": self.name,
             "lens": lens,
             "pitch_sd_mm": self.pitch_sd_mm,
@@ -126,31 +152,17 @@ def array_named(label: str) -> Lens:
 
 def load_lens_profile(path: Path) -> LensProfile:
     """Read a lens profile.  Raises: SpecError if the file is missing or no lens profile, or has impossible figures."""
-    advice = "give a file that moireid calibrate wrote"
+    source, advice = f"lens profile {path}", "correct it, or give a file that moireid calibrate wrote"
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise SpecError(f"lens profile {path} cannot be read ({error.strerror}); {advice}") from error
-    except (ValueError, RecursionError) as error:
-        raise SpecError(f"lens profile {path} is not JSON ({error}); {advice}") from error
-    if not isinstance(document, dict) or document.get("kind") != PROFILE_KIND:
-        raise SpecError(f'{path} is no lens profile, which would say "kind": "{PROFILE_KIND}"; {advice}')
-    if document.get("format") != PROFILE_FORMAT:
-        raise SpecError(
-            f"{path}: format: {document.get('format')!r} is not known to this version; it reads format {PROFILE_FORMAT}"
-        )
-    entry = document.get("lens")
-    if not isinstance(entry, dict) or entry.get("kind") != "lenticular":
-        raise SpecError(f"{path}: lens.kind must be lenticular, the only front layer that is printed for; {advice}")
-    figures = {
-        key: _figure(entry.get(key), f"{path}: lens.{key}", low, high) for key, (low, high) in PROFILE_LIMITS.items()
-    }
-    most_mm = MAX_PITCH_SD_SHARE * figures["pitch_mm"]
-    pitch_sd_mm = _figure(document.get("pitch_sd_mm"), f"{path}: pitch_sd_mm", 0.0, most_mm)
-    name, found = document.get("name"), document.get("from", {})
-    if not isinstance(name, str) or not isinstance(found, dict):
-        raise SpecError(f"{path}: name must be text and from an object; {advice}")
-    return LensProfile(name, sheet_lens(**figures), pitch_sd_mm, found)
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise SpecError(f"{source} cannot be read ({reason}); {advice}") from error
+    document = parse_json(text, source, advice)
+    check_format(document, PROFILE_FORMAT, source)
+    file = read_model(document, ProfileFile, source, advice)
+    sheet = sheet_lens(file.lens.pitch_mm, file.lens.thickness_mm, file.lens.refractive_index)
+    return LensProfile(file.name, sheet, file.pitch_sd_mm, file.found)
 
 
 def save_lens_profile(profile: LensProfile, path: Path) -> None:
@@ -159,12 +171,3 @@ def save_lens_profile(profile: LensProfile, path: Path) -> None:
         temporary.write_text(profile.to_json(), encoding="utf-8")
         if load_lens_profile(temporary) != profile:
             raise SpecError(f"lens profile {path} does not read back as it was written; report this")
-
-
-def _figure(value: object, where: str, low: float, high: float) -> float:
-    """A number of a lens profile.  Raises: SpecError if it is not a number or out of bounds."""
-    # Python counts True as 1, but JSON's true is not a number.
-    number = float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
-    if not low <= number <= high:
-        raise SpecError(f"{where}={value!r} must be a number from {low:g} to {high:g}; correct it or calibrate anew")
-    return number

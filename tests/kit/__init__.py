@@ -21,6 +21,7 @@ hostile_work.py     what a job's process says once a film has taken it over
 sealed_work.py      what a hostile film would do, for a sealed process to try
 spoilt_films.py     what stands for films that spoil or take over their reader
 report_faults.py    a report held against its schema
+schemas.py          the shipped JSON Schemas, made of the models
 guiding.py          the blocks of a guide, typed
 signing.py          keys, certificates and a time authority
 payloads.py         a fixed payload for a name

@@ -45,6 +45,6 @@ def board_of(badge: Badge, width: float, height: float, *, margin: float = 5.0, 
         page_mm=(width, height),
         board_mm=None,
         lens=replace(badge.lens, thickness_mm=lens_mm, radius_mm=max(1.0, lens_mm)),
-        gratings=(replace(badge.gratings[0], rect_mm=field, cells=(Cell(field, 0.52, margin),), code=None),),
+        gratings=(replace(badge.gratings[0], rect_mm=field, cells=(Cell(field, 0.52, margin, 0.5),), code=None),),
         markers=replace(badge.markers, size_mm=marker, centers_mm=centers),
     )

@@ -11,6 +11,7 @@ field.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from moireid.badge import Fiducial, Markers, Rect
 from moireid.designer.fiducial import coded_frame, frame_and_field
@@ -22,7 +23,7 @@ from moireid.profiles import PAPERS_MM
 
 #: The published prototype's marker is 26 mm on a 146 mm board; other boards keep the proportion.
 MARKER_MM_PER_BOARD_MM = 26.0 / 146.0
-DICTIONARY = "DICT_4X4_50"
+DICTIONARY: Final = "DICT_4X4_50"
 #: White around a marker, in modules: OpenCV asks for one; the sixth part of a 4x4 marker is a module.
 QUIET_MODULES = 1.05
 #: Paper left around the board for crop marks and scale bars.

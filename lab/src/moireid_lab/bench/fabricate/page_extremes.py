@@ -18,7 +18,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import DesignError, MoireIdError
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.profiles import PROFILE_FORMAT, PROFILE_KIND, Printer
+from moireid.profiles import Printer
 from moireid_lab.bench.fabricate.painted import painted_figures
 from moireid_lab.bench.fabricate.raster import paint
 
@@ -141,8 +141,8 @@ def _with_lens(case: PageCase, folder: Path) -> Request:
         return case.request
     lens = {"kind": "lenticular", "pitch_mm": case.sheet_mm[0], "thickness_mm": case.sheet_mm[1]}
     document = {
-        "format": PROFILE_FORMAT,
-        "kind": PROFILE_KIND,
+        "format": 1,
+        "kind": "lens-profile",
         "name": "extreme",
         "lens": lens | {"refractive_index": 1.56},
         "pitch_sd_mm": 0.0,
