@@ -17,12 +17,17 @@ queries.py      the Registry's methods that only read: find, list, search
 changes.py      the Registry's methods that change a badge: revoke, suspend, reinstate; days of expiry and compromise
 public_view.py  the Registry's methods for outsiders: standing, checkpoints, proofs, bundles
 batch.py        many badges at once
+opening.py      makes the tables, checks them, and migrates those of an older version
+erasure.py      erases people and actors, and cleans the database of their data
+log_entries.py  the log's entries, for display only
+export.py       records, log and public key to a JSON file; reads a large JSON file in little memory
+load.py         reads an export into an empty registry; notes on names that look alike
+merge.py        import: checks an export and merges it into a registry
+rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 signing/        the private key in a process of its own
 checkpoints/    signed checkpoints that others keep, and what this user saw last
 bundle/         what a verifier needs, in one signed file
-transfer/       export to a JSON file, import, and change of key
-maintenance/    opening, migration, erasure, and the list of log entries
 """
 
 from moireid.provenance import BadgeHolder, ClaimedBadge
@@ -31,9 +36,9 @@ from moireid.registry.batch import Batch
 from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
 from moireid.registry.engine import default_url
 from moireid.registry.look_alikes import LookAlikeWarning
+from moireid.registry.merge import Import
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
-from moireid.registry.transfer.merge import Import
 
 __all__ = [
     "Audit",

@@ -30,7 +30,7 @@ from moireid.registry.log import (
     next_rows,
     rotation_of,
 )
-from moireid.registry.maintenance.opening import prepare
+from moireid.registry.opening import prepare
 from moireid.registry.record import Fault, Record, read_record, tampered
 from moireid.registry.signing.client import load_signer
 

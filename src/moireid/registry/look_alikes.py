@@ -5,7 +5,7 @@ Unicode Technical Standard 39, section 4, with the table of the package `confusa
 that is written from right to left is not reordered first.  Deviation: a run of spaces counts as one space.
 
 The registry keeps both skeletons of each name in columns with an index.  They are derived: another table of look-alikes
-needs another schema version, whose step computes them anew (`maintenance/opening.py`).
+needs another schema version, whose step computes them anew (`opening.py`).
 """
 
 from __future__ import annotations

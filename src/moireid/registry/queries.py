@@ -10,10 +10,10 @@ from sqlalchemy import ColumnElement, and_, func, or_, select
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.registry.claims import as_id, find_row
+from moireid.registry.erasure import erased_at
 from moireid.registry.ledger import Ledger
+from moireid.registry.log_entries import Entry, entries_of
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.maintenance.erasure import erased_at
-from moireid.registry.maintenance.log_entries import Entry, entries_of
 from moireid.registry.record import Record, storable
 from moireid.registry.schema import badges, select_alike, select_layouts, select_named_so, select_records
 

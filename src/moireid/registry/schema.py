@@ -3,7 +3,7 @@
 `badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each action, in a
 chain (log.py), `actors` the names of the actors (keys.py), and `authority` a single row: the public key, and the log's
 head, signed.  A later version that changes tables must raise `SCHEMA_VERSION` and add a step to
-`maintenance/opening.py`; so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys
+`opening.py`; so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys
 and signatures would no longer compare.
 """
 

@@ -25,16 +25,16 @@ from moireid.registry.changes import RegistryChanges, expiry_day, locked
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
 from moireid.registry.engine import default_url, read_url
+from moireid.registry.erasure import ErasureResult, erase_actor, erase_person
+from moireid.registry.export import export_json
 from moireid.registry.keys import account, checked_actor, key_path
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.maintenance.erasure import ErasureResult, erase_actor, erase_person
+from moireid.registry.merge import Import, checked_copy, import_json, merge
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record, storable_json
+from moireid.registry.rotate import KeyRotation, rotate
 from moireid.registry.schema import badges, select_records
-from moireid.registry.transfer.export import export_json
-from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
-from moireid.registry.transfer.rotate import KeyRotation, rotate
 
 #: At most this many people whose names look alike are named in a warning.
 MOST_NAMED = 3

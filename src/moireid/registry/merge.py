@@ -31,13 +31,13 @@ from moireid.registry import schema
 from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
 from moireid.registry.engine import AnyRow
+from moireid.registry.erasure import clean
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger, pages
+from moireid.registry.load import load, notes_on
 from moireid.registry.log import ERASE, Head
-from moireid.registry.maintenance.erasure import clean
 from moireid.registry.record import Record
 from moireid.registry.schema import actors, badges, log, select_records
-from moireid.registry.transfer.load import load, notes_on
 
 CHUNK = 500
 

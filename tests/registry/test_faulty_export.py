@@ -9,8 +9,7 @@ import pytest
 
 from kit.registries import state_of, url_of
 from moireid.errors import RegistryError
-from moireid.registry import import_registry, open_registry
-from moireid.registry.transfer import merge
+from moireid.registry import import_registry, merge, open_registry
 
 
 def test_file_cut_anywhere_changes_nothing(three_exported, url, tmp_path):

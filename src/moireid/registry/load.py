@@ -17,11 +17,11 @@ from moireid.names import hidden_words
 from moireid.registry import schema
 from moireid.registry.canonical import canonical_json, pack
 from moireid.registry.engine import translated, writing
+from moireid.registry.export import FORMAT, VERSION, walk
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.schema import badges
-from moireid.registry.transfer.export import FORMAT, VERSION, walk
 
 CHUNK = 1000
 #: Versions of the format that are read.

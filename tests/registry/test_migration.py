@@ -104,7 +104,7 @@ def test_a_step_that_fails_leaves_all_as_it_was(old, monkeypatch):
     def broken(connection):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("moireid.registry.maintenance.opening.write_skeletons", broken)
+    monkeypatch.setattr("moireid.registry.opening.write_skeletons", broken)
     with pytest.raises(KeyboardInterrupt):
         open_registry(old, create=False)
     assert rows_of(old, "SELECT version FROM schema_version") == [{"version": 2}]
