@@ -165,7 +165,7 @@ def test_an_import_erases_too_and_never_brings_back(registry, url, target, tmp_p
 
 def test_what_cannot_be_erased_of_an_old_record_is_said(path, keys):
     """Catches: silence about hashes without a salt."""
-    data = Path(__file__).parents[2] / "data" / "registry"
+    data = Path(__file__).parents[1] / "data" / "registry"
     keys.mkdir(parents=True)
     shutil.copy(data / "version2.key.pem", keys / "367db9c85d05112f7ea7635a0860a1f7.pem")
     shutil.copy(data / "version2.sqlite3", path)

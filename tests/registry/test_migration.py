@@ -14,7 +14,7 @@ from moireid.errors import RegistryError
 from moireid.registry import import_registry, open_registry
 from moireid.registry.checkpoints.witness import checkpoints_from
 
-DATA = Path(__file__).parents[2] / "data" / "registry"
+DATA = Path(__file__).parents[1] / "data" / "registry"
 FINGERPRINT = "367db9c85d05112f7ea7635a0860a1f7"
 CYRILLIC = "\u0410d\u0430 L\u043ev\u0435l\u0430\u0441\u0435"
 

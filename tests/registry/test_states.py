@@ -15,7 +15,7 @@ from moireid.errors import RegistryError, SpecError
 from moireid.idcodes import specimen_of
 from moireid.registry import People, Registry, claimed, holder_of, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle, BundlePeople
-from moireid.registry.checkpoints.proof import check_proof, proof_of
+from moireid.registry.checkpoints.proof import check_proof
 
 STATES = ("suspended_at", "suspended_reason", "expires", "compromised_since")
 
@@ -139,8 +139,8 @@ def test_a_bundle_says_it_and_older_programs_refuse_that_bundle(full, tmp_path):
 def test_a_proof_says_it(full):
     """Catches: a proof of a suspended badge that reads as one of a valid badge."""
     full.suspend("Ada", "mislaid")
-    found = check_proof(proof_of(full._ledger, full.find("Ada")), "a proof")
-    assert (found.revoked_at, found.suspended_reason) == (None, "mislaid")
+    found = check_proof(full.prove(full.find("Ada")), "a proof")
+    assert (found.record.revoked_at, found.record.suspended_reason) == (None, "mislaid")
 
 
 def test_a_registry_of_version_3_is_brought_to_this_one(full, url):
@@ -220,7 +220,7 @@ def test_the_day_goes_with_exports_unions_bundles_and_proofs(full, url, target, 
         later.setattr("moireid.registry.record.utc_now", lambda: "2090-05-04T00:00:00Z")
         late = bundle.claimed("Eve").barred
         assert late and late.code == "expired"
-    assert check_proof(proof_of(full._ledger, full.find("Eve")), "a proof").expires == "2090-05-03"
+    assert check_proof(full.prove(full.find("Eve")), "a proof").record.expires == "2090-05-03"
     full.export_json(tmp_path / "out.json")
     import_registry(tmp_path / "out.json", target)
     with open_registry(target, create=False) as other:

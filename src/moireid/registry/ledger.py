@@ -59,6 +59,8 @@ class Ledger:
         self.engine = engine
         self.url = url
         self.shown = show_url(url)
+        #: Names the registry in messages.
+        self.called = f"registry {self.shown}"
         #: Identifies the registry among all that this user opens; the password is not part of it.
         self.place = url.set(password=None).render_as_string()
         #: Whether something was written since it was opened.
@@ -110,9 +112,17 @@ class Ledger:
         with self.snapshot() as connection:
             return self.head_in(connection)
 
-    def head_in(self, connection: Connection) -> Head:
-        """As `head`, within a snapshot."""
-        return self._head(connection)
+    def head_in(self, connection: Connection, *, lock: bool = False) -> Head:
+        """As `head`, within a transaction; with `lock`, other writers wait until it ends."""
+        query = select(schema.authority)
+        row = connection.execute(query.with_for_update() if lock else query).first()
+        if row is None or row.public_key != self.authority.public_hex:
+            raise self._other_authority()
+        last = connection.execute(last_entry()).first()
+        try:
+            return check_head(row, None if last is None else Head(last.seq, last.hash), self.authority)
+        except Fault as fault:
+            raise tampered(self.shown, fault) from fault
 
     def rotations(self, connection: Connection | None = None) -> list[Rotation]:
         """All changes of the authority's key, oldest first, each signed by the key before and the one after.
@@ -149,7 +159,7 @@ class Ledger:
         Parameters: actor: who writes, as the log is to name them.
         """
         with translated(self.url), writing(self.engine) as connection:
-            yield Transaction(self, connection, self._head(connection, lock=True), actor)
+            yield Transaction(self, connection, self.head_in(connection, lock=True), actor)
         self.wrote = True
 
     @contextmanager
@@ -173,18 +183,6 @@ class Ledger:
                 connection.execute(delete(table))
             yield connection
         self.wrote = True
-
-    def _head(self, connection: Connection, *, lock: bool = False) -> Head:
-        """The head, checked against the log; with `lock`, other writers wait until this transaction ends."""
-        query = select(schema.authority)
-        row = connection.execute(query.with_for_update() if lock else query).first()
-        if row is None or row.public_key != self.authority.public_hex:
-            raise self._other_authority()
-        last = connection.execute(last_entry()).first()
-        try:
-            return check_head(row, None if last is None else Head(last.seq, last.hash), self.authority)
-        except Fault as fault:
-            raise tampered(self.shown, fault) from fault
 
     def _other_authority(self) -> RegistryError:
         return RegistryError(

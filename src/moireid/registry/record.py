@@ -21,32 +21,66 @@ from moireid.registry.engine import AnyRow
 from moireid.registry.keys import RECORD, Authority, Signs
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 
-#: Fields that records of schema version 2 did not have, in the order of `Record`.
-LATER = ("salt", "suspended_at", "suspended_reason", "expires", "compromised_since")
+REVOKED, SUSPENDED = ("revoked_at", "revoked_reason"), ("suspended_at", "suspended_reason")
+#: Fields that records of schema version 2 did not have; they are signed only if they have a value.
+LATER = ("salt", *SUSPENDED, "expires", "compromised_since")
+#: Fields that are stored and signed as they are.
+PLAIN = ("id", "issued_at", "layout_key", "as_built_at", *REVOKED, *LATER)
+#: Fields that lists show.
+SHOWN = ("id", "name", "line", "issued_at", *REVOKED, "compromised_since", *SUSPENDED, "expires")
 
 
-def barred_by(
-    revoked_at: str | None,
-    revoked_reason: str | None,
-    suspended_at: str | None,
-    suspended_reason: str | None,
-    expires: str | None,
-    since: str | None,
-    *,
-    today: str | None = None,
-) -> Exclusion | None:
-    """What `Record.barred` says, of the fields of a record."""
-    if revoked_at is not None:
-        return Exclusion("revoked", revoked_at, revoked_reason or "", since)
-    if suspended_at is not None:
-        return Exclusion("suspended", suspended_at, suspended_reason or "")
-    if expires is not None and expires < (today or utc_now()[:10]):
-        return Exclusion("expired", expires, expires)
-    return None
+@dataclass(frozen=True, kw_only=True)
+class BadgeState:
+    """Whether an issued badge counts, as a record, a bundle or a proof states it.
+
+    Attributes
+    ----------
+    revoked_at, revoked_reason : str or None
+        When and why it was revoked; None if it was not.
+    suspended_at, suspended_reason : str or None
+        When and why it was suspended; None if it is not.
+    expires : str or None
+        The last day on which it counts, ISO 8601, such as 2026-05-03; None if it does not expire.
+    compromised_since : str or None
+        Of a revoked one the day from which its films count for nothing; None if no day was given.
+    """
+
+    revoked_at: str | None = None
+    revoked_reason: str | None = None
+    suspended_at: str | None = None
+    suspended_reason: str | None = None
+    expires: str | None = None
+    compromised_since: str | None = None
+
+    def barred(self, today: str | None = None) -> Exclusion | None:
+        """Give the reason why the badge does not count.
+
+        Parameters
+        ----------
+        today : str, optional
+            A day, ISO 8601; None for the present one in UTC.
+
+        Returns
+        -------
+        Exclusion or None
+            The gravest reason; None if it counts.
+
+        Notes
+        -----
+        An expired badge proves nothing whenever its film was made: a film's own date can be forged.
+        """
+        if self.revoked_at is not None:
+            return Exclusion("revoked", self.revoked_at, self.revoked_reason or "", self.compromised_since)
+        if self.suspended_at is not None:
+            return Exclusion("suspended", self.suspended_at, self.suspended_reason or "")
+        if self.expires is not None and self.expires < (today or utc_now()[:10]):
+            return Exclusion("expired", self.expires, self.expires)
+        return None
 
 
 @dataclass(frozen=True)
-class Record:
+class Record(BadgeState):
     """One issued badge, as the authority signed it.
 
     Attributes
@@ -61,10 +95,6 @@ class Record:
         When it was issued.
     layout_key : str
         `Badge.layout_key()` at the time of issue.
-    revoked_at : str or None
-        When it was revoked; None if it was not.
-    revoked_reason : str or None
-        Why.
     as_built : str or None
         Canonical JSON of the newest measured figures; None if it was never measured.
     as_built_at : str or None
@@ -72,12 +102,6 @@ class Record:
     salt : str or None
         Random hex digits: without them no one can test a name against the log's hash of the record.  None in
         records of schema version 2.
-    suspended_at, suspended_reason : str or None
-        When and why it was suspended; None if it is not.
-    expires : str or None
-        The last day on which it counts, ISO 8601, such as 2026-05-03; None if it does not expire.
-    compromised_since : str or None
-        Of a revoked one the day from which its films count for nothing; None if no day was given.
 
     Notes
     -----
@@ -89,15 +113,9 @@ class Record:
     badge_json: str
     issued_at: str
     layout_key: str
-    revoked_at: str | None = None
-    revoked_reason: str | None = None
     as_built: str | None = None
     as_built_at: str | None = None
     salt: str | None = None
-    suspended_at: str | None = None
-    suspended_reason: str | None = None
-    expires: str | None = None
-    compromised_since: str | None = None
 
     @cached_property
     def badge(self) -> Badge:
@@ -117,33 +135,6 @@ class Record:
         # Few records have one, and reading each document of a long list would take minutes.
         return line_of(json.loads(self.badge_json).get("print")) if '"lines"' in self.badge_json else None
 
-    def barred(self, today: str | None = None) -> Exclusion | None:
-        """Give the reason why the badge does not count.
-
-        Parameters
-        ----------
-        today : str, optional
-            A day, ISO 8601; None for the present one in UTC.
-
-        Returns
-        -------
-        Exclusion or None
-            The gravest reason; None if it counts.
-
-        Notes
-        -----
-        An expired badge proves nothing whenever its film was made: a film's own date can be forged.
-        """
-        return barred_by(
-            self.revoked_at,
-            self.revoked_reason,
-            self.suspended_at,
-            self.suspended_reason,
-            self.expires,
-            self.compromised_since,
-            today=today,
-        )
-
     def summary(self) -> dict[str, Any]:
         """Make the JSON object that lists and answers show of a record.
 
@@ -152,36 +143,19 @@ class Record:
         dict
             Id, name, the line below it, and the times of issue, revocation, suspension and expiry.
         """
-        return {
-            "id": self.id,
-            "name": self.name,
-            "line": self.line,
-            "issued_at": self.issued_at,
-            "revoked_at": self.revoked_at,
-            "revoked_reason": self.revoked_reason,
-            "compromised_since": self.compromised_since,
-            "suspended_at": self.suspended_at,
-            "suspended_reason": self.suspended_reason,
-            "expires": self.expires,
-        }
+        return {name: getattr(self, name) for name in SHOWN}
 
     @cached_property
     def signed_text(self) -> bytes:
         """What the authority signs: canonical JSON of all fields, documents by their SHA-256."""
         fields = {
-            "as_built_at": self.as_built_at,
             "as_built_sha256": None if self.as_built is None else sha256_hex(self.as_built.encode()),
             "badge_sha256": sha256_hex(self.badge_json.encode()),
-            "id": self.id,
-            "issued_at": self.issued_at,
-            "layout_key": self.layout_key,
             "name": self.name,
-            "revoked_at": self.revoked_at,
-            "revoked_reason": self.revoked_reason,
         }
         # Fields of later versions are included only if they have a value, so that older signatures stay valid.
-        later = {name: value for name in LATER if (value := getattr(self, name)) is not None}
-        return canonical_json(fields | later).encode()
+        plain = {name: getattr(self, name) for name in PLAIN if name not in LATER or getattr(self, name) is not None}
+        return canonical_json(fields | plain).encode()
 
     def digest(self) -> str:
         """Hash the signed text, as the log holds it.
@@ -206,17 +180,10 @@ class Record:
         dict
             Value by column.
         """
-        return {
-            "id": self.id,
+        return {name: getattr(self, name) for name in PLAIN} | {
             "name_nfc": self.name,
             "badge": pack(self.badge_json),
-            "issued_at": self.issued_at,
-            "layout_key": self.layout_key,
-            "revoked_at": self.revoked_at,
-            "revoked_reason": self.revoked_reason,
             "as_built": None if self.as_built is None else pack(self.as_built),
-            "as_built_at": self.as_built_at,
-            **{name: getattr(self, name) for name in LATER},
             "skeleton": skeleton(self.name),
             "folded": folded_skeleton(self.name),
             "signature": signer.sign(RECORD, self.signed_text),
@@ -237,18 +204,9 @@ def record_of(row: AnyRow, authority: Authority) -> Record:
     Raises: Fault if the row is damaged, not signed by the authority, or not the newest version in the log.
     """
     try:
-        record = Record(
-            row.id,
-            row.name_nfc,
-            unpack(row.badge),
-            row.issued_at,
-            row.layout_key,
-            row.revoked_at,
-            row.revoked_reason,
-            None if row.as_built is None else unpack(row.as_built),
-            row.as_built_at,
-            *[getattr(row, name) for name in LATER],
-        )
+        plain: dict[str, Any] = {name: getattr(row, name) for name in PLAIN}
+        plain["as_built"] = None if row.as_built is None else unpack(row.as_built)
+        record = Record(name=row.name_nfc, badge_json=unpack(row.badge), **plain)
         text = record.signed_text
     except (TypeError, ValueError) as error:
         raise Fault("record_damaged", f"the record of id {row.id} is damaged ({error})") from error

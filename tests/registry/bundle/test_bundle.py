@@ -20,8 +20,8 @@ from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, open_registry
-from moireid.registry.bundle import parcel
-from moireid.registry.bundle.bundle_content import BundleContent, made_content
+from moireid.registry.bundle import bundle_file
+from moireid.registry.bundle.bundle_file import BundleContent, made_content, read_bundle_file
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.merkle import leaf_hash, root_of
@@ -123,12 +123,14 @@ def test_a_specimen_is_the_same_for_every_badge_of_its_layout():
 def test_its_log_is_that_of_its_checkpoint(people, tmp_path):
     """Catches: hashes in another order; a checkpoint of another moment."""
     path = published(people, tmp_path / "b")
-    _, authority, content = parcel.opened_parcel(path)
+    _, authority, content = read_bundle_file(path)
     held = BundleContent(content)
-    checkpoint = checkpoint_from(held.checkpoint(), "the bundle's")
+    note, hashes = held._database.execute("SELECT * FROM about").fetchone()
+    entries = [hashes[k : k + 32] for k in range(0, len(hashes), 32)]
+    checkpoint = checkpoint_from(note, "the bundle's")
     checkpoint.check(authority, "the bundle's")
-    assert checkpoint.size == int(people.head().split(":")[0]) == len(held.entries())
-    assert checkpoint.root == root_of([leaf_hash(entry) for entry in held.entries()])
+    assert checkpoint.size == int(people.head().split(":")[0]) == len(entries)
+    assert checkpoint.root == root_of([leaf_hash(entry) for entry in entries])
     assert (held.hash_at(0), held.hash_at(checkpoint.size + 1)) == (None, None)
     assert held.hash_at(checkpoint.size) == people.head().split(":")[1]
 
@@ -155,10 +157,10 @@ def test_every_byte_is_signed(people, tmp_path):
 def test_a_bundle_expires(people, tmp_path, monkeypatch):
     """Catches: an old bundle that a mirror serves for ever."""
     path = published(people, tmp_path / "b", days=2)
-    moment = parcel.now()
-    monkeypatch.setattr(parcel, "now", lambda: moment + timedelta(days=1.9))
+    moment = bundle_file.now()
+    monkeypatch.setattr(bundle_file, "now", lambda: moment + timedelta(days=1.9))
     Bundle(path)
-    monkeypatch.setattr(parcel, "now", lambda: moment + timedelta(days=2.1))
+    monkeypatch.setattr(bundle_file, "now", lambda: moment + timedelta(days=2.1))
     with pytest.raises(RegistryError, match="expired on") as caught:
         Bundle(path)
     assert caught.value.details["code"] == "expired"

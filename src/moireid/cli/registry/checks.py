@@ -240,29 +240,29 @@ def registry_check_proof(path: Path, trust: str | None, as_json: bool) -> None:
             raise Fault("authority", f"it is signed by authority {signed_by}, and not by {wanted}, the trusted one")
     except Fault as fault:
         _fail_check(fault.code, fault.text, as_json=as_json)
-    revoked = None if found.revoked_at is None else {"at": found.revoked_at, "reason": found.revoked_reason}
-    suspended = None if found.suspended_at is None else {"at": found.suspended_at, "reason": found.suspended_reason}
+    badge = found.record
     if as_json:
-        badge = {
-            "id": found.badge_id,
-            "name": found.name,
-            "revoked": revoked,
-            "suspended": suspended,
-            "expires": found.expires,
-        }
+        state = {"id": badge.id, "name": badge.name, "revoked": _since(badge.revoked_at, badge.revoked_reason)}
+        state |= {"suspended": _since(badge.suspended_at, badge.suspended_reason), "expires": badge.expires}
         log = {"entry": found.entry, "at": found.at, "size": found.checkpoint.size, "checkpoint": found.checkpoint.date}
-        show_json({"holds": True, "badge": badge, "log": log, "fingerprint": signed_by, "trusted": wanted is not None})
+        show_json({"holds": True, "badge": state, "log": log, "fingerprint": signed_by, "trusted": wanted is not None})
         return
-    state = "" if revoked is None else f"; it was revoked on {found.revoked_at}: {found.revoked_reason}"
-    if revoked is None and suspended is not None:
-        state = f"; it was suspended on {found.suspended_at}: {found.suspended_reason}"
-    if found.expires is not None:
-        state += f"; it counts until the end of {found.expires}"
-    click.echo(f"HOLDS: badge {found.badge_id} of {found.name} was in the log on {found.checkpoint.date}{state}")
+    words = ""
+    if badge.revoked_at is not None:
+        words = f"; it was revoked on {badge.revoked_at}: {badge.revoked_reason}"
+    elif badge.suspended_at is not None:
+        words = f"; it was suspended on {badge.suspended_at}: {badge.suspended_reason}"
+    if badge.expires is not None:
+        words += f"; it counts until the end of {badge.expires}"
+    click.echo(f"HOLDS: badge {badge.id} of {badge.name} was in the log on {found.checkpoint.date}{words}")
     click.echo(f"  log: entry {found.entry} of {found.checkpoint.size}, made on {found.at}")
     trusted = "the one that you trust" if wanted else "whose it is, only its operator can say (--trust)"
     click.echo(f"  authority: {signed_by}, {trusted}")
     click.echo("  What came later, such as a revocation, is not in it.")
+
+
+def _since(at: str | None, reason: str | None) -> dict[str, str | None] | None:
+    return None if at is None else {"at": at, "reason": reason}
 
 
 def _fail_check(code: str, text: str, *, as_json: bool) -> NoReturn:

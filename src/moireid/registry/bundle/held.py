@@ -21,12 +21,10 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
 from moireid.provenance import BadgeHolder, ClaimedBadge, Provenance
-from moireid.registry.bundle.bundle_content import BundleContent, BundlePerson
-from moireid.registry.bundle.parcel import check_expiry, opened_parcel
-from moireid.registry.checkpoints.witness import hold
-from moireid.registry.keys import Authority
+from moireid.registry.bundle.bundle_file import BundleContent, BundlePerson, check_expiry, read_bundle_file
+from moireid.registry.checkpoints.witness import standing_of
 from moireid.registry.log import Head, Rotation, linked, rotation_of
-from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
+from moireid.registry.look_alikes import by_line, line_alike
 from moireid.registry.record import Fault
 
 #: At most this many people whose names look alike are named.
@@ -97,31 +95,21 @@ class Bundle:
 
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
-        header, authority, content = opened_parcel(self.path)
+        self.called, self.place = f"bundle {path}", f"bundle:{self.path.absolute()}"
+        header, self.authority, content = read_bundle_file(self.path)
+        self._head = Head.parse(header.head)
         try:
             self._content = BundleContent(content)
             self.opens_soon = self._content.count() <= MOST_SEALS
-            head = Head.parse(header.head)
             # Both were signed together; a bundle in which they differ was made by another program.
-            if self._content.hash_at(head.seq) != head.hash:
+            if self.hash_at(self._head.seq) != self._head.hash:
                 raise sqlite3.DataError("its head is not the end of its log")
         except sqlite3.Error as error:
             raise RegistryError(
                 f"bundle {path} cannot be read ({error}); fetch one that this moireid's version or an older one wrote"
             ) from error
-        what, place = f"bundle {path}", f"bundle:{self.path.absolute()}"
-        fingerprint, hash_at = authority.fingerprint, self._content.hash_at
         check_expiry(header, self.path)
-        self.standing = hold(
-            what,
-            place,
-            fingerprint,
-            lambda: head,
-            hash_at,
-            trust,
-            header.expires,
-            turned=self._turned(authority),
-        )
+        self.standing = standing_of(self, trust, header.expires)
 
     def __enter__(self) -> Bundle:
         return self
@@ -163,14 +151,11 @@ class Bundle:
             )
         if not found:
             alike = self._alike(name)
-            more = (
-                f"; but it looks like {' and '.join(alike)}, whose name is written in other letters or case"
-                if alike
-                else ""
-            )
+            looks = f"but it looks like {' and '.join(alike)}, whose name is written in other letters or case"
             raise RegistryError(
                 f"no one named {name[:80]!r} is in bundle {self.path} of {self.standing.head.split(':')[0]} log "
-                f"entries, and no one there has such an id; fetch a newer one, or look at the spelling{more}",
+                f"entries, and no one there has such an id; fetch a newer one, or look at the spelling"
+                f"{'; ' + looks if alike else ''}",
                 claim=claim,
                 ids=[],
                 alike=alike,
@@ -206,17 +191,25 @@ class Bundle:
             None if it is no identity, or no one in the bundle holds such a badge.
         """
         for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
-            return BadgeHolder(person.name, person.barred)
+            return BadgeHolder(person.name, person.barred())
         return None
 
-    def _turned(self, authority: Authority) -> list[Rotation]:
+    def head(self) -> Head:
+        """The last entry of its log."""
+        return self._head
+
+    def hash_at(self, seq: int) -> str | None:
+        """The hash of a log entry; None if there is no such entry."""
+        return self._content.hash_at(seq)
+
+    def rotations(self) -> list[Rotation]:
         """The changes of the authority's key, as far as they are proven here.
 
         Raises: RegistryError if such an entry is not valid, or is not in this bundle's log.
         """
         try:
-            turned = linked([rotation_of(entry) for entry in self._content.rotations()], authority)
-            if any(self._content.hash_at(one.seq) != one.hash for one in turned):
+            turned = linked([rotation_of(entry) for entry in self._content.rotations()], self.authority)
+            if any(self.hash_at(one.seq) != one.hash for one in turned):
                 raise ValueError("a change of key is not in its log")
         except (Fault, ValueError, TypeError, KeyError) as error:
             raise RegistryError(
@@ -237,10 +230,10 @@ class Bundle:
 
     def _of(self, person: BundlePerson) -> ClaimedBadge:
         badge = badge_from_json(self._content.layout(person.layout), source=f"a layout of bundle {self.path}")
-        as_built = as_built_from_json(person.figures) if person.figures else None
+        as_built = as_built_from_json(person.as_built) if person.as_built else None
         provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
         named = replace(badge, name=person.name)
-        return ClaimedBadge(named, as_built, person.barred, provenance, person.seal)
+        return ClaimedBadge(named, as_built, person.barred(), provenance, person.seal)
 
     def _of_id(self, badge_id: str) -> list[BundlePerson]:
         if not _ID.fullmatch(badge_id):
@@ -251,5 +244,5 @@ class Bundle:
             return [person for person, right in zip(people, opens, strict=True) if right]
 
     def _alike(self, name: str) -> tuple[str, ...]:
-        found = [one.name for one in self._content.alike((skeleton(name), folded_skeleton(name))) if one.name != name]
+        found = [one.name for one in self._content.alike(name) if one.name != name]
         return tuple(found[:MOST_ALIKE])

@@ -6,26 +6,33 @@ import os
 import secrets
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 from sqlalchemy import Connection
 
 from moireid.badge import Badge
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
-from moireid.registry.bundle.bundle_content import BundlePerson, Looks, made_content, without_id
-from moireid.registry.bundle.parcel import STATES, TIME, Header, now, opened_parcel
+from moireid.registry.bundle.bundle_file import (
+    STATES,
+    TIME,
+    BundlePerson,
+    Header,
+    made_content,
+    now,
+    read_bundle_file,
+    without_id,
+)
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
-from moireid.registry.checkpoints.merkle import Tree, leaf_hash
+from moireid.registry.checkpoints.merkle import leaf_hash
 from moireid.registry.checkpoints.witness import standing_of
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, pages, select_rotations
-from moireid.registry.log import Head
-from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.record import Fault, Record, record_of, tampered
+from moireid.registry.record import BadgeState, Record
 from moireid.registry.schema import badges, select_records
 
 Progress = Callable[[int, int | None], None]
@@ -61,17 +68,22 @@ def publish(
         head, entries = ledger.head_in(connection), entry_hashes(ledger, connection)
         records, layouts = _records(ledger, connection, specimen)
         turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
-    tree = Tree()
-    for entry in entries:
-        tree.add(leaf_hash(entry))
     people = _people(records, progress)
-    content = made_content(sign_checkpoint(tree, signer).note, entries, turned, layouts, people)
-    header = _header(head, len(people), content, signer.authority.public_hex, days)
-    if any(one.suspended_at or one.expires for one, _ in people):
-        header = replace(header, version=STATES)
+    content = made_content(sign_checkpoint(map(leaf_hash, entries), signer).note, entries, turned, layouts, people)
+    issued = now()
+    header = Header(
+        key=signer.authority.public_hex,
+        issued=issued.strftime(TIME),
+        expires=(issued + timedelta(days=days)).strftime(TIME),
+        head=str(head),
+        people=len(people),
+        length=len(content),
+        sha256=sha256_hex(content),
+        version=STATES if any(one.suspended_at or one.expires for one in people) else 1,
+    )
     with whole_file(path) as temporary:
-        temporary.write_bytes(header.parcel(signer, content))
-        opened_parcel(temporary)
+        temporary.write_bytes(header.sealed_file(signer, content))
+        read_bundle_file(temporary)
     return PublishResult(len(people), str(head), header.expires)
 
 
@@ -83,10 +95,7 @@ def _records(
     layouts: list[str] = []
     found = []
     for row in pages(connection, select_records(), badges.c.id):
-        try:
-            record = record_of(row, ledger.authority)
-        except Fault as fault:
-            raise tampered(ledger.shown, fault) from fault
+        record = ledger.record(row)
         if record.layout_key not in numbers:
             numbers[record.layout_key] = len(layouts)
             layouts.append(specimen(record.badge).to_json())
@@ -96,41 +105,24 @@ def _records(
 
 
 def _bare(record: Record, layout: int) -> BundlePerson:
+    state: dict[str, Any] = {field.name: getattr(record, field.name) for field in fields(BadgeState)}
+    figures = without_id(record.as_built)
     return BundlePerson(
-        record.name,
-        Seal(b"", b""),
-        layout,
-        without_id(record.as_built),
-        record.revoked_at,
-        record.revoked_reason,
-        record.suspended_at,
-        record.suspended_reason,
-        record.expires,
-        record.compromised_since,
-        record.line,
+        name=record.name, seal=Seal(b"", b""), layout=layout, as_built=figures, line=record.line, **state
     )
 
 
-def _people(records: Sequence[tuple[str, BundlePerson]], progress: Progress | None) -> list[tuple[BundlePerson, Looks]]:
-    """The people with their sealed identities, and the skeletons of their names."""
+def _sealed(pair: tuple[str, BundlePerson]) -> BundlePerson:
+    badge_id, person = pair
+    return replace(person, seal=Seal.of(badge_id, secrets.token_bytes(SALT_BYTES)))
 
-    def sealed(pair: tuple[str, BundlePerson]) -> tuple[BundlePerson, Looks]:
-        badge_id, person = pair
-        seal = Seal.of(badge_id, secrets.token_bytes(SALT_BYTES))
-        return replace(person, seal=seal), (skeleton(person.name), folded_skeleton(person.name))
 
-    people: list[tuple[BundlePerson, Looks]] = []
+def _people(records: Sequence[tuple[str, BundlePerson]], progress: Progress | None) -> list[BundlePerson]:
+    """The people with their sealed identities."""
+    people: list[BundlePerson] = []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for begin in range(0, len(records), CHUNK):
-            people += pool.map(sealed, records[begin : begin + CHUNK])
+            people += pool.map(_sealed, records[begin : begin + CHUNK])
             if progress:
                 progress(len(people), len(records))
     return people
-
-
-def _header(head: Head, people: int, content: bytes, key: str, days: float) -> Header:
-    issued = now()
-    expires = issued + timedelta(days=days)
-    return Header(
-        key, issued.strftime(TIME), expires.strftime(TIME), str(head), people, len(content), sha256_hex(content)
-    )

@@ -17,7 +17,7 @@ import base64
 import binascii
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import Connection, select
@@ -148,9 +148,11 @@ def checkpoint_from(note: str, source: str) -> Checkpoint:
     return Checkpoint(fingerprint, int(size), content, dates[0], note)
 
 
-def sign_checkpoint(tree: Tree, signer: Signs) -> Checkpoint:
-    """The checkpoint of a log whose tree this is."""
-    fingerprint, date = signer.authority.fingerprint, utc_now()
+def sign_checkpoint(leaves: Iterable[bytes], signer: Signs) -> Checkpoint:
+    """The checkpoint of a log of these leaves."""
+    tree, fingerprint, date = Tree(), signer.authority.fingerprint, utc_now()
+    for leaf in leaves:
+        tree.add(leaf)
     root = base64.b64encode(tree.root()).decode()
     text = f"{ORIGIN}{fingerprint}\n{tree.size}\n{root}\ndate {date}\n"
     return Checkpoint(fingerprint, tree.size, tree.root(), date, signed_note(text, ORIGIN + fingerprint, signer))
@@ -186,10 +188,7 @@ def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoin
         leaves = [leaf_hash(content) for content in entry_hashes(ledger, connection)]
     keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations()), ledger.authority)}
     proofs = [(one.size, _proof(leaves, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
-    tree = Tree()
-    for leaf in leaves:
-        tree.add(leaf)
-    return sign_checkpoint(tree, signer), proofs
+    return sign_checkpoint(leaves, signer), proofs
 
 
 def _proof(leaves: list[bytes], older: Checkpoint, ledger: Ledger, authority: Authority) -> list[bytes]:

@@ -7,26 +7,63 @@ checkpoint's root (RFC 6962).  It shows that the record was entered, and cannot 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Annotated, Any, Literal
 
+import msgspec
 from sqlalchemy import select
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex
 from moireid.registry.checkpoints.checkpoint import Checkpoint, checkpoint_from, entry_hashes, leaf_of, sign_checkpoint
-from moireid.registry.checkpoints.merkle import Tree, included, inclusion_proof, leaf_hash
+from moireid.registry.checkpoints.merkle import included, inclusion_proof, leaf_hash
 from moireid.registry.checkpoints.seen import check_newest
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import entry_hash
-from moireid.registry.record import Fault, Record, storable
+from moireid.registry.record import Fault, Record
 from moireid.registry.schema import log
 
-FORMAT, KIND = 1, "moireid registry proof"
 #: What is not part of an entry's content.
 OUTSIDE = ("hash", "signature")
+#: A text on one line, as registries hold it: a longer one could add false lines to the printed result.
+Line = Annotated[str, msgspec.Meta(pattern=r"\A[^\x00-\x1f\x7f-\x9f]*\Z")]
+
+
+class ProvenState(msgspec.Struct):
+    """What is shown of the record in a proof."""
+
+    name: Line
+    id: Line
+    revoked_at: Line | None
+    revoked_reason: Line | None
+    suspended_at: Line | None = None
+    suspended_reason: Line | None = None
+    expires: Line | None = None
+
+
+class ProvenEntry(msgspec.Struct):
+    """The content of the log's entry in a proof."""
+
+    seq: Annotated[int, msgspec.Meta(ge=1, lt=10**18)]
+    time: Line
+    action: str
+    subject: str
+    record_sha256: str
+    actor: str | None
+    previous: str
+
+
+class ProofFile(msgspec.Struct):
+    """A proof as it is written; the record whole, as it was signed, and the checkpoint as its note."""
+
+    format: Literal[1]
+    kind: Literal["moireid registry proof"]
+    public_key: str
+    checkpoint: str
+    entry: ProvenEntry
+    record: dict[str, Any]
+    proof: list[str]
 
 
 @dataclass(frozen=True)
@@ -35,27 +72,19 @@ class ProofResult:
 
     Attributes
     ----------
-    name, badge_id : str
-        Whose badge, and its id.
+    record : ProvenState
+        Whose badge, and its state in that entry.
     entry : int
         The number of the log's entry; the first is 1.
     at : str
         When it was entered; UTC, ISO 8601.
-    revoked_at, revoked_reason, suspended_at, suspended_reason, expires : str or None
-        Of the record in that entry.
     checkpoint : Checkpoint
         Its signature holds.
     """
 
-    name: str
-    badge_id: str
+    record: ProvenState
     entry: int
     at: str
-    revoked_at: str | None
-    revoked_reason: str | None
-    suspended_at: str | None
-    suspended_reason: str | None
-    expires: str | None
     checkpoint: Checkpoint
 
 
@@ -71,14 +100,11 @@ def proof_of(ledger: Ledger, record: Record) -> str:
         row = connection.execute(select(log).where(log.c.subject == record.id).order_by(log.c.seq.desc())).first()
     if row is None:
         raise RegistryError(f"the record of id {record.id} was erased from registry {ledger.shown} meanwhile")
-    tree = Tree()
-    for leaf in leaves:
-        tree.add(leaf)
     document = {
-        "format": FORMAT,
-        "kind": KIND,
+        "format": 1,
+        "kind": "moireid registry proof",
         "public_key": signer.authority.public_hex,
-        "checkpoint": sign_checkpoint(tree, signer).note,
+        "checkpoint": sign_checkpoint(leaves, signer).note,
         "entry": {name: value for name, value in row._mapping.items() if name not in OUTSIDE},
         "record": json.loads(bytes(record.signed_text)),
         "proof": [step.hex() for step in inclusion_proof(leaves, row.seq - 1)],
@@ -93,72 +119,26 @@ def check_proof(text: str, source: str) -> ProofResult:
     Raises: RegistryError if the text is no proof; Fault if it is one, and a part of it was changed.
     """
     try:
-        document = json.loads(text, parse_constant=_no_number)
-        if (document["format"], document["kind"]) != (FORMAT, KIND):
-            raise ValueError("another format")
-        entry, record = dict(document["entry"]), dict(document["record"])
-        steps = [bytes.fromhex(step) for step in document["proof"]]
-        authority, place = Authority(str(document["public_key"])), _number(entry["seq"]) - 1
-        checkpoint = checkpoint_from(str(document["checkpoint"]), source)
-        found = ProofResult(
-            _line(record["name"]),
-            _line(record["id"]),
-            place + 1,
-            _line(entry["time"]),
-            _line_or_none(record["revoked_at"]),
-            _line_or_none(record["revoked_reason"]),
-            _line_or_none(record.get("suspended_at")),
-            _line_or_none(record.get("suspended_reason")),
-            _line_or_none(record.get("expires")),
-            checkpoint,
-        )
-        _line(checkpoint.date)
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        found = msgspec.json.decode(text, type=ProofFile)
+        record = msgspec.convert(found.record, ProvenState)
+        steps = [bytes.fromhex(step) for step in found.proof]
+        authority, checkpoint = Authority(found.public_key), checkpoint_from(found.checkpoint, source)
+        msgspec.convert(checkpoint.date, Line)
+    except (ValueError, RecursionError) as error:
         raise RegistryError(
             f"{source} is no proof ({error}); give a file that `moireid registry prove` wrote"
         ) from error
-    _check(checkpoint, authority, source)
-    if not included(leaf_of(_hash_of(entry)), place, checkpoint.size, steps, checkpoint.root):
-        raise Fault("entry", "its log entry is not in the log that the checkpoint signs: entry or proof was changed")
-    if entry.get("subject") != found.badge_id or entry.get("record_sha256") != sha256_hex(
-        canonical_json(record).encode()
-    ):
-        raise Fault("record", "its record is not the one that the log entry names: it was changed")
-    return found
-
-
-def _line(value: object) -> str:
-    """A text on one line, as registries hold it: a longer one could add false lines to the printed result."""
-    if not isinstance(value, str) or not storable(value):
-        raise ValueError("a field of it is no line of text")
-    return value
-
-
-def _line_or_none(value: object) -> str | None:
-    return None if value is None else _line(value)
-
-
-def _number(value: object) -> int:
-    if type(value) is not int or not 0 < value < 10**18:
-        raise ValueError("the number of its entry is none")
-    return value
-
-
-def _no_number(text: str) -> NoReturn:
-    raise ValueError(f"{text} is no number of JSON")
-
-
-def _check(checkpoint: Checkpoint, authority: Authority, source: str) -> None:
     if authority.fingerprint != checkpoint.fingerprint:
         raise Fault("public_key", "its public key is not the one of its checkpoint's authority")
     try:
         checkpoint.check(authority, source)
     except RegistryError as error:
         raise Fault("checkpoint", "its checkpoint does not bear the authority's signature: it was changed") from error
-
-
-def _hash_of(entry: Mapping[str, Any]) -> str:
-    try:
-        return entry_hash(entry)
-    except (TypeError, ValueError, KeyError) as error:
-        raise Fault("entry", f"its log entry is damaged ({error})") from error
+    entry = found.entry
+    leaf = leaf_of(entry_hash(msgspec.structs.asdict(entry)))
+    if not included(leaf, entry.seq - 1, checkpoint.size, steps, checkpoint.root):
+        raise Fault("entry", "its log entry is not in the log that the checkpoint signs: entry or proof was changed")
+    digest = sha256_hex(canonical_json(found.record).encode())
+    if (entry.subject, entry.record_sha256) != (record.id, digest):
+        raise Fault("record", "its record is not the one that the log entry names: it was changed")
+    return ProofResult(record, entry.seq, entry.time, checkpoint)

@@ -29,7 +29,7 @@ LOG_ENTRY = "entry"
 NAMES = {domain: name for name, domain in DOMAINS.items()}
 #: Longest content, bytes: a record's text holds digests in the place of documents, and a note is shorter.
 LONGEST = 65536
-#: First lines of notes (`checkpoints/checkpoint.py`, `bundle/parcel.py`), before the authority's fingerprint.
+#: First lines of notes (`checkpoints/checkpoint.py`, `bundle/bundle_file.py`), before the authority's fingerprint.
 NOTE_ORIGINS = ("moireid/registry/", "moireid/bundle/")
 _HEAD = re.compile(rb"[1-9]\d{0,17}:[0-9a-f]{64}")
 _TURN = re.compile(f"{ROTATED}([0-9a-f]{{64}}):([0-9a-f]{{64}})")

@@ -1,0 +1,271 @@
+"""The file of a bundle: one line with its kind, a signed note (`checkpoints/checkpoint.py`), and the content.
+
+The note contains the content's SHA-256, so a check of the note and of that digest covers every byte; and it contains
+the public key, which counts only if its fingerprint is the trusted one.
+
+The content is an SQLite database, so that a look-up among many people reads a handful of pages:
+
+people    name and its skeletons (`look_alikes`), the line below it, sealed identity, layout, measured figures, and what
+          bars the badge
+layouts   a specimen of each layout: a badge without a person
+about     the checkpoint; the hashes of all log entries, 32 bytes each
+rotations the log entries, as JSON, that gave the log another key
+
+What is not in it: identities in the clear, printed lines, times of issue, and whose each log entry is.  The measured
+figures are in it: they can be measured from a film of the badge, too, and without them a verifier cannot detect a copy.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+import tempfile
+from collections.abc import Iterable
+from contextlib import closing
+from dataclasses import dataclass, fields
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from moireid.errors import RegistryError
+from moireid.provenance import Seal
+from moireid.registry.canonical import canonical_json, sha256_hex
+from moireid.registry.checkpoints.checkpoint import opened, parted, signed_note
+from moireid.registry.keys import Authority, Signs
+from moireid.registry.log import Head
+from moireid.registry.look_alikes import folded_skeleton, skeleton
+from moireid.registry.record import BadgeState
+
+#: Origins of notes by the bundle's version.  The second is for bundles in which a badge is suspended or has a day of
+#: expiry: programs that know neither refuse it, as they would take such a badge for valid.
+ORIGINS = {1: "moireid/bundle/", 2: "moireid/bundle2/"}
+STATES = 2
+_FIRST = re.compile(rb"moireid bundle ([12]) (\d{6})\n")
+#: Lines of the header after its origin, in this order.
+_LINES = ("key", "issued", "expires", "head", "people", "length", "sha256")
+TIME = "%Y-%m-%dT%H:%M:%SZ"
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the signed note says.
+
+    Convention: times as in records; key: the authority's public key, 64 hex digits.
+    """
+
+    key: str
+    issued: str
+    expires: str
+    head: str
+    people: int
+    length: int
+    sha256: str
+    version: int = 1
+
+    def sealed_file(self, signer: Signs, content: bytes) -> bytes:
+        """The whole file."""
+        name = ORIGINS[self.version] + signer.authority.fingerprint
+        text = "".join(f"{line} {getattr(self, line)}\n" for line in _LINES)
+        note = signed_note(f"{name}\n{text}", name, signer).encode()
+        return b"moireid bundle %d %06d\n" % (self.version, len(note)) + note + content
+
+
+def read_bundle_file(path: Path) -> tuple[Header, Authority, bytes]:
+    """The header, its authority and the content of a bundle, every byte checked against the signature.
+
+    Raises: RegistryError if the file cannot be read, is none, or was changed.
+    """
+    try:
+        whole = path.read_bytes()
+    except OSError as error:
+        raise RegistryError(f"bundle {path} cannot be read ({error.strerror}); give the path of one") from error
+    first = _FIRST.match(whole)
+    if first is None:
+        raise RegistryError(f"{path} is no bundle of a registry; give a file that `moireid registry publish` wrote")
+    begin = first.end() + int(first[2])
+    try:
+        header, authority = _header(whole[first.end() : begin].decode(), int(first[1]))
+        content = memoryview(whole)[begin:]
+        if len(content) != header.length:
+            raise ValueError(f"it has {len(content)} bytes of content, and {header.length} were signed")
+        if sha256_hex(content) != header.sha256:
+            raise ValueError("its content is another than was signed")
+    except ValueError as error:
+        raise RegistryError(
+            f"bundle {path} is cut, changed or damaged ({error}); fetch it again, and ask its publisher if that fails"
+        ) from error
+    return header, authority, bytes(content)
+
+
+def now() -> datetime:
+    """This moment, UTC."""
+    return datetime.now(UTC)
+
+
+def check_expiry(header: Header, path: Path) -> None:
+    """Raise RegistryError unless the bundle still counts."""
+    if now() >= datetime.strptime(header.expires, TIME).replace(tzinfo=UTC):
+        raise RegistryError(
+            f"bundle {path} expired on {header.expires}, so it may lack revocations; fetch a newer one from where it "
+            "is published",
+            code="expired",
+            expires=header.expires,
+        )
+
+
+def _header(note: str, version: int) -> tuple[Header, Authority]:
+    """Header and authority of a note that bears that authority's signature.  Raises: ValueError if it does not."""
+    text, _ = parted(note)
+    origin, *lines = text[:-1].split("\n")
+    words = [line.partition(" ") for line in lines]
+    if tuple(name for name, _, _ in words) != _LINES:
+        raise ValueError("its header is none")
+    found = {name: value for name, _, value in words} | {"version": version}
+    # Not strict: whole numbers are written as text there.
+    header = msgspec.convert(found, Header, strict=False)
+    authority = Authority(header.key)
+    if origin != ORIGINS[version] + authority.fingerprint:
+        raise ValueError("its key is not that of its origin")
+    opened(note, origin, authority)
+    for time in (header.issued, header.expires):
+        datetime.strptime(time, TIME)
+    Head.parse(header.head)
+    return header, authority
+
+
+_TABLES = """
+CREATE TABLE about (checkpoint TEXT NOT NULL, entries BLOB NOT NULL);
+CREATE TABLE rotations (entry TEXT NOT NULL);
+CREATE TABLE layouts (number INTEGER PRIMARY KEY, badge TEXT NOT NULL);
+CREATE TABLE people (
+    number INTEGER PRIMARY KEY, name TEXT NOT NULL, skeleton TEXT NOT NULL, folded TEXT NOT NULL,
+    salt BLOB NOT NULL, seal BLOB NOT NULL, layout INTEGER NOT NULL, as_built TEXT, revoked_at TEXT,
+    revoked_reason TEXT, suspended_at TEXT, suspended_reason TEXT, expires TEXT, compromised_since TEXT, line TEXT
+);
+"""
+_INDEXES = """
+CREATE INDEX people_by_name ON people (name);
+CREATE INDEX people_by_skeleton ON people (skeleton);
+CREATE INDEX people_by_folded ON people (folded);
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BundlePerson(BadgeState):
+    """A person of a bundle; as_built: as JSON, without the identity; layout: number of its specimen."""
+
+    name: str
+    seal: Seal
+    layout: int
+    as_built: str | None
+    line: str | None = None
+
+    def row(self) -> dict[str, Any]:
+        """The columns of `people`."""
+        looks = {"skeleton": skeleton(self.name), "folded": folded_skeleton(self.name)}
+        return vars(self) | looks | {"salt": self.seal.salt, "seal": self.seal.digest}
+
+
+#: Fields that are columns of the same name; older bundles lack the later ones.
+_PLAIN = [field.name for field in fields(BundlePerson) if field.name != "seal"]
+_COLUMNS = (*_PLAIN, "skeleton", "folded", "salt", "seal")
+_INSERT = f"INSERT INTO people ({', '.join(_COLUMNS)}) VALUES (:{', :'.join(_COLUMNS)})"
+
+
+def without_id(as_built: str | None) -> str | None:
+    """Measured figures as a bundle holds them: without the identity that they contain."""
+    return None if as_built is None else canonical_json(json.loads(as_built) | {"badge_id": ""})
+
+
+def made_content(
+    checkpoint: str,
+    entries: Iterable[bytes],
+    rotations: Iterable[dict[str, Any]],
+    layouts: Iterable[str],
+    people: Iterable[BundlePerson],
+) -> bytes:
+    """The content; layouts: badges as JSON in the order of their numbers."""
+    with tempfile.TemporaryDirectory(prefix="moireid-bundle-") as folder:
+        path = Path(folder) / "content.sqlite3"
+        # No journal is needed: no other process reads this folder, and after a power cut it is not used any more.
+        with closing(sqlite3.connect(path)) as database:
+            database.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;" + _TABLES)
+            with database:
+                database.execute("INSERT INTO about VALUES (?, ?)", (checkpoint, b"".join(entries)))
+                turned = ((canonical_json(entry),) for entry in rotations)
+                database.executemany("INSERT INTO rotations VALUES (?)", turned)
+                database.executemany("INSERT INTO layouts VALUES (?, ?)", enumerate(layouts))
+                database.executemany(_INSERT, (person.row() for person in people))
+                database.executescript(_INDEXES)
+        return path.read_bytes()
+
+
+class BundleContent:
+    """A content whose signature was checked, kept in memory: no one can change it between check and use."""
+
+    def __init__(self, content: bytes) -> None:
+        """Raises: sqlite3.Error where it is no database."""
+        self._database = sqlite3.connect(":memory:")
+        self._database.deserialize(content)
+        self._database.execute("PRAGMA query_only = ON")
+        self._database.execute("PRAGMA trusted_schema = OFF")
+        self._database.row_factory = sqlite3.Row
+        # In older bundles names that differ only in case or width are not found.
+        columns = {row["name"] for row in self._database.execute("PRAGMA table_info(people)")}
+        self._folds = "folded" in columns
+
+    def close(self) -> None:
+        """Give the memory back."""
+        self._database.close()
+
+    def named(self, name: str) -> list[BundlePerson]:
+        """All of this very name."""
+        return self._people("name = ?", name)
+
+    def alike(self, name: str) -> list[BundlePerson]:
+        """All people whose names have one of this name's skeletons."""
+        found = self._people("skeleton = ?", skeleton(name))
+        if self._folds:
+            found += [one for one in self._people("folded = ?", folded_skeleton(name)) if one not in found]
+        return found
+
+    def everybody(self) -> list[BundlePerson]:
+        """All people."""
+        return self._people("1 = ?", 1)
+
+    def count(self) -> int:
+        """How many people there are."""
+        return int(self._database.execute("SELECT count(*) FROM people").fetchone()[0])
+
+    def layout(self, number: int) -> str:
+        """A specimen's JSON."""
+        (found,) = self._database.execute("SELECT badge FROM layouts WHERE number = ?", (number,)).fetchone()
+        return str(found)
+
+    def layouts(self) -> list[str]:
+        """The JSON of all specimens."""
+        return [str(found) for (found,) in self._database.execute("SELECT badge FROM layouts ORDER BY number")]
+
+    def hash_at(self, seq: int) -> str | None:
+        """The hash of a log entry; None if there is no such entry."""
+        (found,) = self._database.execute("SELECT substr(entries, ?, 32) FROM about", (32 * seq - 31,)).fetchone()
+        return found.hex() if seq > 0 and len(found) == 32 else None
+
+    def rotations(self) -> list[dict[str, Any]]:
+        """The log entries that gave the log another key, in order; none in a bundle of an early version.
+
+        Raises: ValueError if one is no entry.
+        """
+        tables = self._database.execute("SELECT 1 FROM sqlite_master WHERE name = 'rotations'").fetchone()
+        rows = self._database.execute("SELECT entry FROM rotations ORDER BY rowid") if tables else ()
+        return [json.loads(entry) for (entry,) in rows]
+
+    def _people(self, condition: str, value: object) -> list[BundlePerson]:
+        rows = map(dict, self._database.execute(f"SELECT * FROM people WHERE {condition} ORDER BY number", (value,)))
+        return [
+            BundlePerson(seal=Seal(row["salt"], row["seal"]), **{name: row[name] for name in _PLAIN if name in row})
+            for row in rows
+        ]
