@@ -64,7 +64,7 @@ def test_no_file_holds_the_person(erased, url, path, tmp_path):
 
 def test_without_cleaning_it_would_stay(path, keys, monkeypatch):
     """Catches: the test above passing by chance, as it does where nothing old lies in the file."""
-    monkeypatch.setattr("moireid.registry.erasure.clean", lambda engine: True)
+    monkeypatch.setattr("moireid.registry.changes.clean", lambda engine: True)
     monkeypatch.setattr(
         "moireid.registry.engine._overwrite_what_is_deleted", lambda raw, _: raw.execute("PRAGMA secure_delete = OFF")
     )

@@ -7,8 +7,8 @@ import json
 
 import pytest
 
-from moireid.registry import export
-from moireid.registry.export import walk
+from moireid.registry import export_file as export
+from moireid.registry.export_file import walk
 
 
 @pytest.mark.parametrize("chunk", [1, 2, 3, 7, 4096])

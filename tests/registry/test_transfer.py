@@ -71,7 +71,7 @@ def test_export_is_one_state(url, full, tmp_path, monkeypatch):
     if url.startswith("sqlite"):
         url = url.replace("people.sqlite3", "people.sqlite3?timeout=0.05")
     monkeypatch.setattr(ledger, "PAGE", 2)
-    monkeypatch.setattr("moireid.registry.export.STEP", 1)
+    monkeypatch.setattr("moireid.registry.export_file.STEP", 1)
     refused = []
 
     def meanwhile(done: int, total: int | None) -> None:

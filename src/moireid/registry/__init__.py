@@ -12,17 +12,14 @@ ledger.py       transactions that write table and log together, one writer after
 claims.py       from a claim (a name or an id) to the one record that it means
 look_alikes.py  names that look alike
 claimed.py      the badge that a claim means; who holds a badge; whom identification may find
-store.py        the Registry: enroll, erase, and calls to the other modules
-queries.py      the Registry's methods that only read: find, list, search
-changes.py      the Registry's methods that change a badge: revoke, suspend, reinstate; days of expiry and compromise
+store.py        the Registry: enroll, and calls to the other modules
+queries.py      the Registry's methods that only read: find, list, search, the log's entries
+changes.py      the Registry's methods that change a badge after its issue, or erase a person or an actor
 public_view.py  the Registry's methods for outsiders: standing, checkpoints, proofs, bundles
 batch.py        many badges at once
 opening.py      makes the tables, checks them, and migrates those of an older version
-erasure.py      erases people and actors, and cleans the database of their data
-log_entries.py  the log's entries, for display only
-export.py       records, log and public key to a JSON file; reads a large JSON file in little memory
-load.py         reads an export into an empty registry; notes on names that look alike
-merge.py        import: checks an export and merges it into a registry
+export_file.py  the export, a JSON file with records, log and public key: written, and read in little memory
+merge.py        import: checks an export and merges it into a registry; notes on names that look alike
 rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 signing/        the private key in a process of its own

@@ -1,26 +1,82 @@
-"""Changes to a badge after its issue: it is revoked for good, suspended or reinstated.
+"""Changes to a badge after its issue: it is revoked, suspended or reinstated, measured, or its holder is erased.
 
 Each change is signed, and an entry of the log says who made it.
+
+A person or an actor is erased on their request: the data are deleted, the chain stays, and a log entry says so.
+For a person, the row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
+the badge's identity, which is a random number, and hashes against which no one can test names without that salt.  The
+signed entry `erase` stays as a marker.  The identity is never issued again.
+
+Records of schema version 2 had no salt.  A person who has the log and such an identity can still test a name against
+the hashes in its old entries, which cannot change without breaking every checkpoint.  `ErasureResult.guessable` says
+so.
+
+The data are also removed from the disk, because a database keeps old rows in unused pages.  SQLite overwrites what it
+deletes (`secure_delete`, set in engine.py), and VACUUM writes the file anew without what older versions left in it.
+PostgreSQL writes the tables anew, and its statistics, which hold values of columns.  Not removed: copies and backups,
+PostgreSQL's write-ahead log until it is recycled, and blocks that a disk keeps by itself.
 
 Convention: days are ISO 8601, such as 2027-05-03, in UTC.
 """
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import date
+from typing import Any
+
+from sqlalchemy import delete, func, select
 
 from moireid.errors import RegistryError, SpecError
 from moireid.registry.canonical import utc_now
+from moireid.registry.claims import as_id
+from moireid.registry.engine import clean
 from moireid.registry.ledger import Transaction
+from moireid.registry.log import ERASE, ERASE_ACTOR
 from moireid.registry.queries import RegistryQueries
-from moireid.registry.record import Record, storable
-from moireid.registry.schema import badges, select_records
+from moireid.registry.record import Record, storable, storable_json
+from moireid.registry.schema import actors, badges, log, select_records
 
 #: A reason is shown to everyone who checks the badge, so it must be short.
 LONGEST_REASON = 500
+
+
+@dataclass(frozen=True)
+class ErasureResult:
+    """The result of an erasure.
+
+    Attributes
+    ----------
+    subject : str
+        The badge's id, or an actor's commitment.
+    erased_at : str
+        UTC, ISO 8601 to the second.
+    again : bool
+        Whether it was erased before; then only the database was cleaned.
+    cleaned : bool
+        Whether the database was written anew, so that no page of it holds what was erased.
+    guessable : bool
+        Whether entries of an older version remain by which a guessed name can be confirmed.
+    """
+
+    subject: str
+    erased_at: str
+    again: bool
+    cleaned: bool
+    guessable: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Make the JSON object that ``moireid registry erase --json`` prints.
+
+        Returns
+        -------
+        dict
+            An object that JSON can hold.
+        """
+        return dict(vars(self))
 
 
 class RegistryChanges(RegistryQueries):
@@ -30,9 +86,12 @@ class RegistryChanges(RegistryQueries):
     ----------
     actor : str
         The person or account that makes the changes.
+    shown_url : str
+        The registry's URL, for messages.
     """
 
     actor: str
+    shown_url: str
 
     def revoke(self, claim: str, reason: str, since: str | None = None) -> Record:
         """Revoke a badge, for good.
@@ -128,6 +187,109 @@ class RegistryChanges(RegistryQueries):
             return replace(old, suspended_at=None, suspended_reason=None)
 
         return self._decide(claim, "reinstate", reinstated)
+
+    def store_as_built(self, badge_id: str, document_json: str) -> Record:
+        """Store the newest measured figures of a badge; storing the same again changes nothing.
+
+        Parameters
+        ----------
+        badge_id : str
+            Hex digits of any case.
+        document_json : str
+            A JSON object.
+
+        Returns
+        -------
+        Record
+            The record with these figures.
+
+        Raises
+        ------
+        RegistryError
+            If the id is not issued, or the text is no JSON object that can be stored.
+        """
+        try:
+            document = json.loads(document_json)
+        except (json.JSONDecodeError, RecursionError) as error:
+            raise RegistryError(f"the measured figures of {badge_id[:40]!r} are not JSON ({error})") from error
+        if not isinstance(document, dict):
+            raise RegistryError(f"the measured figures of {badge_id[:40]!r} are no JSON object; give one")
+        text = storable_json(document, f"the document of measured figures of {badge_id[:40]!r}", "measure anew")
+        record = self.by_id(badge_id)
+        if record is None:
+            raise RegistryError(
+                f"no badge of id {badge_id[:40]!r} is in registry {self.shown_url}; enroll it before its figures"
+            )
+        with self._ledger.writing(self.actor) as transaction:
+            record = locked(transaction, record)
+            if record.as_built == text:
+                return record
+            return transaction.change(replace(record, as_built=text, as_built_at=utc_now()), "as_built")
+
+    def erase(self, claim: str) -> ErasureResult:
+        """Erase a person on their request, for good; a second call only cleans the database again.
+
+        Parameters
+        ----------
+        claim : str
+            A name or an id, as `find`.
+
+        Returns
+        -------
+        ErasureResult
+            When, and what may be left.
+
+        Raises
+        ------
+        RegistryError
+            If the claim means no one, or several people.
+        """
+        subject, before = as_id(claim), self.erased_at(claim)
+        if before is None:
+            found = self.find(claim)
+            subject = found.id
+            with self._ledger.writing(self.actor) as transaction:
+                locked(transaction, found)
+                transaction.connection.execute(delete(badges).where(badges.c.id == subject))
+                transaction.log(ERASE, subject)
+        # Entries of version 2 are those of records without a salt.
+        old = select(func.count()).select_from(log).where(log.c.subject == subject, log.c.actor.is_(None))
+        guessable = bool(self._ledger.rows(old)[0][0])
+        return ErasureResult(subject, before or utc_now(), before is not None, clean(self._ledger.engine), guessable)
+
+    def erase_actor(self, name: str) -> ErasureResult:
+        """Erase the name of an actor: the log keeps what was done, and no longer by whom.
+
+        Parameters
+        ----------
+        name : str
+            As `entries` gives it.
+
+        Returns
+        -------
+        ErasureResult
+            When; its subject is the actor's commitment in the log.
+
+        Raises
+        ------
+        RegistryError
+            If the log has no actor of that name, or the actor would erase themself.
+        """
+        with self._ledger.writing(self.actor) as transaction:
+            who = transaction.connection.scalar(select(actors.c.commitment).where(actors.c.name == name))
+            if who is None:
+                raise RegistryError(
+                    f"no one named {name[:80]!r} has done anything in registry {self.shown_url}; see who has with "
+                    "`moireid registry log`"
+                )
+            if name == self.actor:
+                raise RegistryError(
+                    f"{name!r} would erase themself, and the entry of that would name them again; let somebody else "
+                    "do it (--actor)"
+                )
+            transaction.connection.execute(delete(actors).where(actors.c.commitment == who))
+            transaction.log(ERASE_ACTOR, who)
+        return ErasureResult(who, utc_now(), False, clean(self._ledger.engine), False)
 
     def _decide(self, claim: str, action: str, change: Callable[[Record], Record]) -> Record:
         """Change a record in a transaction.  Raises: RegistryError if it is revoked already."""

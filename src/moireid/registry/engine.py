@@ -11,7 +11,7 @@ import os
 import sqlite3
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -178,6 +178,25 @@ def translated(url: URL) -> Iterator[None]:
         kind = getattr(foreign, "sqlite_errorcode", 0) & 0xFF
         hint = _HINTS.get(kind, "check the URL and that the database can be reached")
         raise RegistryError(f"registry {show_url(url)} cannot be used ({_first_line(foreign)}); {hint}") from error
+
+
+def clean(engine: Engine) -> bool:
+    """Write the tables with names anew; returns whether it worked: not if others use the database, or it is full."""
+    try:
+        if engine.dialect.name == "sqlite":
+            # Not by SQLAlchemy's connection: it begins a transaction, in which SQLite refuses this.
+            with closing(engine.raw_connection()) as raw:
+                assert raw.driver_connection is not None
+                raw.driver_connection.execute("VACUUM")
+            return True
+        if engine.dialect.name == "postgresql":
+            with engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
+                for table in ("badges", "actors"):
+                    connection.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {table}")
+            return True
+    except (sqlite3.Error, SQLAlchemyError):
+        return False
+    return False
 
 
 def _private_file(url: URL) -> Path | None:

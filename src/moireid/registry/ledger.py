@@ -31,7 +31,7 @@ from moireid.registry.log import (
     rotation_of,
 )
 from moireid.registry.opening import prepare
-from moireid.registry.record import Fault, Record, read_record, tampered
+from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.signing.client import load_signer
 
 #: Rows fetched at a time when all are read.
@@ -98,14 +98,24 @@ class Ledger:
             self._signer = load_signer(self.authority, self.shown)
         return self._signer
 
+    @contextmanager
+    def reported(self) -> Iterator[None]:
+        """Turn a fault, and what the database raises, into a RegistryError that names the registry."""
+        try:
+            with translated(self.url):
+                yield
+        except Fault as fault:
+            raise tampered(self.shown, fault) from fault
+
     def rows(self, query: AnySelect) -> list[AnyRow]:
         """All rows of a query, in a transaction of its own."""
-        with translated(self.url), self.engine.connect() as connection:
+        with self.reported(), self.engine.connect() as connection:
             return list(connection.execute(query))
 
     def record(self, row: AnyRow) -> Record:
         """The record of a row of `select_records`.  Raises: RegistryError if it is not as it was signed."""
-        return read_record(row, self.authority, self.shown)
+        with self.reported():
+            return record_of(row, self.authority)
 
     def head(self) -> Head:
         """The log's head.  Raises: RegistryError if its signature is wrong, or it is not the end of the log."""
@@ -119,10 +129,8 @@ class Ledger:
         if row is None or row.public_key != self.authority.public_hex:
             raise self._other_authority()
         last = connection.execute(last_entry()).first()
-        try:
+        with self.reported():
             return check_head(row, None if last is None else Head(last.seq, last.hash), self.authority)
-        except Fault as fault:
-            raise tampered(self.shown, fault) from fault
 
     def rotations(self, connection: Connection | None = None) -> list[Rotation]:
         """All changes of the authority's key, oldest first, each signed by the key before and the one after.
@@ -131,15 +139,8 @@ class Ledger:
         Raises: RegistryError if one of them is not valid, or the last one is not to this registry's key.
         """
         rows = self.rows(select_rotations()) if connection is None else connection.execute(select_rotations())
-        try:
+        with self.reported():
             return linked([rotation_of(dict(row._mapping)) for row in rows], self.authority)
-        except Fault as fault:
-            raise tampered(self.shown, fault) from fault
-
-    def stored_key(self) -> str | None:
-        """The public key that is in the database now; another process may have changed it."""
-        rows = self.rows(select(schema.authority.c.public_key))
-        return str(rows[0].public_key) if rows else None
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None if there is no such entry."""
@@ -149,7 +150,7 @@ class Ledger:
     @contextmanager
     def snapshot(self) -> Iterator[Connection]:
         """A connection that sees one state of the registry, whatever is written meanwhile."""
-        with translated(self.url), snapshot(self.engine) as connection:
+        with self.reported(), snapshot(self.engine) as connection:
             yield connection
 
     @contextmanager
@@ -158,7 +159,7 @@ class Ledger:
 
         Parameters: actor: who writes, as the log is to name them.
         """
-        with translated(self.url), writing(self.engine) as connection:
+        with self.reported(), writing(self.engine) as connection:
             yield Transaction(self, connection, self.head_in(connection, lock=True), actor)
         self.wrote = True
 
@@ -168,7 +169,7 @@ class Ledger:
 
         Raises: RegistryError if the registry holds more than the first entry of its log.
         """
-        with translated(self.url), writing(self.engine) as connection:
+        with self.reported(), writing(self.engine) as connection:
             row = connection.execute(select(schema.authority).with_for_update()).first()
             own = self._authority.public_hex if self._authority else None
             if (row.public_key if row else None) != own:

@@ -16,6 +16,7 @@ A person who was erased on either side is erased on both afterwards.
 from __future__ import annotations
 
 import tempfile
+import unicodedata
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -27,14 +28,14 @@ from sqlalchemy import Column, ColumnElement, Connection, Table, delete, func, i
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
+from moireid.names import hidden_words
 from moireid.registry import schema
 from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
-from moireid.registry.engine import AnyRow
-from moireid.registry.erasure import clean
+from moireid.registry.engine import AnyRow, clean
+from moireid.registry.export_file import load
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger, pages
-from moireid.registry.load import load, notes_on
 from moireid.registry.log import ERASE, Head
 from moireid.registry.record import Record
 from moireid.registry.schema import actors, badges, log, select_records
@@ -65,12 +66,6 @@ class Import:
     unchanged: int
     erased: int = 0
     notes: tuple[str, ...] = ()
-
-
-def import_json(ledger: Ledger, path: Path, actor: str) -> Import:
-    """What `Registry.import_json` does."""
-    with checked_copy(path) as copy:
-        return merge(copy, ledger, actor)
 
 
 @contextmanager
@@ -276,3 +271,25 @@ def _hash_at(connection: Connection, seq: int) -> str | None:
 
 def _count(connection: Connection) -> int:
     return connection.scalar(select(func.count()).select_from(badges)) or 0
+
+
+#: At most this many groups of names of each kind are reported, with at most this many names each.
+MOST_NAMES = 20
+
+
+def notes_on(ledger: Ledger) -> tuple[str, ...]:
+    """A sentence for each group of names in the registry that look alike, and for each name with hidden letters.
+
+    An import accepts such names: an older registry may hold them, and a backup must be restored whole.
+    """
+    found = []
+    for look in (badges.c.skeleton, badges.c.folded):
+        several = select(look).group_by(look).having(func.count(badges.c.name_nfc.distinct()) > 1).limit(MOST_NAMES)
+        for row in ledger.rows(several):
+            names = ledger.rows(select(badges.c.name_nfc).where(look == row[0]).distinct().limit(MOST_NAMES))
+            listed = " and ".join(repr(one) for one in sorted(name for (name,) in names))
+            found.append(f"the names {listed} look alike, and are of different people")
+    for (name,) in ledger.rows(select(badges.c.name_nfc).where(badges.c.name_nfc.is_not(None))):
+        if not name.isascii() and (words := hidden_words(unicodedata.normalize("NFC", name))):
+            found.append(f"the name {name!r} {words}")
+    return tuple(dict.fromkeys(found))

@@ -8,25 +8,16 @@ from pathlib import Path
 from moireid.badge import Badge
 from moireid.provenance import Standing
 from moireid.registry.bundle.publish import Progress, PublishResult, publish
-from moireid.registry.checkpoints.checkpoint import Checkpoint
+from moireid.registry.checkpoints.checkpoint import Checkpoint, signed_state
 from moireid.registry.checkpoints.proof import proof_of
 from moireid.registry.checkpoints.seen import check_newest
-from moireid.registry.checkpoints.witness import check_head, checkpoint_of, standing_of
-from moireid.registry.ledger import Ledger
+from moireid.registry.checkpoints.witness import check_head, standing_of
+from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record
 
 
-class PublicView:
-    """The methods of a registry with which outsiders can check it.
-
-    Parameters
-    ----------
-    ledger : Ledger
-        Tables and log.
-    """
-
-    def __init__(self, ledger: Ledger) -> None:
-        self._ledger = ledger
+class PublicView(RegistryQueries):
+    """The methods of a registry with which outsiders can check it."""
 
     def standing(self, trust: str | None = None) -> Standing:
         """Compare the registry with what this user saw of it before, and remember its present state.
@@ -108,7 +99,10 @@ class PublicView:
             If the registry was put back to an earlier state, or does not begin as an older checkpoint says: a log
             signs nothing that contradicts what it signed before.
         """
-        return checkpoint_of(self._ledger, older)
+        # First the key: only a machine that has it can be sure that this authority is the right one.
+        self._ledger.signer()
+        standing_of(self._ledger, self._ledger.authority.fingerprint)
+        return signed_state(self._ledger, older)
 
     def publish(
         self,

@@ -4,23 +4,62 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 from sqlalchemy import ColumnElement, and_, func, or_, select
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.registry.claims import as_id, find_row
-from moireid.registry.erasure import erased_at
 from moireid.registry.ledger import Ledger
-from moireid.registry.log_entries import Entry, entries_of
+from moireid.registry.log import ERASE, ERASE_ACTOR, check_signed
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Record, storable
-from moireid.registry.schema import badges, select_alike, select_layouts, select_named_so, select_records
+from moireid.registry.schema import actors, badges, log, select_alike, select_layouts, select_named_so, select_records
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200
 #: Of a million ids drawn at random some sixty share a part with a reading.
 MOST_ALIKE = 2000
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry of the log.
+
+    Attributes
+    ----------
+    seq : int
+        Its number; the first is 1.
+    time : str
+        UTC, ISO 8601 to the second.
+    action : str
+        Such as "enroll", "revoke", "as_built", "import", "erase".
+    subject : str
+        The badge's id; of the first entry the authority's fingerprint, of "erase_actor" the actor's commitment.
+    actor : str or None
+        Who did it; None if they were erased, or the entry is of a version that named no actor.
+    actor_erased : bool
+        Whether they were erased.
+    """
+
+    seq: int
+    time: str
+    action: str
+    subject: str
+    actor: str | None
+    actor_erased: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Make the JSON object that ``moireid registry log --json`` prints.
+
+        Returns
+        -------
+        dict
+            An object that JSON can hold.
+        """
+        return dict(vars(self))
 
 
 class RegistryQueries:
@@ -169,7 +208,17 @@ class RegistryQueries:
         RegistryError
             If the entry that says so is not as the authority signed it.
         """
-        return erased_at(self._ledger, badge_id)
+        if not storable(badge_id):
+            return None
+        newest = select(log).where(log.c.subject == as_id(badge_id)).order_by(log.c.seq.desc()).limit(1)
+        rows = self._ledger.rows(newest)
+        if not rows or rows[0].action != ERASE:
+            return None
+        # The authority then: the old key of the next change of key after it.
+        later = [one.old for one in self._ledger.rotations() if one.seq > rows[0].seq]
+        with self._ledger.reported():
+            check_signed(dict(rows[0]._mapping), later[0] if later else self._ledger.authority)
+        return str(rows[0].time)
 
     def entries(self, claim: str | None = None, limit: int | None = None) -> list[Entry]:
         """List what was done, newest first.
@@ -194,7 +243,16 @@ class RegistryQueries:
         subject = None if claim is None else as_id(claim)
         if claim is not None and self.erased_at(claim) is None:
             subject = self.find(claim).id
-        return entries_of(self._ledger, subject, limit)
+        query = select(log, actors.c.name).outerjoin(actors, actors.c.commitment == log.c.actor)
+        if subject is not None:
+            query = query.where(log.c.subject == subject)
+        rows = self._ledger.rows(query.order_by(log.c.seq.desc()).limit(limit))
+        # Only a signed entry says that an actor was erased; else the name is missing, which the audit finds.
+        gone = {row.subject for row in self._ledger.rows(select(log.c.subject).where(log.c.action == ERASE_ACTOR))}
+        return [
+            Entry(row.seq, row.time, row.action, row.subject, row.name, row.actor is not None and row.actor in gone)
+            for row in rows
+        ]
 
     def records(self) -> Iterator[Record]:
         """Go through all records by name, then id.

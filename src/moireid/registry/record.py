@@ -221,14 +221,6 @@ def record_of(row: AnyRow, authority: Authority) -> Record:
     return record
 
 
-def read_record(row: AnyRow, authority: Authority, shown: str) -> Record:
-    """The record of a row, for those who use it; `shown` names the registry.  Raises: RegistryError for each Fault."""
-    try:
-        return record_of(row, authority)
-    except Fault as fault:
-        raise tampered(shown, fault) from fault
-
-
 def tampered(shown: str, fault: Fault) -> RegistryError:
     """The error for a fault in a registry."""
     return RegistryError(

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-from sqlalchemy import bindparam, insert, update
+from sqlalchemy import bindparam, insert, select, update
 
 from moireid.registry import schema
 from moireid.registry.engine import AnyRow
@@ -55,7 +54,10 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> KeyRotation
             values = {"public_key": new.authority.public_hex} | head_row(new, head)
             transaction.connection.execute(update(schema.authority).values(values))
     except BaseException:
-        _drop(path, ledger, new)
+        # A key that the registry did not take is removed; if that is not known, it stays.
+        stored = [row.public_key for row in ledger.rows(select(schema.authority))]
+        if path is not None and stored != [new.authority.public_hex]:
+            path.unlink(missing_ok=True)
         raise
     ledger.adopt(new.authority.public_hex)
     return KeyRotation(old.authority.fingerprint, new.authority.fingerprint, count, str(head))
@@ -82,9 +84,3 @@ def _signed_anew(transaction: Transaction, new: Signs, progress: Progress | None
                 progress(done, None)
     write()
     return done
-
-
-def _drop(path: Path | None, ledger: Ledger, new: Signs) -> None:
-    """Remove a key that the registry did not take; if that is not known, the key stays."""
-    if path is not None and ledger.stored_key() != new.authority.public_hex:
-        path.unlink(missing_ok=True)

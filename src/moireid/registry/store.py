@@ -1,4 +1,4 @@
-"""The Registry: enroll, measured figures, change of key, and calls to erase, audit, export and import.
+"""The Registry: enroll, change of key, and calls to audit, export and import.
 
 It inherits its other methods from `queries.py`, `changes.py` and `public_view.py`.
 
@@ -8,11 +8,9 @@ What is added later, a revocation, a suspension or measured figures, is signed a
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
@@ -21,18 +19,17 @@ from moireid.errors import RegistryError
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
-from moireid.registry.changes import RegistryChanges, expiry_day, locked
+from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
 from moireid.registry.engine import default_url, read_url
-from moireid.registry.erasure import ErasureResult, erase_actor, erase_person
-from moireid.registry.export import export_json
+from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.merge import Import, checked_copy, import_json, merge
+from moireid.registry.merge import Import, checked_copy, merge
 from moireid.registry.public_view import PublicView
-from moireid.registry.record import Record, new_record, storable_json
+from moireid.registry.record import Record, new_record
 from moireid.registry.rotate import KeyRotation, rotate
 from moireid.registry.schema import badges, select_records
 
@@ -277,85 +274,6 @@ class Registry(RegistryChanges, PublicView):
         """
         return rotate(self._ledger, self.actor, progress)
 
-    def store_as_built(self, badge_id: str, document_json: str) -> Record:
-        """Store the newest measured figures of a badge; storing the same again changes nothing.
-
-        Parameters
-        ----------
-        badge_id : str
-            Hex digits of any case.
-        document_json : str
-            A JSON object.
-
-        Returns
-        -------
-        Record
-            The record with these figures.
-
-        Raises
-        ------
-        RegistryError
-            If the id is not issued, or the text is no JSON object that can be stored.
-        """
-        try:
-            document = json.loads(document_json)
-        except (json.JSONDecodeError, RecursionError) as error:
-            raise RegistryError(f"the measured figures of {badge_id[:40]!r} are not JSON ({error})") from error
-        if not isinstance(document, dict):
-            raise RegistryError(f"the measured figures of {badge_id[:40]!r} are no JSON object; give one")
-        text = storable_json(document, f"the document of measured figures of {badge_id[:40]!r}", "measure anew")
-        record = self.by_id(badge_id)
-        if record is None:
-            raise RegistryError(
-                f"no badge of id {badge_id[:40]!r} is in registry {self.shown_url}; enroll it before its figures"
-            )
-        with self._ledger.writing(self.actor) as transaction:
-            record = locked(transaction, record)
-            if record.as_built != text:
-                record = replace(record, as_built=text, as_built_at=utc_now())
-                record = transaction.change(record, "as_built")
-        return record
-
-    def erase(self, claim: str) -> ErasureResult:
-        """Erase a person on their request, for good; a second call only cleans the database again.
-
-        Parameters
-        ----------
-        claim : str
-            A name or an id, as `find`.
-
-        Returns
-        -------
-        ErasureResult
-            When, and what may be left.
-
-        Raises
-        ------
-        RegistryError
-            If the claim means no one, or several people.
-        """
-        return erase_person(self._ledger, claim, self.actor)
-
-    def erase_actor(self, name: str) -> ErasureResult:
-        """Erase the name of an actor: the log keeps what was done, and no longer by whom.
-
-        Parameters
-        ----------
-        name : str
-            As `entries` gives it.
-
-        Returns
-        -------
-        ErasureResult
-            When; its subject is the actor's commitment in the log.
-
-        Raises
-        ------
-        RegistryError
-            If the log has no actor of that name, or the actor would erase themself.
-        """
-        return erase_actor(self._ledger, name, self.actor)
-
     def _warn(self, names: Sequence[str], *, warned: bool) -> None:
         """Warn the caller's caller of names that look like others here; warned: that was done already."""
         for name, alike in ({} if warned else self.look_alikes(names)).items():
@@ -441,7 +359,8 @@ class Registry(RegistryChanges, PublicView):
             If the file is damaged or not sound, is another authority's and this registry is not empty, or contradicts
             this registry; or if records must be signed and the private key is absent.
         """
-        return import_json(self._ledger, Path(path), self.actor)
+        with checked_copy(Path(path)) as copy:
+            return merge(copy, self._ledger, self.actor)
 
 
 def import_registry(path: Path | str, url: str | None, *, actor: str | None = None) -> Import:

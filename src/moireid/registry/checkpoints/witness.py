@@ -16,11 +16,10 @@ from typing import Protocol
 
 from moireid.errors import RegistryError, SpecError
 from moireid.provenance import Standing
-from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoint_from, leaf_of, signed_state
+from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoint_from, leaf_of
 from moireid.registry.checkpoints.merkle import Tree
 from moireid.registry.checkpoints.seen import authority_at, last_head, remember, successor_of
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority
-from moireid.registry.ledger import Ledger
 from moireid.registry.log import Head, Rotation
 from moireid.registry.record import Fault
 
@@ -292,11 +291,3 @@ def _check_successors(log: SeenLog, turned: Sequence[Rotation], *, named: bool) 
                 fingerprint=fingerprint,
                 successor=after.fingerprint,
             )
-
-
-def checkpoint_of(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
-    """What `Registry.checkpoint` does."""
-    # First the key: only a machine that has it can be sure that this authority is the right one.
-    ledger.signer()
-    standing_of(ledger, ledger.authority.fingerprint)
-    return signed_state(ledger, older)
