@@ -122,48 +122,31 @@ class Audit:
         dict
             An object that JSON can hold.
         """
-        return {
-            "sound": self.sound,
-            "head": self.head,
-            "fingerprint": self.fingerprint,
-            "badges": self.records,
-            "revoked": self.revoked,
-            "erased": self.erased,
-            "entries": self.entries,
-            "actors": dict(self.actors),
-            "unnamed": self.unnamed,
-            "found": self.found,
-            "findings": [asdict(one) for one in self.findings],
-        }
+        fields = asdict(self)
+        return {"sound": self.sound, "badges": fields.pop("records")} | fields
 
 
-@dataclass
 class _Tally:
-    """The counts of a running audit."""
+    """The counts of a running audit: those of `Audit`, and what is needed to make them."""
 
-    progress: Callable[[int, int | None], None] | None
-    total: int
-    records: int = 0
-    revoked: int = 0
-    erased: int = 0
-    entries: int = 0
-    unnamed: int = 0
-    found: int = 0
-    #: Number of entries by their actor's commitment; and the commitments of erased actors.
-    acted: Counter[str] = field(default_factory=Counter)
-    gone: set[str] = field(default_factory=set)
-    findings: list[Finding] = field(default_factory=list)
+    def __init__(self, progress: Callable[[int, int | None], None] | None, total: int) -> None:
+        self._progress, self._total = progress, total
+        self.counts: Counter[str] = Counter(records=0, revoked=0, erased=0, entries=0, unnamed=0, found=0)
+        #: Number of entries by their actor's commitment; and the commitments of erased actors.
+        self.acted: Counter[str] = Counter()
+        self.gone: set[str] = set()
+        self.findings: list[Finding] = []
 
     def report(self, code: str, text: str, subject: object = None) -> None:
         """Count a finding, and keep it if there are not too many."""
-        self.found += 1
+        self.counts["found"] += 1
         if len(self.findings) < KEPT:
             self.findings.append(Finding(code, text, None if subject is None else str(subject)))
 
     def step(self) -> None:
         """Report the progress."""
-        if self.progress:
-            self.progress(self.records + self.entries, self.total)
+        if self._progress:
+            self._progress(self.counts["records"] + self.counts["entries"], self._total)
 
 
 def audit(
@@ -173,33 +156,32 @@ def audit(
     since: Sequence[Checkpoint] = (),
 ) -> Audit:
     """What `Registry.audit` does."""
-    watch = Watch(since, ledger.authority, _former(ledger))
+    former = _former(ledger)
+    watch = Watch(since, ledger.authority, former)
     expected = None if expected_head is None else Head.parse(expected_head)
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
     tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
-    head = _audit_log(ledger, expected, watch, tally)
+    head = _audit_log(ledger, expected, watch, tally, former[0] if former else ledger.authority)
     for fault, entry in watch.findings(head):
         tally.report(fault.code, fault.text, entry)
     who = _audit_actors(ledger, tally)
     _audit_records(ledger, tally)
     return Audit(
-        ledger.authority.fingerprint,
-        tally.records,
-        tally.revoked,
-        tally.entries,
-        None if head is None else str(head),
-        tuple(tally.findings),
-        tally.found,
-        tally.erased,
-        who,
-        tally.unnamed,
+        fingerprint=ledger.authority.fingerprint,
+        head=None if head is None else str(head),
+        findings=tuple(tally.findings),
+        actors=who,
+        **tally.counts,
     )
 
 
-def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tally) -> Head | None:
-    """Check the log from its first entry on; returns the head, or None if the head is not valid."""
-    last, passed, then = Head(0, GENESIS), expected is None, _first_authority(ledger)
-    for row in _pages(ledger, last, tally):
+def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tally, then: Authority) -> Head | None:
+    """Check the log from its first entry on, under whose key it begins: `then`.
+
+    Returns: the head, or None if the head is not valid.
+    """
+    last, passed = Head(0, GENESIS), expected is None
+    for row in _pages(ledger, tally):
         watch.entry(row.hash)
         try:
             last = check_entry(row, last, then)
@@ -240,11 +222,11 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
 
 def _note_actor(row: AnyRow, tally: _Tally) -> None:
     """Count an entry for its actor, and note the person or actor that it erased."""
-    tally.erased += row.action == ERASE
+    tally.counts["erased"] += row.action == ERASE
     if row.action == ERASE_ACTOR:
         tally.gone.add(row.subject)
     if row.actor is None:
-        tally.unnamed += 1
+        tally.counts["unnamed"] += 1
     else:
         tally.acted[row.actor] += 1
 
@@ -258,7 +240,7 @@ def _audit_actors(ledger: Ledger, tally: _Tally) -> dict[str, int]:
         if row is not None and commitment(row.name, row.salt) == who:
             named[row.name] = named.get(row.name, 0) + entries
             continue
-        tally.unnamed += entries
+        tally.counts["unnamed"] += entries
         if row is not None:
             tally.report("actor_changed", f"the actor of {entries} log entries is not the one that they name", who)
         elif who not in tally.gone:
@@ -274,13 +256,7 @@ def _former(ledger: Ledger) -> list[Authority]:
         return []
 
 
-def _first_authority(ledger: Ledger) -> Authority:
-    """The authority under whose key the log begins: the first change of key names it."""
-    former = _former(ledger)
-    return former[0] if former else ledger.authority
-
-
-def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator[AnyRow]:
+def _pages(ledger: Ledger, tally: _Tally) -> Iterator[AnyRow]:
     """The rows of the log in order, each with `holder`, the id of the record that it is about, if there is one.
 
     Also `erased`: whether a later entry says that the person was erased.
@@ -293,7 +269,7 @@ def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator[AnyRow]:
     rows = ledger.rows(query)
     while rows:
         for row in rows:
-            tally.entries += 1
+            tally.counts["entries"] += 1
             yield row
         tally.step()
         rows = ledger.rows(query.where(log.c.seq > rows[-1].seq))
@@ -305,8 +281,8 @@ def _audit_records(ledger: Ledger, tally: _Tally) -> None:
     rows = ledger.rows(query)
     while rows:
         for row in rows:
-            tally.records += 1
-            tally.revoked += row.revoked_at is not None
+            tally.counts["records"] += 1
+            tally.counts["revoked"] += row.revoked_at is not None
             try:
                 record = record_of(row, ledger.authority)
                 if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):

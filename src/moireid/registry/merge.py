@@ -37,7 +37,7 @@ from moireid.registry.export_file import load
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger, pages
 from moireid.registry.log import ERASE, Head
-from moireid.registry.record import Record
+from moireid.registry.record import REVOKED, SUSPENDED, Record
 from moireid.registry.schema import actors, badges, log, select_records
 
 CHUNK = 500
@@ -120,9 +120,7 @@ def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
 def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
     """Make `target`, which must be empty, a copy."""
     with target.clearing(source.authority) as here:
-        _copy(there, here, schema.authority, schema.authority.c.one)
-        _copy(there, here, log, log.c.seq)
-        _copy(there, here, actors, actors.c.commitment)
+        _copy_log(there, here)
         added = _copy(there, here, badges, badges.c.id)
     target.adopt(source.authority.public_hex)
     return Import(added, 0, 0)
@@ -143,11 +141,7 @@ def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Im
         erased = set(_erased_in(there))
         here.execute(delete(badges))
         count = _copy(there, here, badges, badges.c.id)
-        here.execute(delete(actors))
-        _copy(there, here, actors, actors.c.commitment)
-        _copy(there, here, log, log.c.seq, newer)
-        here.execute(delete(schema.authority))
-        _copy(there, here, schema.authority, schema.authority.c.one)
+        _copy_log(there, here, newer)
     target.adopt(source.authority.public_hex)
     gone = known & erased
     return Import(count - before + len(gone), len(changed - gone), before - len(changed | gone), len(gone))
@@ -163,11 +157,7 @@ def _catch_up(there: Connection, transaction: Transaction) -> Import:
         changed += removed.rowcount
     erased = here.execute(delete(badges).where(badges.c.id.in_(_erased_in(there)))).rowcount
     added = _copy(there, here, badges, badges.c.id, theirs) - changed
-    here.execute(delete(actors))
-    _copy(there, here, actors, actors.c.commitment)
-    _copy(there, here, log, log.c.seq, newer)
-    here.execute(delete(schema.authority))
-    _copy(there, here, schema.authority, schema.authority.c.one)
+    _copy_log(there, here, newer)
     return Import(added, changed, _count(there) - added - changed, erased)
 
 
@@ -212,23 +202,24 @@ def _united(ours: Record, theirs: Record) -> Record:
     same_or_conflict(replace(theirs, expires=None), ours)
     # Between equal ones the text decides, so that every registry that unites them gets the same record.
     first, second = sorted((ours, theirs), key=_order)
-    revoked = [record for record in (first, second) if record.revoked_at is not None]
-    revocation = min(revoked, key=lambda record: (record.revoked_at or "", record.revoked_reason or ""), default=first)
-    halted = [record for record in (first, second) if record.suspended_at is not None]
-    suspension = min(halted, key=lambda one: (one.suspended_at or "", one.suspended_reason or ""), default=first)
+    revoked, suspended = _first_of(REVOKED, first, second), _first_of(SUSPENDED, first, second)
     measured = max((first, second), key=lambda record: (record.as_built_at or "", record.as_built or ""))
     return replace(
         first,
         salt=first.salt or second.salt,
-        revoked_at=revocation.revoked_at,
-        revoked_reason=revocation.revoked_reason,
         compromised_since=_earlier(first.compromised_since, second.compromised_since),
-        suspended_at=suspension.suspended_at,
-        suspended_reason=suspension.suspended_reason,
         expires=_earlier(first.expires, second.expires),
         as_built=measured.as_built,
         as_built_at=measured.as_built_at,
+        **revoked,
+        **suspended,
     )
+
+
+def _first_of(names: tuple[str, str], *records: Record) -> dict[str, Any]:
+    """Day and reason of what was done to one of these records first, as fields; None of both if it was done to none."""
+    done = [(getattr(one, names[0]), getattr(one, names[1])) for one in records if getattr(one, names[0]) is not None]
+    return dict(zip(names, min(done, key=lambda pair: (pair[0], pair[1] or ""), default=(None, None)), strict=True))
 
 
 def _earlier(one: str | None, other: str | None) -> str | None:
@@ -249,6 +240,14 @@ def _copy(
         here.execute(insert(table), [dict(row._mapping) for row in rows])
         copied += len(rows)
     return copied
+
+
+def _copy_log(there: Connection, here: Connection, newer: ColumnElement[bool] | None = None) -> None:
+    """Copy the log's entries, or the newer ones; actors and head take the place of those that are here."""
+    _copy(there, here, log, log.c.seq, newer)
+    for table, key in ((actors, actors.c.commitment), (schema.authority, schema.authority.c.one)):
+        here.execute(delete(table))
+        _copy(there, here, table, key)
 
 
 def _chunks(rows: Iterable[AnyRow]) -> Iterator[list[AnyRow]]:

@@ -22,7 +22,7 @@ from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
-from moireid.registry.engine import default_url, read_url
+from moireid.registry.engine import default_url, read_url, sqlite_file
 from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path
 from moireid.registry.ledger import Ledger, open_ledger
@@ -142,6 +142,11 @@ class Registry(RegistryChanges, PublicView):
     def key_path(self) -> Path:
         """Where the authority's private key is looked for; it need not be there."""
         return key_path(self._ledger.authority)
+
+    @property
+    def file(self) -> Path | None:
+        """The SQLite file that holds it; None if it is in another database."""
+        return sqlite_file(self._ledger.url)
 
     def head(self) -> str:
         """Return the log's last entry.

@@ -7,8 +7,9 @@ offline.  prove and check-proof show that a badge is in the log to somebody with
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -21,16 +22,23 @@ from moireid.cli.common import (
     json_option,
     overwrite_option,
     progress_bar,
-    registry_option,
     show_json,
 )
-from moireid.cli.registry.records import registry_group
+from moireid.cli.registry.records import registry_command, registry_group
+
+if TYPE_CHECKING:
+    from moireid.registry import Registry
 
 #: The most findings that the audit prints for people; --json holds more.
 SHOWN = 20
 
 
-@registry_group.command("audit")
+def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    path = click.Path(path_type=Path, dir_okay=False)
+    return click.option("--out", "path", required=True, type=path, help=f"Write the {what} here.")
+
+
+@registry_command("audit")
 @click.option(
     "--expected-head", metavar="SEQ:HASH", help="The head that an earlier audit printed; the log must still contain it."
 )
@@ -42,12 +50,7 @@ SHOWN = 20
     help="A checkpoint that somebody else kept: a file, a folder of them, or a web address. The log must still begin "
     "as it says. May be given several times.",
 )
-@registry_option
-@json_option
-@friendly
-def registry_audit(
-    expected_head: str | None, witnesses: tuple[str, ...], registry_url: str | None, as_json: bool
-) -> None:
+def registry_audit(registry: Registry, expected_head: str | None, witnesses: tuple[str, ...], as_json: bool) -> None:
     """Check every signature and the whole log.
 
     By itself a registry cannot show that an earlier state of it was put back: that state was sound too. Somebody else
@@ -58,10 +61,9 @@ def registry_audit(
 
     Exit code 0: sound; 1: something is wrong; 2: bad input.
     """
-    from moireid.registry import open_registry
     from moireid.registry.checkpoints.witness import checkpoints_from
 
-    with open_registry(registry_url, create=False) as registry, progress_bar("checking the registry") as progress:
+    with progress_bar("checking the registry") as progress:
         since = [one for source in witnesses for one in checkpoints_from(source)]
         seen, shown = registry.audit(expected_head, progress, since), registry.shown_url
     if as_json:
@@ -84,23 +86,15 @@ def registry_audit(
     sys.exit(ACCEPT if seen.sound else REJECT)
 
 
-@registry_group.command("checkpoint")
-@click.option(
-    "--out", "path", required=True, type=click.Path(path_type=Path, dir_okay=False), help="Write the checkpoint here."
-)
+@registry_command("checkpoint", overwrite_option)
+@_out_option("checkpoint")
 @click.option(
     "--since",
     "witness",
     metavar="FILE",
     help="An earlier checkpoint: --json then also proves that the new one only adds to it.",
 )
-@registry_option
-@overwrite_option
-@json_option
-@friendly
-def registry_checkpoint(
-    path: Path, witness: str | None, registry_url: str | None, overwrite: bool, as_json: bool
-) -> None:
+def registry_checkpoint(registry: Registry, path: Path, witness: str | None, overwrite: bool, as_json: bool) -> None:
     """Write a signed checkpoint of the log for others to keep.
 
     It is the length of the log and one hash of all in it, and holds no names. Give it to others, as often as you can:
@@ -110,28 +104,23 @@ def registry_checkpoint(
     The format is that of transparency logs (C2SP tlog-checkpoint), so their witnesses can sign it too.
     """
     from moireid.files import planned, write_text
-    from moireid.registry import open_registry
     from moireid.registry.checkpoints.witness import checkpoints_from
-    from moireid.registry.engine import own_file
 
-    planned([path], overwrite=overwrite, kept=[own_file(registry_url), Path(witness) if witness else None])
-    with open_registry(registry_url, create=False) as registry:
-        older = checkpoints_from(witness) if witness else []
-        made, proofs = registry.checkpoint(older)
-        write_text(path, made.note)
-        if as_json:
-            document = {"registry": registry.shown_url, "file": str(path), "fingerprint": made.fingerprint}
-            state = {"size": made.size, "root": made.root.hex(), "date": made.date}
-            steps = [{"size": size, "proof": [step.hex() for step in proof]} for size, proof in proofs]
-            show_json(document | state | {"consistent_with": steps})
-        else:
-            click.echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}")
+    planned([path], overwrite=overwrite, kept=[registry.file, Path(witness) if witness else None])
+    older = checkpoints_from(witness) if witness else []
+    made, proofs = registry.checkpoint(older)
+    write_text(path, made.note)
+    if as_json:
+        document = {"registry": registry.shown_url, "file": str(path), "fingerprint": made.fingerprint}
+        state = {"size": made.size, "root": made.root.hex(), "date": made.date}
+        steps = [{"size": size, "proof": [step.hex() for step in proof]} for size, proof in proofs]
+        show_json(document | state | {"consistent_with": steps})
+    else:
+        click.echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}")
 
 
-@registry_group.command("publish")
-@click.option(
-    "--out", "path", required=True, type=click.Path(path_type=Path, dir_okay=False), help="Write the bundle here."
-)
+@registry_command("publish", overwrite_option)
+@_out_option("bundle")
 @click.option(
     "--days",
     type=FiniteRange(0.01, 400),
@@ -140,11 +129,7 @@ def registry_checkpoint(
     metavar="NUMBER",
     help="After so many days it counts no more: so long a revocation may stay unknown to those who fetch it.",
 )
-@registry_option
-@overwrite_option
-@json_option
-@friendly
-def registry_publish(path: Path, days: float, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
+def registry_publish(registry: Registry, path: Path, days: float, overwrite: bool, as_json: bool) -> None:
     """Write a trust bundle, for verifying offline.
 
     It is one signed file for any web server. It holds names and the lines below them, such as what each person
@@ -154,9 +139,8 @@ def registry_publish(path: Path, days: float, registry_url: str | None, overwrit
     Those who fetch it run `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`.
     """
     from moireid.idcodes import specimen_of
-    from moireid.registry import open_registry
 
-    with open_registry(registry_url, create=False) as registry, progress_bar("sealing identities") as progress:
+    with progress_bar("sealing identities") as progress:
         made = registry.publish(path, specimen_of, days=days, overwrite=overwrite, progress=progress)
         fingerprint = registry.fingerprint
     if as_json:
@@ -170,16 +154,10 @@ def registry_publish(path: Path, days: float, registry_url: str | None, overwrit
 LONGEST = 1 << 20
 
 
-@registry_group.command("prove")
+@registry_command("prove", overwrite_option)
 @click.argument("claim", metavar="NAME|ID")
-@click.option(
-    "--out", "path", required=True, type=click.Path(path_type=Path, dir_okay=False), help="Write the proof here."
-)
-@registry_option
-@overwrite_option
-@json_option
-@friendly
-def registry_prove(claim: str, path: Path, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
+@_out_option("proof")
+def registry_prove(registry: Registry, claim: str, path: Path, overwrite: bool, as_json: bool) -> None:
     """Prove to others that a badge is in the log.
 
     The proof holds the newest record of one badge, and leads from it to a checkpoint that is signed now. A person who
@@ -188,14 +166,11 @@ def registry_prove(claim: str, path: Path, registry_url: str | None, overwrite: 
     It names the badge's identity, by which the badge can be printed: give it to those only who may know it.
     """
     from moireid.files import planned, whole_file
-    from moireid.registry import open_registry
-    from moireid.registry.engine import own_file
 
-    planned([path], overwrite=overwrite, kept=[own_file(registry_url)])
-    with open_registry(registry_url, create=False) as registry:
-        registry.standing(registry.fingerprint)
-        record = registry.find(claim)
-        proof, fingerprint = registry.prove(record), registry.fingerprint
+    planned([path], overwrite=overwrite, kept=[registry.file])
+    registry.standing(registry.fingerprint)
+    record = registry.find(claim)
+    proof, fingerprint = registry.prove(record), registry.fingerprint
     with whole_file(path, private=True) as temporary:
         temporary.write_text(proof, encoding="utf-8")
     if as_json:

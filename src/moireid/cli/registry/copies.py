@@ -22,18 +22,15 @@ from moireid.cli.common import (
     say,
     show_json,
 )
-from moireid.cli.registry.records import registry_group
+from moireid.cli.registry.records import registry_command, registry_group
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.registry import Import
+    from moireid.registry import Import, Registry
 
 
-@registry_group.command("rotate-key")
-@registry_option
-@json_option
-@friendly
-def registry_rotate_key(registry_url: str | None, as_json: bool) -> None:
+@registry_command("rotate-key")
+def registry_rotate_key(registry: Registry, as_json: bool) -> None:
     """Give the registry a new signing key.
 
     The old key signs one last log entry, and the new one signs it too. By that entry, all who trusted the old
@@ -42,13 +39,10 @@ def registry_rotate_key(registry_url: str | None, as_json: bool) -> None:
     Do it when people who could reach the key leave, or at fixed dates. If the old key was stolen, the thief could do
     the same: then send everybody the new fingerprint yourself, and the checkpoint of the change.
     """
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False) as registry:
-        registry.check_head()
-        with progress_bar("signing all records anew") as progress:
-            done = registry.rotate_key(progress)
-        key, shown = registry.key_path, registry.shown_url
+    registry.check_head()
+    with progress_bar("signing all records anew") as progress:
+        done = registry.rotate_key(progress)
+    key, shown = registry.key_path, registry.shown_url
     if as_json:
         document = {"registry": shown, "old_fingerprint": done.old, "fingerprint": done.new}
         show_json(document | {"records": done.records, "head": done.head, "key": str(key) if key.exists() else None})
@@ -87,17 +81,11 @@ def registry_signer(path: Path, group: str | None) -> None:
         serve(path.absolute(), group, ready=lambda: say(f"signing for those who ask at {path}  (stop it with Ctrl-C)"))
 
 
-@registry_group.command("export")
+@registry_command("export", overwrite_option)
 @click.argument("path", type=click.Path(path_type=Path, dir_okay=False))
-@registry_option
-@overwrite_option
-@json_option
-@friendly
-def registry_export(path: Path, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
+def registry_export(registry: Registry, path: Path, overwrite: bool, as_json: bool) -> None:
     """Write the records, the log and the public key to a JSON file."""
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False) as registry, progress_bar("exporting") as progress:
+    with progress_bar("exporting") as progress:
         count = registry.export_json(path, overwrite=overwrite, progress=progress)
         if as_json:
             show_json({"registry": registry.shown_url, "badges": count, "file": str(path)})

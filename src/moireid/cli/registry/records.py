@@ -7,7 +7,9 @@ revoke, suspend, reinstate      whether a badge counts after its issue
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,60 +25,75 @@ def registry_group() -> None:
     """Look after the registry of badges: list, show, suspend, revoke, audit."""
 
 
-@registry_group.command("init")
-@actor_option
-@registry_option
-@json_option
-@friendly
-def registry_init(actor: str | None, registry_url: str | None, as_json: bool) -> None:
+def registry_command(
+    name: str, *options: Callable[[click.Command], click.Command], create: bool = False, writes: bool = False
+) -> Callable[[Callable[..., None]], click.Command]:
+    """Make a command of a function whose first argument is an open registry.
+
+    Parameters: options: those between --registry and --json in the help; create: make the registry if it is absent;
+        writes: the log names who does it, and the registry must not have been put back to an earlier state.
+    """
+
+    def decorate(function: Callable[..., None]) -> click.Command:
+        @functools.wraps(function)
+        def run(registry_url: str | None, actor: str | None = None, **given: Any) -> None:
+            from moireid.registry import open_registry
+
+            with open_registry(registry_url, create=create, actor=actor) as registry:
+                if writes:
+                    registry.check_head()
+                function(registry, **given)
+
+        command = registry_group.command(name)(friendly(run))
+        shared: list[Callable[[click.Command], click.Command]] = [registry_option, *options, json_option]
+        if writes:
+            shared.insert(0, actor_option)
+        for add_to in shared:
+            add_to(command)
+        return command
+
+    return decorate
+
+
+@registry_command("init", actor_option, create=True)
+def registry_init(registry: Registry, as_json: bool) -> None:
     """Make an empty registry and its signing key.
 
     A registry that already exists is left as it is.
     """
-    from moireid.registry import open_registry
     from moireid.registry.signing.client import signer_address
 
-    with open_registry(registry_url, create=True, actor=actor) as registry:
-        count, head, key = registry.count(), registry.head(), registry.key_path
-        if as_json:
-            document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
-            show_json(document | {"head": head, "key": str(key) if key.exists() else None, "signer": signer_address()})
-            return
-        click.echo(f"{registry.shown_url} is ready and holds {count} badges")
-        click.echo(f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges")
-        if (signer := signer_address()) is not None:
-            click.echo(f"its private key is with the signer at {signer}: have a copy kept there")
-        elif key.exists():
-            click.echo(f"its private key is {key}: keep a copy, and show it to no one")
-        else:
-            click.echo(f"its private key is not here ({key}), so it can only be read and not changed")
+    count, head, key = registry.count(), registry.head(), registry.key_path
+    if as_json:
+        document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
+        show_json(document | {"head": head, "key": str(key) if key.exists() else None, "signer": signer_address()})
+        return
+    click.echo(f"{registry.shown_url} is ready and holds {count} badges")
+    click.echo(f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges")
+    if (signer := signer_address()) is not None:
+        click.echo(f"its private key is with the signer at {signer}: have a copy kept there")
+    elif key.exists():
+        click.echo(f"its private key is {key}: keep a copy, and show it to no one")
+    else:
+        click.echo(f"its private key is not here ({key}), so it can only be read and not changed")
 
 
-@registry_group.command("list")
-@registry_option
-@json_option
-@friendly
-def registry_list(registry_url: str | None, as_json: bool) -> None:
+@registry_command("list")
+def registry_list(registry: Registry, as_json: bool) -> None:
     """List all people who hold a badge."""
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False) as registry:
-        if as_json:
-            show_json({"registry": registry.shown_url, "badges": [record.summary() for record in registry.records()]})
-            return
-        for record in registry.records():
-            barred = record.barred()
-            state = f"  {barred.code} {barred.at}" if barred else ""
-            line = f", {record.line}" if record.line else ""
-            click.echo(f"{record.id}  {record.issued_at}  {record.name}{line}{state}")
+    if as_json:
+        show_json({"registry": registry.shown_url, "badges": [record.summary() for record in registry.records()]})
+        return
+    for record in registry.records():
+        barred = record.barred()
+        state = f"  {barred.code} {barred.at}" if barred else ""
+        line = f", {record.line}" if record.line else ""
+        click.echo(f"{record.id}  {record.issued_at}  {record.name}{line}{state}")
 
 
-@registry_group.command("show")
+@registry_command("show")
 @click.argument("claim", metavar="NAME|ID")
-@registry_option
-@json_option
-@friendly
-def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
+def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
     """Show one person's record.
 
     Give the name exactly as it was entered, or the badge's id. Of people of one name, give "NAME, LINE" with the line
@@ -84,10 +101,7 @@ def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
     """
     import json
 
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False) as registry:
-        record, fingerprint = registry.find(claim), registry.fingerprint
+    record, fingerprint = registry.find(claim), registry.fingerprint
     if as_json:
         document = record.summary() | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
         measured = None if record.as_built is None else json.loads(record.as_built)
@@ -130,7 +144,7 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
         )
 
 
-@registry_group.command("log")
+@registry_command("log")
 @click.argument("claim", metavar="[NAME|ID]", required=False)
 @click.option(
     "--limit",
@@ -140,18 +154,12 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     metavar="NUMBER",
     help="How many entries at most, the newest first.",
 )
-@registry_option
-@json_option
-@friendly
-def registry_log(claim: str | None, limit: int, registry_url: str | None, as_json: bool) -> None:
+def registry_log(registry: Registry, claim: str | None, limit: int, as_json: bool) -> None:
     """Show what was done, when, and by whom.
 
     With NAME or ID, only what was done to that badge. `moireid registry audit` checks whether the log is sound.
     """
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False) as registry:
-        entries, shown = registry.entries(claim, limit), registry.shown_url
+    entries, shown = registry.entries(claim, limit), registry.shown_url
     if as_json:
         show_json({"registry": shown, "entries": [entry.to_json() for entry in entries]})
         return
@@ -160,7 +168,7 @@ def registry_log(claim: str | None, limit: int, registry_url: str | None, as_jso
         click.echo(f"{entry.seq:>6}  {entry.time}  {entry.action:<11}  {entry.subject}  {who}")
 
 
-@registry_group.command("erase")
+@registry_command("erase", writes=True)
 @click.argument("claim", metavar="NAME|ID")
 @click.option(
     "--from-log",
@@ -168,13 +176,7 @@ def registry_log(claim: str | None, limit: int, registry_url: str | None, as_jso
     help="NAME is not a badge's holder, but somebody whom `moireid registry log` names as having done things.",
 )
 @click.option("--yes", "sure", is_flag=True, help="Do it. Without this nothing is erased, as it cannot be taken back.")
-@actor_option
-@registry_option
-@json_option
-@friendly
-def registry_erase(
-    claim: str, from_log: bool, sure: bool, actor: str | None, registry_url: str | None, as_json: bool
-) -> None:
+def registry_erase(registry: Registry, claim: str, from_log: bool, sure: bool, as_json: bool) -> None:
     """Erase a person's data on their wish, for good.
 
     Name, badge and figures are deleted; the badge is no longer valid, and its identity is never issued again. The log
@@ -184,14 +186,10 @@ def registry_erase(
     What this cannot reach: copies, backups and exports of the registry, bundles that others fetched before, and files
     of the badge itself.
     """
-    from moireid.registry import open_registry
-
     if not sure:
         raise SpecError(f"erasing {claim[:80]!r} cannot be taken back, so nothing was done; add --yes if you mean it")
-    with open_registry(registry_url, create=False, actor=actor) as registry:
-        registry.check_head()
-        done = registry.erase_actor(claim) if from_log else registry.erase(claim)
-        shown = registry.shown_url
+    done = registry.erase_actor(claim) if from_log else registry.erase(claim)
+    shown = registry.shown_url
     if as_json:
         show_json({"registry": shown} | done.to_json())
     else:
@@ -209,7 +207,7 @@ def registry_erase(
         )
 
 
-@registry_group.command("revoke")
+@registry_command("revoke", writes=True)
 @click.argument("claim", metavar="NAME|ID")
 @click.option(
     "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
@@ -219,65 +217,39 @@ def registry_erase(
     metavar="DATE",
     help="The day from which on it may have been in other hands, such as 2026-05-01, where you know it.",
 )
-@actor_option
-@registry_option
-@json_option
-@friendly
-def registry_revoke(
-    claim: str, reason: str, since: str | None, actor: str | None, registry_url: str | None, as_json: bool
-) -> None:
+def registry_revoke(registry: Registry, claim: str, reason: str, since: str | None, as_json: bool) -> None:
     """Revoke one person's badge, for good.
 
     Every later verification rejects it, of older films too, as a film's date can be forged; it also shows --since.
     Give the name exactly as it was entered, or the badge's id.
     """
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False, actor=actor) as registry:
-        registry.check_head()
-        record = registry.revoke(claim, reason, since)
-        _show_state(registry, record, f"is revoked since {record.revoked_at}", as_json=as_json)
+    record = registry.revoke(claim, reason, since)
+    _show_state(registry, record, f"is revoked since {record.revoked_at}", as_json=as_json)
 
 
-@registry_group.command("suspend")
+@registry_command("suspend", writes=True)
 @click.argument("claim", metavar="NAME|ID")
 @click.option(
     "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
 )
-@actor_option
-@registry_option
-@json_option
-@friendly
-def registry_suspend(claim: str, reason: str, actor: str | None, registry_url: str | None, as_json: bool) -> None:
+def registry_suspend(registry: Registry, claim: str, reason: str, as_json: bool) -> None:
     """Suspend one person's badge, until it is reinstated.
 
     Every verification meanwhile rejects it, of older films too. Give the name exactly as it was entered, or the badge's
     id.
     """
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False, actor=actor) as registry:
-        registry.check_head()
-        record = registry.suspend(claim, reason)
-        _show_state(registry, record, f"is suspended since {record.suspended_at}", as_json=as_json)
+    record = registry.suspend(claim, reason)
+    _show_state(registry, record, f"is suspended since {record.suspended_at}", as_json=as_json)
 
 
-@registry_group.command("reinstate")
+@registry_command("reinstate", writes=True)
 @click.argument("claim", metavar="NAME|ID")
-@actor_option
-@registry_option
-@json_option
-@friendly
-def registry_reinstate(claim: str, actor: str | None, registry_url: str | None, as_json: bool) -> None:
+def registry_reinstate(registry: Registry, claim: str, as_json: bool) -> None:
     """End the suspension of one person's badge.
 
     A revoked badge stays revoked. Give the name exactly as it was entered, or the badge's id.
     """
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False, actor=actor) as registry:
-        registry.check_head()
-        _show_state(registry, registry.reinstate(claim), "is no longer suspended", as_json=as_json)
+    _show_state(registry, registry.reinstate(claim), "is no longer suspended", as_json=as_json)
 
 
 def _show_state(registry: Registry, record: Record, what: str, *, as_json: bool) -> None:
