@@ -20,7 +20,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
+
+import msgspec
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
@@ -70,6 +72,22 @@ class Rotation:
     hash: str
     old: Authority
     new: Authority
+
+
+#: A text on one line, as registries hold it: a longer one could add false lines to what is printed of a proof.
+Line = Annotated[str, msgspec.Meta(pattern=r"\A[^\x00-\x1f\x7f-\x9f]*\Z")]
+
+
+class LogEntry(msgspec.Struct):
+    """What is hashed of an entry, as others hand it over."""
+
+    seq: Annotated[int, msgspec.Meta(ge=1, lt=10**18)]
+    time: Line
+    action: str
+    subject: str
+    record_sha256: str
+    previous: str
+    actor: str | None = None
 
 
 def entry_text(entry: Mapping[str, Any]) -> bytes:

@@ -25,7 +25,7 @@ from moireid.registry import open_registry
 from moireid.registry.keys import ENTRY, HEAD, NOTE, RECORD, Signer
 from moireid.registry.log import Head, entry_text, rotation_of, rotation_row
 from moireid.registry.signing import signer_process as signing
-from moireid.registry.signing.client import AskingSigner, make_key, of_kind
+from moireid.registry.signing.client import AskingSigner, KnowKey, make_key, of_kind
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows lacks such sockets")
 
@@ -169,7 +169,7 @@ def test_silent_clients_keep_no_one_out(tmp_path: Path, monkeypatch: pytest.Monk
             with contextlib.suppress(ConnectionError):
                 assert one.recv(1) == b""
         # Its own connection was idle, too, and is made anew.
-        assert asking._ask({"do": "know", "public": asking.authority.public_hex})["fingerprint"]
+        assert asking._ask(KnowKey(asking.authority.public_hex))["fingerprint"]
         for one in idle:
             one.close()
         server.shutdown()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import msgspec
 from sqlalchemy import select
@@ -20,14 +20,12 @@ from moireid.registry.checkpoints.merkle import included, inclusion_proof, leaf_
 from moireid.registry.checkpoints.seen import check_newest
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import entry_hash
+from moireid.registry.log import Line, LogEntry, entry_hash
 from moireid.registry.record import Fault, Record
 from moireid.registry.schema import log
 
 #: What is not part of an entry's content.
 OUTSIDE = ("hash", "signature")
-#: A text on one line, as registries hold it: a longer one could add false lines to the printed result.
-Line = Annotated[str, msgspec.Meta(pattern=r"\A[^\x00-\x1f\x7f-\x9f]*\Z")]
 
 
 class ProvenState(msgspec.Struct):
@@ -42,18 +40,6 @@ class ProvenState(msgspec.Struct):
     expires: Line | None = None
 
 
-class ProvenEntry(msgspec.Struct):
-    """The content of the log's entry in a proof."""
-
-    seq: Annotated[int, msgspec.Meta(ge=1, lt=10**18)]
-    time: Line
-    action: str
-    subject: str
-    record_sha256: str
-    actor: str | None
-    previous: str
-
-
 class ProofFile(msgspec.Struct):
     """A proof as it is written; the record whole, as it was signed, and the checkpoint as its note."""
 
@@ -61,7 +47,7 @@ class ProofFile(msgspec.Struct):
     kind: Literal["moireid registry proof"]
     public_key: str
     checkpoint: str
-    entry: ProvenEntry
+    entry: LogEntry
     record: dict[str, Any]
     proof: list[str]
 

@@ -7,21 +7,20 @@ alone would not show whether it gives the log to another key.
 
 from __future__ import annotations
 
-import base64
-import json
 import os
 import re
 import socket
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+
+import msgspec
 
 from moireid.errors import RegistryError
-from moireid.registry.canonical import canonical_json, sha256_hex
-from moireid.registry.keys import ACTED, ENTRY, HEAD, NOTE, RECORD, SIGNER_VARIABLE, Authority, Signs, key_of, new_key
-from moireid.registry.log import HASHED, ROTATE, ROTATED
+from moireid.registry.canonical import sha256_hex
+from moireid.registry.keys import ENTRY, HEAD, NOTE, RECORD, SIGNER_VARIABLE, Authority, Signs, key_of, new_key
+from moireid.registry.log import ROTATE, ROTATED, LogEntry, entry_text
 
 #: Kinds by their names in messages; an entry is the fourth, `LOG_ENTRY`.
 DOMAINS = {"record": RECORD, "head": HEAD, "note": NOTE}
@@ -29,6 +28,29 @@ LOG_ENTRY = "entry"
 NAMES = {domain: name for name, domain in DOMAINS.items()}
 #: Longest content, bytes: a record's text holds digests in the place of documents, and a note is shorter.
 LONGEST = 65536
+
+
+class MakeKey(msgspec.Struct, tag_field="do", tag="make"):
+    """Make a key pair.  The answer: "public", its public key, 64 hex digits."""
+
+
+class KnowKey(msgspec.Struct, tag_field="do", tag="know"):
+    """Is the private key of this public one there?"""
+
+    public: str
+
+
+class SignText(msgspec.Struct, tag_field="do", tag="sign"):
+    """Sign a text of some kind, in base64.  The answer: "signature", 128 hex digits."""
+
+    public: str
+    kind: str
+    content: bytes
+
+
+SignerMessage = MakeKey | KnowKey | SignText
+
+
 #: First lines of notes (`checkpoints/checkpoint.py`, `bundle/bundle_file.py`), before the authority's fingerprint.
 NOTE_ORIGINS = ("moireid/registry/", "moireid/bundle/")
 _HEAD = re.compile(rb"[1-9]\d{0,17}:[0-9a-f]{64}")
@@ -48,30 +70,27 @@ def of_kind(kind: object, content: bytes, fingerprint: str) -> bool:
 def _is_record(content: bytes) -> bool:
     """Whether it is the text of a record, as `Record.signed_text` writes it."""
     try:
-        fields = json.loads(content)
-    except (ValueError, RecursionError):
+        fields = msgspec.json.decode(content, type=dict[str, object])
+    except (msgspec.DecodeError, RecursionError):
         return False
-    return isinstance(fields, dict) and {"badge_sha256", "id", "issued_at", "layout_key", "name"} <= set(fields)
+    return {"badge_sha256", "id", "issued_at", "layout_key", "name"} <= set(fields)
 
 
-def entry_of(content: bytes) -> dict[str, Any] | None:
+def entry_of(content: bytes) -> LogEntry | None:
     """The log entry whose hashed text (`log.entry_text`) this is; None if it is none."""
-    domain, fields = (ACTED, {*HASHED, "actor"}) if content.startswith(ACTED) else (ENTRY, set(HASHED))
     try:
-        entry = json.loads(content.removeprefix(domain))
-        # Only the canonical spelling is accepted: what is checked here must be what others read.
-        whole = isinstance(entry, dict) and domain + canonical_json(entry).encode() == content
-    except (ValueError, RecursionError):
+        entry = msgspec.json.decode(content.partition(b"\n")[2], type=LogEntry)
+    except (msgspec.DecodeError, RecursionError):
         return None
-    if not whole or set(entry) != fields or not isinstance(entry["seq"], int):
+    # Only the canonical spelling is accepted: what is checked here must be what others read.
+    if entry_text(msgspec.structs.asdict(entry)) != content:
         return None
-    texts = all(isinstance(value, str) for name, value in entry.items() if name != "seq")
-    return entry if texts and (entry["action"] == ROTATE) is entry["subject"].startswith(ROTATED) else None
+    return entry if (entry.action == ROTATE) is entry.subject.startswith(ROTATED) else None
 
 
-def turn_of(entry: Mapping[str, Any]) -> tuple[str, str] | None:
+def turn_of(entry: LogEntry) -> tuple[str, str] | None:
     """The public keys, old and new, of an entry that changes the key; None if its subject has another form."""
-    found = _TURN.fullmatch(entry["subject"])
+    found = _TURN.fullmatch(entry.subject)
     return None if found is None else (found[1], found[2])
 
 
@@ -90,7 +109,7 @@ class AskingSigner:
         self._path, self._lock = path, threading.Lock()
         self._line: Connection | None = None
         self.authority = authority
-        self._ask({"do": "know", "public": authority.public_hex})
+        self._ask(KnowKey(authority.public_hex))
 
     def sign(self, domain: bytes, content: bytes) -> str:
         """The signature over `content` in `domain`, 128 hex digits.
@@ -105,14 +124,13 @@ class AskingSigner:
 
     def _signature(self, kind: str, content: bytes, domain: bytes, signed: bytes) -> str:
         """Parameters: content: what the process gets; signed: what it signs in `domain`."""
-        asked = {"do": "sign", "public": self.authority.public_hex, "kind": kind}
-        signature = self._ask(asked | {"content": base64.b64encode(content).decode()}).get("signature")
+        signature = self._ask(SignText(self.authority.public_hex, kind, content)).get("signature")
         # An invalid signature would make the registry unsound, and no one would know since when.
         if not self.authority.signed(domain, signed, signature):
             raise RegistryError(f"the signer at {self._path} gave a signature that does not hold; start it anew")
         return str(signature)
 
-    def _ask(self, message: dict[str, Any]) -> dict[str, Any]:
+    def _ask(self, message: SignerMessage) -> dict[str, str]:
         return _answer(self._path, message, self._exchange)
 
     def _exchange(self, message: bytes) -> bytes:
@@ -152,7 +170,7 @@ def make_key() -> tuple[Signs, Path | None]:
     def exchange(message: bytes) -> bytes:
         return _once(_connected(path), message)
 
-    return AskingSigner(path, Authority(str(_answer(path, {"do": "make"}, exchange)["public"]))), None
+    return AskingSigner(path, Authority(_answer(path, MakeKey(), exchange)["public"])), None
 
 
 def signer_address() -> str | None:
@@ -161,18 +179,17 @@ def signer_address() -> str | None:
     return str(Path(given).expanduser().absolute()) if given else None
 
 
-def _answer(path: str, message: dict[str, Any], exchange: Callable[[bytes], bytes]) -> dict[str, Any]:
+def _answer(path: str, message: SignerMessage, exchange: Callable[[bytes], bytes]) -> dict[str, str]:
     try:
-        answer = json.loads(exchange(json.dumps(message).encode()))
-    except (OSError, EOFError, ValueError) as error:
+        answer = msgspec.json.decode(exchange(msgspec.json.encode(message)), type=dict[str, str])
+    except (OSError, EOFError, msgspec.DecodeError) as error:
         reason = getattr(error, "strerror", None) or "it ended, or said what cannot be read"
         raise RegistryError(
             f"the signer at {path} does not answer ({reason}); start `moireid registry signer --socket {path}`, or "
             f"unset {SIGNER_VARIABLE} to use a key on this machine"
         ) from error
-    if not isinstance(answer, dict) or "refused" in answer:
-        words = answer.get("refused") if isinstance(answer, dict) else "it said what cannot be read"
-        raise RegistryError(f"the signer at {path} refuses: {str(words)[:500]}")
+    if "refused" in answer:
+        raise RegistryError(f"the signer at {path} refuses: {answer['refused'][:500]}")
     return answer
 
 

@@ -7,9 +7,6 @@ network connection.
 
 from __future__ import annotations
 
-import base64
-import binascii
-import json
 import os
 import socket
 import socketserver
@@ -24,10 +21,22 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from moireid.errors import MoireIdError, RegistryError, SpecError
 from moireid.registry.keys import Authority, Signer, key_of, new_key
 from moireid.registry.log import ROTATE
-from moireid.registry.signing.client import DOMAINS, LOG_ENTRY, LONGEST, entry_of, of_kind, turn_of
+from moireid.registry.signing.client import (
+    DOMAINS,
+    LOG_ENTRY,
+    LONGEST,
+    KnowKey,
+    MakeKey,
+    SignerMessage,
+    entry_of,
+    of_kind,
+    turn_of,
+)
 
 #: Longest message, bytes: the content in base64, and the JSON around it.
 MESSAGE = 2 * LONGEST
@@ -45,29 +54,28 @@ class Keys:
         self._signers: dict[str, Signer] = {}
         self._fresh: set[str] = set()
 
-    def answer(self, message: bytes) -> dict[str, Any]:
+    def answer(self, message: bytes) -> dict[str, str]:
         """The answer to a message; "refused" with a sentence if it is refused."""
         try:
-            asked = json.loads(message)
-            if asked["do"] == "make":
+            asked = msgspec.json.decode(message, type=SignerMessage)
+            if isinstance(asked, MakeKey):
                 made = new_key()[0].authority.public_hex
                 self._fresh.add(made)
                 return {"public": made}
-            signer = self._signer(str(asked["public"]))
-            if asked["do"] == "know":
+            signer = self._signer(asked.public)
+            if isinstance(asked, KnowKey):
                 return {"fingerprint": signer.authority.fingerprint}
-            content = base64.b64decode(asked["content"], validate=True)
-            if asked["do"] == "sign" and asked["kind"] == LOG_ENTRY:
-                return self._entry(signer, content)
-            if asked["do"] != "sign" or not of_kind(asked["kind"], content, signer.authority.fingerprint):
+            if asked.kind == LOG_ENTRY:
+                return self._entry(signer, asked.content)
+            if not of_kind(asked.kind, asked.content, signer.authority.fingerprint):
                 return NONE_OF_THEM
-            return {"signature": signer.sign(DOMAINS[asked["kind"]], content)}
+            return {"signature": signer.sign(DOMAINS[asked.kind], asked.content)}
         except MoireIdError as error:
             return {"refused": " ".join(str(error).split())}
-        except (KeyError, TypeError, ValueError, RecursionError, binascii.Error):
+        except (ValueError, RecursionError):
             return {"refused": "the question cannot be read"}
 
-    def _entry(self, signer: Signer, text: bytes) -> dict[str, Any]:
+    def _entry(self, signer: Signer, text: bytes) -> dict[str, str]:
         """Sign a log entry.  A change of key is signed only to a key that this process made, and that has no log yet.
 
         Else a client with temporary access could give the log to a key of their own, or to an old one that was stolen.
@@ -75,7 +83,7 @@ class Keys:
         entry, public = entry_of(text), signer.authority.public_hex
         if entry is None:
             return NONE_OF_THEM
-        if entry["action"] == ROTATE:
+        if entry.action == ROTATE:
             turn = turn_of(entry)
             if turn is None or public not in turn or turn[1] not in self._fresh or turn[0] == turn[1]:
                 return {"refused": "it gives a log only to a new key that it made itself; ask it for the whole change"}
@@ -126,7 +134,7 @@ class _Handler(socketserver.BaseRequestHandler):
             self.request.setsockopt(socket.SOL_SOCKET, way, struct.pack("ll", IDLE_S, 0))
         with suppress(OSError, EOFError), Connection(os.dup(self.request.fileno())) as line:
             while True:
-                line.send_bytes(json.dumps(self.server.keys.answer(line.recv_bytes(MESSAGE))).encode())
+                line.send_bytes(msgspec.json.encode(self.server.keys.answer(line.recv_bytes(MESSAGE))))
 
 
 def serve(path: Path, group: str | None = None, *, ready: Callable[[], None] = lambda: None) -> None:
