@@ -93,7 +93,7 @@ def test_an_export_of_version_2_is_taken_in(full, target, exported, tmp_path):
     document = json.loads(exported.read_text(encoding="utf-8")) | {"version": 2}
     smuggled = tmp_path / "smuggled.json"
     smuggled.write_text(json.dumps(document), encoding="utf-8")
-    with pytest.raises(RegistryError, match="unknown field `suspended_at`"):
+    with pytest.raises(RegistryError, match="unknown field"):
         import_registry(smuggled, target)
     for record in document["records"]:
         for name in STATES:

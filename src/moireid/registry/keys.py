@@ -18,7 +18,6 @@ from __future__ import annotations
 import os
 import pwd
 import secrets
-import tempfile
 from pathlib import Path
 from typing import Protocol
 
@@ -28,6 +27,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey,
 from platformdirs import user_data_path
 
 from moireid.errors import RegistryError
+from moireid.files import whole_file
 from moireid.registry.canonical import canonical_json, sha256_hex
 
 KEYS_VARIABLE = "MOIREID_KEYS"
@@ -125,7 +125,14 @@ def new_key() -> tuple[Signer, Path]:
     path = key_path(signer.authority)
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        _write_private(path, content)
+        with whole_file(path, private=True) as temporary:
+            temporary.write_bytes(content)
+        # The folder's entry is written to the disk too: without its key, a registry is useless after a power cut.
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
     except OSError as error:
         raise RegistryError(
             f"the registry's private key cannot be written to {path.parent} ({error.strerror}); "
@@ -157,26 +164,6 @@ def key_of(authority: Authority) -> Signer:
             f"private key {path} is another one; put the key with fingerprint {authority.fingerprint} there"
         )
     return Signer(key)
-
-
-def _write_private(path: Path, content: bytes) -> None:
-    """Write a file that only its owner may read, from its first byte on, whole or not at all."""
-    handle, name = tempfile.mkstemp(prefix=".key-", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(name, path)
-    finally:
-        Path(name).unlink(missing_ok=True)
-    if os.name == "posix":
-        # The folder's entry is written to the disk too: without its key, a registry is useless after a power cut.
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
 
 
 LONGEST = 200
@@ -214,3 +201,9 @@ def new_salt() -> str:
 def commitment(actor: str, salt: str) -> str:
     """The actor as the log holds it, 64 hex digits."""
     return sha256_hex(DOMAIN + canonical_json({"actor": actor, "salt": salt}).encode())
+
+
+def actor_row(actor: str) -> dict[str, str]:
+    """The row of `actors` of one who has done nothing before, with a salt of their own."""
+    salt = new_salt()
+    return {"commitment": commitment(actor, salt), "name": actor, "salt": salt}

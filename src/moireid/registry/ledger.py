@@ -17,7 +17,7 @@ from sqlalchemy.engine import URL
 from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.engine import AnyRow, AnySelect, connect, show_url, snapshot, sqlite_file, translated, writing
-from moireid.registry.keys import Authority, Signs, commitment, new_salt
+from moireid.registry.keys import Authority, Signs, actor_row, new_salt
 from moireid.registry.log import (
     ERASE,
     NO_RECORD,
@@ -243,9 +243,9 @@ class Transaction:
         known = select(actors.c.commitment).where(actors.c.name == self._actor).order_by(actors.c.commitment)
         who = self.connection.scalar(known.limit(1))
         if who is None:
-            salt = new_salt()
-            who = commitment(self._actor, salt)
-            self.connection.execute(insert(actors).values(commitment=who, name=self._actor, salt=salt))
+            row = actor_row(self._actor)
+            who = row["commitment"]
+            self.connection.execute(insert(actors).values(row))
         return str(who)
 
 

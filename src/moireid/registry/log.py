@@ -201,15 +201,20 @@ def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
     return Head(row["seq"], right)
 
 
-def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
-    """Check an entry by itself; returns its hash.  Raises: Fault if its hash or signature is wrong."""
-    what = f"log entry {row['seq']}"
+def check_hash(row: Mapping[str, Any]) -> str:
+    """The hash of an entry, if it is that of its content.  Raises: Fault if it is not."""
     try:
         right = entry_hash(row)
     except (TypeError, ValueError) as error:
-        raise Fault("entry_hash", f"{what} is damaged ({error})") from error
+        raise Fault("entry_hash", f"log entry {row['seq']} is damaged ({error})") from error
     if row["hash"] != right:
-        raise Fault("entry_hash", f"{what} was changed: its hash is that of another content")
+        raise Fault("entry_hash", f"log entry {row['seq']} was changed: its hash is that of another content")
+    return right
+
+
+def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
+    """Check an entry by itself; returns its hash.  Raises: Fault if its hash or signature is wrong."""
+    what, right = f"log entry {row['seq']}", check_hash(row)
     if row["action"] == ROTATE:
         if rotation_of(row).old.public_hex != authority.public_hex:
             raise Fault("rotation", f"{what} takes the key from another authority than this log's")

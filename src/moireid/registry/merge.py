@@ -36,7 +36,7 @@ from moireid.registry.engine import AnyRow, clean
 from moireid.registry.export_file import load
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger, pages
-from moireid.registry.log import ERASE, Head
+from moireid.registry.log import ERASE
 from moireid.registry.record import REVOKED, SUSPENDED, Record
 from moireid.registry.schema import actors, badges, log, select_records
 
@@ -103,13 +103,12 @@ def merge(source: Ledger, target: Ledger, actor: str) -> Import:
 def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
     with source.snapshot() as there:
         if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
-            if target.has_authority and target.authority.public_hex in [
-                one.old.public_hex for one in source.rotations()
-            ]:
+            former = [one.old.public_hex for one in source.rotations()]
+            if target.has_authority and target.authority.public_hex in former:
                 return _follow(there, source, target, actor)
             return _adopt(there, source, target)
         with target.writing(actor) as transaction:
-            theirs, ours = _head(there), transaction.head
+            theirs, ours = source.head_in(there), transaction.head
             if theirs.seq <= ours.seq and _hash_at(transaction.connection, theirs.seq) == theirs.hash:
                 return Import(0, 0, _count(there))
             if theirs.seq > ours.seq and _hash_at(there, ours.seq) == ours.hash:
@@ -130,7 +129,7 @@ def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Im
     """Take in the later entries of an authority that has changed its key and so has signed all records anew."""
     with target.writing(actor) as transaction:
         here, ours = transaction.connection, transaction.head
-        if _head(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
+        if source.head_in(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
             raise RegistryError(
                 f"registry {target.shown} holds log entries that this export lacks, and its authority has changed its "
                 "key since; import the export into an empty registry, and enter what is missing there"
@@ -255,12 +254,6 @@ def _chunks(rows: Iterable[AnyRow]) -> Iterator[list[AnyRow]]:
     rows = iter(rows)
     while chunk := list(islice(rows, CHUNK)):
         yield chunk
-
-
-def _head(connection: Connection) -> Head:
-    """The head of a registry that is known to be sound."""
-    row = connection.execute(select(schema.authority)).one()
-    return Head(row.head_seq, row.head_hash)
 
 
 def _hash_at(connection: Connection, seq: int) -> str | None:

@@ -16,7 +16,7 @@ from sqlalchemy.schema import CreateColumn
 from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.engine import writing
-from moireid.registry.keys import commitment, new_salt
+from moireid.registry.keys import actor_row
 from moireid.registry.log import first_rows
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.signing.client import make_key
@@ -167,10 +167,9 @@ def _create(engine: Engine, actor: str, *, make_authority: bool) -> None:
                 schema.metadata.create_all(connection)
                 connection.execute(insert(schema.schema_version).values(version=schema.SCHEMA_VERSION))
             if signer is not None and public_key is None:
-                salt = new_salt()
-                who = commitment(actor, salt)
-                head_row, entry = first_rows(signer, who)
-                connection.execute(insert(schema.actors).values(commitment=who, name=actor, salt=salt))
+                row = actor_row(actor)
+                head_row, entry = first_rows(signer, row["commitment"])
+                connection.execute(insert(schema.actors).values(row))
                 connection.execute(insert(schema.authority).values(head_row))
                 connection.execute(insert(schema.log).values(entry))
                 used = True

@@ -27,7 +27,7 @@ from sqlalchemy import func, select
 
 from moireid.errors import RegistryError
 from moireid.registry.ledger import PAGE, Ledger
-from moireid.registry.log import Head, Rotation, entry_hash
+from moireid.registry.log import Head, Rotation, check_hash
 from moireid.registry.record import Fault, Record
 from moireid.registry.schema import log
 
@@ -195,10 +195,4 @@ def followed(entry: Mapping[str, Any], before: Head | None) -> Head:
     """
     if before is not None and (entry["seq"], entry["previous"]) != (before.seq + 1, before.hash):
         raise Fault("entry_missing", f"log entry {entry['seq']} does not follow from the one before it")
-    try:
-        right = entry_hash(entry)
-    except (TypeError, ValueError) as error:
-        raise Fault("entry_hash", f"log entry {entry['seq']} is damaged ({error})") from error
-    if right != entry["hash"]:
-        raise Fault("entry_hash", f"log entry {entry['seq']} was changed: its hash is that of another content")
-    return Head(entry["seq"], right)
+    return Head(entry["seq"], check_hash(entry))
