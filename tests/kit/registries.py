@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner, Result
 from sqlalchemy import create_engine, text
 
 from moireid.badge import Badge
@@ -31,6 +32,21 @@ def badge_of(name: str, payload: bytes | None = None, **request: object) -> Badg
     from moireid.designer import Request, design_badge
 
     return design_badge(Request(name, **request), payload or payload_for_name(name))  # type: ignore[arg-type]
+
+
+def run(*words: object, code: int = 0) -> Result:
+    """Run `moireid` with these words, which must leave with that exit code."""
+    from moireid.cli.main import moireid
+
+    done = CliRunner().invoke(moireid, [str(word) for word in words])
+    assert done.exit_code == code, done.output
+    return done
+
+
+def stop_clock(patch: pytest.MonkeyPatch, now: str) -> None:
+    """Let every change of a registry be made at that time."""
+    for module in ("store", "changes"):
+        patch.setattr(f"moireid.registry.{module}.utc_now", lambda: now)
 
 
 def tamper(url: str, *statements: str, **values: object) -> int:

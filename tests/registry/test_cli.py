@@ -6,10 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
-from kit.registries import badge_of, tamper
-from moireid.cli.main import moireid
+from kit.registries import badge_of, run, tamper
 from moireid.registry import open_registry
 
 
@@ -17,12 +15,6 @@ from moireid.registry import open_registry
 def badge_file(tmp_path: Path) -> Path:
     (tmp_path / "badge.json").write_text(badge_of("Ada").to_json(), encoding="utf-8")
     return tmp_path / "badge.json"
-
-
-def run(*command: object, code: int = 0) -> Result:
-    done = CliRunner().invoke(moireid, [str(word) for word in command])
-    assert done.exit_code == code, done.output
-    return done
 
 
 def run_json(*command: object, code: int = 0) -> dict:

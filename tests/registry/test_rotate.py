@@ -25,12 +25,6 @@ from moireid.registry.log import Head, entry_hash, head_row, rotation_row
 from moireid.registry.signing.signer_process import own_signer
 
 
-@pytest.fixture(autouse=True)
-def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
-    return tmp_path / "seen.sqlite3"
-
-
 def filled(where: Path | str) -> str:
     url = where if isinstance(where, str) else f"sqlite:///{where}"
     with open_registry(url, create=True) as registry:

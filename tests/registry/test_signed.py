@@ -12,10 +12,10 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import load_pem_private_key
 
-from kit.registries import badge_of, rows_of, state_of, tamper, url_of
+from kit.registries import badge_of, rows_of, state_of, stop_clock, tamper, url_of
 from moireid.errors import RegistryError
-from moireid.registry import changes, open_registry, store
 from moireid.registry import keys as keys_module
+from moireid.registry import open_registry
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
 from moireid.registry.keys import ENTRY, HEAD, RECORD, new_key
 
@@ -266,8 +266,7 @@ def test_revocation_is_for_good(registry, monkeypatch):
     ada = registry.enroll(badge_of("Ada"))
     registry.enroll(badge_of("Bo"))
     assert (ada.revoked_at, ada.revoked_reason) == (None, None)
-    for module in (store, changes):
-        monkeypatch.setattr(module, "utc_now", lambda: "2030-01-02T03:04:05Z")
+    stop_clock(monkeypatch, "2030-01-02T03:04:05Z")
     revoked = registry.revoke(ada.id.upper(), " lost on the train ")
     assert revoked == replace(ada, revoked_at="2030-01-02T03:04:05Z", revoked_reason="lost on the train")
     assert registry.find("Ada") == registry.enroll(badge_of("Ada")) == revoked
@@ -295,13 +294,11 @@ def test_reason_that_says_nothing_is_refused(registry, reason):
 def test_newest_measured_figures_are_kept(registry, monkeypatch):
     """Catches: figures that are not signed with the record, or that change the badge; an entry for nothing new."""
     ada = registry.enroll(badge_of("Ada"))
-    for module in (store, changes):
-        monkeypatch.setattr(module, "utc_now", lambda: "2030-01-02T03:04:05Z")
+    stop_clock(monkeypatch, "2030-01-02T03:04:05Z")
     first = registry.store_as_built(ada.id.upper(), '{"tilt_rad": 0.01, "of": ["é", 1e-7]}')
     assert first == replace(ada, as_built='{"of":["é",1e-07],"tilt_rad":0.01}', as_built_at="2030-01-02T03:04:05Z")
     head = registry.head()
-    for module in (store, changes):
-        monkeypatch.setattr(module, "utc_now", lambda: "2031-01-02T03:04:05Z")
+    stop_clock(monkeypatch, "2031-01-02T03:04:05Z")
     assert registry.store_as_built(ada.id, '{"of": ["é", 0.0000001],\n "tilt_rad": 0.01}') == first
     assert registry.head() == head
     second = registry.store_as_built(ada.id, '{"tilt_rad": 0.02}')

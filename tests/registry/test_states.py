@@ -7,10 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from kit.registries import badge_of, tamper, url_of
-from moireid.cli.main import moireid
+from kit.registries import badge_of, run, tamper, url_of
 from moireid.errors import RegistryError, SpecError
 from moireid.idcodes import specimen_of
 from moireid.registry import People, Registry, claimed, holder_of, import_registry, open_registry
@@ -159,16 +157,14 @@ def test_the_commands_suspend_and_reinstate(path: Path) -> None:
     with open_registry(url_of(path), create=True) as registry:
         registry.enroll(badge_of("Ada"))
 
-    def run(*words: str, code: int = 0) -> str:
-        result = CliRunner().invoke(moireid, ["registry", *words, "--registry", url_of(path)])
-        assert result.exit_code == code, result.output
-        return result.output
+    def said(*words: str, code: int = 0) -> str:
+        return run("registry", *words, "--registry", url_of(path), code=code).output
 
-    assert "is suspended since 20" in run("suspend", "Ada", "--reason", "mislaid")
-    assert ": mislaid" in run("show", "Ada") and "Ada  suspended 20" in run("list")
-    assert "suspended already" in run("suspend", "Ada", "--reason", "x", code=2)
-    assert json.loads(run("reinstate", "Ada", "--json"))["suspended_at"] is None
-    assert "suspended" not in run("show", "Ada") + run("list")
+    assert "is suspended since 20" in said("suspend", "Ada", "--reason", "mislaid")
+    assert ": mislaid" in said("show", "Ada") and "Ada  suspended 20" in said("list")
+    assert "suspended already" in said("suspend", "Ada", "--reason", "x", code=2)
+    assert json.loads(said("reinstate", "Ada", "--json"))["suspended_at"] is None
+    assert "suspended" not in said("show", "Ada") + said("list")
 
 
 def test_a_badge_counts_through_its_last_day_and_no_longer(registry, monkeypatch):

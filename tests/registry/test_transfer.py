@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from kit.registries import badge_of, state_of, tamper, url_of
+from kit.registries import badge_of, state_of, stop_clock, tamper, url_of
 from moireid.errors import RegistryError, SpecError
-from moireid.registry import Import, Registry, changes, import_registry, ledger, open_registry, store
+from moireid.registry import Import, Registry, import_registry, ledger, open_registry
 
 # Export.
 
@@ -191,8 +191,7 @@ def apart(full: Registry, exported: Path, target: str, monkeypatch: pytest.Monke
     import_registry(exported, target)
     copy = open_registry(target, create=False)
     for day, registry, new in ((1, full, "Di"), (2, copy, "Ed")):
-        for module in (store, changes):
-            monkeypatch.setattr(module, "utc_now", lambda day=day: f"2030-01-0{day}T00:00:00Z")
+        stop_clock(monkeypatch, f"2030-01-0{day}T00:00:00Z")
         registry.enroll(badge_of(new))
         registry.enroll(badge_of("Flo"))
         registry.revoke("Ada", f"on day {day}")

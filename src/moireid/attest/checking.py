@@ -125,14 +125,11 @@ class CheckResult:
     def _now(self) -> dict[str, Any] | None:
         if not self.asked:
             return None
-        if self.barred is None:
-            return {"counts": True, "code": None, "at": None, "compromised_since": None}
-        return {
-            "counts": False,
-            "code": self.barred.code,
-            "at": self.barred.at,
-            "compromised_since": self.barred.since,
-        }
+        why = self.barred
+        state = {"code": None, "at": None, "compromised_since": None}
+        if why is not None:
+            state = {"code": why.code, "at": why.at, "compromised_since": why.since}
+        return {"counts": why is None} | state
 
     def _time(self, attested_at: str) -> dict[str, Any]:
         stamped_at = utc(self.stamp.at) if self.stamp else None

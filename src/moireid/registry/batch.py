@@ -107,7 +107,7 @@ def enroll_many(
     total = len(issued) if isinstance(issued, Sized) else None
     enrolled = unchanged = revoked = 0
     for records, refusal in _chunks(issued, Issuer(ledger.shown, expires)):
-        new, holders, conflict = _enter(ledger, records, actor)
+        new, holders, conflict = enter(ledger, records, actor)
         entered(new)
         enrolled += len(new)
         unchanged += len(holders)
@@ -161,12 +161,12 @@ def _chunks(issued: Iterable[Badge], issuer: Issuer) -> Iterator[tuple[list[Reco
     yield records, None
 
 
-def _enter(
+def enter(
     ledger: Ledger, records: Sequence[Record], actor: str
 ) -> tuple[list[Record], list[Record], RegistryError | None]:
     """Enter those records that are new, up to the first conflict.
 
-    Returns: those entered, the records that were there, and the conflict or None.
+    Returns: those entered, as they are stored, the records that were there, and the conflict or None.
     """
     if not records:
         return [], [], None
@@ -190,8 +190,7 @@ def _enter(
             except RegistryError as error:
                 conflict = error
                 break
-        transaction.enter(new, "enroll")
-    return new, there, conflict
+        return transaction.enter(new, "enroll"), there, conflict
 
 
 def _layout(badge: Badge) -> Hashable:

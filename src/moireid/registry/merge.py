@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy import Column, ColumnElement, Connection, Table, delete, func, insert, select
 from sqlalchemy.engine import URL
@@ -32,7 +32,7 @@ from moireid.names import hidden_words
 from moireid.registry import schema
 from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
-from moireid.registry.engine import AnyRow, clean
+from moireid.registry.engine import clean
 from moireid.registry.export_file import load
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger, pages
@@ -41,6 +41,7 @@ from moireid.registry.record import REVOKED, SUSPENDED, Record
 from moireid.registry.schema import actors, badges, log, select_records
 
 CHUNK = 500
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
             if theirs.seq <= ours.seq and _hash_at(transaction.connection, theirs.seq) == theirs.hash:
                 return Import(0, 0, _count(there))
             if theirs.seq > ours.seq and _hash_at(there, ours.seq) == ours.hash:
-                return _catch_up(there, transaction)
+                return _catch_up(there, transaction, resigned=False)
             return _unite(there, source, transaction)
 
 
@@ -128,36 +129,29 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
 def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Import:
     """Take in the later entries of an authority that has changed its key and so has signed all records anew."""
     with target.writing(actor) as transaction:
-        here, ours = transaction.connection, transaction.head
+        ours = transaction.head
         if source.head_in(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
             raise RegistryError(
                 f"registry {target.shown} holds log entries that this export lacks, and its authority has changed its "
                 "key since; import the export into an empty registry, and enter what is missing there"
             )
-        before, newer = _count(here), log.c.seq > ours.seq
-        known = set(here.scalars(select(badges.c.id)))
-        changed = known & set(there.scalars(select(log.c.subject).where(newer)))
-        erased = set(_erased_in(there))
-        here.execute(delete(badges))
-        count = _copy(there, here, badges, badges.c.id)
-        _copy_log(there, here, newer)
+        done = _catch_up(there, transaction, resigned=True)
     target.adopt(source.authority.public_hex)
-    gone = known & erased
-    return Import(count - before + len(gone), len(changed - gone), before - len(changed | gone), len(gone))
+    return done
 
 
-def _catch_up(there: Connection, transaction: Transaction) -> Import:
-    """Copy the source's later log entries, and the records that they are about."""
-    here, changed = transaction.connection, 0
-    newer = log.c.seq > transaction.head.seq
-    theirs = badges.c.id.in_(select(log.c.subject).where(newer))
-    for rows in _chunks(pages(there, select(badges.c.id).where(theirs), badges.c.id)):
-        removed = here.execute(delete(badges).where(badges.c.id.in_([row.id for row in rows])))
-        changed += removed.rowcount
-    erased = here.execute(delete(badges).where(badges.c.id.in_(_erased_in(there)))).rowcount
-    added = _copy(there, here, badges, badges.c.id, theirs) - changed
+def _catch_up(there: Connection, transaction: Transaction, *, resigned: bool) -> Import:
+    """Copy the source's later log entries, and the records that they are about; all records if `resigned`."""
+    here, newer = transaction.connection, log.c.seq > transaction.head.seq
+    known = set(here.scalars(select(badges.c.id)))
+    erased = known & set(_erased_in(there))
+    changed = known & set(there.scalars(select(log.c.subject).where(newer))) - erased
+    for ids in _chunks(sorted(known if resigned else changed | erased)):
+        here.execute(delete(badges).where(badges.c.id.in_(ids)))
+    _copy(there, here, badges, badges.c.id, None if resigned else badges.c.id.in_(select(log.c.subject).where(newer)))
     _copy_log(there, here, newer)
-    return Import(added, changed, _count(there) - added - changed, erased)
+    added = _count(there) - len(known - erased)
+    return Import(added, len(changed), len(known - erased - changed), len(erased))
 
 
 def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Import:
@@ -249,10 +243,10 @@ def _copy_log(there: Connection, here: Connection, newer: ColumnElement[bool] | 
         _copy(there, here, table, key)
 
 
-def _chunks(rows: Iterable[AnyRow]) -> Iterator[list[AnyRow]]:
-    """Rows in lists of `CHUNK`."""
-    rows = iter(rows)
-    while chunk := list(islice(rows, CHUNK)):
+def _chunks(items: Iterable[Item]) -> Iterator[list[Item]]:
+    """Items in lists of `CHUNK`."""
+    items = iter(items)
+    while chunk := list(islice(items, CHUNK)):
         yield chunk
 
 

@@ -17,7 +17,7 @@ from types import TracebackType
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.registry.audit import Audit, audit
-from moireid.registry.batch import Batch, enroll_many, same_or_conflict
+from moireid.registry.batch import Batch, enroll_many, enter, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
@@ -31,7 +31,6 @@ from moireid.registry.merge import Import, checked_copy, merge
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
 from moireid.registry.rotate import KeyRotation, rotate
-from moireid.registry.schema import badges, select_records
 
 #: At most this many people whose names look alike are named in a warning.
 MOST_NAMED = 3
@@ -191,18 +190,15 @@ class Registry(RegistryChanges, PublicView):
         last_day = None if expires is None else expiry_day(expires)
         record = new_record(badge, self.shown_url, utc_now(), last_day)
         holder = self.by_id(record.id)
-        if holder is None:
-            self._ledger.signer()
-            with self._ledger.writing(self.actor) as transaction:
-                # Looked up again under the write lock: else two processes could find the id free at once.
-                holders = transaction.records(select_records().where(badges.c.id == record.id))
-                if not holders:
-                    (record,) = transaction.enter([record], "enroll")
-            if not holders:
-                self._warn([record.name], warned=warned)
-                return record
-            holder = holders[0]
-        return same_or_conflict(record, holder)
+        if holder is not None:
+            return same_or_conflict(record, holder)
+        self._ledger.signer()
+        # Looked up again under the write lock: else two processes could find the id free at once.
+        entered, held, conflict = enter(self._ledger, [record], self.actor)
+        if conflict is not None:
+            raise conflict
+        self._warn([one.name for one in entered], warned=warned)
+        return [*entered, *held][0]
 
     def enroll_many(
         self,

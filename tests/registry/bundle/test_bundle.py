@@ -11,12 +11,10 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 from sqlalchemy import select, update
 
-from kit.registries import badge_of, tamper, url_of
+from kit.registries import badge_of, run, tamper, url_of
 from moireid.asbuilt import AsBuilt
-from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, open_registry
@@ -28,12 +26,6 @@ from moireid.registry.checkpoints.merkle import leaf_hash, root_of
 from moireid.registry.schema import badges, log
 
 BUILT = AsBuilt("", 0.03, 1e-4, 0.5, 0.01, 1e-4, 1e-5, 0.98, 0.01)
-
-
-@pytest.fixture(autouse=True)
-def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
-    return tmp_path / "seen.sqlite3"
 
 
 @pytest.fixture
@@ -54,12 +46,6 @@ def published(registry: Registry, path: Path, days: float = 7.0) -> Path:
     made = registry.publish(path, specimen_of, days=days, overwrite=True)
     assert made.people == registry.count() and made.head == registry.head()
     return path
-
-
-def run(*command: object, code: int = 0) -> Result:
-    done = CliRunner().invoke(moireid, [str(word) for word in command])
-    assert done.exit_code == code, done.output
-    return done
 
 
 def test_claims_mean_in_a_bundle_what_they_mean_in_the_registry(people, tmp_path):

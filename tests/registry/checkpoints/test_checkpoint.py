@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 
-from kit.registries import badge_of, tamper, url_of
+from kit.registries import badge_of, run, tamper, url_of
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.registry import open_registry
@@ -26,19 +26,6 @@ def copies(tmp_path: Path) -> Path:
     folder = tmp_path / "copies"
     folder.mkdir()
     return folder
-
-
-@pytest.fixture(autouse=True)
-def forgetful(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """What was seen lies with the test, so that one test's registries are not another's."""
-    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
-    return tmp_path / "seen.sqlite3"
-
-
-def run(*command: object, code: int = 0) -> Result:
-    done = CliRunner().invoke(moireid, [str(word) for word in command])
-    assert done.exit_code == code, done.output
-    return done
 
 
 def codes(path: Path, *witnesses: object) -> list[str]:

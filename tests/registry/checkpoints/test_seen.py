@@ -8,7 +8,6 @@ import stat
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -19,12 +18,6 @@ from moireid.errors import RegistryError, SpecError
 from moireid.registry import open_registry
 from moireid.registry.checkpoints.seen import authority_at, forget, last_head, remember
 from moireid.registry.log import Head
-
-
-@pytest.fixture(autouse=True)
-def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "home" / "seen.sqlite3"))
-    return tmp_path / "home" / "seen.sqlite3"
 
 
 def code_of(registry, trust=None) -> str | None:
