@@ -17,6 +17,8 @@ from click.testing import CliRunner, Result
 from sqlalchemy import create_engine, text
 
 from moireid.badge import Badge
+from moireid.errors import RegistryError
+from moireid.registry import Registry
 
 TABLES = {"badges": "id", "log": "seq", "actors": "commitment", "authority": "one", "schema_version": "version"}
 
@@ -41,6 +43,16 @@ def run(*words: object, code: int = 0) -> Result:
     done = CliRunner().invoke(moireid, [str(word) for word in words])
     assert done.exit_code == code, done.output
     return done
+
+
+def code_of(registry: Registry, trust: str | None = None) -> str | None:
+    """The code by which a registry is refused for what was seen of it before; None if it is not."""
+    try:
+        registry.standing(trust)
+    except RegistryError as error:
+        assert "\n" not in str(error) and ";" in str(error)
+        return str(error.details["code"])
+    return None
 
 
 def stop_clock(patch: pytest.MonkeyPatch, now: str) -> None:

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from sqlalchemy import text
 
-from kit.registries import badge_of
+from kit.registries import badge_of, code_of
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
@@ -103,11 +103,7 @@ def taken_over(path: Path, key: Signer, to: Signer | None = None) -> str:
 
 def refused(url: str, trust: str | None = None) -> str | None:
     with open_registry(url, create=False) as registry:
-        try:
-            registry.standing(trust)
-        except RegistryError as error:
-            return str(error.details["code"])
-    return None
+        return code_of(registry, trust)
 
 
 def test_a_key_that_was_given_up_counts_no_more(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -126,7 +126,7 @@ class CheckResult:
         if not self.asked:
             return None
         why = self.barred
-        state = {"code": None, "at": None, "compromised_since": None}
+        state: dict[str, str | None] = {"code": None, "at": None, "compromised_since": None}
         if why is not None:
             state = {"code": why.code, "at": why.at, "compromised_since": why.since}
         return {"counts": why is None} | state

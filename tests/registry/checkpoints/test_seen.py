@@ -12,22 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from click.testing import CliRunner
 
-from kit.registries import badge_of, url_of
+from kit.registries import badge_of, code_of, url_of
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError, SpecError
 from moireid.registry import open_registry
 from moireid.registry.checkpoints.seen import authority_at, forget, last_head, remember
 from moireid.registry.log import Head
-
-
-def code_of(registry, trust=None) -> str | None:
-    """The code of the refusal, if there is one."""
-    try:
-        registry.standing(trust)
-    except RegistryError as error:
-        assert "\n" not in str(error) and ";" in str(error)
-        return str(error.details["code"])
-    return None
 
 
 def test_a_step_back_is_refused_and_a_step_on_is_not(path):
