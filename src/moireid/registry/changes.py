@@ -122,11 +122,8 @@ class RegistryChanges(RegistryQueries):
         Films from before that day are rejected too: a film's own date can be forged.
         """
         said, day = _reason(reason), None if since is None else compromise_day(since)
-
-        def revoked(old: Record) -> Record:
-            return replace(old, revoked_at=utc_now(), revoked_reason=said, compromised_since=day)
-
-        return self._decide(claim, "revoke", revoked)
+        done: dict[str, Any] = {"revoked_reason": said, "compromised_since": day}
+        return self._decide(claim, "revoke", lambda old: replace(old, revoked_at=utc_now(), **done))
 
     def suspend(self, claim: str, reason: str) -> Record:
         """Suspend a badge: it counts for nothing until it is reinstated.

@@ -274,7 +274,7 @@ def _check_successors(log: SeenLog, turned: Sequence[Rotation], *, named: bool) 
     if after is not None:
         raise RegistryError(
             f"{log.called} is signed by authority {fingerprint}, whose key was given up for {after.fingerprint} by log "
-            f"entry {after.seq}, as was seen before: get its newest copy from those who run it (if they say that this "
+            f"entry {after.seq}, as was seen before; get its newest copy from those who run it (if they say that this "
             f"change was not theirs, `moireid registry forget {fingerprint}` accepts the key again)",
             code="key_given_up",
             fingerprint=fingerprint,
