@@ -68,16 +68,6 @@ class ErasureResult:
     cleaned: bool
     guessable: bool
 
-    def to_json(self) -> dict[str, Any]:
-        """Make the JSON object that ``moireid registry erase --json`` prints.
-
-        Returns
-        -------
-        dict
-            An object that JSON can hold.
-        """
-        return dict(vars(self))
-
 
 class RegistryChanges(RegistryQueries):
     """The methods of a registry by which an issued badge stops counting, or counts again.

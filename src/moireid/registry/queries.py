@@ -5,7 +5,6 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from sqlalchemy import ColumnElement, and_, func, or_, select
 
@@ -50,16 +49,6 @@ class Entry:
     subject: str
     actor: str | None
     actor_erased: bool
-
-    def to_json(self) -> dict[str, Any]:
-        """Make the JSON object that ``moireid registry log --json`` prints.
-
-        Returns
-        -------
-        dict
-            An object that JSON can hold.
-        """
-        return dict(vars(self))
 
 
 class RegistryQueries:

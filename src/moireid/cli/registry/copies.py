@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -26,7 +27,7 @@ from moireid.cli.registry.records import registry_command, registry_group
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.registry import Import, Registry
+    from moireid.registry import Registry
 
 
 @registry_command("rotate-key")
@@ -111,7 +112,7 @@ def registry_import(path: Path, actor: str | None, registry_url: str | None, as_
         say(f"note: {note}")
     with open_registry(registry_url, create=False) as registry:
         if as_json:
-            show_json(_import_json(done) | {"registry": registry.shown_url, "fingerprint": registry.fingerprint})
+            show_json(asdict(done) | {"registry": registry.shown_url, "fingerprint": registry.fingerprint})
             return
         click.echo(
             f"{registry.shown_url}: {done.added} badges are new, {done.changed} changed, {done.unchanged} as before"
@@ -119,10 +120,3 @@ def registry_import(path: Path, actor: str | None, registry_url: str | None, as_
         )
         if not registry.key_path.exists():
             click.echo(f"it can only be read here: the authority's private key is not at {registry.key_path}")
-
-
-def _import_json(done: Import) -> dict[str, Any]:
-    return {"added": done.added, "changed": done.changed, "unchanged": done.unchanged} | {
-        "erased": done.erased,
-        "notes": list(done.notes),
-    }

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -161,7 +162,7 @@ def registry_log(registry: Registry, claim: str | None, limit: int, as_json: boo
     """
     entries, shown = registry.entries(claim, limit), registry.shown_url
     if as_json:
-        show_json({"registry": shown, "entries": [entry.to_json() for entry in entries]})
+        show_json({"registry": shown, "entries": [asdict(entry) for entry in entries]})
         return
     for entry in entries:
         who = entry.actor or ("(erased)" if entry.actor_erased else "(not recorded)")
@@ -191,7 +192,7 @@ def registry_erase(registry: Registry, claim: str, from_log: bool, sure: bool, a
     done = registry.erase_actor(claim) if from_log else registry.erase(claim)
     shown = registry.shown_url
     if as_json:
-        show_json({"registry": shown} | done.to_json())
+        show_json({"registry": shown} | asdict(done))
     else:
         what = f"the name behind {done.subject[:16]}" if from_log else f"the holder of badge {done.subject}"
         click.echo(f"{what} {'was' if done.again else 'is'} erased from {shown} since {done.erased_at}")
