@@ -2,7 +2,7 @@
 
 Badges of one layout differ only in id, name, line spacings and line edges.  So the first badge of each layout gets the
 full check, through JSON and the schema (2 to 12 ms).  Its document is kept as a template, here called a mould.  In the
-next ones only those figures are written anew (0.2 ms).  A badge that may not fit the mould, for example with a spacing
+next ones only those figures are written anew (0.6 ms).  A badge that may not fit the mould, for example with a spacing
 that is not a float, gets the full check too, and is refused there if it is wrong.
 """
 
