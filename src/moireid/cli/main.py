@@ -6,21 +6,13 @@ import contextlib
 import io
 import os
 import sys
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import NoReturn
 
 import click
 
 from moireid import __version__
-from moireid.cli.attest.attest_cmd import attest_group
 from moireid.cli.common import BAD_INPUT
-from moireid.cli.enroll_cmd import enroll_command
-from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
-from moireid.cli.printing.print_cmd import print_command
-from moireid.cli.registry import registry_group
-from moireid.cli.simulate_cmd import simulate_command
-from moireid.cli.verify.identify_cmd import identify_command
-from moireid.cli.verify.verify_cmd import verify_command
 from moireid.extras import install_command
 
 #: The sections of `moireid --help`: names of commands, in the order in which people need them.
@@ -33,11 +25,18 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Many films at once": ("film-set", "generator-kit", "evaluate"),
     "The figures that this project states": ("bench",),
 }
-#: The commands of this package.
-OWN = (
-    *(print_command, enroll_command, verify_command, identify_command, attest_group, simulate_command),
-    *(pitch_test_command, calibrate_command, registry_group),
-)
+#: The commands of this package: each module is imported when its command is called, or its help is shown.
+OWN = {
+    "print": "moireid.cli.printing.print_cmd:print_command",
+    "enroll": "moireid.cli.enroll_cmd:enroll_command",
+    "verify": "moireid.cli.verify.verify_cmd:verify_command",
+    "identify": "moireid.cli.verify.identify_cmd:identify_command",
+    "attest": "moireid.cli.attest.attest_cmd:attest_group",
+    "simulate": "moireid.cli.simulate_cmd:simulate_command",
+    "pitch-test": "moireid.cli.pitch_cmd:pitch_test_command",
+    "calibrate": "moireid.cli.pitch_cmd:calibrate_command",
+    "registry": "moireid.cli.registry:registry_group",
+}
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {
     **dict.fromkeys(("serve", "token", "verdicts", "watch", "worker"), "moireid-studio"),
@@ -51,14 +50,12 @@ class Sections(click.Group):
 
     def list_commands(self, context: click.Context) -> list[str]:
         """Names of the commands that are installed, in the order of SECTIONS."""
-        there = set(self.commands) | {point.name for point in entry_points(group=ENTRY_POINTS)}
+        there = _installed()
         return [name for names in SECTIONS.values() for name in names if name in there]
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """Find a command by its name.  Raises: MissingDistribution where its distribution is not installed."""
-        if name in self.commands:
-            return self.commands[name]
-        for point in entry_points(group=ENTRY_POINTS, name=name):
+        if (point := _installed().get(name)) is not None:
             found: click.Command = point.load()
             return found
         if name in ELSEWHERE:
@@ -82,6 +79,12 @@ class Sections(click.Group):
     def _help(self, context: click.Context, name: str) -> str:
         command = self.get_command(context, name)
         return command.get_short_help_str(limit=80) if command else ""
+
+
+def _installed() -> dict[str, EntryPoint]:
+    """Where the commands are, by name: those of other distributions, and this package's own."""
+    own = {name: EntryPoint(name, value, ENTRY_POINTS) for name, value in OWN.items()}
+    return {point.name: point for point in entry_points(group=ENTRY_POINTS)} | own
 
 
 class MissingDistribution(click.ClickException):
@@ -110,10 +113,6 @@ def moireid() -> None:
     """
 
 
-for _command in OWN:
-    moireid.add_command(_command)
-
-
 def main() -> None:
     """Run `moireid`."""
     _run(moireid, "moireid")
@@ -121,6 +120,8 @@ def main() -> None:
 
 def print_your_badge() -> None:
     """Run `print-your-badge`, which is `moireid print`."""
+    from moireid.cli.printing.print_cmd import print_command
+
     _run(print_command, "print-your-badge")
 
 
