@@ -18,7 +18,6 @@ from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import PROMISED_SHARE, RECEIVERS
 from moireid.designer.payload import FAMILY_BYTES
 from moireid.designer.reach import (
-    DESIGN_FOCAL_PX,
     MIN_FRINGES,
     MIN_PX_PER_FRINGE,
     MIN_STEP_FRINGES,
@@ -29,7 +28,7 @@ from moireid.designer.reach import (
     read_of,
     verdict_reach_m,
 )
-from moireid.designer.request import Request, clean_name
+from moireid.designer.request import DESIGN_FOCAL_PX, Request, clean_name
 from moireid.dots import on_dots, realised
 from moireid.errors import CodeError, DesignError, SpecError
 from moireid.frames import axis_words, own_rect

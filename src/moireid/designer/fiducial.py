@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from moireid.badge import CodedFrame, Fiducial, Rect
-from moireid.designer.link import PHONE
-from moireid.designer.request import Request
+from moireid.designer.request import DESIGN_FOCAL_PX, Request
 from moireid.errors import DesignError
 from moireid.fiducials import LEAST_LINE_MM, THINNEST_LINE_SHARE
 
@@ -44,7 +43,7 @@ def frame_and_field(request: Request, board: Rect) -> tuple[Rect, float, Rect]:
     far_mm = 1000.0 * request.range_m[1]
     # A line that is too thin for its frame is refused by readers; the frame is smaller than the board.
     thinnest = max(LEAST_LINE_MM, THINNEST_LINE_SHARE * max(x1 - x0, height))
-    widths = (MIN_LINE_PX * far_mm / PHONE.focal_px, (frame.marker_mm or 0.0) / MARKER_LINES, thinnest)
+    widths = (MIN_LINE_PX * far_mm / DESIGN_FOCAL_PX, (frame.marker_mm or 0.0) / MARKER_LINES, thinnest)
     line_mm = math.ceil(10 * max(widths) - 1e-9) / 10
     margin, white = max(frame.margin_mm, EDGE_LINES * line_mm), max(EDGE_LINES * line_mm, LEAST_GAP_MM)
     head, foot = (

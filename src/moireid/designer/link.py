@@ -16,6 +16,7 @@ import math
 from dataclasses import dataclass
 from statistics import NormalDist
 
+from moireid.designer.request import DESIGN_FOCAL_PX
 from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
 from moireid.idcodes.words import WordCode
 
@@ -51,7 +52,7 @@ class Receiver:
 
 
 #: A phone on a stand or in a still hand: 1080p, H.264 of crf 28.
-PHONE = Receiver("a phone in 1080p", 1450.0, 3.2, 8.3, 0.055)
+PHONE = Receiver("a phone in 1080p", DESIGN_FOCAL_PX, 3.2, 8.3, 0.055)
 #: A call: 720p at 1200 kbit/s, a frame in twenty lost.
 CALL = Receiver("a call at 720p", 967.0, 3.05, 7.7, 0.1)
 #: A clip of a chat program: 360 rows at 700 kbit/s, made small from a phone's film.

@@ -11,15 +11,14 @@ from moireid.badge import Badge
 from moireid.designer.fiducial import as_marker_mm
 from moireid.designer.grid import UNIFORM_ROWS, Grid
 from moireid.designer.layout import Layout
-from moireid.designer.link import PHONE, LinkBudget, Read, found_reach_m
-from moireid.designer.request import Request
+from moireid.designer.link import LinkBudget, Read, found_reach_m
+from moireid.designer.request import DESIGN_FOCAL_PX, Request
 from moireid.errors import DesignError
 from moireid.frames import own_rect
 from moireid.idcodes.spacing import CELLS_PER_BYTE
 from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
 
-#: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
-DESIGN_FOCAL_PX = PHONE.focal_px
+#: The picture of the camera that a design must suffice for.
 DESIGN_IMAGE_PX = (1920, 1080)
 #: Print scale may be off by 0.5 % and lens pitch by 0.3 %; both shift every beat by that share of 1/p_f.
 PITCH_TOLERANCE = 0.008

@@ -9,6 +9,9 @@ from dataclasses import dataclass, field
 from moireid.errors import SpecError
 from moireid.names import NAME_LIMIT, hidden_words, unprintable
 
+#: The focal length, px, of the camera that a design must suffice for: 1080p with the angle of view of a phone's main
+#: camera.
+DESIGN_FOCAL_PX = 1450.0
 #: White at the edges of the published board.
 MARGIN_MM = 5.0
 #: Printers are off by some tenths of a percent; 5 % means that the page was fitted to the paper, and must be reprinted.
