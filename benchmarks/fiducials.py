@@ -41,8 +41,8 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge, Cell, CodedFrame, Fiducial, Grating, Markers, Rect
 from moireid.designer import Request, design_badge
-from moireid.designer.fiducial import coded_frame
 from moireid.designer.formats import FORMATS, in_format
+from moireid.designer.layout import coded_frame
 from moireid.profiles import lens_named
 from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.cameras import Camera

@@ -23,8 +23,7 @@ import numpy as np
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
-from moireid.designer.link import CALL, CHAT, PHONE, LinkBudget, Receiver
-from moireid.designer.reach import read_of
+from moireid.designer.reach import CALL, CHAT, PHONE, LinkBudget, Receiver, read_of
 from moireid.idcodes.spacing import true_phases_rad
 from moireid.simulate import Build, Camera, Scene, film, motion_named
 from moireid.verifier import Claim, verify

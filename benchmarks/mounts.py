@@ -23,8 +23,8 @@ import trimesh
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import MoireIdError
-from moireid.fabrication.meshes import overhang_mm2
 from moireid.fabrication.printed.mount import KINDS, write_mount
+from moireid.fabrication.solids import overhang_mm2
 
 #: Width and height in mm, sheet, range in m.
 FORMATS = {

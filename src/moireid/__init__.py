@@ -14,7 +14,7 @@ asbuilt.py       figures of one built badge              simulate/     Badge -> 
 provenance.py    where a claim comes from                verifier/     film -> report and verdict
 result_cache.py  rows of figures kept in a file          registry/     who was issued which badge
 calibration/     photographs of a pitch test -> profile  attest/       verdicts signed, and checked by others
-cli/             the two programs
+cli/             the two programs                        issuing.py    an order -> a badge that can be made
 """
 
 __version__ = "0.1.0"

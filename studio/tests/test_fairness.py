@@ -16,7 +16,7 @@ from sqlalchemy import update
 from kit.webbing import Visit, jobs_of, studio
 from moireid.badge import Badge
 from moireid.fabrication.event import _summary
-from moireid.fabrication.parts import Parts
+from moireid.fabrication.package import Parts
 from moireid.fabrication.process_figures import MountFigures
 from moireid_studio.http.server import Rates, fits
 from moireid_studio.problems import Refusal

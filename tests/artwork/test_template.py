@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from moireid.artwork.template import TEMPLATES, BadgeTemplate, template_named, template_of
-from moireid.cli.printing import wear_options
+from moireid.cli.printing import print_options
 from moireid.errors import SpecError
 
 OWN = """
@@ -28,7 +28,7 @@ unit = "mm"
 
 def test_every_shipped_template_serves_landscape_and_portrait_boards() -> None:
     """Catches: a template that names an unknown piece or area, and one that the command does not offer."""
-    assert wear_options.TEMPLATES == TEMPLATES
+    assert print_options.TEMPLATES == TEMPLATES
     for name in TEMPLATES:
         assert set(template_named(name).sides) == {"landscape", "portrait"}
 

@@ -9,9 +9,9 @@ import pytest
 from moireid.artwork.clear import areas_of
 from moireid.badge import Badge, CodedFrame, badge_from_json
 from moireid.designer import Request, design_badge
-from moireid.designer.fiducial import MIN_LINE_PX
 from moireid.designer.formats import FORMATS, in_format
-from moireid.designer.link import PHONE
+from moireid.designer.layout import MIN_LINE_PX
+from moireid.designer.reach import PHONE
 from moireid.errors import DesignError
 from moireid.fabrication.page.artwork import lettering_places, marker_squares
 from moireid.fiducials import LEAST_UNLIKE, least_unlike

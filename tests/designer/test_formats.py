@@ -13,11 +13,10 @@ from click.testing import CliRunner
 
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.cli.printing import wear_options
+from moireid.cli.printing import print_options
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned, within_reach
-from moireid.designer.link import CALL, PHONE
-from moireid.designer.reach import read_of, verdict_reach_m
+from moireid.designer.reach import CALL, PHONE, read_of, verdict_reach_m
 from moireid.designer.request import FringeBorder
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.event import places_mm
@@ -110,7 +109,7 @@ def test_what_is_no_format_is_refused_with_those_that_are() -> None:
 @pytest.mark.slow
 def test_the_command_knows_every_format_and_prints_one(tmp_path: Path) -> None:
     """Catches: a format that the command leaves out, and a lens or range of another one."""
-    assert (tuple(FORMATS), ORIENTATIONS) == (wear_options.FORMATS, wear_options.ORIENTATIONS)
+    assert (tuple(FORMATS), ORIENTATIONS) == (print_options.FORMATS, print_options.ORIENTATIONS)
     asked = ["print", "Ada", "--out", str(tmp_path), "--format", "cr80", "--orientation", "portrait", "--json"]
     done = CliRunner().invoke(moireid, asked)
     assert done.exit_code == 0, done.output

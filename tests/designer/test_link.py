@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from moireid.designer import Request, design_badge
-from moireid.designer.link import CALL, CHAT, PHONE, RECEIVERS, Read, Receiver, found_reach_m, found_share
-from moireid.designer.reach import read_of
+from moireid.designer.reach import CALL, CHAT, PHONE, RECEIVERS, Read, Receiver, found_reach_m, found_share, read_of
 from moireid.errors import DesignError
 from moireid.idcodes.spacing import decode_phases, word_places
 from moireid.idcodes.words import WordCode

@@ -12,9 +12,9 @@ import pytest
 from moireid.badge import load_badge
 from moireid.designer import Request, random_payload
 from moireid.errors import RegistryError
+from moireid.fabrication.package import print_badge
 from moireid.fabrication.process_figures import MountFigures
-from moireid.issuing.plan import IssueOrder, plan_badge, write
-from moireid.issuing.wear import Wear
+from moireid.issuing import IssueOrder, Wear, plan_badge
 from moireid.registry import open_registry
 
 PLAIN = Wear(None, None, None, None, None, None, ("Reporter",), None, None, None)
@@ -48,7 +48,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 def test_a_badge_is_designed_once_and_its_mount_planned_once(tmp_path: Path, calls: Counter[str]) -> None:
     """Catches: a second draw after the checks, so that another identity is printed; plans made anew for each file."""
     plan = plan_badge(order("lanyard"), None)
-    printed = write(plan, tmp_path / "ada")
+    printed = print_badge(plan.badge, tmp_path / "ada", parts=plan.parts, look=plan.look)
     assert calls == {"design_badge": 1, "plan_mount": 1}
     assert load_badge(printed.files["badge.json"]) == plan.badge
     assert list(printed.files) == plan.files and printed.mount_mass_g

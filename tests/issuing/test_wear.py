@@ -11,7 +11,7 @@ from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError
 from moireid.fabrication.process_figures import MountFigures, mount_figures
-from moireid.issuing.wear import Wear
+from moireid.issuing import Wear
 
 CARD = Wear("cr80", "portrait", None, None, None, None, (), None, None, None)
 
@@ -23,12 +23,12 @@ def badge() -> Badge:
 
 def test_a_format_gets_a_holder_where_the_mount_asked_for_does_not_fit(badge: Badge) -> None:
     """Catches: a refusal or a note alone where a holder can be made; a holder in place of a mount that fits."""
-    kind, parts, note = CARD.parts(badge, "stand", MountFigures())
-    assert (kind, parts.printed) == ("holder", "holder")
+    parts, note = CARD.parts(badge, "stand", MountFigures())
+    assert parts.printed == "holder"
     assert note == "no printed mount of the kind stand fits cr80; a snap-in holder is made instead"
     for wish in (None, "lanyard", "holder", "none"):
-        kind, _, note = CARD.parts(badge, wish, MountFigures())
-        assert (kind, note) == (wish or "lanyard", None)
+        parts, note = CARD.parts(badge, wish, MountFigures())
+        assert (parts.printed, note) == (wish or "lanyard", None)
 
 
 def test_a_figure_that_was_given_is_an_order(badge: Badge) -> None:

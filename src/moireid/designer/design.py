@@ -12,23 +12,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
-from moireid.designer.fiducial import explain_fiducial
 from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid, crossed_grids, periods_mm
-from moireid.designer.layout import Layout, lay_out
-from moireid.designer.link import PROMISED_SHARE, RECEIVERS
-from moireid.designer.payload import FAMILY_BYTES
+from moireid.designer.layout import Layout, explain_fiducial, lay_out
 from moireid.designer.reach import (
     MIN_FRINGES,
     MIN_PX_PER_FRINGE,
     MIN_STEP_FRINGES,
     PITCH_TOLERANCE,
+    PROMISED_SHARE,
+    RECEIVERS,
     check_range,
     fringe_length_mm,
     link_budgets,
     read_of,
     verdict_reach_m,
 )
-from moireid.designer.request import DESIGN_FOCAL_PX, Request, clean_name
+from moireid.designer.request import DESIGN_FOCAL_PX, FAMILY_BYTES, Request, clean_name
 from moireid.dots import on_dots, realised
 from moireid.errors import CodeError, DesignError, SpecError
 from moireid.frames import axis_words, own_rect

@@ -8,9 +8,8 @@ from typing import Protocol
 
 from moireid.badge import Badge
 from moireid.designer.design import design_badge
-from moireid.designer.payload import FAMILY_BYTES, random_payload
 from moireid.designer.reach import link_budgets
-from moireid.designer.request import Request
+from moireid.designer.request import FAMILY_BYTES, Request, random_payload
 from moireid.errors import DesignError, RegistryError
 
 #: Where half of all identities are issued, so many draws fail once in 1e19 times; of 64 bits the first is free.

@@ -19,8 +19,7 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.designer.drawn import DrawnBadge, HolderOf, drawn_badge
-from moireid.designer.payload import payload_from_hex
-from moireid.designer.request import Request, clean_name
+from moireid.designer.request import Request, clean_name, payload_from_hex
 from moireid.errors import MoireIdError, SpecError
 from moireid.names import LINE_COLUMNS, line_of
 

@@ -2,14 +2,12 @@
 
 process_figures.py  figures of printer, laser and card: fits, kerf, plates on sale
 sight.py            what a camera must see of the badge, and a check that no part of a mount hides it
-solids.py           checks of every STEP and STL file after writing
-meshes.py           3MF files; checks of interference, walls and overhangs
+solids.py           STEP, STL and 3MF files, each checked after writing; interference, walls and overhangs
 page/               the printed page, the pitch test sheet and the preview
 printed/            the mount to 3D-print
 acrylic/            the mount to laser-cut
 assembly/           assembly.pdf: how the parts go together
-parts.py            which mounts can be made for a badge, and which are left out
-package.py          all files of one badge, planned before and checked after
+package.py          all files of one badge, planned before and checked after; which mounts can be made for it
 event.py            sheets and folders for many people
 """
 

@@ -27,11 +27,10 @@ from moireid.artwork.placing import Look
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
-from moireid.fabrication.package import file_names, leftover_parts, write_sheets
+from moireid.fabrication.package import Parts, file_names, leftover_parts, plan_parts, write_parts, write_sheets
 from moireid.fabrication.page.artwork import CROP_GAP_MM
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import DEFAULT_DPI, PdfPage, draw_board, draw_mask, draw_scale_bars
-from moireid.fabrication.parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
 from moireid.names import line_of
@@ -184,7 +183,7 @@ def print_event(
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.
     mount : str
-        One of `parts.MOUNTS`, the same for all, as boards of one event have one layout.
+        One of `package.MOUNTS`, the same for all, as boards of one event have one layout.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
     parts : Parts, optional

@@ -1,7 +1,10 @@
-"""Reads a solid's STEP and STL files back, and refuses what a slicer or a workshop could not use.
+"""Writes printed bodies as STEP, STL and 3MF, reads each file back, and refuses what a slicer could not use.
 
 A CAD kernel writes a broken shape without any error.  So every file is read again: the STEP by the kernel, the STL by
-two packages that share no code with it.
+two packages that share no code with it.  Meshes are checked for interference, overhangs and thin walls.
+
+A 3MF file, a few lines of XML in a zip archive, is written here directly, so that the same badge gives the same bytes.
+It is read back by lib3mf, the format's reference reader, which shares no code with the writer.
 
 Convention: mm and mm³, in the part's own frame.  The CAD packages are imported where they are used, because the
 kernel alone takes seconds.
@@ -11,9 +14,11 @@ from __future__ import annotations
 
 import importlib
 import math
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -167,3 +172,152 @@ def refused(what: str, got: str, allowed: str, **details: object) -> Fabrication
         "and report this if the defaults fail",
         **details,
     )
+
+
+#: Facets of a solid that is only checked for interference: mm and radians off the true surface.
+FINE_MM, FINE_RAD = 0.02, 0.3
+#: A corner's tip is always thinner than a wall; an area up to this in a slice does not count as a wall, mm².
+TIP_MM2 = 0.05
+#: Faces that look down and are flatter than this are printed in mid-air: at 45 degrees a layer of 0.2 mm reaches out by
+#: less than half a line of 0.45 mm.  One degree less, because facets of a rounded chamfer are a little flatter.
+OVERHANG_DEG = 44.0
+#: A level step that is narrower than a line holds, because part of the line rests on the layer below.
+STEP_MM = 0.42
+#: Overhang that is accepted all the same, mm2: tips of the chamfer at the bed's corners.
+MOST_OVERHANG_MM2 = 1.0
+_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+_TYPES = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>\n'
+)
+_RELATIONS = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Target="/3D/3dmodel.model" Id="rel0" '
+    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
+)
+
+
+def export_3mf(bodies: list[tuple[str, Any]], path: Path) -> None:
+    """Write named trimesh bodies as the objects of one 3MF file, mm.
+
+    Source: 3MF core specification 1.3, sections 3 and 4.
+    """
+    objects, items = [], []
+    for number, (name, mesh) in enumerate(bodies, start=1):
+        vertices = "".join(f'<vertex x="{x:.6g}" y="{y:.6g}" z="{z:.6g}"/>' for x, y, z in mesh.vertices.tolist())
+        triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces.tolist())
+        objects.append(
+            f'<object id="{number}" type="model" name={quoteattr(name)}><mesh><vertices>{vertices}</vertices>'
+            f"<triangles>{triangles}</triangles></mesh></object>"
+        )
+        items.append(f'<item objectid="{number}"/>')
+    model = (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">'
+        f"<resources>{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n"
+    )
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        parts = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
+        for name, text in parts.items():
+            # A fixed date, so that the same badge always gives the same bytes.
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, text)
+
+
+def check_3mf(path: Path, expected: list[ExpectedSolid]) -> None:
+    """Read a 3MF file back with lib3mf in strict mode: one closed body for each that is expected, of its volume.
+
+    Raises: FabricationError with what was found, what is allowed and what to do.
+    """
+    lib3mf = cad_package("lib3mf")
+    trimesh = cad_package("trimesh")
+    try:
+        model = lib3mf.get_wrapper().CreateModel()
+        reader = model.QueryReader("3mf")
+        reader.SetStrictModeActive(True)
+        reader.ReadFromFile(str(path))
+        found = model.GetMeshObjects()
+        meshes = []
+        while found.MoveNext():
+            mesh = found.GetCurrentMeshObject()
+            vertices = [list(vertex.Coordinates) for vertex in mesh.GetVertices()]
+            meshes.append(trimesh.Trimesh(vertices, [list(t.Indices) for t in mesh.GetTriangleIndices()]))
+    except lib3mf.ELib3MFException as error:
+        raise refused("3MF file", "cannot be read back", "a readable file") from error
+    if len(meshes) != len(expected):
+        raise refused("3MF file", f"holds {len(meshes)} bodies", f"exactly {len(expected)}")
+    for mesh, wanted in zip(meshes, expected, strict=True):
+        solid_of(mesh, "3MF file")
+        check_volume("3MF file", float(mesh.volume), wanted.volume_mm3, STL_VOLUME_SHARE)
+
+
+def solid_of(shape: Any, what: str = "mesh") -> Any:
+    """A manifold3d Manifold of a trimesh mesh or a build123d shape.
+
+    Raises: FabricationError where it is not closed.
+    """
+    manifold3d = cad_package("manifold3d")
+    if hasattr(shape, "tessellate"):
+        vertices, faces = shape.tessellate(FINE_MM, FINE_RAD)
+        shape = cad_package("trimesh").Trimesh([tuple(vertex) for vertex in vertices], faces)
+    solid = manifold3d.Manifold(
+        manifold3d.Mesh(np.asarray(shape.vertices, dtype=np.float32), np.asarray(shape.faces, dtype=np.uint32))
+    )
+    if solid.status() != manifold3d.Error.NoError:
+        raise refused(what, f"is no manifold ({solid.status().name})", "NoError from manifold3d")
+    return solid
+
+
+def overlap_mm3(one: Any, other: Any) -> float:
+    """Volume that two Manifolds share."""
+    return float((one ^ other).volume())
+
+
+def check_walls(solid: Any, levels_mm: list[float], least_mm: float, name: str) -> None:
+    """Check that no wall is thinner than `least_mm` in level slices through a Manifold.
+
+    A slice is shrunk by half the least wall and grown again: thinner walls are lost by that.
+    Raises: FabricationError with the area that is too thin.
+    """
+    miter = cad_package("manifold3d").JoinType.Miter
+    for level in levels_mm:
+        section = solid.slice(level)
+        # Half a hundredth less, so that a wall of exactly the least thickness passes.
+        kept = section.offset(0.005 - least_mm / 2, miter, 4.0).offset(least_mm / 2 + 0.05, miter, 4.0)
+        if (lost := (section - kept).area()) > TIP_MM2:
+            raise FabricationError(
+                f"the mount's {name} has walls thinner than {least_mm:g} mm at z = {level:.2f} mm ({lost:.2f} mm² of "
+                "them), which no printer fills; give a larger wall_mm or a smaller lip_reach_mm (--mount-figure)",
+                lost_mm2=lost,
+            )
+
+
+def overhang_mm2(mesh: Any) -> float:
+    """Area of a trimesh body that a printer would print in mid-air, mm2, in the body's position on the bed.
+
+    It is the area of faces that look down and are flatter than `OVERHANG_DEG`, without those on the bed.  Of level
+    faces only the area farther than `STEP_MM` from the layer below counts.
+    """
+    down, bed = -mesh.face_normals[:, 2], mesh.bounds[0][2]
+    above = mesh.triangles[:, :, 2].max(axis=1) > bed + 0.05
+    level = above & (down > math.cos(math.radians(1.0)))
+    steep = above & ~level & (down > math.cos(math.radians(OVERHANG_DEG)))
+    solid, round_ = solid_of(mesh), cad_package("manifold3d").JoinType.Round
+    total = float(mesh.area_faces[steep].sum())
+    for height in np.unique(mesh.triangles[level][:, 0, 2].round(3)):
+        below = solid.slice(float(height) - 0.01).offset(STEP_MM, round_)
+        total += float((solid.slice(float(height) + 0.01) - below).area())
+    return total
+
+
+def check_overhangs(mesh: Any, name: str) -> None:
+    """Check that a body prints without supports.  Raises: FabricationError with the area that hangs in the air."""
+    if (area := overhang_mm2(mesh)) > MOST_OVERHANG_MM2:
+        raise FabricationError(
+            f"the mount's {name} has {area:.1f} mm² of faces that would be printed in mid-air, allowed are "
+            f"{MOST_OVERHANG_MM2:g}; choose other process figures, and report this if the defaults fail",
+            overhang_mm2=area,
+        )

@@ -23,9 +23,8 @@ from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
-from moireid.fabrication.acrylic import cutting, drawings
-from moireid.fabrication.acrylic.contour import Contour
-from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
+from moireid.fabrication.acrylic import drawings
+from moireid.fabrication.acrylic.plates import AcrylicPlan, Contour, plan_acrylic
 from moireid.fabrication.process_figures import AcrylicProcess
 from moireid.fabrication.sight import sheet_rects
 
@@ -43,8 +42,8 @@ def plan(badge: Badge) -> AcrylicPlan:
     return plan_acrylic(badge)
 
 
-def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path, cutting.CuttingDrawing]:
-    drawing = cutting.draw(plan, kerf_mm)
+def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path, drawings.CuttingDrawing]:
+    drawing = drawings.draw(plan, kerf_mm)
     files = folder / "acrylic.dxf", folder / "acrylic.svg"
     drawings.write_dxf(drawing, files[0])
     drawings.write_svg(drawing, files[1])
@@ -96,7 +95,7 @@ def test_contours_keep_their_corners_centres() -> None:
     assert np.array(grown.corners) == pytest.approx(np.array(wanted))
     assert grown.radii_mm == (1.5, 1.5, 1.5, 0.5, 0.0, 1.5)
     assert np.array(grown.grown(-0.5).corners) == pytest.approx(np.array(path.corners))
-    flat = manifold3d.CrossSection([cutting.flat(path.vertices(), 200)])
+    flat = manifold3d.CrossSection([drawings.flat(path.vertices(), 200)])
     # Four outer quarter circles lack 1 - pi/4 each, the inner one gives as much back.
     assert flat.area() == pytest.approx(64 - 3 * (1 - math.pi / 4), abs=1e-3)
     with pytest.raises(FabricationError, match=r"radius 1 mm cannot be moved by 1\.2 mm; give a smaller kerf_mm"):
@@ -347,9 +346,9 @@ def test_paths_that_overlap_or_nearly_meet_are_refused(plan: AcrylicPlan) -> Non
         openings = (plan.frame.openings[0], hole.moved(-shift, 0.0), *plan.frame.openings[2:])
         moved = replace(plan, frame=replace(plan.frame, openings=openings))
         if fine:
-            cutting.draw(moved, 0.15)
+            drawings.draw(moved, 0.15)
             continue
         with pytest.raises(
             FabricationError, match="CUT-FRAME-1MM that overlap or nearly meet, allowed is 2 mm of plate"
         ):
-            cutting.draw(moved, 0.15)
+            drawings.draw(moved, 0.15)

@@ -15,7 +15,7 @@ import trimesh
 from moireid.badge import Badge
 from moireid.cli.printing.print_cmd import print_command
 from moireid.errors import FabricationError, SpecError
-from moireid.fabrication import package, parts
+from moireid.fabrication import package
 from moireid.fabrication.acrylic import stack
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.printed.mount import KINDS
@@ -183,4 +183,4 @@ def test_mount_that_is_none_of_ours_is_named(ada: Badge, tmp_path: Path) -> None
 def test_command_line_workshop_and_package_know_the_same_mounts() -> None:
     """Catches: a mount that --mount does not offer, or offers and no one can make (the list is written three times)."""
     option = next(entry for entry in print_command.params if entry.name == "mount")
-    assert tuple(option.type.choices) == parts.MOUNTS == (*KINDS, "none")
+    assert tuple(option.type.choices) == package.MOUNTS == (*KINDS, "none")

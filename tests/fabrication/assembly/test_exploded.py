@@ -19,7 +19,7 @@ from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
 from moireid.fabrication.assembly.guide import write_assembly_pdf
-from moireid.fabrication.parts import Parts, plan_parts
+from moireid.fabrication.package import Parts, plan_parts
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process_figures import AcrylicProcess, MountFigures, MountProcess
 

@@ -27,8 +27,7 @@ from moireid.errors import SpecError
 from moireid.fabrication.event import write_sheets_pdf
 from moireid.fabrication.page.dress import check_look, qr_rects, writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.fabrication.page.preview import draw_fringes, draw_preview
-from moireid.fabrication.page.worn import draw_worn, write_worn
+from moireid.fabrication.page.preview import draw_fringes, draw_preview, draw_worn, write_worn
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 DPI = 150

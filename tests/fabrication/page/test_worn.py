@@ -7,8 +7,7 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.fabrication.page.preview import PX_PER_MM
-from moireid.fabrication.page.worn import ABOVE_MM, LONGER_PX, ROOM_MM, draw_worn
+from moireid.fabrication.page.preview import ABOVE_MM, LONGER_PX, PX_PER_MM, ROOM_MM, draw_worn
 
 
 @pytest.mark.parametrize("axes", ["x", "xy", "hex"])

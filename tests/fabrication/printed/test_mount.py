@@ -26,7 +26,7 @@ from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError, MissingExtraError, SpecError
-from moireid.fabrication import meshes, solids
+from moireid.fabrication import solids
 from moireid.fabrication.printed import mount
 from moireid.fabrication.printed.mount import MountProcess, MountReport, lanyard_mount, write_mount
 
@@ -449,14 +449,14 @@ def test_nothing_is_printed_in_mid_air(kind: str, report: MountReport, held: dic
     """Catches: a flat lip, a hook on its back, a rest that leans over: what would sag, or need supports."""
     made = report if kind == "lanyard" else held[kind]
     for piece in trimesh.load_mesh(made.stl).split():
-        assert meshes.overhang_mm2(piece) < 0.5
+        assert solids.overhang_mm2(piece) < 0.5
     flat = trimesh.creation.box((20.0, 1.5, 1.0), trimesh.transformations.translation_matrix((0, 2.0, 3.0)))
     wall = trimesh.creation.box((20.0, 3.0, 6.0), trimesh.transformations.translation_matrix((0, 0, 3.0)))
     shelf = trimesh.boolean.union([wall, flat])
     # A shelf 1.25 mm deep hangs but for what a line's other part holds.
-    assert meshes.overhang_mm2(shelf) == pytest.approx(20 * (1.25 - 0.42), rel=0.02)
+    assert solids.overhang_mm2(shelf) == pytest.approx(20 * (1.25 - 0.42), rel=0.02)
     with pytest.raises(FabricationError, match=r"shelf has 16\.\d mm² of faces that would be printed in mid-air"):
-        meshes.check_overhangs(shelf, "shelf")
+        solids.check_overhangs(shelf, "shelf")
 
 
 @pytest.mark.parametrize(("width", "slots"), [(146.0, 2), (86.0, 2), (54.0, 2), (36.0, 1)])
@@ -536,11 +536,11 @@ def test_what_no_printer_can_make_is_refused(badge: Badge) -> None:
 def test_thin_wall_in_a_mesh_is_found() -> None:
     """Catches: a check that looks at the design's figures alone, and one that takes a corner's tip for a wall."""
     plate = box((0.0, 0.0, 20.0, 20.0), 0.0, 5.0)
-    meshes.check_walls(plate, [2.5], 0.8, "plate")
+    solids.check_walls(plate, [2.5], 0.8, "plate")
     thin = plate + box((19.0, 5.0, 30.0, 5.6), 0.0, 5.0)
     with pytest.raises(FabricationError, match=r"plate has walls thinner than 0\.8 mm at z = 2\.50 mm"):
-        meshes.check_walls(thin, [2.5], 0.8, "plate")
-    meshes.check_walls(plate + box((19.0, 5.0, 30.0, 5.81), 0.0, 5.0), [2.5], 0.8, "plate")
+        solids.check_walls(thin, [2.5], 0.8, "plate")
+    solids.check_walls(plate + box((19.0, 5.0, 30.0, 5.81), 0.0, 5.0), [2.5], 0.8, "plate")
 
 
 # The 3MF file, read here by the standard library alone.
@@ -576,19 +576,19 @@ def test_damaged_3mf_is_refused(held: dict[str, MountReport], tmp_path: Path) ->
     """Catches: a check that does not read, one that trusts the number of bodies, and one that ignores a hole."""
     report = held["clip"]
     wanted = [body.expected for body in report.bodies]
-    meshes.check_3mf(report.three_mf, wanted)
+    solids.check_3mf(report.three_mf, wanted)
     named = [(name, trimesh.Trimesh(v, f)) for name, v, f in read_3mf(report.three_mf)]
     path = tmp_path / "damaged.3mf"
-    meshes.export_3mf(named[:1], path)
+    solids.export_3mf(named[:1], path)
     with pytest.raises(FabricationError, match="3MF file holds 1 bodies, allowed is exactly 2"):
-        meshes.check_3mf(path, wanted)
-    meshes.export_3mf(named[::-1], path)
+        solids.check_3mf(path, wanted)
+    solids.export_3mf(named[::-1], path)
     with pytest.raises(FabricationError, match=r"3MF file holds .* mm³"):
-        meshes.check_3mf(path, wanted)
+        solids.check_3mf(path, wanted)
     one_triangle_gone(named[0][1])
-    meshes.export_3mf(named, path)
+    solids.export_3mf(named, path)
     with pytest.raises(FabricationError, match="3MF file"):
-        meshes.check_3mf(path, wanted)
+        solids.check_3mf(path, wanted)
     path.write_bytes(report.three_mf.read_bytes()[:5000])
     with pytest.raises(FabricationError, match="3MF file cannot be read back"):
-        meshes.check_3mf(path, wanted)
+        solids.check_3mf(path, wanted)

@@ -18,7 +18,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError
-from moireid.fabrication import meshes
+from moireid.fabrication import solids
 from moireid.fabrication.printed.mount import MountProcess, MountReport, plan_mount, write_mount
 from moireid.fabrication.printed.snap import check_snap, plan_snap
 
@@ -117,7 +117,7 @@ def test_fringes_and_markers_stay_in_sight(badge: Badge, printed: Any) -> None:
 def test_it_prints_as_it_lies_and_hangs_from_two_slots(report: MountReport) -> None:
     """Catches: a flat nose, a hole in a wall, one body too many, slots that are closed."""
     mesh = trimesh.load_mesh(report.stl)
-    assert len(mesh.split()) == 1 and meshes.overhang_mm2(mesh) < 0.5
+    assert len(mesh.split()) == 1 and solids.overhang_mm2(mesh) < 0.5
     # 85.6 + 2 (0.2 + 2.0) wide; 54 + 2 (0.2 + 2.0) and a tab of 12 high; 1.6 + 0.7572 + 0.1 + 2 x 0.55 + 0.2 + 0.3.
     assert report.size_mm == pytest.approx((90.0, 70.4, 4.0572))
 

@@ -1,8 +1,6 @@
 """print-your-badge, which is also moireid print.
 
-print_cmd.py      the command: its options, read into an order
-print_options.py  options about the design and the mount
-wear_options.py   options about size and looks
-one_badge.py      an order, and the badge of one person made from it
+print_cmd.py      the command: its options, read into an order; the badge of one person made from it
+print_options.py  the options about size, looks, design and mount
 people_cmd.py     the badges of a list of people
 """

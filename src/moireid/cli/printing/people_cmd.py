@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import counted, progress_bar, report_mount, say, show_json, shown_rows
-from moireid.cli.printing.one_badge import PrintOrder
+from moireid.cli.printing.print_options import PrintOrder
 
 if TYPE_CHECKING:
     from moireid.artwork.placing import Look
     from moireid.badge import Badge
     from moireid.designer.people import DesignResult
     from moireid.fabrication import Event
-    from moireid.fabrication.parts import Parts
+    from moireid.fabrication.package import Parts
     from moireid.registry import Registry
 
 
@@ -41,25 +41,26 @@ def print_people(order: PrintOrder, people_csv: Path) -> None:
     from moireid.designer.drawn import no_holder
     from moireid.designer.people import badges_of, design_people, read_people
     from moireid.fabrication.event import event_files
+    from moireid.fabrication.package import plan_parts
     from moireid.fabrication.page.lettering import name_note
-    from moireid.fabrication.parts import plan_parts
     from moireid.files import planned
 
+    wanted = order.wanted
     holder_of = no_holder if order.registry_url is not None else None
     # An impossible request is refused before a registry is made for it.
     listed = read_people(people_csv)
     designed = list(
         design_people(
             listed.people,
-            order.request,
+            wanted.request,
             holder_of=holder_of,
             source=str(people_csv),
             name_note=name_note,
-            line=next(iter(order.wear.lines), ""),
+            line=next(iter(wanted.wear.lines), ""),
         )
     )
     badges = badges_of(designed)
-    parts = plan_parts(badges[0], order.mount or "none", order.figures)
+    parts = plan_parts(badges[0], wanted.mount or "none", wanted.figures)
     found = _List(order, people_csv, parts, listed.note, designed)
     _dressed(found, badges)
     if order.registry_url is None:
@@ -81,7 +82,7 @@ def _make(found: _List, registry: Registry | None) -> None:
     from moireid.fabrication.event import print_event
 
     order, designed = found.order, found.designed
-    drawn = badges_of(without_held(designed, order.request, registry.by_id) if registry else designed)
+    drawn = badges_of(without_held(designed, order.wanted.request, registry.by_id) if registry else designed)
     badges, looks = _dressed(found, drawn)
     notes = _notes(found, badges, looks, registry)
     for note in notes:
@@ -120,8 +121,8 @@ def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[L
     from moireid.errors import SpecError
     from moireid.fabrication.page.dress import check_look
 
-    worn, looks, wear = [], [], found.order.wear
-    usual = wear.look(found.order.request.axes)
+    worn, looks, wear = [], [], found.order.wanted.wear
+    usual = wear.look(found.order.wanted.request.axes)
     for one, badge in zip(found.designed, badges, strict=True):
         try:
             badge, look = dressed(badge, one.person.cells, usual, wear.lines, found.path.parent)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,14 +14,27 @@ from moireid.cli.common import (
     friendly,
     json_option,
     overwrite_option,
+    report_mount,
+    say,
     scale_option,
+    show_json,
+    shown_rows,
+    status_line,
 )
-from moireid.cli.printing.one_badge import PrintOrder, print_one
-from moireid.cli.printing.people_cmd import print_people
-from moireid.cli.printing.print_options import Design, MountWish, design_options, mount_options
-from moireid.cli.printing.wear_options import wear_options
+from moireid.cli.issue_notes import derived_notes, look_alike_notes, namesake_notes
+from moireid.cli.printing.print_options import (
+    Design,
+    MountWish,
+    PrintOrder,
+    design_options,
+    mount_options,
+    wear_options,
+)
 from moireid.errors import SpecError
-from moireid.issuing.wear import Wear
+from moireid.issuing import IssueOrder, IssuePlan, Wear, plan_badge
+
+if TYPE_CHECKING:
+    from moireid.registry import Registry
 
 
 @click.command("print")
@@ -101,11 +115,9 @@ def print_command(
         _check_expiry(expires, registry_url)
     chosen = _payload(payload, key_file, design.code) if people_csv is None else None
     request = design.request("Everybody" if name is None else name)
+    request = wear.fit(request, payload_bytes=None if chosen is None else len(chosen))
     order = PrintOrder(
-        wear.fit(request, payload_bytes=None if chosen is None else len(chosen)),
-        wear,
-        wish.mount,
-        wish.figures(for_many=people_csv is not None),
+        IssueOrder(request, wear, wish.mount, wish.figures(for_many=people_csv is not None), chosen),
         parse_scale(scale_text) if scale_text else (1.0, 1.0),
         folder,
         tuple(path for path in (key_file, *wear.files) if path is not None),
@@ -117,10 +129,12 @@ def print_command(
         explain,
     )
     if people_csv is None:
-        print_one(order, chosen)
+        print_one(order)
         return
     if payload is not None or key_file is not None:
         raise SpecError("--payload and --key are for one person; give the payloads in a column of the CSV file")
+    from moireid.cli.printing.people_cmd import print_people
+
     print_people(order, people_csv)
 
 
@@ -140,3 +154,78 @@ def _check_expiry(expires: str, registry_url: str | None) -> None:
     expiry_day(expires)
     if registry_url is None:
         raise SpecError("--expires is kept by a registry; give --registry with it, or give it to moireid enroll")
+
+
+def print_one(order: PrintOrder) -> None:
+    """Plan, make and enter the badge, and report it.
+
+    Raises: MoireIdError where the badge cannot be; no file and no registry is made then.
+    """
+    from moireid.designer.drawn import no_holder
+    from moireid.files import planned
+
+    # A wish that cannot be is refused before a registry is made for it.
+    plan = plan_badge(order.wanted, no_holder if order.registry_url is not None else None)
+    if order.registry_url is None:
+        _make(order, plan, None)
+        return
+    from moireid.registry import open_registry
+
+    files = [order.folder / name for name in plan.files]
+    planned(files, overwrite=order.overwrite, make_folders=False, kept=order.kept)
+    with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
+        if registry.by_id(plan.badge.id or "") is not None:
+            plan = plan_badge(order.wanted, registry.by_id)
+        _make(order, plan, registry)
+
+
+def _make(order: PrintOrder, plan: IssuePlan, registry: Registry | None) -> None:
+    """Make and issue the badge, and report it."""
+    from moireid.designer import explain as explain_badge
+    from moireid.fabrication.package import print_badge
+
+    badge = plan.badge
+    others = [*namesake_notes([badge], registry), *look_alike_notes([badge], registry)] if registry else []
+    notes = [*plan.notes, *derived_notes([badge]), *others]
+    for note in notes:
+        say(f"note: {note}")
+    issue = (lambda: registry.enroll(badge, warned=True, expires=order.expires)) if registry else None
+    with status_line() as show:
+        printed = print_badge(
+            badge,
+            order.folder,
+            parts=plan.parts,
+            look=plan.look,
+            measured_scale=order.measured_scale,
+            overwrite=order.overwrite,
+            kept=order.kept,
+            before_moving=issue,
+            progress=lambda file: show(f"making {file}"),
+        )
+    files = {name: str(path) for name, path in printed.files.items()}
+    report_mount(printed.left_out, printed.removed)
+    rows = explain_badge(badge)
+    if order.as_json:
+        show_json(
+            {
+                "id": badge.id,
+                "name": badge.name,
+                "files": files,
+                "issued": registry is not None,
+                "notes": notes,
+                "mount_mass_g": printed.mount_mass_g,
+                "mount_figures": printed.mount_figures,
+                "left_out": printed.left_out,
+                "removed": [str(path) for path in printed.removed],
+                "measured_scale": order.measured_scale,
+                "explain": dict(rows),
+            }
+        )
+        return
+    entered = ", entered in the registry" if registry else ""
+    click.echo(f"Badge {badge.id} for {badge.name}{entered}:")
+    for path in files.values():
+        click.echo(f"  {path}")
+    if order.explain:
+        click.echo(shown_rows(rows))
+    click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")

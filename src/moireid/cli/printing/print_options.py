@@ -1,19 +1,45 @@
-"""The options of `print-your-badge` about the design (gathered into one `Design`) and the mount (one `MountWish`)."""
+"""The options of `print-your-badge`, and the order that they are read into.
+
+`gathered` collects the options of one subject into one argument of the command: about size and looks into a `Wear`,
+about the design into a `Design`, about the mount into a `MountWish`.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from moireid.cli.common import FiniteRange, form_option, paper_option, printer_dpi_option
-from moireid.cli.printing.one_badge import gathered
 from moireid.errors import SpecError
+from moireid.issuing import IssueOrder, Wear
 
 if TYPE_CHECKING:
     from moireid.designer import Request
     from moireid.fabrication.process_figures import MountFigures
+
+#: A command's function, or a decorator of it.
+Command = Callable[..., Any]
+
+
+def gathered(name: str, into: type, options: Sequence[Command]) -> Command:
+    """Give a command these options; it takes them as the argument `name`, a dataclass with a field for each."""
+
+    def given_to(command: Command) -> Command:
+        @wraps(command)
+        def taking(*args: Any, **given: Any) -> Any:
+            own = into(**{field.name: given.pop(field.name) for field in fields(into)})
+            return command(*args, **{name: own}, **given)
+
+        for option in reversed(options):
+            taking = option(taking)
+        return taking
+
+    return given_to
 
 
 @dataclass(frozen=True)
@@ -173,3 +199,82 @@ mount_options = gathered(
         ),
     ],
 )
+
+
+#: Names of `designer.formats.FORMATS`, repeated here because importing that package would slow down `--help`.
+FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
+ORIENTATIONS = ("landscape", "portrait")
+#: As `looks.template.TEMPLATES`.
+TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam")
+PICTURE = click.Path(path_type=Path, dir_okay=False)
+
+
+wear_options = gathered(
+    "wear",
+    Wear,
+    [
+        click.option(
+            "--format",
+            "format_name",
+            type=click.Choice(FORMATS),
+            show_default="board",
+            help="Size for which holders are sold, with a sheet and a range that suit it; webcam is for calls.",
+        ),
+        click.option(
+            "--orientation",
+            type=click.Choice(ORIENTATIONS),
+            show_default="landscape; the board's is portrait",
+            help="Whether the badge is wide or high.",
+        ),
+        click.option(
+            "--size", "size_text", show_default="146x160", metavar="WxH", help="Size in mm, if no format is given."
+        ),
+        click.option(
+            "--lens",
+            show_default="50lpi, or the format's",
+            metavar="LABEL|FILE",
+            help="The lenticular sheet: a label from the list above, or a lens profile (.json) of moireid calibrate.",
+        ),
+        click.option(
+            "--range",
+            "range_text",
+            show_default="0.8-2.5, or the format's",
+            metavar="M-M",
+            help="Nearest and farthest camera, in metres.",
+        ),
+        click.option(
+            "--template",
+            show_default="plain; with --format webcam: webcam",
+            metavar="NAME|FILE",
+            help=f"Where name, lines and pictures go: {', '.join(TEMPLATES)}; or a .toml or .json file of your own.",
+        ),
+        click.option(
+            "--line", "lines", multiple=True, metavar="TEXT", help="A line below the name; may be given several times."
+        ),
+        click.option("--logo", type=PICTURE, metavar="FILE", help="A logo: SVG, PNG or JPEG."),
+        click.option("--portrait", type=PICTURE, metavar="FILE", help="A portrait: PNG or JPEG."),
+        click.option(
+            "--colour", "--color", "colour", metavar="COLOUR", help="The template's accent colour, as #134e8c or teal."
+        ),
+    ],
+)
+
+
+@dataclass(frozen=True)
+class PrintOrder:
+    """What the badge is to be, where its files go, and how to report it.
+
+    wanted: without a person's name and identity where there are many; measured_scale: x and y; kept: files that were
+    read, which nothing may replace; registry_url, actor, expires: of who enters the badge, None for no registry.
+    """
+
+    wanted: IssueOrder
+    measured_scale: tuple[float, float]
+    folder: Path
+    kept: tuple[Path, ...]
+    registry_url: str | None
+    actor: str | None
+    expires: str | None
+    overwrite: bool
+    as_json: bool
+    explain: bool

@@ -19,9 +19,8 @@ import numpy as np
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, THREAD_MM, AcrylicPlan, Plate
-from moireid.fabrication.meshes import FINE_MM, overlap_mm3, solid_of
 from moireid.fabrication.sight import half_board_mm, sheet_rects
-from moireid.fabrication.solids import FACET_ANGLE_RAD, cad_package
+from moireid.fabrication.solids import FACET_ANGLE_RAD, FINE_MM, cad_package, overlap_mm3, solid_of
 
 #: The solver's own error; larger differences from the planned places are faults.
 SOLVER_MM = 1e-3

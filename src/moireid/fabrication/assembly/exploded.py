@@ -11,8 +11,7 @@ from __future__ import annotations
 import math
 
 from moireid.badge import Badge, Point, Rect
-from moireid.fabrication.acrylic.contour import Contour
-from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, NUT_MM, THREAD_MM, AcrylicPlan, Plate
+from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, NUT_MM, THREAD_MM, AcrylicPlan, Contour, Plate
 from moireid.fabrication.assembly.axonometry import GAP, Loop, Part, Prism, project, signed_area
 from moireid.fabrication.page.artwork import marker_squares
 from moireid.fabrication.printed.holders import HolderBody

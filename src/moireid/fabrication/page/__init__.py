@@ -4,9 +4,7 @@ artwork.py     its shapes in mm: lines, markers, crop marks, scale bars
 lettering.py   which font can set a name, in any script
 page_words.py  size and line breaks of words in a given room
 pdf.py         badge.pdf: the board at true scale, and the page of a line mask; the canvas of every PDF
-dress.py       the badge's artwork on the page: words, pictures, QR code
-preview.py     preview.png, the board as a camera 1 m away sees it
-paint.py       the same artwork in the preview
-worn.py        preview.webp, the moving preview of the finished badge
+dress.py       the badge's artwork on the page and in the preview: words, pictures, QR code
+preview.py     preview.png, the board as a camera 1 m away sees it; preview.webp, which moves
 chart_page.py  the pitch test sheet
 """

@@ -14,20 +14,25 @@ from typing import Any
 
 from moireid.badge import Badge
 from moireid.errors import FabricationError
-from moireid.fabrication.meshes import (
-    check_3mf,
-    check_overhangs,
-    check_walls,
-    export_3mf,
-    overlap_mm3,
-    read_mesh,
-    solid_of,
-)
 from moireid.fabrication.printed.holders import HolderBody, as_printed, in_use, plan_holder, shape_holder
 from moireid.fabrication.printed.snap import SnapPlan, check_snap, plan_snap, shape_snap
 from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
 from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
-from moireid.fabrication.solids import ExpectedSolid, cad_package, check_step, check_stl, export_step, export_stl
+from moireid.fabrication.solids import (
+    ExpectedSolid,
+    cad_package,
+    check_3mf,
+    check_overhangs,
+    check_step,
+    check_stl,
+    check_walls,
+    export_3mf,
+    export_step,
+    export_stl,
+    overlap_mm3,
+    read_mesh,
+    solid_of,
+)
 from moireid.files import planned, whole_file
 
 KINDS = ("lanyard", "clip", "stand", "holder")

@@ -21,11 +21,10 @@ from typing import Any
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.meshes import overlap_mm3
 from moireid.fabrication.printed.tray import ADVICE, block, slots_in, tab_outline, tabs_of
 from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
-from moireid.fabrication.solids import cad_package
+from moireid.fabrication.solids import cad_package, overlap_mm3
 
 #: A catch: its thickness (four lines of a 0.4 mm nozzle), from its root to its nose's middle, its nose's length, and
 #: the nose's upright face.

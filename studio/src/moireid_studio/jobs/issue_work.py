@@ -20,7 +20,7 @@ from typing import Any
 
 from moireid.designer.people import parse_people
 from moireid.errors import SpecError
-from moireid.issuing.plan import write
+from moireid.fabrication.package import print_badge
 from moireid.names import line_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
@@ -44,11 +44,13 @@ def issue_badge(
     with _registry(registry_url, keys, signer, actor) as registry:
         made = plan_order(order, registry, pictures)
         most = len(made.files)
-        printed = write(
-            made,
+        printed = print_badge(
+            made.badge,
             folder,
+            parts=made.parts,
+            look=made.look,
             maker="studio",
-            issue=lambda: registry.enroll(made.badge, warned=True),
+            before_moving=lambda: registry.enroll(made.badge, warned=True),
             progress=lambda file: progress(next(steps), most),
         )
     _pack(folder, f"badge-{made.badge.id}")

@@ -16,14 +16,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from moireid.badge import Badge
 from moireid.designer import Request, explain, payload_from_hex
 from moireid.designer.formats import FORMATS
-from moireid.designer.link import LinkBudget
-from moireid.designer.reach import link_budgets
+from moireid.designer.reach import LinkBudget, link_budgets
 from moireid.designer.request import clean_name
 from moireid.errors import SpecError
 from moireid.fabrication.process_figures import MountFigures
 from moireid.idcodes import is_name_derived
-from moireid.issuing.plan import IssueOrder, IssuePlan, plan_badge
-from moireid.issuing.wear import Wear
+from moireid.issuing import IssueOrder, IssuePlan, Wear, plan_badge
 from moireid.names import MOST_LINES
 from moireid.registry import Record, Registry
 from moireid.sheets import PRODUCTS

@@ -1,4 +1,10 @@
-"""The requested size and looks of a badge, for `print-your-badge` and for the studio."""
+"""From an order to a badge that can be made, for `print-your-badge` and for the studio.
+
+`Wear` is the requested size and looks of a badge, and chooses the mount that suits them.  `plan_badge` designs the
+badge once and plans its parts once; it writes nothing and asks the registry for holders alone.
+`fabrication.print_badge` makes the files of a plan, and calls what enters the badge into a registry before they are in
+place.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +13,77 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from moireid.errors import FabricationError, SpecError
+from moireid.errors import FabricationError, RegistryError, SpecError
 
 if TYPE_CHECKING:
     from moireid.artwork.placing import Look
     from moireid.badge import Badge
     from moireid.designer import Request
-    from moireid.fabrication.parts import Parts
+    from moireid.designer.drawn import HolderOf, KnownHolder
+    from moireid.fabrication.package import Parts
     from moireid.fabrication.process_figures import MountFigures
+
+
+@dataclass(frozen=True)
+class IssueOrder:
+    """What a badge is to be.
+
+    request: as `Wear.fit` gives it; mount: None where no mount was named; payload: the identity, None for one that is
+    drawn at random.
+    """
+
+    request: Request
+    wear: Wear
+    mount: str | None
+    figures: MountFigures
+    payload: bytes | None = None
+
+
+@dataclass(frozen=True)
+class IssuePlan:
+    """A badge that can be made, and all that goes with it.
+
+    look: None for name, lines and id alone; holder: who has this same badge already; notes: sentences for the person
+    who ordered it, on the mount, on what is printed in part, and on the identity.
+    """
+
+    badge: Badge
+    look: Look | None
+    holder: KnownHolder | None
+    parts: Parts
+    notes: tuple[str, ...]
+
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that are made; badge.json is the last."""
+        from moireid.fabrication.package import file_names
+
+        return file_names(self.parts, moving=True)
+
+
+def plan_badge(order: IssueOrder, holder_of: HolderOf | None) -> IssuePlan:
+    """Design the badge, plan its parts and check its looks; nothing is written.
+
+    Parameters: holder_of: as for `drawn_badge`.
+    Raises: as `drawn_badge`, `check_look` and `Wear.parts`; RegistryError where another badge has the identity.
+    """
+    from moireid.artwork.content import with_lines
+    from moireid.designer.drawn import drawn_badge
+    from moireid.fabrication.page.dress import check_look, look_notes
+    from moireid.fabrication.page.lettering import name_note
+
+    drawn = drawn_badge(order.request, order.payload, holder_of)
+    badge, look = with_lines(drawn.badge, order.wear.lines), order.wear.look(order.request.axes)
+    about_name = name_note(badge.name)
+    check_look(badge, look)
+    holder = holder_of(badge.id or "") if holder_of else None
+    if holder is not None and holder.badge != badge:
+        raise RegistryError(
+            f"badge {badge.id} is held by {holder.name!r} already, and is another badge; give another identity"
+        )
+    parts, about_mount = order.wear.parts(badge, order.mount, order.figures)
+    notes = (about_mount, about_name, *look_notes(badge, look), drawn.note)
+    return IssuePlan(badge, look, holder, parts, tuple(note for note in notes if note))
 
 
 @dataclass(frozen=True)
@@ -85,35 +154,37 @@ class Wear:
         corner_mm = format_named(self.format_name or "board").corner_mm
         return Look(template_named(self.template or own), content, corner_mm)
 
-    def parts(self, badge: Badge, mount: str | None, figures: MountFigures) -> tuple[str, Parts, str | None]:
-        """The mount's kind, its parts, and a note if a format gets another mount than the one asked for.
+    def parts(self, badge: Badge, mount: str | None, figures: MountFigures) -> tuple[Parts, str | None]:
+        """The parts of the mount, and a note if a format gets another mount than the one asked for.
 
         A format whose mount cannot be printed gets the snap-in holder, which fits all formats; if that cannot be made
         either, it gets none.
-        Raises: FabricationError if neither the requested mount nor a holder can be made; or if a figure of the printer
-            was given by name.
+
+        Raises
+        ------
+        FabricationError
+            If neither the requested mount nor a holder can be made; or if a figure of the printer was given by name.
         """
         from moireid.designer.formats import format_named
-        from moireid.fabrication.parts import plan_parts
-        from moireid.fabrication.printed.mount import plan_mount
+        from moireid.fabrication.package import plan_parts
 
         form, kind = self.format_name, mount or "lanyard"
         if kind in ("holder", "none") or form in (None, "board") or "printed" in figures.insisted:
-            return kind, plan_parts(badge, kind, figures), None
+            return plan_parts(badge, kind, figures), None
         wished, refused = None, None
         try:
             wished = plan_parts(badge, kind, figures)
         except FabricationError as error:
             refused = error
         if wished is not None and "printed" not in wished.left_out:
-            return kind, wished, None
+            return wished, None
         with suppress(FabricationError):
-            plan_mount(badge, "holder", figures.printed)
-            note = f"no printed mount of the kind {kind} fits {form}; a snap-in holder is made instead"
-            return "holder", plan_parts(badge, "holder", figures), note
+            held = plan_parts(badge, "holder", figures)
+            if "printed" not in held.left_out:
+                return held, f"no printed mount of the kind {kind} fits {form}; a snap-in holder is made instead"
         if wished is not None:
-            return kind, wished, None
+            return wished, None
         if mount is not None and refused is not None:
             raise refused
         note = f"no mount is made for {form}; the badge goes into {format_named(form or kind).words}"
-        return "none", plan_parts(badge, "none", figures), note
+        return plan_parts(badge, "none", figures), note
