@@ -127,9 +127,9 @@ def _write_drawing(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
 
     drawing = draw(stack, kerf_mm)
     write_dxf(drawing, folder / "acrylic.dxf")
-    check_dxf(folder / "acrylic.dxf", drawing, kerf_mm)
+    check_dxf(folder / "acrylic.dxf", drawing)
     write_svg(drawing, folder / "acrylic.svg")
-    check_svg(folder / "acrylic.svg", drawing, kerf_mm)
+    check_svg(folder / "acrylic.svg", drawing)
 
 
 def _figures_of(parts: Parts, report: MountReport | None) -> dict[str, float]:

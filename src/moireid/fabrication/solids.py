@@ -114,7 +114,8 @@ def check_stl(path: Path, expected: ExpectedSolid) -> int:
     volume_mm3 = float(mesh.volume)
     check_volume("STL file", volume_mm3, expected.volume_mm3, STL_VOLUME_SHARE)
     _check_bounds("STL file", (tuple(mesh.bounds[0]), tuple(mesh.bounds[1])), expected)
-    _check_manifold(mesh, volume_mm3)
+    manifold_mm3 = solid_of(mesh, "STL file").volume()
+    check_volume("STL file as manifold3d reads it", manifold_mm3, volume_mm3, MANIFOLD_VOLUME_SHARE)
     return len(mesh.faces)
 
 
@@ -128,16 +129,6 @@ def read_mesh(path: Path) -> Any:
     if not len(getattr(mesh, "faces", ())):
         raise refused("STL file", "holds no triangle", "a closed surface")
     return mesh
-
-
-def _check_manifold(mesh: Any, volume_mm3: float) -> None:
-    """Let manifold3d build a solid of the mesh: it refuses one whose edges do not each join two triangles."""
-    manifold3d = cad_package("manifold3d")
-    vertices = np.asarray(mesh.vertices, dtype=np.float32)
-    solid = manifold3d.Manifold(manifold3d.Mesh(vertices, np.asarray(mesh.faces, dtype=np.uint32)))
-    if solid.status() != manifold3d.Error.NoError:
-        raise refused("STL file", f"is no manifold ({solid.status().name})", "NoError from manifold3d")
-    check_volume("STL file as manifold3d reads it", solid.volume(), volume_mm3, MANIFOLD_VOLUME_SHARE)
 
 
 def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> None:
@@ -269,6 +260,12 @@ def solid_of(shape: Any, what: str = "mesh") -> Any:
     if solid.status() != manifold3d.Error.NoError:
         raise refused(what, f"is no manifold ({solid.status().name})", "NoError from manifold3d")
     return solid
+
+
+def cuboid(rect: tuple[float, float, float, float], low: float, high: float) -> Any:
+    """A Manifold box over a rectangle (x0, y0, x1, y1), from one height to another, mm."""
+    cube = cad_package("manifold3d").Manifold.cube
+    return cube((rect[2] - rect[0], rect[3] - rect[1], high - low)).translate((rect[0], rect[1], low))
 
 
 def overlap_mm3(one: Any, other: Any) -> float:

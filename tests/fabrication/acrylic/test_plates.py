@@ -47,8 +47,8 @@ def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path
     files = folder / "acrylic.dxf", folder / "acrylic.svg"
     drawings.write_dxf(drawing, files[0])
     drawings.write_svg(drawing, files[1])
-    drawings.check_dxf(files[0], drawing, kerf_mm)
-    drawings.check_svg(files[1], drawing, kerf_mm)
+    drawings.check_dxf(files[0], drawing)
+    drawings.check_svg(files[1], drawing)
     return *files, drawing
 
 
@@ -95,7 +95,7 @@ def test_contours_keep_their_corners_centres() -> None:
     assert np.array(grown.corners) == pytest.approx(np.array(wanted))
     assert grown.radii_mm == (1.5, 1.5, 1.5, 0.5, 0.0, 1.5)
     assert np.array(grown.grown(-0.5).corners) == pytest.approx(np.array(path.corners))
-    flat = manifold3d.CrossSection([drawings.flat(path.vertices(), 200)])
+    flat = manifold3d.CrossSection([path.flat(200)])
     # Four outer quarter circles lack 1 - pi/4 each, the inner one gives as much back.
     assert flat.area() == pytest.approx(64 - 3 * (1 - math.pi / 4), abs=1e-3)
     with pytest.raises(FabricationError, match=r"radius 1 mm cannot be moved by 1\.2 mm; give a smaller kerf_mm"):
@@ -311,12 +311,12 @@ def test_damaged_dxf_is_refused(
     damage(document)
     document.saveas(path)
     with pytest.raises(FabricationError, match=complaint):
-        drawings.check_dxf(path, drawing, 0.15)
+        drawings.check_dxf(path, drawing)
     whole = path.read_bytes()
     for share in (0.0, 0.001, 0.5, 0.99):
         path.write_bytes(whole[: int(share * len(whole))])
         with pytest.raises(FabricationError, match="DXF cannot be read back, allowed is a readable file"):
-            drawings.check_dxf(path, drawing, 0.15)
+            drawings.check_dxf(path, drawing)
 
 
 @pytest.mark.parametrize(
@@ -336,7 +336,7 @@ def test_damaged_svg_is_refused(old: str, new: str, complaint: str, plan: Acryli
     assert count == 1
     path.write_text(text)
     with pytest.raises(FabricationError, match=complaint):
-        drawings.check_svg(path, drawing, 0.15)
+        drawings.check_svg(path, drawing)
 
 
 def test_paths_that_overlap_or_nearly_meet_are_refused(plan: AcrylicPlan) -> None:

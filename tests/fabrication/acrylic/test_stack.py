@@ -27,20 +27,27 @@ def plan(ada: Badge) -> AcrylicPlan:
     return plan_acrylic(ada)
 
 
-def test_solver_puts_every_part_where_it_was_planned(plan: AcrylicPlan) -> None:
-    """Catches: a part on the wrong face, one turned over, and heights that the solver was never asked for."""
-    placed = {part.name: part for part in stack.assemble(plan)}
-    lows = {"base": -3.0, "page": 0.0, "frame": 0.0, "sheet": 0.3, "cover": 1.3, "screw-0": 2.8}
+def test_every_part_is_where_it_was_planned(plan: AcrylicPlan) -> None:
+    """Catches: a part on the wrong face, one turned over, and a sheet below the page."""
+    placed = {part.name: part.body for part in stack.assemble(plan)}
+    lows = {"base": -3.0, "page": 0.0, "frame": 0.0, "sheet": 0.3, "cover": 1.3, "screw-0": -3.0}
     for name, low in lows.items():
-        box = placed[name].shape.BoundingBox()
-        assert placed[name].low_mm == pytest.approx(low, abs=1e-3)
-        assert box.zmin == pytest.approx(low if name != "screw-0" else -3.0, abs=1e-3)
+        x0, _, z0, _, y1, _ = placed[name].bounding_box()
+        assert z0 == pytest.approx(low, abs=1e-3)
         if name in ("base", "frame", "cover"):
-            assert (box.xmin, box.ymax) == pytest.approx((-83.14, 90.14), abs=1e-3)
+            assert (x0, y1) == pytest.approx((-83.14, 90.14), abs=1e-3)
+    assert placed["screw-0"].bounding_box()[5] == pytest.approx(2.8 + 1.65, abs=1e-3)
     # The lanyard's slot shows which way is up: it is cut out of the top rim of all three plates.
     for name in ("base", "frame", "cover"):
-        shape = placed[name].shape
-        assert shape.Center().y < -0.005
+        assert stack._mesh(placed[name]).center_mass[1] < -0.005
+
+
+def test_a_part_that_hangs_in_the_air_is_refused(plan: AcrylicPlan) -> None:
+    """Catches: a check of overlaps alone, which a cover too high above its sheet passes."""
+    stack.check_stack(plan)
+    high = replace(plan.cover, low_mm=plan.cover.low_mm + 0.2)
+    with pytest.raises(FabricationError, match=r"cover is 0\.2000 mm from the sheet that it lies on"):
+        stack.check_stack(replace(plan, cover=high))
 
 
 @pytest.mark.slow

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,18 +64,18 @@ def draw(plan: AcrylicPlan, kerf_mm: float) -> CuttingDrawing:
     strokes += [(GAP_MM + k, GAP_MM, GAP_MM + k, GAP_MM + (4 if k % 50 == 0 else 2)) for k in range(0, 101, 10)]
     width = max(x, GAP_MM + SCALE_MM + 10 + 0.62 * TEXT_MM * len(notes[-1][2]))
     drawing = CuttingDrawing(cuts, tuple(strokes), tuple(notes), (width, floor + height + GAP_MM))
-    check_cuts(((layer, [path.vertices() for path in paths]) for layer, paths in cuts.items()), kerf_mm, "drawing")
+    check_cuts(cuts, kerf_mm)
     return drawing
 
 
-def check_cuts(layers: Iterable[tuple[str, list[list[Vertex]]]], kerf_mm: float, what: str) -> None:
+def check_cuts(cuts: dict[str, tuple[Contour, ...]], kerf_mm: float) -> None:
     """Check that some plate is left between any two burnt lines, and that only the first path has others inside.
 
     Raises: FabricationError where they do.
     """
     manifold3d = cad_package("manifold3d")
-    for layer, paths in layers:
-        areas = [manifold3d.CrossSection([flat(path)]) for path in paths]
+    for layer, paths in cuts.items():
+        areas = [manifold3d.CrossSection([path.flat()]) for path in paths]
         # Half of what must lie between two paths, less a hundredth for the arcs' flat pieces.
         apart = (kerf_mm + LEAST_LAND_MM) / 2 - 0.01
         fat = [area.offset(apart, manifold3d.JoinType.Round) for area in areas[1:]]
@@ -85,11 +84,13 @@ def check_cuts(layers: Iterable[tuple[str, list[list[Vertex]]]], kerf_mm: float,
         crossing += [k for k, area in enumerate(fat) for other in fat[:k] if (area ^ other).area() > 1e-6]
         if crossing:
             raise refused_drawing(
-                what, f"has paths on {layer} that overlap or nearly meet", f"{LEAST_LAND_MM:g} mm of plate between them"
+                "drawing",
+                f"has paths on {layer} that overlap or nearly meet",
+                f"{LEAST_LAND_MM:g} mm of plate between them",
             )
 
 
-def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: CuttingDrawing, kerf_mm: float) -> None:
+def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: CuttingDrawing) -> None:
     """Check that a file read back has each cutting path of the drawing once.  Raises: FabricationError."""
     if set(found) != set(drawing.cuts):
         raise refused_drawing(what, f"has the cutting layers {sorted(found)}", f"{sorted(drawing.cuts)}")
@@ -103,25 +104,6 @@ def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: Cuttin
                 raise refused_drawing(
                     what, f"has another path on {layer} than drawn", f"less than {ROUNDING_MM:g} mm off"
                 )
-    check_cuts(found.items(), kerf_mm, what)
-
-
-def flat(vertices: list[Vertex], steps: int = 16) -> list[tuple[float, float]]:
-    """A path as a polygon, each arc in `steps` pieces."""
-    points: list[tuple[float, float]] = []
-    for k, (x, y, bulge) in enumerate(vertices):
-        points.append((x, y))
-        if bulge == 0:
-            continue
-        end_x, end_y, _ = vertices[(k + 1) % len(vertices)]
-        # The centre lies on the chord's bisector, to its left for an arc that turns left by less than a half turn.
-        offset = (1 - bulge * bulge) / (4 * bulge)
-        cx, cy = (x + end_x) / 2 - (end_y - y) * offset, (y + end_y) / 2 + (end_x - x) * offset
-        angle = 4 * math.atan(bulge)
-        for step in range(1, steps):
-            cos, sin = math.cos(angle * step / steps), math.sin(angle * step / steps)
-            points.append((cx + (x - cx) * cos - (y - cy) * sin, cy + (x - cx) * sin + (y - cy) * cos))
-    return points
 
 
 def refused_drawing(what: str, got: str, allowed: str) -> FabricationError:
@@ -162,7 +144,7 @@ def write_dxf(drawing: CuttingDrawing, path: Path) -> None:
         ezdxf.options.write_fixed_meta_data_for_testing = before
 
 
-def check_dxf(path: Path, drawing: CuttingDrawing, kerf_mm: float) -> None:
+def check_dxf(path: Path, drawing: CuttingDrawing) -> None:
     """Read a DXF file back: no faults in the audit, millimetres, closed paths where they were drawn, none over another.
 
     Raises: FabricationError with what was found and what is allowed.
@@ -190,7 +172,7 @@ def check_dxf(path: Path, drawing: CuttingDrawing, kerf_mm: float) -> None:
                 "DXF", f"shows {layer} in colour {document.layers.get(layer).color}", f"{CUT[0]}, red"
             )
         found.setdefault(layer, []).append([tuple(vertex) for vertex in entity.get_points("xyb")])
-    check_found("DXF", found, drawing, kerf_mm)
+    check_found("DXF", found, drawing)
 
 
 def write_svg(drawing: CuttingDrawing, path: Path) -> None:
@@ -213,7 +195,7 @@ def write_svg(drawing: CuttingDrawing, path: Path) -> None:
     path.write_text("\n".join([*lines, "</svg>", ""]), encoding="utf-8")
 
 
-def check_svg(path: Path, drawing: CuttingDrawing, kerf_mm: float) -> None:
+def check_svg(path: Path, drawing: CuttingDrawing) -> None:
     """Read an SVG file back: its size in mm, and the same closed red paths as were drawn.
 
     Raises: FabricationError with what was found and what is allowed.
@@ -236,7 +218,7 @@ def check_svg(path: Path, drawing: CuttingDrawing, kerf_mm: float) -> None:
                 runs = (list(run) for run in drawn.as_subpaths())
                 closed = [run[1:-1] for run in runs if isinstance(run[-1], svgelements.Close)]
                 found.setdefault(group.id, []).extend(_vertices(steps, px_per_mm, height) for steps in closed)
-    check_found("SVG", found, drawing, kerf_mm)
+    check_found("SVG", found, drawing)
 
 
 def _svg_group(name: str, colour: str, content: str) -> str:

@@ -81,6 +81,24 @@ class Contour:
         # Where two roundings meet, as in a circle, the straight between them has no length.
         return [p for k, p in enumerate(points) if math.dist(p[:2], points[(k + 1) % len(points)][:2]) > 1e-9]
 
+    def flat(self, steps: int = 16) -> tuple[Point, ...]:
+        """The path as a polygon, mm, each arc in `steps` pieces."""
+        vertices = self.vertices()
+        points: list[Point] = []
+        for k, (x, y, bulge) in enumerate(vertices):
+            points.append((x, y))
+            if bulge == 0:
+                continue
+            end_x, end_y, _ = vertices[(k + 1) % len(vertices)]
+            # The centre lies on the chord's bisector, to its left for an arc that turns left by less than a half turn.
+            offset = (1 - bulge * bulge) / (4 * bulge)
+            cx, cy = (x + end_x) / 2 - (end_y - y) * offset, (y + end_y) / 2 + (end_x - x) * offset
+            for step in range(1, steps):
+                angle = 4 * math.atan(bulge) * step / steps
+                cos, sin = math.cos(angle), math.sin(angle)
+                points.append((cx + (x - cx) * cos - (y - cy) * sin, cy + (x - cx) * sin + (y - cy) * cos))
+        return tuple(points)
+
     @property
     def bounds(self) -> Rect:
         """The corners' bounding box, which a rounded path touches too."""

@@ -69,7 +69,12 @@ def acrylic_parts(badge: Badge, plan: AcrylicPlan, film_mm: float, screw: str) -
 
 def _plate(plate: Plate, plan: AcrylicPlan) -> Part:
     high = plate.low_mm + plate.thickness_mm
-    body = Prism(_loop(plate.outline), plate.low_mm, high, tuple(_loop(opening) for opening in plate.openings))
+    body = Prism(
+        plate.outline.flat(_ARC_STEPS),
+        plate.low_mm,
+        high,
+        tuple(opening.flat(_ARC_STEPS) for opening in plate.openings),
+    )
     # As in `process_figures.STOCK_MM`: thin plates are sold as film.
     name = f"acrylic {plate.name}" if plate.thickness_mm > 0.5 else f"{plate.name} of film"
     return Part(name, f"{plate.thickness_mm:g} mm", (body,), 0.93, screws=plan.screws)
@@ -141,7 +146,7 @@ def _slots(size: Point, low: float, middles: tuple[float, ...]) -> tuple[Loop, .
     """Lanyard slots that begin at a height."""
     across, up = size[0] / 2, size[1] / 2
     box = ((-across, low), (across, low), (across, low + size[1]), (-across, low + size[1]))
-    return tuple(_loop(Contour(box, (up,) * 4).moved(middle, 0.0)) for middle in middles)
+    return tuple(Contour(box, (up,) * 4).moved(middle, 0.0).flat(_ARC_STEPS) for middle in middles)
 
 
 def _snap(plan: SnapPlan, process: MountProcess) -> Part:
@@ -194,21 +199,3 @@ def _box(rect: Rect) -> Loop:
 def _round(centre: Point, diameter: float, sides: int = 20) -> Loop:
     angles = [2 * math.pi * k / sides for k in range(sides)]
     return tuple((centre[0] + diameter / 2 * math.cos(a), centre[1] + diameter / 2 * math.sin(a)) for a in angles)
-
-
-def _loop(contour: Contour) -> Loop:
-    """A contour's corners, its arcs in chords."""
-    vertices, points = contour.vertices(), []
-    for k, (x, y, bulge) in enumerate(vertices):
-        points.append((x, y))
-        if not bulge:
-            continue
-        x1, y1, _ = vertices[(k + 1) % len(vertices)]
-        # From the chord's middle the arc's centre is half a chord times the cotangent of half the arc's angle away.
-        reach = (1 - bulge**2) / (4 * bulge)
-        mid_x, mid_y = (x + x1) / 2 - (y1 - y) * reach, (y + y1) / 2 + (x1 - x) * reach
-        angle, start, radius = 4 * math.atan(bulge), math.atan2(y - mid_y, x - mid_x), math.hypot(x - mid_x, y - mid_y)
-        for step in range(1, _ARC_STEPS):
-            here = start + angle * step / _ARC_STEPS
-            points.append((mid_x + radius * math.cos(here), mid_y + radius * math.sin(here)))
-    return tuple(points)

@@ -26,6 +26,7 @@ from moireid.fabrication.solids import (
     check_step,
     check_stl,
     check_walls,
+    cuboid,
     export_3mf,
     export_step,
     export_stl,
@@ -255,10 +256,10 @@ def _check_bodies(bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, p
     # In use, card and sheet bend the springs' pads back, so the pads are cut off here.
     free = tray
     for x0, y0, x1, y1 in plan.pad_rects():
-        free -= _cuboid((x0, y0, x1, y1), 0.0, process.depth_clearance_mm + process.preload_mm + 0.01)
+        free -= cuboid((x0, y0, x1, y1), 0.0, process.depth_clearance_mm + process.preload_mm + 0.01)
     # Card and sheet lie in the middle of their clearance.
-    stack = [("card", _cuboid((-half_x, -half_y, half_x, half_y), 0.0, card_mm))]
-    stack += [("sheet", _cuboid((-half_x, low, half_x, high), card_mm, plan.sheet_top)) for low, high in plan.spans]
+    stack = [("card", cuboid((-half_x, -half_y, half_x, half_y), 0.0, card_mm))]
+    stack += [("sheet", cuboid((-half_x, low, half_x, high), card_mm, plan.sheet_top)) for low, high in plan.spans]
     pairs = [("tray", free, name, piece) for name, piece in stack]
     for body, mesh in zip(bodies[1:], meshes[1:], strict=True):
         low, high = body.expected.lower_mm[2], body.expected.upper_mm[2]
@@ -273,8 +274,3 @@ def _check_bodies(bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, p
                 "and report this if the defaults fail",
                 overlap_mm3=shared,
             )
-
-
-def _cuboid(rect: tuple[float, float, float, float], low: float, high: float) -> Any:
-    cube = cad_package("manifold3d").Manifold.cube
-    return cube((rect[2] - rect[0], rect[3] - rect[1], high - low)).translate((rect[0], rect[1], low))
