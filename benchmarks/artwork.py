@@ -31,8 +31,9 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format, turned
 from moireid.designer.request import FringeBorder
+from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.dress import writer_of
-from moireid.fabrication.page.pdf import PdfPage, write_badge_pdf
+from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.simulate.analytic import analytic_renderer
 from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM

@@ -13,7 +13,7 @@ from kit.numeric_films import Building, filmed
 from moireid.badge import Badge, Cell, Grating, badge_from_json
 from moireid.designer import Request, design_badge
 from moireid.errors import DesignError, SpecError
-from moireid.fabrication.page.artwork import dark_lines
+from moireid.fabrication.page.pdf import dark_lines
 from moireid.frames import OwnFrame, own_frame, own_rect
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer

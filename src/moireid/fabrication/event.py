@@ -28,9 +28,9 @@ from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
 from moireid.fabrication.package import Parts, file_names, leftover_parts, plan_parts, write_parts, write_sheets
-from moireid.fabrication.page.artwork import CROP_GAP_MM
+from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.dress import writer_of
-from moireid.fabrication.page.pdf import DEFAULT_DPI, PdfPage, draw_board, draw_mask, draw_scale_bars
+from moireid.fabrication.page.pdf import CROP_GAP_MM, DEFAULT_DPI, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
 from moireid.names import line_of

@@ -12,24 +12,27 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.errors import FabricationError
-from moireid.fabrication.acrylic.drawings import draw
-from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.assembly.assembly_words import Maker
 from moireid.fabrication.assembly.guide import write_assembly_pdf
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview, write_worn
-from moireid.fabrication.printed.mount import KINDS, MountPlan, MountReport, plan_mount, write_mount
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import front_mm
 from moireid.files import move_together, planned, tidy_folders, write_text
 
-MOUNTS = (*KINDS, "none")
+if TYPE_CHECKING:
+    from moireid.fabrication.acrylic.plates import AcrylicPlan
+    from moireid.fabrication.printed.mount import MountPlan, MountReport
+
+#: Kinds of the printed mount, as `printed.mount.SLOTS`; or none.
+MOUNTS = ("lanyard", "clip", "stand", "holder", "none")
 PRINTED_FILES = ("mount.step", "mount.stl", "mount.3mf")
 ACRYLIC_FILES = ("acrylic.dxf", "acrylic.svg")
 GLB_FILE = "stack.glb"
@@ -69,6 +72,10 @@ def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) ->
         raise FabricationError(f"mount {mount!r} is not known; choose one of {', '.join(MOUNTS)}")
     if mount == "none":
         return Parts("none", None, figures)
+    from moireid.fabrication.acrylic.drawings import draw
+    from moireid.fabrication.acrylic.plates import plan_acrylic
+    from moireid.fabrication.printed.mount import plan_mount
+
     faults: dict[str, FabricationError] = {}
     stack: AcrylicPlan | None = None
     mount_plan: MountPlan | None = None
@@ -104,6 +111,7 @@ def write_parts(
     if not parts.files:
         return None, {}
     from moireid.fabrication.acrylic.stack import check_stack, write_glb
+    from moireid.fabrication.printed.mount import write_mount
 
     # The drawing is made in milliseconds, the solids take seconds.
     if parts.acrylic:
@@ -123,7 +131,7 @@ def write_parts(
 
 
 def _write_drawing(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
-    from moireid.fabrication.acrylic.drawings import check_dxf, check_svg, write_dxf, write_svg
+    from moireid.fabrication.acrylic.drawings import check_dxf, check_svg, draw, write_dxf, write_svg
 
     drawing = draw(stack, kerf_mm)
     write_dxf(drawing, folder / "acrylic.dxf")

@@ -17,8 +17,9 @@ import pytest
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
-from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
+from moireid.fabrication.assembly.exploded import plain_parts
 from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.assembly.mount_views import acrylic_parts, printed_parts
 from moireid.fabrication.package import Parts, plan_parts
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process_figures import AcrylicProcess, MountFigures, MountProcess

@@ -17,10 +17,9 @@ from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
 from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan
-from moireid.fabrication.assembly.axonometry import SheetPiece, pieces, placed
-from moireid.fabrication.assembly.guide import _draw_steps, write_assembly_pdf
+from moireid.fabrication.assembly.guide import SheetPiece, _draw_steps, pieces, placed, write_assembly_pdf
 from moireid.fabrication.assembly.sketches import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
-from moireid.fabrication.page.pdf import PdfPage
+from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process_figures import MountFigures, MountProcess, mount_figures
 

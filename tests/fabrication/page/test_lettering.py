@@ -28,7 +28,7 @@ from moireid.designer.request import clean_name
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication.event import folder_name, print_event
 from moireid.fabrication.page import lettering, preview
-from moireid.fabrication.page.artwork import font_file
+from moireid.fabrication.page.canvas import font_file
 from moireid.fabrication.page.lettering import (
     font_for,
     font_letters,

@@ -24,9 +24,9 @@ from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
 from moireid.errors import SpecError
 from moireid.fabrication import package
-from moireid.fabrication.page import artwork, preview
 from moireid.fabrication.page import pdf as page
-from moireid.fabrication.page.artwork import SCALE_BAR_MM, bar_places, crop_marks, dark_lines, marker_squares
+from moireid.fabrication.page import canvas, preview
+from moireid.fabrication.page.pdf import SCALE_BAR_MM, bar_places, crop_marks, dark_lines, marker_squares
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 #: Boards at the corners of what the designer accepts on each paper, and one in between.
@@ -449,8 +449,8 @@ def test_a_writer_that_fails_leaves_no_file(badge: Badge, tmp_path: Path, monkey
 
 def test_fonts_are_found_without_loading_the_plotting_library() -> None:
     """Catches: a quarter of a second for `import matplotlib`, and a bold face that is not one."""
-    assert artwork.font_file(bold=True).name == "DejaVuSans-Bold.ttf"
-    assert artwork.font_file().is_file() and artwork.font_file(bold=True).is_file()
+    assert canvas.font_file(bold=True).name == "DejaVuSans-Bold.ttf"
+    assert canvas.font_file().is_file() and canvas.font_file(bold=True).is_file()
 
 
 @pytest.mark.parametrize("orientation", ["landscape", "portrait"])

@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from moireid.badge import Badge, CodedFrame
-from moireid.fabrication.acrylic.plates import AcrylicPlan
 from moireid.fabrication.assembly import sketches
-from moireid.fabrication.printed.mount import SLOTS, MountPlan
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import Axis
 from moireid.sheets import MM_PER_INCH
+
+if TYPE_CHECKING:
+    from moireid.fabrication.acrylic.plates import AcrylicPlan
+    from moireid.fabrication.printed.mount import MountPlan
 
 #: Who makes the sheet: the command line, or the studio.
 Maker = Literal["command", "studio"]
@@ -264,7 +266,7 @@ def _pressed(build: BuildPlan) -> Step:
 def _carried(build: BuildPlan) -> Step:
     if build.mount == "clip":
         words = "Put the clip's hook through the slot from behind, and let the bar drop into it."
-        return Step("Put on the clip", words, sketches.carried(build.badge, "clip", SLOTS["clip"]))
+        return Step("Put on the clip", words, sketches.carried(build.badge, "clip", build.slots))
     if build.mount == "stand":
         words = f"Set the mount's bottom edge into the groove. It leans back by {build.figures.printed.stand_deg:g}°."
         return Step("Set it on the stand", words, sketches.carried(build.badge, "stand", 0))

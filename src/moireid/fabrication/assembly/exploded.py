@@ -1,86 +1,245 @@
-"""The parts of the exploded view of assembly.pdf: all that is printed, made or cut, as prisms.
+"""The exploded views of assembly.pdf: parts as prisms that are pulled apart along z, drawn from the back to the front.
 
-Sizes and thicknesses come from the plans, so no CAD kernel is needed; fillets, springs and chamfers of the printed
-parts are left out.
+Here are the drawing, and the card with its sheet; `mount_views` has the parts of mounts.
 
-Convention: the frame of `sight`; parts from behind to the front.
+Convention: the frame of `sight`; parts from behind to the front.  The view is orthographic: the badge lies on a table,
+its bottom edge towards the viewer, turned by `TURN_DEG` and seen from `RISE_DEG` above the table, so that z points up
+the page.
 """
 
 from __future__ import annotations
 
+import functools
+import itertools
 import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from moireid.badge import Badge, Point, Rect
-from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, NUT_MM, THREAD_MM, AcrylicPlan, Contour, Plate
-from moireid.fabrication.assembly.axonometry import GAP, Loop, Part, Prism, project, signed_area
-from moireid.fabrication.page.artwork import marker_squares
-from moireid.fabrication.printed.holders import HolderBody
-from moireid.fabrication.printed.mount import MountPlan
-from moireid.fabrication.printed.snap import SnapPlan, hole_mm
-from moireid.fabrication.printed.tray import TrayPlan, tab_corners, tab_outline, tabs_of
+from moireid.fabrication.page.canvas import PdfPage
+from moireid.fabrication.page.pdf import marker_squares
 from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import corners_in_frame, in_frame, sheet_pieces
 
-#: Gaps other than the usual one: screws need less; a clip and a tab need more, because the parts before them would hide
-#: them.
-SCREW_GAP, CLIP_GAP, TAB_GAP = 0.25, 1.05, 0.8
-#: Across an M3 nut's corners, ISO 4032.
-NUT_WIDE_MM = 6.35
+TURN_DEG, RISE_DEG = 30.0, 32.0
+#: Gap between parts as a share of the largest part's height on the page.
+GAP = 0.62
+LABELS_MM, LEADER_MM, INK = 48.0, 5.0, 0.25
+#: A rounded corner is at most this far from the corner of the rectangle that holds it.
+CORNER_MM = 6.0
 #: Lines of gratings, lenses and mask are sketched this far apart, as the true ones would run together.
 HINT_MM = 4.0
-_ARC_STEPS = 6
+_COS, _SIN = math.cos(math.radians(TURN_DEG)), math.sin(math.radians(TURN_DEG))
+_UP, _FLAT = math.cos(math.radians(RISE_DEG)), math.sin(math.radians(RISE_DEG))
+Place = tuple[float, float, float]
+Loop = tuple[Point, ...]
+#: A wall's two ends seen in its prism's plane, (across, nearness); its corners on the page; its edges there.
+Wall = tuple[Point, Point, list[Point], list[tuple[Point, Point]]]
+
+
+@dataclass(frozen=True)
+class Prism:
+    """A flat shape drawn out: anticlockwise loops in (x, y) drawn along z, or in (y, z) along x where `along_x`."""
+
+    outline: Loop
+    low: float
+    high: float
+    openings: tuple[Loop, ...] = ()
+    along_x: bool = False
+
+    def place(self, point: Point, level: float) -> Place:
+        """A place of the frame."""
+        return (level, *point) if self.along_x else (*point, level)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One thing to gather: its label in the view, its prisms, and the marks and lines on it.
+
+    grey: of the body; marks: flat shapes on the topmost face, (loop, grey); hints: lines on it; gap: to its
+    neighbours, a share as `GAP`; screws: places of those that go through it.
+    """
+
+    name: str
+    detail: str
+    prisms: tuple[Prism, ...]
+    grey: float = 0.95
+    marks: tuple[tuple[Loop, float], ...] = ()
+    hints: tuple[tuple[Point, Point], ...] = ()
+    gap: float = GAP
+    screws: tuple[Point, ...] = ()
+
+    @property
+    def places(self) -> list[Place]:
+        """All corners of the prisms."""
+        return [p.place(point, level) for p in self.prisms for point in p.outline for level in (p.low, p.high)]
+
+
+def project(place: Place) -> Point:
+    """Right and up on the page, mm at life size, of a place of the frame."""
+    x, y, z = place
+    return x * _COS - y * _SIN, (x * _SIN + y * _COS) * _FLAT + z * _UP
+
+
+def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> float:
+    """Draw parts, given from behind to the front, into an area of the page, labels at its right.
+
+    Parameters: area: page mm.
+    Returns: the scale, page over life.
+    """
+    lifts = _lifts(parts)
+    flat = [project((x, y, z + lift)) for part, lift in zip(parts, lifts, strict=True) for x, y, z in part.places]
+    left, right = min(u for u, _ in flat), max(u for u, _ in flat)
+    low, high = min(v for _, v in flat), max(v for _, v in flat)
+    wide, tall = area[2] - area[0] - LABELS_MM, area[3] - area[1]
+    scale = min(wide / (right - left), tall / (high - low))
+
+    def at(place: Place, lift: float = 0.0) -> Point:
+        u, v = project((place[0], place[1], place[2] + lift))
+        return area[0] + (u - left) * scale, area[1] + (high - v) * scale
+
+    text_x = area[0] + (right - left) * scale + LEADER_MM
+    for k, (part, lift) in enumerate(zip(parts, lifts, strict=True)):
+        if k:
+            # A line ends where the part will lie, which may be inside the one below; for a screw, at the hole's mouth.
+            top, low = max(z for _, _, z in parts[k - 1].places), min(z for _, _, z in part.places)
+            below, bottom = (top if part.screws else min(top, low)) + lifts[k - 1], low + lift
+            for x, y in _axes(parts[k - 1], part):
+                sheet.path([at((x, y, below)), at((x, y, bottom))], None, 0.6, closed=False)
+        _draw_part(sheet, part, functools.partial(at, lift=lift))
+        end = max((at((x, y, z + lift)) for x, y, z in part.places), key=lambda place: place[0])
+        sheet.path([(end[0] + 0.8, end[1]), (text_x - 1.0, end[1])], None, 0.4, closed=False)
+        sheet.text(text_x, end[1] - 0.2, part.name, points=9, align="left")
+        sheet.text(text_x, end[1] + 3.8, part.detail, points=8, align="left")
+    return scale
+
+
+def _lifts(parts: Sequence[Part]) -> list[float]:
+    """How far each part is pulled up along z, mm."""
+    heights = []
+    for part in parts:
+        ups = [project((x, y, 0.0))[1] for x, y, _ in part.places]
+        heights.append(max(ups) - min(ups))
+    lifts = [0.0]
+    for before, part in itertools.pairwise(parts):
+        share = part.gap if before.gap == GAP else before.gap
+        gap = share * max(heights) / _UP
+        top = max(z for _, _, z in before.places) + lifts[-1]
+        lifts.append(top + gap - min(z for _, _, z in part.places))
+    return lifts
+
+
+def _axes(lower: Part, upper: Part) -> list[Point]:
+    """Places of the thin lines that lead from part to part: at screws, or at the corners of what both cover.
+
+    A clip or a stand has none, because it is not put on along z.
+    """
+    if lower.screws and upper.screws:
+        return list(upper.screws)
+    if any(prism.along_x for prism in lower.prisms):
+        return []
+    ends = [
+        [(min(values), max(values)) for values in list(zip(*part.places, strict=True))[:2]] for part in (lower, upper)
+    ]
+    (x0, x1), (y0, y1) = ((max(a[0], b[0]), min(a[1], b[1])) for a, b in zip(*ends, strict=True))
+    # Around turned pieces the corners of what both cover are corners of neither.
+    near = [place[:2] for part in (lower, upper) for place in part.places]
+    return [(x, y) for x in (x0, x1) for y in (y0, y1) if min(math.dist((x, y), place) for place in near) < CORNER_MM]
+
+
+def _draw_part(sheet: PdfPage, part: Part, at: Callable[[Place], Point]) -> None:
+    for prism in part.prisms:
+        _draw_prism(sheet, prism, part.grey, at)
+    top = max(z for _, _, z in part.places)
+    for loop, grey in part.marks:
+        sheet.path([at((x, y, top)) for x, y in loop], grey, None)
+    for start, end in part.hints:
+        sheet.path([at((*start, top)), at((*end, top))], None, 0.6, closed=False)
+
+
+def _draw_prism(sheet: PdfPage, prism: Prism, grey: float, at: Callable[[Place], Point]) -> None:
+    """The walls that the viewer sees, from the back, then the face: the upper one, or the left one of a body along x.
+
+    No wall can hide that face, because the face is on the viewer's side of all walls.
+    """
+    walls: list[Wall] = []
+    toward = (-_COS * _UP, _FLAT) if prism.along_x else (-_SIN * _UP, -_COS * _UP)
+    for loop, inside in ((prism.outline, False), *((opening, True) for opening in prism.openings)):
+        count = len(loop)
+        quads = [
+            [
+                prism.place(loop[k], prism.low),
+                prism.place(loop[(k + 1) % count], prism.low),
+                prism.place(loop[(k + 1) % count], prism.high),
+                prism.place(loop[k], prism.high),
+            ]
+            for k in range(count)
+        ]
+        seen = [(signed_area([project(p) for p in quad]) > 0) != inside for quad in quads]
+        for k, quad in enumerate(quads):
+            if not seen[k]:
+                continue
+            flat = [at(p) for p in quad]
+            edges = [(flat[0], flat[1]), (flat[3], flat[2])]
+            if _corner(loop, k) or not seen[k - 1]:
+                edges.append((flat[0], flat[3]))
+            if _corner(loop, (k + 1) % count) or not seen[(k + 1) % count]:
+                edges.append((flat[1], flat[2]))
+            # Across and along the way to the viewer, in the prism's own plane.
+            ends = [
+                (x * -toward[1] + y * toward[0], x * toward[0] + y * toward[1])
+                for x, y in (loop[k], loop[(k + 1) % count])
+            ]
+            walls.append((min(ends), max(ends), flat, edges))
+    for _, _, flat, edges in _back_first(walls):
+        sheet.path(flat, grey - 0.13, None)
+        for edge in edges:
+            sheet.path(list(edge), None, INK, closed=False)
+    level = prism.low if prism.along_x else prism.high
+    loops = [[at(prism.place(point, level)) for point in loop] for loop in (prism.outline, *prism.openings)]
+    sheet.path(loops[0], grey, INK, holes=loops[1:])
+
+
+def _back_first(walls: list[Wall]) -> list[Wall]:
+    """The walls in drawing order: each comes after those that it hides."""
+    left, ordered = sorted(walls, key=lambda wall: wall[0][1] + wall[1][1]), []
+    while left:
+        # Walls of one prism do not cross, so there is always one that hides none of the others.
+        k = next((k for k, wall in enumerate(left) if not any(_hides(wall, other) for other in left)), 0)
+        ordered.append(left.pop(k))
+    return ordered
+
+
+def _hides(one: Wall, other: Wall) -> bool:
+    """Whether a wall is nearer than another where both are seen."""
+    low, high = max(one[0][0], other[0][0]), min(one[1][0], other[1][0])
+    if one is other or high - low < 1e-9:
+        return False
+    middle, near = (low + high) / 2, []
+    for (a0, n0), (a1, n1), *_ in (one, other):
+        near.append(n0 + (n1 - n0) * (middle - a0) / (a1 - a0))
+    return near[0] > near[1]
+
+
+def _corner(loop: Loop, k: int) -> bool:
+    """Whether a loop turns sharply at a point; points of an arc do not."""
+    (x0, y0), (x1, y1), (x2, y2) = loop[k - 1], loop[k], loop[(k + 1) % len(loop)]
+    turn = math.atan2((x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1), (x1 - x0) * (x2 - x1) + (y1 - y0) * (y2 - y1))
+    return abs(math.degrees(turn)) > 25.0
+
+
+def signed_area(loop: Sequence[Point]) -> float:
+    """Signed area, above 0 where the loop runs anticlockwise."""
+    return sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(loop, (*loop[1:], loop[0]), strict=True)) / 2
 
 
 def plain_parts(badge: Badge, process: MountProcess) -> list[Part]:
     """Card and front alone, from behind to the front."""
-    return [_card(badge, process.card_mm), *_front(badge, process.card_mm, process.film_mm)]
+    return [card_part(badge, process.card_mm), *front_parts(badge, process.card_mm, process.film_mm)]
 
 
-def printed_parts(badge: Badge, mount: MountPlan, process: MountProcess) -> list[Part]:
-    """The printed mount with card and front, from behind to the front."""
-    plan, holder = mount
-    if isinstance(plan, SnapPlan):
-        return [_snap(plan, process), *plain_parts(badge, process)]
-    behind = [_holder(holder, plan)] if holder else []
-    return [*behind, _tray(plan, process), *plain_parts(badge, process)]
-
-
-def acrylic_parts(badge: Badge, plan: AcrylicPlan, film_mm: float, screw: str) -> list[Part]:
-    """The acrylic stack, nuts and screws, from behind to the front; screw: what to call the screws' size."""
-    count, bottom = len(plan.screws), -plan.base.thickness_mm
-    nuts = tuple(Prism(_round(at, NUT_WIDE_MM, 6), bottom - NUT_MM, bottom) for at in plan.screws)
-    top = plan.sheet_top + plan.cover.thickness_mm
-    # The screws farther from the viewer come first, because the nearer ones cover them.
-    far_first = sorted(plan.screws, key=lambda at: project((*at, 0.0))[1], reverse=True)
-    screws = tuple(
-        prism
-        for at in far_first
-        for prism in (
-            Prism(_round(at, THREAD_MM), top - plan.screw_mm, top),
-            Prism(_round(at, HEAD_MM), top, top + HEAD_HIGH_MM),
-        )
-    )
-    base, frame, cover = (_plate(plate, plan) for plate in plan.plates)
-    held = [_card(badge, plan.card_mm), *_front(badge, plan.card_mm, film_mm)]
-    below = Part(f"{count} nuts", "M3", nuts, 0.75, gap=SCREW_GAP, screws=plan.screws)
-    above = Part(f"{count} screws", screw, screws, 0.75, gap=SCREW_GAP, screws=plan.screws)
-    return [below, base, frame, *held, cover, above]
-
-
-def _plate(plate: Plate, plan: AcrylicPlan) -> Part:
-    high = plate.low_mm + plate.thickness_mm
-    body = Prism(
-        plate.outline.flat(_ARC_STEPS),
-        plate.low_mm,
-        high,
-        tuple(opening.flat(_ARC_STEPS) for opening in plate.openings),
-    )
-    # As in `process_figures.STOCK_MM`: thin plates are sold as film.
-    name = f"acrylic {plate.name}" if plate.thickness_mm > 0.5 else f"{plate.name} of film"
-    return Part(name, f"{plate.thickness_mm:g} mm", (body,), 0.93, screws=plan.screws)
-
-
-def _card(badge: Badge, card_mm: float) -> Part:
+def card_part(badge: Badge, card_mm: float) -> Part:
+    """The printed card, its gratings and markers sketched."""
     x0, y0, x1, y1 = in_frame(badge.outline_mm, badge)
     marks: list[tuple[Loop, float]] = []
     hints: list[tuple[Point, Point]] = []
@@ -89,13 +248,14 @@ def _card(badge: Badge, card_mm: float) -> Part:
         marks.append((corners, 0.8))
         hints += _lines(corners)
     for square, whites in marker_squares(badge):
-        marks.append((_box(in_frame(square, badge)), 0.2))
-        marks += [(_box(in_frame(white, badge)), 1.0) for white in whites]
+        marks.append((box_loop(in_frame(square, badge)), 0.2))
+        marks += [(box_loop(in_frame(white, badge)), 1.0) for white in whites]
     size = f"{card_mm:g} mm; {x1 - x0:g} × {y1 - y0:g} mm"
-    return Part("printed card", size, (Prism(_box((x0, y0, x1, y1)), 0.0, card_mm),), 1.0, tuple(marks), tuple(hints))
+    body = Prism(box_loop((x0, y0, x1, y1)), 0.0, card_mm)
+    return Part("printed card", size, (body,), 1.0, tuple(marks), tuple(hints))
 
 
-def _front(badge: Badge, low: float, film_mm: float) -> list[Part]:
+def front_parts(badge: Badge, low: float, film_mm: float) -> list[Part]:
     """The lens sheets, or spacer and film of a mask."""
     loops, lens = [corners for _, corners in sheet_pieces(badge)], badge.lens
     middle = low + lens.thickness_mm
@@ -116,73 +276,6 @@ def _front(badge: Badge, low: float, film_mm: float) -> list[Part]:
     ]
 
 
-def _tray(plan: TrayPlan, process: MountProcess) -> Part:
-    """Back plate with its tab, the rim on three sides, and the lips."""
-    half_y, wall, x = plan.half_mm[1], process.wall_mm, plan.out_x
-    outline = ((-x, plan.bottom), (x, plan.bottom), (x, half_y), *tab_corners(plan, wall), (-x, half_y))
-    slots = _slots(plan.slot_mm, half_y + 2 * wall, plan.slots)
-    inner = x - wall
-    rim = (
-        (-x, half_y),
-        (-x, plan.bottom),
-        (x, plan.bottom),
-        (x, half_y),
-        (inner, half_y),
-        (inner, plan.bottom + wall),
-        (-inner, plan.bottom + wall),
-        (-inner, half_y),
-    )
-    prisms = [Prism(outline, -process.back_mm, 0.0, slots), Prism(rim, 0.0, plan.side_top)]
-    lips = plan.lip_rects(process)
-    if plan.stepped:
-        sides = [((inner, r[1], x, r[3]) if r[0] > 0 else (-x, r[1], -inner, r[3])) for r in lips]
-        prisms += [Prism(_box(side), plan.side_top, plan.rim_top) for side in sides]
-    prisms += [Prism(_box(lip), plan.rim_top, plan.lip_top) for lip in lips]
-    size = f"{plan.lip_top + process.back_mm:.1f} mm deep, back {process.back_mm:g} mm"
-    return Part("tray, 3D-printed", size, tuple(prisms), 0.88, gap=TAB_GAP if plan.tab else GAP)
-
-
-def _slots(size: Point, low: float, middles: tuple[float, ...]) -> tuple[Loop, ...]:
-    """Lanyard slots that begin at a height."""
-    across, up = size[0] / 2, size[1] / 2
-    box = ((-across, low), (across, low), (across, low + size[1]), (-across, low + size[1]))
-    return tuple(Contour(box, (up,) * 4).moved(middle, 0.0).flat(_ARC_STEPS) for middle in middles)
-
-
-def _snap(plan: SnapPlan, process: MountProcess) -> Part:
-    """The snap-in holder: back plate with tab and hole, rim, and the catches' noses."""
-    (x, y), wall = plan.out_mm, process.wall_mm
-    tabs = tab_outline(tabs_of(plan.slots, plan.slot_mm[0], wall), y, plan.tab_top, wall)
-    outline = ((-x, -y), (x, -y), (x, y), *tabs, (-x, y))
-    openings = (*_slots(plan.slot_mm, y + 2 * wall, plan.slots), _round(plan.hole_at, hole_mm(plan)))
-    pocket_x, pocket_y = plan.inner_x, plan.half_mm[1] + plan.clearance_mm
-    pocket = _box((-pocket_x, -pocket_y, pocket_x, pocket_y))
-    prisms = [Prism(outline, -process.back_mm, 0.0, openings)]
-    prisms.append(Prism(_box((-x, -y, x, y)), 0.0, plan.rim_top, (pocket,)))
-    prisms += [Prism(_box(nose), plan.rim_top, plan.nose_top) for nose in plan.nose_rects()]
-    size = f"{plan.nose_top + process.back_mm:.1f} mm deep, back {process.back_mm:g} mm"
-    return Part("snap-in holder, 3D-printed", size, tuple(prisms), 0.88, gap=TAB_GAP)
-
-
-def _holder(holder: HolderBody, plan: TrayPlan) -> Part:
-    """Clip or stand as it is used, its profile drawn out across the badge."""
-    points = holder.profile
-    if holder.name == "stand":
-        lean = math.radians(holder.lean_deg)
-        sin, cos = math.sin(lean), math.cos(lean)
-        points = tuple((plan.bottom - along * sin + up * cos, along * cos + up * sin) for along, up in points)
-    loop = points if signed_area(points) > 0 else points[::-1]
-    half = holder.width_mm / 2
-    body = Prism(loop, -half, half, along_x=True)
-    return Part(
-        f"{holder.name}, 3D-printed",
-        f"{holder.width_mm:g} mm wide",
-        (body,),
-        0.88,
-        gap=CLIP_GAP if holder.name == "clip" else GAP,
-    )
-
-
 def _lines(corners: tuple[Point, ...]) -> list[tuple[Point, Point]]:
     """Sketched lines across a rectangle's axis, along which its first two corners lie."""
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners
@@ -191,11 +284,7 @@ def _lines(corners: tuple[Point, ...]) -> list[tuple[Point, Point]]:
     return [((ax + s * (bx - ax), ay + s * (by - ay)), (dx + s * (cx - dx), dy + s * (cy - dy))) for s in steps]
 
 
-def _box(rect: Rect) -> Loop:
+def box_loop(rect: Rect) -> Loop:
+    """A rectangle's corners, anticlockwise."""
     x0, y0, x1, y1 = rect
     return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
-
-
-def _round(centre: Point, diameter: float, sides: int = 20) -> Loop:
-    angles = [2 * math.pi * k / sides for k in range(sides)]
-    return tuple((centre[0] + diameter / 2 * math.cos(a), centre[1] + diameter / 2 * math.sin(a)) for a in angles)

@@ -6,20 +6,25 @@ lens sheet in true size, and an exploded view of each way to build the badge.
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from moireid.badge import Badge, Lens
-from moireid.fabrication.acrylic.plates import AcrylicPlan
+from moireid.badge import Badge, Lens, Point, Rect
 from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker, Step
-from moireid.fabrication.assembly.axonometry import Part, draw_exploded, draw_plates
-from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
+from moireid.fabrication.assembly.exploded import Part, draw_exploded, plain_parts
+from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.lettering import PICTURE_DPI, name_picture, printable, set_name
-from moireid.fabrication.page.pdf import BOLD, PdfPage
-from moireid.fabrication.printed.mount import MountPlan, plan_mount
 from moireid.fabrication.process_figures import MountFigures
+from moireid.fabrication.sight import sheet_pieces
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM, Printer
+
+if TYPE_CHECKING:
+    from moireid.fabrication.acrylic.plates import AcrylicPlan
+    from moireid.fabrication.printed.mount import MountPlan
 
 LEFT_MM, TOP_MM, LINE_MM, POINTS = 22.0, 28.0, 4.6, 9.0
 #: A step's picture, and the room between steps.
@@ -30,6 +35,10 @@ TITLE_MM = 10.0
 NAME_MM = (150.0, 12.0)
 #: The section is drawn so many times life size.
 STACK_SCALE = 12.0
+#: On the plate: gap between pieces, distance of the lines that sketch lenses, and length of the scale bar.
+GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
+#: What printers leave white around a page; a piece wider than what is left lies on the paper turned, mm.
+RIM_MM = 6.0
 
 
 def write_assembly_pdf(
@@ -50,6 +59,8 @@ def write_assembly_pdf(
     """
     figures = figures or MountFigures()
     if mount_plan is None and mount != "none":
+        from moireid.fabrication.printed.mount import plan_mount
+
         mount_plan = plan_mount(badge, mount, figures.printed)
     build = BuildPlan(badge, mount, acrylic, figures, maker, mount_plan)
     views = _views(build)
@@ -115,22 +126,17 @@ def _heading(sheet: PdfPage, heading: str, y: float) -> float:
 def paragraph(sheet: PdfPage, text: str, corner: tuple[float, float], width_mm: float, points: float = POINTS) -> float:
     """Write words in lines of at most that width from a corner, the first baseline's; give the next baseline's y."""
     x, y = corner
-    for line in _lines(sheet, text, width_mm, points):
+    for line in _lines(text, width_mm, points):
         sheet.text(x, y, line, points=points, align="left")
         y += LINE_MM * points / POINTS
     return y
 
 
-def _lines(sheet: PdfPage, text: str, width_mm: float, points: float = POINTS) -> list[str]:
+def _lines(text: str, width_mm: float, points: float) -> list[str]:
     """Words in lines of at most that width."""
-    lines = [""]
-    for word in text.split():
-        longer = f"{lines[-1]} {word}".strip()
-        if lines[-1] and sheet.text_width_mm(longer, points) > width_mm:
-            lines.append(word)
-        else:
-            lines[-1] = longer
-    return lines
+    from reportlab.lib.utils import simpleSplit
+
+    return list(simpleSplit(text, REGULAR, points, width_mm * POINTS_PER_MM))
 
 
 def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
@@ -139,7 +145,7 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
     sheet.text(LEFT_MM, TOP_MM - 6, "Step by step", points=16, font=BOLD, align="left")
     top, x = TOP_MM, LEFT_MM + PICTURE_MM + 7
     # Each step has the room of its words, and an even share of what is left.
-    needed = [TITLE_MM + LINE_MM * len(_lines(sheet, step.words, width - LEFT_MM - x)) for step in found]
+    needed = [TITLE_MM + LINE_MM * len(_lines(step.words, width - LEFT_MM - x, POINTS)) for step in found]
     spare = (height - TOP_MM - 12 - sum(needed)) / len(found)
     for number, (step, words_mm) in enumerate(zip(found, needed, strict=True), start=1):
         tall = min(MOST_STEP_MM, words_mm + spare)
@@ -152,6 +158,10 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
 def _views(build: BuildPlan) -> list[tuple[str, list[Part]]]:
     """The exploded views, one for each way to build the badge: heading and parts."""
     views, figures = [], build.figures
+    if build.mount_plan is None and build.acrylic is None:
+        return [("Exploded view", plain_parts(build.badge, figures.printed))]
+    from moireid.fabrication.assembly.mount_views import acrylic_parts, printed_parts
+
     if build.mount_plan is not None:
         parts = printed_parts(build.badge, build.mount_plan, figures.printed)
         views.append(("Exploded view: the printed mount", parts))
@@ -159,7 +169,7 @@ def _views(build: BuildPlan) -> list[tuple[str, list[Part]]]:
         screw = f"M3 × {assembly_words.screw_length_mm(build.acrylic)}"
         parts = acrylic_parts(build.badge, build.acrylic, figures.acrylic.film_mm, screw)
         views.append(("Exploded view: the mount in acrylic", parts))
-    return views or [("Exploded view", plain_parts(build.badge, figures.printed))]
+    return views
 
 
 def _draw_view(sheet: PdfPage, heading: str, parts: list[Part]) -> None:
@@ -215,3 +225,113 @@ def draw_stack(sheet: PdfPage, badge: Badge, top_mm: float) -> None:
 def _front_words(lens: Lens) -> str:
     """The name of the section's upper part."""
     return "printed film on acrylic" if lens.kind == "mask" else "lens sheet, lenses towards the viewer"
+
+
+@dataclass(frozen=True)
+class SheetPiece:
+    """One piece of sheet: its corners in order, mm, y up, the first side across the lenses; name: for people."""
+
+    name: str
+    corners: tuple[Point, ...]
+
+    @property
+    def upright(self) -> tuple[Point, ...]:
+        """Its corners with the lenses upright, from the lower left of the rectangle that holds them."""
+        (ax, ay), (bx, by) = self.corners[:2]
+        turn = -math.atan2(by - ay, bx - ax)
+        cos, sin = math.cos(turn), math.sin(turn)
+        turned = [(x * cos - y * sin, x * sin + y * cos) for x, y in self.corners]
+        low = min(x for x, _ in turned), min(y for _, y in turned)
+        return tuple((x - low[0], y - low[1]) for x, y in turned)
+
+    @property
+    def size_mm(self) -> Point:
+        """Width across the lenses, and length along them, of the rectangle that holds it."""
+        return max(x for x, _ in self.upright), max(y for _, y in self.upright)
+
+
+def pieces(badge: Badge) -> list[SheetPiece]:
+    """The pieces of a badge's sheet, one of each kind, the name saying how many are cut."""
+    kinds: dict[tuple[int, int], list[tuple[Point, ...]]] = {}
+    for _, corners in sheet_pieces(badge):
+        size = SheetPiece("", corners).size_mm
+        kinds.setdefault((round(1e3 * size[0]), round(1e3 * size[1])), []).append(corners)
+    several = len(kinds) > 1
+    found = []
+    for number, same in enumerate(kinds.values()):
+        name = f"piece {'ABCDEFGH'[number % 8]}" if several else "the piece"
+        found.append(SheetPiece(name if len(same) == 1 else f"{name}: cut {len(same)}", same[0]))
+    return found
+
+
+def placed(found: list[SheetPiece], room: Rect) -> list[list[tuple[SheetPiece, Point]]]:
+    """Pages of pieces with their upper left corners: from left to right, then below, in a room of the page, mm."""
+    pages: list[list[tuple[SheetPiece, Point]]] = [[]]
+    x, y, low = room[0], room[1], room[1]
+    for piece in found:
+        wide, tall = piece.size_mm
+        if x > room[0] and x + wide > room[2]:
+            x, y = room[0], low + GAP_MM
+        if pages[-1] and y + tall > room[3]:
+            pages.append([])
+            x, y, low = room[0], room[1], room[1]
+        pages[-1].append((piece, (x, y)))
+        x, low = x + wide + GAP_MM, max(low, y + tall)
+    return pages
+
+
+def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> None:
+    """Draw the pages of the plate, each begun anew."""
+    found, (width, height) = pieces(badge), sheet.page_mm
+    widest = max(piece.size_mm[0] for piece in found)
+    if widest > width - 2 * RIM_MM:
+        width, height = height, width
+    # A piece as wide as the paper's printable part takes the room of the margins too.
+    left = max(RIM_MM, min(left_mm, (width - widest) / 2))
+    for page in placed(found, (left, top_mm + 22, width - RIM_MM, height - 24)):
+        sheet.turn_page((width, height))
+        sheet.text(left_mm, top_mm, "The lens sheet, in true size", points=16, font=BOLD, align="left")
+        array = badge.lens.kind == "array"
+        along = "lenses up, so that their rows" if array else "ribs up, so that its ribs"
+        lines = (
+            f"Print at 100 %. Lay the sheet on this page, {along} run as the thin lines do.",
+            "Cut along the dashed lines: no wider, and at most 0.2 mm narrower.",
+        )
+        for k, line in enumerate(lines):
+            sheet.text(left_mm, top_mm + 7 + 5 * k, line, points=9, align="left")
+        for piece, corner in page:
+            _draw_piece(sheet, piece, corner, crossed=array)
+        _scale(sheet, left_mm, height - 14)
+
+
+def _draw_piece(sheet: PdfPage, piece: SheetPiece, corner: Point, *, crossed: bool) -> None:
+    """A piece's outline, its lenses sketched, crossed for those of an array, and its name."""
+    wide, tall = piece.size_mm
+    drawn = [(corner[0] + x, corner[1] + tall - y) for x, y in piece.upright]
+    for x in _between(corner[0], wide):
+        sheet.path([(x, corner[1]), (x, corner[1] + tall)], None, 0.8, closed=False)
+    for y in _between(corner[1], tall) if crossed else []:
+        sheet.path([(corner[0], y), (corner[0] + wide, y)], None, 0.8, closed=False)
+    sheet.path(drawn, None, 0.0, dash_mm=2.0)
+    words = f"{piece.name}, {wide:.1f} × {tall:.1f} mm"
+    middle = corner[0] + wide / 2, corner[1] + tall / 2
+    half = sheet.text_width_mm(words, 10) / 2 + 2
+    x0, y0, x1, y1 = middle[0] - half, middle[1] - 6, middle[0] + half, middle[1] + 3
+    if half * 2 < wide:
+        sheet.path([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], 1.0, None)
+        sheet.text(*middle, words, points=10)
+    else:
+        sheet.text(corner[0], corner[1] + tall + 5, words, points=8, align="left")
+
+
+def _between(low: float, length: float) -> list[float]:
+    """Places that part a length evenly, about `LENSES_MM` apart."""
+    count = max(2, int(length / LENSES_MM))
+    return [low + length * k / count for k in range(1, count)]
+
+
+def _scale(sheet: PdfPage, x: float, y: float) -> None:
+    sheet.stroke(x, y, x + SCALE_MM, y, 0.25)
+    for k in range(11):
+        sheet.stroke(x + 10 * k, y, x + 10 * k, y - (3 if k % 5 == 0 else 1.5), 0.2)
+    sheet.text(x + SCALE_MM + 4, y, "must measure 100 mm", points=8, align="left")

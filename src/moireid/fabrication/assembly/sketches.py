@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from moireid.badge import Badge, Grating, Point, Rect
-from moireid.fabrication.assembly.axonometry import draw_path
-from moireid.fabrication.page.pdf import PdfPage
+from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER
 from moireid.fabrication.sight import has_turned, sheet_pieces
 from moireid.frames import own_rect
@@ -121,18 +120,18 @@ class BadgeSketch:
     def draw(self, sheet: PdfPage, *, dash_mm: float | None = None) -> None:
         """The outline, the markers, and the striped fields."""
         half_x, half_y = self.half
-        draw_path(sheet, self.box(-half_x, -half_y, half_x, half_y), 1.0, 0.2, dash_mm=dash_mm)
+        sheet.path(self.box(-half_x, -half_y, half_x, half_y), 1.0, 0.2, dash_mm=dash_mm)
         x0, y0, x1, y1 = self.badge.outline_mm
         middle = (x0 + x1) / 2, (y0 + y1) / 2
         for left, top, right, bottom in self.badge.markers.dark_mm:
             box = self.box(left - middle[0], middle[1] - bottom, right - middle[0], middle[1] - top)
-            draw_path(sheet, box, 0.25, None)
+            sheet.path(box, 0.25, None)
         fields = [
             [self.at((x - middle[0], middle[1] - y)) for x, y in self.badge.corners_of(grating).tolist()]
             for grating in self.badge.gratings
         ]
         for corners in fields:
-            draw_path(sheet, corners, 0.9, None)
+            sheet.path(corners, 0.9, None)
         # Gratings that cross on one field show the stripes of both.
         for corners in fields:
             stripes(sheet, corners, 1.1, 0.55)
@@ -141,7 +140,7 @@ class BadgeSketch:
         """The pieces of sheet, lenses sketched, moved on the page by mm."""
         for _, corners in sheet_pieces(self.badge):
             drawn = [(x + moved[0], y + moved[1]) for x, y in (self.at(corner) for corner in corners)]
-            draw_path(sheet, drawn, 0.97, 0.1)
+            sheet.path(drawn, 0.97, 0.1)
             stripes(sheet, drawn, 2.2, 0.75)
             if self.badge.lens.kind == "array":
                 stripes(sheet, drawn[1:] + drawn[:1], 2.2, 0.75)
@@ -154,18 +153,18 @@ def stripes(sheet: PdfPage, corners: Sequence[Point], step_mm: float, grey: floa
     for k in range(1, count):
         s = k / count
         ends = [(ax + s * (bx - ax), ay + s * (by - ay)), (dx + s * (cx - dx), dy + s * (cy - dy))]
-        draw_path(sheet, ends, None, grey, closed=False)
+        sheet.path(ends, None, grey, closed=False)
 
 
 def arrow(sheet: PdfPage, start: Point, end: Point, *, both: bool = False) -> None:
     """A straight arrow; both: with a head at either end."""
-    draw_path(sheet, [start, end], None, 0.0, closed=False)
+    sheet.path([start, end], None, 0.0, closed=False)
     for tip, tail in ((end, start), (start, end))[: 2 if both else 1]:
         way = math.atan2(tip[1] - tail[1], tip[0] - tail[0])
         wings = [
             (tip[0] - HEAD_MM * math.cos(way + turn), tip[1] - HEAD_MM * math.sin(way + turn)) for turn in (0.4, -0.4)
         ]
-        draw_path(sheet, [tip, *wings], 0.0, None)
+        sheet.path([tip, *wings], 0.0, None)
 
 
 def measure(sheet: PdfPage, area: Rect) -> None:
@@ -175,7 +174,7 @@ def measure(sheet: PdfPage, area: Rect) -> None:
         x = x0 + (x1 - x0) * k / 15
         sheet.stroke(x, y, x, y - (3.0 if k % 5 == 0 else 1.6), 0.15)
     sheet.stroke(x0, y, x1, y, 0.3)
-    draw_path(sheet, [(x0 - 2, y + 0.8), (x1 + 2, y + 0.8), (x1 + 2, y + 7), (x0 - 2, y + 7)], 0.92, 0.3)
+    sheet.path([(x0 - 2, y + 0.8), (x1 + 2, y + 0.8), (x1 + 2, y + 7), (x0 - 2, y + 7)], 0.92, 0.3)
     for k in range(16):
         x = x0 + (x1 - x0) * k / 15
         sheet.stroke(x, y + 0.8, x, y + (3.4 if k % 5 == 0 else 2.2), 0.15)
@@ -250,7 +249,7 @@ def held(badge: Badge, *, taped: bool) -> Draw:
         if has_turned(badge):
             for _, corners in sheet_pieces(badge):
                 for k in (1, 3):
-                    draw_path(sheet, [board.at(place) for place in _along(corners, k, strip)], 0.7, 0.2)
+                    sheet.path([board.at(place) for place in _along(corners, k, strip)], 0.7, 0.2)
             if taped:
                 return
         rows = [y for _, corners in sheet_pieces(badge) for _, y in corners]
@@ -258,9 +257,9 @@ def held(badge: Badge, *, taped: bool) -> Draw:
         for side in (-1, 1):
             out = half_x + (0.0 if taped else strip)
             left, right = sorted((side * (half_x - strip), side * out))
-            draw_path(sheet, board.box(left, low, right, high), 0.7, 0.2)
+            sheet.path(board.box(left, low, right, high), 0.7, 0.2)
         if not taped:
-            draw_path(sheet, board.box(-half_x - strip, -half_y - strip, half_x + strip, -half_y), 0.7, 0.2)
+            sheet.path(board.box(-half_x - strip, -half_y - strip, half_x + strip, -half_y), 0.7, 0.2)
             x, y = board.at((0, half_y))
             arrow(sheet, (x, y - 2.5), (x, y + 4))
 
@@ -280,13 +279,13 @@ def pressed(sheet: PdfPage, area: Rect) -> None:
     x0, x1, y = area[0] + 5, area[2] - 5, area[3] - 7
     hole = x1 - 9
     for left, right in ((x0, hole - 2.5), (hole + 2.5, x1)):
-        draw_path(sheet, [(left, y), (right, y), (right, y + 2), (left, y + 2)], 0.75, 0.2)
+        sheet.path([(left, y), (right, y), (right, y + 2), (left, y + 2)], 0.75, 0.2)
     for side, edge in ((-1, x0), (1, x1)):
         # The catch next to the plate: upright, with a nose that is a ramp above and rises below.
         catch = [(0.6, 2.0), (0.6, -2.4), (-0.6, -3.6), (-0.6, -4.2), (0.6, -5.4), (2.2, -5.4), (2.2, 2.0)]
-        draw_path(sheet, [(edge + side * across, y + down) for across, down in catch], 0.6, 0.2)
+        sheet.path([(edge + side * across, y + down) for across, down in catch], 0.6, 0.2)
     lift = y - 9.0
-    draw_path(sheet, [(x0, lift), (x1, lift), (x1, lift + 1.6), (x0, lift + 1.6)], 0.95, 0.0)
+    sheet.path([(x0, lift), (x1, lift), (x1, lift + 1.6), (x0, lift + 1.6)], 0.95, 0.0)
     for x in (x0 + 4, x1 - 4):
         arrow(sheet, (x, lift - 5.5), (x, lift - 0.8))
     arrow(sheet, (hole, area[3]), (hole, y + 0.5))
@@ -298,9 +297,9 @@ def carried(badge: Badge, kind: str, slots: int) -> Draw:
     def draw(sheet: PdfPage, area: Rect) -> None:
         if kind == "stand":
             x, y = (area[0] + area[2]) / 2, area[3] - 2
-            draw_path(sheet, [(x - 12, y), (x + 12, y)], None, 0.0, closed=False)
-            draw_path(sheet, [(x + 4, y - 1), (x + 8, y - 1), (x + 2, y - 12), (x + 1, y - 12)], 0.75, 0.2)
-            draw_path(sheet, [(x + 5, y - 1.5), (x + 6.2, y - 1.5), (x + 2, y - 20), (x + 0.8, y - 20)], 1.0, 0.0)
+            sheet.path([(x - 12, y), (x + 12, y)], None, 0.0, closed=False)
+            sheet.path([(x + 4, y - 1), (x + 8, y - 1), (x + 2, y - 12), (x + 1, y - 12)], 0.75, 0.2)
+            sheet.path([(x + 5, y - 1.5), (x + 6.2, y - 1.5), (x + 2, y - 20), (x + 0.8, y - 20)], 1.0, 0.0)
             return
         board = BadgeSketch(badge, (area[0], area[1] + 6, area[2], area[3]), spare=0.95)
         board.draw(sheet)
@@ -310,11 +309,11 @@ def carried(badge: Badge, kind: str, slots: int) -> Draw:
             x, y = board.at((share * board.half[0], board.half[1]))
             if kind == "clip":
                 # The clip from the front, its hook through the slot, its jaws above.
-                draw_path(sheet, [(x - 2, y - 6), (x + 2, y - 6), (x + 1.4, y), (x - 1.4, y)], 0.6, 0.0)
+                sheet.path([(x - 2, y - 6), (x + 2, y - 6), (x + 1.4, y), (x - 1.4, y)], 0.6, 0.0)
                 arrow(sheet, (x + 6, y - 4), (x + 2.6, y - 3))
             else:
-                draw_path(sheet, [(x, y), (x + (0.4 * (x - board.middle[0])), area[1])], None, 0.0, closed=False)
-            draw_path(sheet, board.box(*_tab(board, share)), 0.75, 0.2)
+                sheet.path([(x, y), (x + (0.4 * (x - board.middle[0])), area[1])], None, 0.0, closed=False)
+            sheet.path(board.box(*_tab(board, share)), 0.75, 0.2)
 
     return draw
 
@@ -337,15 +336,13 @@ def film(badge: Badge, look_m: float) -> Draw:
         arrow(sheet, (x - 9, y), (x + 9, y), both=True)
         sheet.text(x, y - 1.2, "20 cm", points=6)
         phone = (area[2] - 11, area[1] + 4, area[2] - 3, area[3] - 6)
-        draw_path(
-            sheet, [(phone[0], phone[1]), (phone[2], phone[1]), (phone[2], phone[3]), (phone[0], phone[3])], 0.4, 0.0
-        )
+        sheet.path([(phone[0], phone[1]), (phone[2], phone[1]), (phone[2], phone[3]), (phone[0], phone[3])], 0.4, 0.0)
         inside = (phone[0] + 0.8, phone[1] + 1.6, phone[2] - 0.8, phone[3] - 1.6)
         corners = [(inside[0], inside[1]), (inside[2], inside[1]), (inside[2], inside[3]), (inside[0], inside[3])]
-        draw_path(sheet, corners, 1.0, None)
+        sheet.path(corners, 1.0, None)
         middle = (phone[1] + phone[3]) / 2
         start = area[0] + wide + 1
-        draw_path(sheet, [(start, middle), (phone[0] - 1, middle)], None, 0.5, closed=False, dash_mm=0.8)
+        sheet.path([(start, middle), (phone[0] - 1, middle)], None, 0.5, closed=False, dash_mm=0.8)
         sheet.text((start + phone[0] - 1) / 2, middle - 1.2, f"{look_m:g} m", points=6)
 
     return draw

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from moireid.badge import Badge, load_badge
 from moireid.errors import FabricationError
-from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, PdfPage, write_badge_pdf
+from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
+from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.files import planned, write_text
 from moireid.sheets import MM_PER_INCH
 

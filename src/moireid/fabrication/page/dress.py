@@ -17,10 +17,9 @@ from moireid.artwork.placing import ArtPiece, Look, pieces_of, unworn
 from moireid.artwork.template import template_named
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
-from moireid.fabrication.page.artwork import font_file
+from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage, font_file
 from moireid.fabrication.page.lettering import PICTURE_DPI, line_note
 from moireid.fabrication.page.page_words import SetWords, set_words
-from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 
 #: Longer sides at which a picture is searched for markers, px: from near, and far away.
 SEEN_PX = (640, 320, 160, 80)
@@ -152,12 +151,8 @@ def _write(sheet: PdfPage, line: SetWords, colour: Colour) -> None:
         size = [side / PICTURE_DPI * 25.4 for side in solid.size]
         _picture(sheet, solid, (left, top, left + size[0], top + size[1]))
         return
-    x, y = sheet.place(line.x_mm, line.baseline_mm)
-    canvas = sheet.canvas
-    canvas.setFillColorRGB(*colour)
-    canvas.setFont(BOLD if line.bold else REGULAR, line.points)
-    draw = {"center": canvas.drawCentredString, "left": canvas.drawString, "right": canvas.drawRightString}
-    draw[line.align](x * POINTS_PER_MM, (sheet.height_mm - y) * POINTS_PER_MM, line.words)
+    font = BOLD if line.bold else REGULAR
+    sheet.text(line.x_mm, line.baseline_mm, line.words, points=line.points, font=font, align=line.align, colour=colour)
 
 
 ANCHORS = {"left": "ls", "center": "ms", "right": "rs"}

@@ -21,7 +21,7 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont, features
 
 from moireid.errors import FabricationError
-from moireid.fabrication.page.artwork import font_file
+from moireid.fabrication.page.canvas import font_file
 
 #: Where systems keep their fonts.
 FONT_FOLDERS = (

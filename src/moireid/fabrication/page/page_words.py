@@ -15,7 +15,7 @@ from PIL import Image, ImageFont
 
 from moireid.artwork.placing import ArtPiece
 from moireid.errors import SpecError
-from moireid.fabrication.page.artwork import font_file
+from moireid.fabrication.page.canvas import font_file
 from moireid.fabrication.page.lettering import LINE_HEIGHT, PICTURE_DPI, font_for, name_picture, printable, set_name
 
 MM_PER_POINT = 25.4 / 72

@@ -1,6 +1,5 @@
-"""badge.pdf: the page at true scale, in vectors.
+"""badge.pdf: the page's shapes in mm, and the page at true scale, in vectors.
 
-Convention: page mm with the origin top left become PDF points with the origin bottom left, here and nowhere else.
 Two forms of the lines, each placed absolutely, so that none drifts:
 
 - "dots": every edge on a border between the printer's dots (`moireid.dots`), drawn a quarter of a dot within it.  A
@@ -15,28 +14,17 @@ The TrimBox is the board; viewers are asked not to scale.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from PIL import Image
+from numpy.typing import NDArray
 
-from moireid.artwork.colours import Colour
-from moireid.badge import Badge, Cell, Grating, Lens, Rect
+from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Point, Rect
 from moireid.dots import nearest_dot
 from moireid.errors import SpecError
-from moireid.fabrication.page.artwork import (
-    CROP_MARK_MM,
-    SCALE_BAR_MM,
-    bar_places,
-    clear_of_bars,
-    crop_marks,
-    dark_lines,
-    font_file,
-    lettering_places,
-    marker_squares,
-)
+from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.lettering import (
     LINE_HEIGHT,
     PICTURE_DPI,
@@ -51,144 +39,123 @@ from moireid.files import whole_file
 from moireid.frames import Axis, own_rect
 from moireid.profiles import FORMS, Printer
 
-POINTS_PER_MM = 72.0 / 25.4
-REGULAR, BOLD = "MoireidSans", "MoireidSans-Bold"
+CROP_MARK_MM = 6.0
+CROP_GAP_MM = 2.0
+#: A bar of 150 mm shows a scale error of 0.3 % as half a millimetre, which a ruler reads; a short one would not.
+SCALE_BAR_MM = 150.0
+#: Printers leave a rim of 3 to 5 mm white.
+RIM_MM = 3.0
+#: White between words and a frame or the board's edge, and the least room for words, mm.
+LETTERING_GAP_MM, LEAST_LETTERING_MM = 1.0, 2.0
+#: Air between a crop mark and a scale bar, and the least length of a mark; a mark that would be shorter stays whole.
+BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
+#: From the end of the level scale bar to the upright one, mm: room for a ruler.
+BARS_APART_MM = 8.0
 NAME_POINTS = 20.0
 SMALL_POINTS = 7.0
-HAIRLINE_MM = 0.1
 #: Of a badge that does not say how it is printed.
 DEFAULT_DPI = 1200
 #: Share of a dot by which a line is drawn within its dots, half of what either kind of raster leaves.
 INSET_DOTS = 0.25
 
 
-class PdfPage:
-    """A reportlab canvas that takes page millimetres, origin top left.
+def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
+    """The dark lines of one cell, cut at its border.
 
-    scale: drawn over true size along x and y, about the page's middle, which makes up for a printer's own scale;
-    dot_mm: the page is made a whole number of such dots high, less than half a dot off, because some rasters count
-    from its upper edge and some from its lower.
+    Convention: lines begin at edge_mm + k pitch_mm along the grating's axis and are duty pitch_mm wide.
+    Returns: rectangles as the cell's own is given: page mm, or in the frame of a turned grating (`moireid.frames`).
+    Source: each edge is computed from k, never by adding up a rounded pitch, so that nothing drifts.
     """
+    low, top, high, bottom = own_rect(grating.axis, cell.rect_mm)
+    first = math.floor((low - cell.edge_mm) / cell.pitch_mm)
+    last = math.ceil((high - cell.edge_mm) / cell.pitch_mm)
+    lines: list[Rect] = []
+    for k in range(first, last + 1):
+        begin = cell.edge_mm + k * cell.pitch_mm
+        start, stop = max(begin, low), min(begin + cell.duty * cell.pitch_mm, high)
+        if stop - start > 1e-9:
+            lines.append(own_rect(grating.axis, (start, top, stop, bottom)))
+    return lines
 
-    def __init__(
-        self,
-        path: Path,
-        page_mm: tuple[float, float],
-        title: str,
-        scale: tuple[float, float] = (1.0, 1.0),
-        dot_mm: float | None = None,
-    ) -> None:
-        from reportlab.pdfbase import pdfmetrics
-        from reportlab.pdfbase.ttfonts import TTFont
-        from reportlab.pdfgen.canvas import Canvas
 
-        for name, bold in ((REGULAR, False), (BOLD, True)):
-            if name not in pdfmetrics.getRegisteredFontNames():
-                pdfmetrics.registerFont(TTFont(name, str(font_file(bold=bold))))
-        self.height_mm = round(page_mm[1] / dot_mm) * dot_mm if dot_mm else page_mm[1]
-        size = (page_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM)
-        # invariant leaves out the date, so that the same badge gives the same bytes.
-        # Each page begins with a font set, which would else be a Helvetica that the file does not carry.
-        # reportlab's stub takes the name for a number.
-        begin: Any = {"initialFontName": REGULAR}
-        self.canvas = Canvas(str(path), pagesize=size, invariant=True, pageCompression=1, **begin)
-        self.canvas.setTitle(title)
-        self.canvas.setCreator("moireid")
-        self.canvas.setViewerPreference("PrintScaling", "None")
-        self.page_mm, self.scale = page_mm, scale
-        #: Place on the sheet of the origin of what is drawn, mm: a sheet may hold several boards.
-        self.origin_mm = (0.0, 0.0)
+def marker_squares(badge: Badge) -> list[tuple[Rect, list[Rect]]]:
+    """For each marker its black square and, within, the runs of white modules; or a frame's sides and their notches.
 
-    def place(self, x: float, y: float) -> tuple[float, float]:
-        """Where a place is drawn, mm, on a sheet that may be scaled and holds what is drawn at `origin_mm`."""
-        x, y = x + self.origin_mm[0], y + self.origin_mm[1]
-        width, height, across, down = *self.page_mm, *self.scale
-        return width / 2 + (x - width / 2) * across, height / 2 + (y - height / 2) * down
+    Convention: markers upright on the page, module rows from top to bottom.
+    Returns: four pairs (black rectangle, white rectangles), page mm.
+    """
+    if isinstance(badge.markers, CodedFrame):
+        return [(side, badge.markers.notches_in(number)) for number, side in enumerate(badge.markers.dark_mm)]
+    squares = []
+    for identity, square in zip(badge.markers.ids, badge.markers.dark_mm, strict=True):
+        modules = marker_modules(badge.markers.dictionary, identity)
+        module_mm = badge.markers.size_mm / len(modules)
+        white: list[Rect] = []
+        for row, line in enumerate(modules):
+            edges = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(int), [0]])))
+            for begin, end in edges.reshape(-1, 2):
+                left, top = square[0] + begin * module_mm, square[1] + row * module_mm
+                white.append((left, top, left + (end - begin) * module_mm, top + module_mm))
+        squares.append((square, white))
+    return squares
 
-    def fill(self, rects: list[Rect], grey: float = 0.0, colour: Colour | None = None) -> None:
-        """Fill rectangles as one path, so that those that touch leave no seam; colour: in place of the grey."""
-        self.fill_drawn([(*self.place(x0, y0), *self.place(x1, y1)) for x0, y0, x1, y1 in rects], grey, colour)
 
-    def fill_drawn(self, rects: list[Rect], grey: float = 0.0, colour: Colour | None = None) -> None:
-        """Fill rectangles that are given as they are drawn, scale included."""
-        path: Any = self.canvas.beginPath()
-        for x0, y0, x1, y1 in rects:
-            path.rect(
-                x0 * POINTS_PER_MM,
-                (self.height_mm - y1) * POINTS_PER_MM,
-                (x1 - x0) * POINTS_PER_MM,
-                (y1 - y0) * POINTS_PER_MM,
-            )
-        if colour is None:
-            self.canvas.setFillGray(grey)
-        else:
-            self.canvas.setFillColorRGB(*colour)
-        self.canvas.drawPath(path, stroke=0, fill=1)
+def lettering_places(badge: Badge) -> tuple[tuple[Point, ...], float]:
+    """The four places between which name and id are written, and half the height of their room, page mm.
 
-    def fill_loops(self, loops: list[list[tuple[float, float]]], grey: float = 0.0) -> None:
-        """Fill polygons, given by their corners as they are drawn, scale included, as one path."""
-        path: Any = self.canvas.beginPath()
-        for corners in loops:
-            points = [(x * POINTS_PER_MM, (self.height_mm - y) * POINTS_PER_MM) for x, y in corners]
-            path.moveTo(*points[0])
-            for point in points[1:]:
-                path.lineTo(*point)
-            path.close()
-        self.canvas.setFillGray(grey)
-        self.canvas.drawPath(path, stroke=0, fill=1)
+    Convention: as `Markers.centers_mm`: the name between the first two, the id between the others.  A frame has no
+        markers; the places are then above and below it.
+    """
+    if not isinstance(badge.markers, CodedFrame):
+        return badge.markers.centers_mm, badge.markers.size_mm / 2
+    board, (x0, y0, x1, y1) = badge.outline_mm, badge.markers.rect_mm
+    half = max(min(y0 - board[1], board[3] - y1) / 2 - LETTERING_GAP_MM, LEAST_LETTERING_MM / 2)
+    upper, lower = (board[1] + y0) / 2, (board[3] + y1) / 2
+    return ((x0 - half, upper), (x1 + half, upper), (x1 + half, lower), (x0 - half, lower)), half
 
-    def picture(self, picture: Image.Image, corner_mm: tuple[float, float], dot_mm: float) -> None:
-        """Place a grey picture whose pixels are `dot_mm` wide; corner_mm: its upper left one."""
-        from reportlab.lib.utils import ImageReader
 
-        dot = dot_mm * POINTS_PER_MM
-        # A raster may count a dot that the picture's border merely touches, and stretch the picture over it.
-        inset = 0.05 * dot
-        width, height = picture.width * dot, picture.height * dot
-        x, y = corner_mm[0] * POINTS_PER_MM, (self.height_mm - corner_mm[1]) * POINTS_PER_MM - height
-        reader = ImageReader(picture)
-        self.canvas.drawImage(reader, x + inset, y + inset, width - 2 * inset, height - 2 * inset)
+def marker_modules(dictionary: str, identity: int) -> NDArray[np.bool_]:
+    """The modules of an ArUco marker with its black border, True where white; square, row by row from the top."""
+    import cv2
 
-    def stroke(self, x0: float, y0: float, x1: float, y1: float, width_mm: float = HAIRLINE_MM) -> None:
-        """Draw a black line."""
-        (x0, y0), (x1, y1) = self.place(x0, y0), self.place(x1, y1)
-        self.canvas.setLineWidth(width_mm * POINTS_PER_MM)
-        self.canvas.setStrokeGray(0.0)
-        self.canvas.line(
-            x0 * POINTS_PER_MM,
-            (self.height_mm - y0) * POINTS_PER_MM,
-            x1 * POINTS_PER_MM,
-            (self.height_mm - y1) * POINTS_PER_MM,
-        )
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
+    side = known.markerSize + 2
+    return np.asarray(cv2.aruco.generateImageMarker(known, identity, side)) > 127
 
-    def text(
-        self, x: float, y: float, words: str, *, points: float, font: str = REGULAR, align: str = "center"
-    ) -> None:
-        """Write a line whose baseline is at y."""
-        x, y = self.place(x, y)
-        self.canvas.setFillGray(0.0)
-        self.canvas.setFont(font, points)
-        draw = {
-            "center": self.canvas.drawCentredString,
-            "left": self.canvas.drawString,
-            "right": self.canvas.drawRightString,
-        }
-        draw[align](x * POINTS_PER_MM, (self.height_mm - y) * POINTS_PER_MM, words)
 
-    def text_width_mm(self, words: str, points: float, font: str = REGULAR) -> float:
-        """Width of a line of text, mm."""
-        return float(self.canvas.stringWidth(words, font, points)) / POINTS_PER_MM
+def crop_marks(board: Rect, length_mm: float = CROP_MARK_MM) -> list[tuple[float, float, float, float]]:
+    """Eight strokes (x0, y0, x1, y1) outside the corners of the board, along its edges."""
+    marks = []
+    for x, outward_x in ((board[0], -1), (board[2], 1)):
+        for y, outward_y in ((board[1], -1), (board[3], 1)):
+            begin, end = CROP_GAP_MM, CROP_GAP_MM + length_mm
+            marks.append((x + outward_x * begin, y, x + outward_x * end, y))
+            marks.append((x, y + outward_y * begin, x, y + outward_y * end))
+    return marks
 
-    def turn_page(self, page_mm: tuple[float, float]) -> None:
-        """Finish the page, and begin one of that size."""
-        self.canvas.showPage()
-        self.page_mm, self.height_mm = page_mm, page_mm[1]
-        self.canvas.setPageSize((page_mm[0] * POINTS_PER_MM, page_mm[1] * POINTS_PER_MM))
 
-    def save(self) -> None:
-        """Finish the page and write the file."""
-        self.canvas.showPage()
-        self.canvas.save()
+def bar_places(page_mm: tuple[float, float], block: Rect) -> tuple[float, float]:
+    """Where the two scale bars of a sheet are drawn: x of the upright one, y of the level one, mm.
+
+    They are up to 14 mm from everything else on the sheet, as far as the paper and the printer's rim allow.  Around a
+    small board the upright one is farther out, clear of the end of the level one.
+    """
+    clear = page_mm[0] / 2 - SCALE_BAR_MM / 2 - BARS_APART_MM
+    return max(min(block[0] - 14.0, clear), 7.5), min(block[3] + 14.0, page_mm[1] - 10.5)
+
+
+def clear_of_bars(
+    mark: tuple[float, float, float, float], page_mm: tuple[float, float], bars: tuple[float, float]
+) -> tuple[float, float, float, float]:
+    """A crop mark whose outer end is cut off so that it keeps clear of the scale bars and the printer's rim."""
+    x0, y0, x1, y1 = mark
+    reach, middle = SCALE_BAR_MM / 2 + 1.0, (page_mm[0] / 2, page_mm[1] / 2)
+    least_x, most_y = bars[0] + BAR_GAP_MM, bars[1] - BAR_GAP_MM
+    low = (least_x if abs(y0 - middle[1]) <= reach else RIM_MM, RIM_MM)
+    high = (page_mm[0] - RIM_MM, most_y if abs(x0 - middle[0]) <= reach else page_mm[1] - RIM_MM)
+    x0, x1 = (min(max(x, low[0]), high[0]) for x in (x0, x1))
+    y0, y1 = (min(max(y, low[1]), high[1]) for y in (y0, y1))
+    return (x0, y0, x1, y1) if abs(x1 - x0) + abs(y1 - y0) >= LEAST_MARK_MM - 1e-6 else mark
 
 
 def write_badge_pdf(
@@ -279,7 +246,8 @@ def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm
     lines = [line for cell in grating.cells for line in dark_lines(grating, cell)]
     if not isinstance(grating.axis, str):
         frame = badge.frame_of(grating)
-        sheet.fill_loops([[sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines])
+        first, *others = ([sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines)
+        sheet.path(first, 0.0, None, holes=others)
         return
     drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
     sheet.fill_drawn(drawn if form == "vector" else [on_dots(line, grating.axis, dot_mm) for line in drawn])

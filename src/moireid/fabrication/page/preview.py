@@ -17,9 +17,10 @@ from PIL import Image, ImageChops, ImageDraw, ImageFilter, ImageOps
 
 from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
-from moireid.fabrication.page.artwork import font_file, lettering_places, marker_squares
+from moireid.fabrication.page.canvas import font_file
 from moireid.fabrication.page.dress import dress_picture, look_of
 from moireid.fabrication.page.lettering import name_picture, set_name
+from moireid.fabrication.page.pdf import lettering_places, marker_squares
 from moireid.files import whole_file
 from moireid.frames import bounds_of, own_rect
 from moireid.lenticule import landing_mm

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens
-from moireid.fabrication.page.artwork import lettering_places, marker_squares
 from moireid.fabrication.page.dress import look_of
+from moireid.fabrication.page.pdf import lettering_places, marker_squares
 from moireid.fabrication.page.preview import draw_preview
 from moireid.frames import own_rect
 from moireid.lenticule import landing_mm, view_law

@@ -1,0 +1,193 @@
+"""The canvas of every PDF: page millimetres in, PDF points out.
+
+Convention: page mm with the origin top left become PDF points with the origin bottom left, here and nowhere else.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from moireid.artwork.colours import Colour
+from moireid.badge import Rect
+
+POINTS_PER_MM = 72.0 / 25.4
+REGULAR, BOLD = "MoireidSans", "MoireidSans-Bold"
+#: Width of a single line, and of a path's, mm.
+HAIRLINE_MM, PATH_LINE_MM = 0.1, 0.15
+
+
+@cache
+def font_file(*, bold: bool = False) -> Path:
+    """A font that covers Latin, Greek, Cyrillic and more: the DejaVu Sans that matplotlib ships.
+
+    Found without importing matplotlib, which would cost a quarter of a second.
+    """
+    spec = importlib.util.find_spec("matplotlib")
+    assert spec is not None and spec.origin is not None
+    return Path(spec.origin).parent / "mpl-data/fonts/ttf" / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf")
+
+
+class PdfPage:
+    """A reportlab canvas that takes page millimetres, origin top left.
+
+    scale: drawn over true size along x and y, about the page's middle, which makes up for a printer's own scale;
+    dot_mm: the page is made a whole number of such dots high, less than half a dot off, because some rasters count
+    from its upper edge and some from its lower.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        page_mm: tuple[float, float],
+        title: str,
+        scale: tuple[float, float] = (1.0, 1.0),
+        dot_mm: float | None = None,
+    ) -> None:
+        from reportlab.pdfbase import pdfmetrics
+        from reportlab.pdfbase.ttfonts import TTFont
+        from reportlab.pdfgen.canvas import Canvas
+
+        for name, bold in ((REGULAR, False), (BOLD, True)):
+            if name not in pdfmetrics.getRegisteredFontNames():
+                pdfmetrics.registerFont(TTFont(name, str(font_file(bold=bold))))
+        self.height_mm = round(page_mm[1] / dot_mm) * dot_mm if dot_mm else page_mm[1]
+        size = (page_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM)
+        # invariant leaves out the date, so that the same badge gives the same bytes.
+        # Each page begins with a font set, which would else be a Helvetica that the file does not carry.
+        # reportlab's stub takes the name for a number.
+        begin: Any = {"initialFontName": REGULAR}
+        self.canvas = Canvas(str(path), pagesize=size, invariant=True, pageCompression=1, **begin)
+        self.canvas.setTitle(title)
+        self.canvas.setCreator("moireid")
+        self.canvas.setViewerPreference("PrintScaling", "None")
+        self.page_mm, self.scale = page_mm, scale
+        #: Place on the sheet of the origin of what is drawn, mm: a sheet may hold several boards.
+        self.origin_mm = (0.0, 0.0)
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Where a place is drawn, mm, on a sheet that may be scaled and holds what is drawn at `origin_mm`."""
+        x, y = x + self.origin_mm[0], y + self.origin_mm[1]
+        width, height, across, down = *self.page_mm, *self.scale
+        return width / 2 + (x - width / 2) * across, height / 2 + (y - height / 2) * down
+
+    def _points(self, x: float, y: float) -> tuple[float, float]:
+        """A place as it is drawn, mm, in PDF points."""
+        return x * POINTS_PER_MM, (self.height_mm - y) * POINTS_PER_MM
+
+    def _fill_with(self, grey: float, colour: Colour | None) -> None:
+        if colour is None:
+            self.canvas.setFillGray(grey)
+        else:
+            self.canvas.setFillColorRGB(*colour)
+
+    def fill(self, rects: list[Rect], grey: float = 0.0, colour: Colour | None = None) -> None:
+        """Fill rectangles as one path, so that those that touch leave no seam; colour: in place of the grey."""
+        self.fill_drawn([(*self.place(x0, y0), *self.place(x1, y1)) for x0, y0, x1, y1 in rects], grey, colour)
+
+    def fill_drawn(self, rects: list[Rect], grey: float = 0.0, colour: Colour | None = None) -> None:
+        """Fill rectangles that are given as they are drawn, scale included."""
+        path: Any = self.canvas.beginPath()
+        for x0, y0, x1, y1 in rects:
+            path.rect(*self._points(x0, y1), (x1 - x0) * POINTS_PER_MM, (y1 - y0) * POINTS_PER_MM)
+        self._fill_with(grey, colour)
+        self.canvas.drawPath(path, stroke=0, fill=1)
+
+    def path(
+        self,
+        points: Sequence[tuple[float, float]],
+        fill: float | None,
+        line: float | None,
+        *,
+        closed: bool = True,
+        holes: Iterable[Sequence[tuple[float, float]]] = (),
+        dash_mm: float | None = None,
+    ) -> None:
+        """Draw a path of straight lines, given as it is drawn, scale included, mm.
+
+        Parameters
+        ----------
+        fill, line : float or None
+            Grey of its filling and of its line, 0 to 1; None to leave it out.
+        holes : iterable of loops
+            Further loops; where two loops lie on each other, nothing is filled.
+        dash_mm : float, optional
+            Length of a dash of a broken line, mm.
+        """
+        path: Any = self.canvas.beginPath()
+        for loop in (points, *holes):
+            for k, (x, y) in enumerate(loop):
+                put = path.lineTo if k else path.moveTo
+                put(*self._points(x, y))
+            if closed:
+                path.close()
+        if fill is not None:
+            self.canvas.setFillGray(fill)
+        if line is not None:
+            self.canvas.setLineWidth(PATH_LINE_MM * POINTS_PER_MM)
+            self.canvas.setLineJoin(1)
+            self.canvas.setDash([dash_mm * POINTS_PER_MM] * 2 if dash_mm else [])
+            self.canvas.setStrokeGray(line)
+        self.canvas.drawPath(path, stroke=int(line is not None), fill=int(fill is not None), fillMode=0)
+        if dash_mm:
+            self.canvas.setDash([])
+
+    def picture(self, picture: Image.Image, corner_mm: tuple[float, float], dot_mm: float) -> None:
+        """Place a grey picture whose pixels are `dot_mm` wide; corner_mm: its upper left one."""
+        from reportlab.lib.utils import ImageReader
+
+        dot = dot_mm * POINTS_PER_MM
+        # A raster may count a dot that the picture's border merely touches, and stretch the picture over it.
+        inset = 0.05 * dot
+        width, height = picture.width * dot, picture.height * dot
+        x, y = corner_mm[0] * POINTS_PER_MM, (self.height_mm - corner_mm[1]) * POINTS_PER_MM - height
+        reader = ImageReader(picture)
+        self.canvas.drawImage(reader, x + inset, y + inset, width - 2 * inset, height - 2 * inset)
+
+    def stroke(self, x0: float, y0: float, x1: float, y1: float, width_mm: float = HAIRLINE_MM) -> None:
+        """Draw a black line."""
+        (x0, y0), (x1, y1) = self.place(x0, y0), self.place(x1, y1)
+        self.canvas.setLineWidth(width_mm * POINTS_PER_MM)
+        self.canvas.setStrokeGray(0.0)
+        self.canvas.line(*self._points(x0, y0), *self._points(x1, y1))
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        words: str,
+        *,
+        points: float,
+        font: str = REGULAR,
+        align: str = "center",
+        colour: Colour | None = None,
+    ) -> None:
+        """Write a line whose baseline is at y; black, if no colour is given."""
+        self._fill_with(0.0, colour)
+        self.canvas.setFont(font, points)
+        draw = {
+            "center": self.canvas.drawCentredString,
+            "left": self.canvas.drawString,
+            "right": self.canvas.drawRightString,
+        }
+        draw[align](*self._points(*self.place(x, y)), words)
+
+    def text_width_mm(self, words: str, points: float, font: str = REGULAR) -> float:
+        """Width of a line of text, mm."""
+        return float(self.canvas.stringWidth(words, font, points)) / POINTS_PER_MM
+
+    def turn_page(self, page_mm: tuple[float, float]) -> None:
+        """Finish the page, and begin one of that size."""
+        self.canvas.showPage()
+        self.page_mm, self.height_mm = page_mm, page_mm[1]
+        self.canvas.setPageSize((page_mm[0] * POINTS_PER_MM, page_mm[1] * POINTS_PER_MM))
+
+    def save(self) -> None:
+        """Finish the page and write the file."""
+        self.canvas.showPage()
+        self.canvas.save()
