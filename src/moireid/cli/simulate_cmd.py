@@ -11,7 +11,7 @@ import click
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
 
 if TYPE_CHECKING:
-    from moireid.simulate.filming import FilmOptions, FilmReport
+    from moireid.simulate.filming import FilmReport
     from moireid.simulate.scene import Scene
 
 #: The names of `moireid.simulate`, repeated here because importing that package takes a second; a test compares.
@@ -116,6 +116,7 @@ class EffectName(click.ParamType[str]):
 )
 @click.option(
     "--distance",
+    "distance_m",
     type=FiniteRange(0.1, 100),
     default=1.4,
     metavar="M",
@@ -180,7 +181,11 @@ class EffectName(click.ParamType[str]):
 )
 @click.option("--mirror", is_flag=True, help="Swap left and right, as a self-view does.")
 @click.option(
-    "--blur", type=FiniteRange(0, 50), metavar="PX", help="Put the film out of focus: sigma of the blur, in pixels."
+    "--blur",
+    "blur_px",
+    type=FiniteRange(0, 50),
+    metavar="PX",
+    help="Put the film out of focus: sigma of the blur, in pixels.",
 )
 @click.option("--codec", type=click.Choice(CODECS), default="h264", show_default=True, help="How the file is coded.")
 @click.option(
@@ -198,7 +203,6 @@ class EffectName(click.ParamType[str]):
 )
 @click.option(
     "--leave-out",
-    "unneeded",
     type=click.Choice(PARTS),
     multiple=True,
     help="Leave something out of the film, to save time; may be given several times. Without the page, no markers.",
@@ -275,9 +279,10 @@ def simulate_command(
     from moireid.badge import load_badge
 
     badge = load_badge(badge_json)
-    from moireid.simulate.filming import filmed, scene_of
+    from moireid.simulate.filming import FilmOptions, filmed, scene_of
 
-    wish = wish_of(**wished)
+    # The options of the film have the names of the wish's fields.
+    wish = FilmOptions(**wished)
     scene = scene_of(badge, wish)
     with progress_bar("filming") as progress:
         report = filmed(scene, wish, video, overwrite=overwrite, progress=progress)
@@ -319,54 +324,6 @@ def _explain(report: FilmReport) -> None:
     click.echo("not in the film, and the time that saves for each frame:")
     for one in report.left_out:
         click.echo(f"  {one.what} ({_saved(one.saved_s)})")
-
-
-def wish_of(
-    *,
-    motion: str,
-    distance: float,
-    frames: int,
-    fps: float | None,
-    format: str | None,
-    backend: str,
-    error_rad: float | None,
-    forge: str | None,
-    sheet: str | None,
-    camera: str,
-    mirror: bool,
-    blur: float | None,
-    light: str | None,
-    codec: str,
-    crf: int | None,
-    recipe: str | None,
-    unneeded: tuple[str, ...],
-    effects: tuple[str, ...],
-    seed: int,
-) -> FilmOptions:
-    """The film that the options ask for."""
-    from moireid.simulate.filming import FilmOptions
-
-    return FilmOptions(
-        motion=motion,
-        distance_m=distance,
-        frames=frames,
-        fps=fps,
-        format=format,
-        backend=backend,
-        error_rad=error_rad,
-        forge=forge,
-        sheet=sheet,
-        camera=camera,
-        mirror=mirror,
-        blur_px=blur,
-        light=light,
-        codec=codec,
-        crf=crf,
-        recipe=recipe,
-        leave_out=unneeded,
-        effects=effects,
-        seed=seed,
-    )
 
 
 def _saved(seconds: float | None) -> str:

@@ -132,15 +132,34 @@ def corners_in_frame(badge: Badge, grating: Grating, rect_mm: Rect) -> tuple[Poi
 def check_sight(
     badge: Badge, obstacles: Iterable[Obstacle], *, card_top: float, sheet_top: float, play_mm: float, advice: str
 ) -> None:
-    """Check that nothing hides a fringe or a marker, wherever the board may slide.
+    """Raise what `sight_fault` returns, if something hides a fringe or a marker."""
+    fault = sight_fault(badge, obstacles, card_top=card_top, sheet_top=sheet_top, play_mm=play_mm, advice=advice)
+    if fault is not None:
+        raise fault
 
-    Parameters: card_top, sheet_top: heights of page and lenses in the frame; play_mm: how far the board may slide
-        along each axis; advice: the next step of the message, "take …".
-    Raises: FabricationError that names the worst obstacle and what it hides, with `have_mm` and `need_mm`; for markers
-        `over_mm` is how much lower the obstacle must be.
+
+def sight_fault(
+    badge: Badge, obstacles: Iterable[Obstacle], *, card_top: float, sheet_top: float, play_mm: float, advice: str
+) -> FabricationError | None:
+    """What hides a fringe or a marker, wherever the board may slide; None where nothing does.
+
+    Parameters
+    ----------
+    card_top, sheet_top : float
+        Heights of page and lenses in the frame, mm.
+    play_mm : float
+        How far the board may slide along each axis, mm.
+    advice : str
+        The next step of the message, "take …".
+
+    Returns
+    -------
+    FabricationError or None
+        It names the worst obstacle and what it hides, with `have_mm` and `need_mm`; for markers `over_mm` is how much
+        lower the obstacle must be.
     """
     obstacles = list(obstacles)
-    worst, message, details = 0.0, "", {}
+    worst, fault = 0.0, None
     for target, rect, level, angle_deg in _targets(badge, card_top, sheet_top):
         slope = math.tan(math.radians(angle_deg))
         for obstacle in obstacles:
@@ -149,15 +168,14 @@ def check_sight(
             if need_mm - have_mm <= worst:
                 continue
             worst = need_mm - have_mm
-            message = (
+            fault = FabricationError(
                 f"the mount's {obstacle.name} leaves {have_mm:.2f} mm next to {target}, but {need_mm:.2f} mm are "
-                f"needed to see it from {angle_deg:g} degrees; {advice}"
+                f"needed to see it from {angle_deg:g} degrees; {advice}",
+                have_mm=have_mm,
+                need_mm=need_mm,
+                **({"over_mm": worst / slope} if level == card_top else {}),
             )
-            details = {"have_mm": have_mm, "need_mm": need_mm}
-            if level == card_top:
-                details["over_mm"] = worst / slope
-    if message:
-        raise FabricationError(message, **details)
+    return fault
 
 
 def gap_mm(one: Rect, other: Rect, *, play_mm: float) -> float:

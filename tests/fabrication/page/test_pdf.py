@@ -24,8 +24,8 @@ from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
 from moireid.errors import SpecError
 from moireid.fabrication import package
-from moireid.fabrication.page import pdf as page
 from moireid.fabrication.page import canvas, preview
+from moireid.fabrication.page import pdf as page
 from moireid.fabrication.page.pdf import SCALE_BAR_MM, bar_places, crop_marks, dark_lines, marker_squares
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")

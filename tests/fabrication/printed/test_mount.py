@@ -29,6 +29,7 @@ from moireid.errors import FabricationError, MissingExtraError, SpecError
 from moireid.fabrication import solids
 from moireid.fabrication.printed import mount
 from moireid.fabrication.printed.mount import MountProcess, MountReport, lanyard_mount, write_mount
+from moireid.fabrication.printed.tray import tab_outline
 
 CARD_MM, LENS_MM, PLAY_MM, CARD_ROOM_MM = 0.3, 1.0, 0.3, 0.1
 #: Where the numbers meet exactly, float32 vertices leave overlaps thinner than 1e-5 mm.
@@ -464,8 +465,9 @@ def test_a_badge_hangs_from_two_points_where_it_is_wide_enough(badge: Badge, wid
     """Catches: one cord that lets a badge turn, slots that meet, a tab beyond the tray."""
     plan, _ = mount.plan_mount(board_of(badge, width, 86.0), "lanyard", MountProcess())
     assert len(plan.slots) == slots and plan.slot_mm[0] >= 10.0
-    for left, right in plan.tabs(2.0):
-        assert -plan.out_x < left - 4.0 < right + 4.0 < plan.out_x
+    corners = tab_outline(plan.slots, plan.slot_mm[0], plan.half_mm[1], plan.tab_top, 2.0)
+    across = [x for x, _ in corners]
+    assert across == sorted(across, reverse=True) and -plan.out_x < across[-1] < across[0] < plan.out_x
     if slots == 2:
         assert plan.slots[0] == -plan.slots[1] and plan.slots[1] - plan.slots[0] - plan.slot_mm[0] >= 4.0 - 1e-6
     assert len(mount.plan_mount(board_of(badge, width, 86.0), "clip", MountProcess())[0].slots) == 1

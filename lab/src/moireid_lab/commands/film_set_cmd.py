@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from moireid.cli.common import FolderPath, friendly, json_option, overwrite_option, show_json
-from moireid.cli.simulate_cmd import MOTIONS, simulate_command, wish_of
+from moireid.cli.simulate_cmd import MOTIONS, simulate_command
 from moireid_lab.commands.rate import film_rate, scheduler_option, workers_option
 
 if TYPE_CHECKING:
@@ -129,6 +129,7 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
     """One line.  Raises: SpecError, click.UsageError."""
     from moireid.badge import load_badge
     from moireid.errors import SpecError
+    from moireid.simulate.filming import FilmOptions
     from moireid_lab.bench.film_set import PlannedFilm
 
     if "badge" not in row:
@@ -146,7 +147,7 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
         raise SpecError(f"{name[:40]!r} is no name for a file; use a few letters, figures, - and _")
     # The command's own parser reads the cells, so that a column has the same values and errors as its option.
     context = simulate_command.make_context("simulate", [str(path), "--out", "film.mp4", *_words(row)])
-    wish = wish_of(**{key: value for key, value in context.params.items() if key not in TAKEN})
+    wish = FilmOptions(**{key: value for key, value in context.params.items() if key not in TAKEN})
     course = None
     if wish.motion not in MOTIONS and not wish.motion.lower().endswith(".csv"):
         raise SpecError(f"motion {wish.motion!r} is not known; give one of {', '.join(MOTIONS)}, or a .csv file")

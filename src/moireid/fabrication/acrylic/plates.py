@@ -20,12 +20,12 @@ from moireid.errors import FabricationError
 from moireid.fabrication.process_figures import LEAST_LAND_MM, STOCK_MM, TWIST_DEG, AcrylicProcess
 from moireid.fabrication.sight import (
     Obstacle,
-    check_sight,
     front_mm,
     front_word,
     half_board_mm,
     sheet_rects,
     sheet_spans,
+    sight_fault,
 )
 
 
@@ -329,30 +329,25 @@ def _cover_mm(
     badge: Badge, process: AcrylicProcess, clearance: float, sheet_top: float, screws: tuple[Point, ...]
 ) -> float:
     """The thickest cover on sale that hides nothing.  Raises: FabricationError where not even the thinnest does."""
-    choices = [stock for stock in STOCK_MM if COVER_MM[0] <= stock <= COVER_MM[1]]
-    for cover_mm in reversed(choices):
-        obstacles = _obstacles(badge, process, clearance, sheet_top + cover_mm, screws)
-        try:
-            check_sight(
-                badge,
-                obstacles,
-                card_top=process.card_mm,
-                sheet_top=sheet_top,
-                play_mm=clearance,
-                advice="take a smaller lip_reach_mm (--mount-figure)",
-            )
-        except FabricationError as error:
-            if cover_mm != choices[0]:
-                continue
-            over_mm = float(str(error.details.get("over_mm", math.inf)))
-            most_mm = math.floor((badge.lens.thickness_mm - over_mm) * 20) / 20 if math.isfinite(over_mm) else 0.0
-            if most_mm <= 0:
-                raise
-            raise FabricationError(
-                f"{str(error).partition(';')[0]}; give a {front_word(badge)} of {most_mm:g} mm or less", **error.details
-            ) from error
-        return cover_mm
-    raise AssertionError("the thinnest cover either fits or is refused")
+    for cover_mm in [stock for stock in reversed(STOCK_MM) if COVER_MM[0] <= stock <= COVER_MM[1]]:
+        fault = sight_fault(
+            badge,
+            _obstacles(badge, process, clearance, sheet_top + cover_mm, screws),
+            card_top=process.card_mm,
+            sheet_top=sheet_top,
+            play_mm=clearance,
+            advice="take a smaller lip_reach_mm (--mount-figure)",
+        )
+        if fault is None:
+            return cover_mm
+    assert fault is not None
+    over_mm = float(str(fault.details.get("over_mm", math.inf)))
+    most_mm = math.floor((badge.lens.thickness_mm - over_mm) * 20) / 20 if math.isfinite(over_mm) else 0.0
+    if most_mm <= 0:
+        raise fault
+    raise FabricationError(
+        f"{str(fault).partition(';')[0]}; give a {front_word(badge)} of {most_mm:g} mm or less", **fault.details
+    )
 
 
 def _obstacles(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from moireid.badge import Badge, Lens, Point, Rect
+from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker, Step
 from moireid.fabrication.assembly.exploded import Part, draw_exploded, plain_parts
@@ -217,14 +217,9 @@ def draw_stack(sheet: PdfPage, badge: Badge, top_mm: float) -> None:
         ]
     )
     sheet.stroke(left, page_y, left + width, page_y, 0.2)
-    labels = ((_front_words(lens), 8 + lens.thickness_mm * scale / 2), ("printed lines", 0))
-    sheet.text(left + width + 4, top_mm + labels[0][1], labels[0][0], points=8, align="left")
-    sheet.text(left + width + 4, page_y + 1.2, labels[1][0], points=8, align="left")
-
-
-def _front_words(lens: Lens) -> str:
-    """The name of the section's upper part."""
-    return "printed film on acrylic" if lens.kind == "mask" else "lens sheet, lenses towards the viewer"
+    front = "printed film on acrylic" if lens.kind == "mask" else "lens sheet, lenses towards the viewer"
+    sheet.text(left + width + 4, top_mm + 8 + lens.thickness_mm * scale / 2, front, points=8, align="left")
+    sheet.text(left + width + 4, page_y + 1.2, "printed lines", points=8, align="left")
 
 
 @dataclass(frozen=True)

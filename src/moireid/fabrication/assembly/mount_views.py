@@ -35,7 +35,7 @@ from moireid.fabrication.assembly.exploded import (
 from moireid.fabrication.printed.holders import HolderBody
 from moireid.fabrication.printed.mount import MountPlan
 from moireid.fabrication.printed.snap import SnapPlan, hole_mm
-from moireid.fabrication.printed.tray import TrayPlan, tab_corners, tab_outline, tabs_of
+from moireid.fabrication.printed.tray import TrayPlan, tab_outline
 from moireid.fabrication.process_figures import MountProcess
 
 #: Gaps other than the usual one: screws need less; a clip and a tab need more, because the parts before them would hide
@@ -93,7 +93,8 @@ def _plate(plate: Plate, plan: AcrylicPlan) -> Part:
 def _tray(plan: TrayPlan, process: MountProcess) -> Part:
     """Back plate with its tab, the rim on three sides, and the lips."""
     half_y, wall, x = plan.half_mm[1], process.wall_mm, plan.out_x
-    outline = ((-x, plan.bottom), (x, plan.bottom), (x, half_y), *tab_corners(plan, wall), (-x, half_y))
+    tabs = tab_outline(plan.slots, plan.slot_mm[0], half_y, plan.tab_top, wall)
+    outline = ((-x, plan.bottom), (x, plan.bottom), (x, half_y), *tabs, (-x, half_y))
     slots = _slots(plan.slot_mm, half_y + 2 * wall, plan.slots)
     inner = x - wall
     rim = (
@@ -126,7 +127,7 @@ def _slots(size: Point, low: float, middles: tuple[float, ...]) -> tuple[Loop, .
 def _snap(plan: SnapPlan, process: MountProcess) -> Part:
     """The snap-in holder: back plate with tab and hole, rim, and the catches' noses."""
     (x, y), wall = plan.out_mm, process.wall_mm
-    tabs = tab_outline(tabs_of(plan.slots, plan.slot_mm[0], wall), y, plan.tab_top, wall)
+    tabs = tab_outline(plan.slots, plan.slot_mm[0], y, plan.tab_top, wall)
     outline = ((-x, -y), (x, -y), (x, y), *tabs, (-x, y))
     openings = (*_slots(plan.slot_mm, y + 2 * wall, plan.slots), _round(plan.hole_at, hole_mm(plan)))
     pocket_x, pocket_y = plan.inner_x, plan.half_mm[1] + plan.clearance_mm

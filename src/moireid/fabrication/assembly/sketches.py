@@ -19,11 +19,9 @@ from PIL import Image
 
 from moireid.badge import Badge, Grating, Point, Rect
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER
-from moireid.fabrication.sight import has_turned, sheet_pieces
+from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER, rays_landed_mm
+from moireid.fabrication.sight import corners_in_frame, has_turned, in_frame, sheet_pieces
 from moireid.frames import own_rect
-from moireid.lenticule import landing_mm
-from moireid.optics import slab_shift_mm
 
 PX_PER_MM, RAYS = 1.2, 8
 Array = NDArray[np.float64]
@@ -87,16 +85,9 @@ def _pitch_mm(badge: Badge, grating: Grating, beats: float) -> float:
 
 def _landed_mm(badge: Badge, lens_axis: Array) -> Array:
     """Where the rays of each pixel's lens land, from that lens's axis, mm: (rows, columns, rays)."""
-    lens = badge.lens
     axes, index = np.unique(lens_axis, return_inverse=True)
-    tangent = (axes / DISTANCE_MM)[:, None]
-    start = ((np.arange(RAYS) + 0.5) / RAYS - 0.5)[None, :] * lens.pitch_mm
-    if lens.kind == "mask":
-        share = lens.open_fraction or 0.0
-        landed = start * share + slab_shift_mm(lens.thickness_mm, lens.refractive_index, tangent)
-    else:
-        landed = landing_mm(lens, start, tangent, np.zeros((1, 1)))
-    return np.asarray(landed[index.reshape(lens_axis.shape)], dtype=float)
+    landed = rays_landed_mm(badge.lens, (axes / DISTANCE_MM)[:, None], RAYS)
+    return landed[index.reshape(lens_axis.shape)]
 
 
 class BadgeSketch:
@@ -121,13 +112,10 @@ class BadgeSketch:
         """The outline, the markers, and the striped fields."""
         half_x, half_y = self.half
         sheet.path(self.box(-half_x, -half_y, half_x, half_y), 1.0, 0.2, dash_mm=dash_mm)
-        x0, y0, x1, y1 = self.badge.outline_mm
-        middle = (x0 + x1) / 2, (y0 + y1) / 2
-        for left, top, right, bottom in self.badge.markers.dark_mm:
-            box = self.box(left - middle[0], middle[1] - bottom, right - middle[0], middle[1] - top)
-            sheet.path(box, 0.25, None)
+        for dark in self.badge.markers.dark_mm:
+            sheet.path(self.box(*in_frame(dark, self.badge)), 0.25, None)
         fields = [
-            [self.at((x - middle[0], middle[1] - y)) for x, y in self.badge.corners_of(grating).tolist()]
+            [self.at(place) for place in corners_in_frame(self.badge, grating, grating.rect_mm)]
             for grating in self.badge.gratings
         ]
         for corners in fields:
@@ -144,6 +132,11 @@ class BadgeSketch:
             stripes(sheet, drawn, 2.2, 0.75)
             if self.badge.lens.kind == "array":
                 stripes(sheet, drawn[1:] + drawn[:1], 2.2, 0.75)
+
+
+def _box(x0: float, y0: float, x1: float, y1: float) -> list[Point]:
+    """A rectangle of the page."""
+    return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
 
 def stripes(sheet: PdfPage, corners: Sequence[Point], step_mm: float, grey: float) -> None:
@@ -174,7 +167,7 @@ def measure(sheet: PdfPage, area: Rect) -> None:
         x = x0 + (x1 - x0) * k / 15
         sheet.stroke(x, y, x, y - (3.0 if k % 5 == 0 else 1.6), 0.15)
     sheet.stroke(x0, y, x1, y, 0.3)
-    sheet.path([(x0 - 2, y + 0.8), (x1 + 2, y + 0.8), (x1 + 2, y + 7), (x0 - 2, y + 7)], 0.92, 0.3)
+    sheet.path(_box(x0 - 2, y + 0.8, x1 + 2, y + 7), 0.92, 0.3)
     for k in range(16):
         x = x0 + (x1 - x0) * k / 15
         sheet.stroke(x, y + 0.8, x, y + (3.4 if k % 5 == 0 else 2.2), 0.15)
@@ -279,13 +272,13 @@ def pressed(sheet: PdfPage, area: Rect) -> None:
     x0, x1, y = area[0] + 5, area[2] - 5, area[3] - 7
     hole = x1 - 9
     for left, right in ((x0, hole - 2.5), (hole + 2.5, x1)):
-        sheet.path([(left, y), (right, y), (right, y + 2), (left, y + 2)], 0.75, 0.2)
+        sheet.path(_box(left, y, right, y + 2), 0.75, 0.2)
     for side, edge in ((-1, x0), (1, x1)):
         # The catch next to the plate: upright, with a nose that is a ramp above and rises below.
         catch = [(0.6, 2.0), (0.6, -2.4), (-0.6, -3.6), (-0.6, -4.2), (0.6, -5.4), (2.2, -5.4), (2.2, 2.0)]
         sheet.path([(edge + side * across, y + down) for across, down in catch], 0.6, 0.2)
     lift = y - 9.0
-    sheet.path([(x0, lift), (x1, lift), (x1, lift + 1.6), (x0, lift + 1.6)], 0.95, 0.0)
+    sheet.path(_box(x0, lift, x1, lift + 1.6), 0.95, 0.0)
     for x in (x0 + 4, x1 - 4):
         arrow(sheet, (x, lift - 5.5), (x, lift - 0.8))
     arrow(sheet, (hole, area[3]), (hole, y + 0.5))
@@ -336,10 +329,8 @@ def film(badge: Badge, look_m: float) -> Draw:
         arrow(sheet, (x - 9, y), (x + 9, y), both=True)
         sheet.text(x, y - 1.2, "20 cm", points=6)
         phone = (area[2] - 11, area[1] + 4, area[2] - 3, area[3] - 6)
-        sheet.path([(phone[0], phone[1]), (phone[2], phone[1]), (phone[2], phone[3]), (phone[0], phone[3])], 0.4, 0.0)
-        inside = (phone[0] + 0.8, phone[1] + 1.6, phone[2] - 0.8, phone[3] - 1.6)
-        corners = [(inside[0], inside[1]), (inside[2], inside[1]), (inside[2], inside[3]), (inside[0], inside[3])]
-        sheet.path(corners, 1.0, None)
+        sheet.path(_box(*phone), 0.4, 0.0)
+        sheet.path(_box(phone[0] + 0.8, phone[1] + 1.6, phone[2] - 0.8, phone[3] - 1.6), 1.0, None)
         middle = (phone[1] + phone[3]) / 2
         start = area[0] + wide + 1
         sheet.path([(start, middle), (phone[0] - 1, middle)], None, 0.5, closed=False, dash_mm=0.8)

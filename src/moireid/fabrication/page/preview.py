@@ -113,12 +113,19 @@ def _landed(
     places = low + (np.arange(pixels) + 0.5) / pixels * (high - low)
     axes = np.round((places - middle) / lens.pitch_mm) * lens.pitch_mm + middle
     tangent = ((axes - middle - aside_mm) / DISTANCE_MM)[:, None]
-    across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
+    return axes[:, None], rays_landed_mm(lens, tangent, RAYS)
+
+
+def rays_landed_mm(lens: Lens, tangent: NDArray[np.float64], rays: int) -> NDArray[np.float64]:
+    """Where the rays of lenses that are seen under these tangents (n, 1) land, from each lens's axis: (n, rays), mm.
+
+    Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
+    """
+    across = ((np.arange(rays) + 0.5) / rays - 0.5)[None, :] * lens.pitch_mm
     if lens.kind == "mask":
-        assert lens.open_fraction is not None
-        through = across * lens.open_fraction
-        return axes[:, None], through + slab_shift_mm(lens.thickness_mm, lens.refractive_index, tangent)
-    return axes[:, None], np.asarray(landing_mm(lens, across[None, :], tangent, np.zeros((1, 1))))
+        through = across * (lens.open_fraction or 0.0)
+        return np.asarray(through + slab_shift_mm(lens.thickness_mm, lens.refractive_index, tangent))
+    return np.asarray(landing_mm(lens, across, tangent, np.zeros((1, 1))))
 
 
 def _write_names(picture: Image.Image, badge: Badge) -> None:

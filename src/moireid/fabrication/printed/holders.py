@@ -18,7 +18,7 @@ from moireid.badge import Badge, Point
 from moireid.errors import FabricationError
 from moireid.fabrication.printed.tray import TrayPlan
 from moireid.fabrication.process_figures import MountProcess
-from moireid.fabrication.sight import Obstacle, check_sight
+from moireid.fabrication.sight import Obstacle, sight_fault
 
 #: Air between a holder and the tray where they need not touch; where they touch, FIT_MM keeps them from jamming.
 PLAY_MM, FIT_MM = 0.3, 0.05
@@ -179,19 +179,15 @@ def _front_wall_mm(badge: Badge, plan: TrayPlan, process: MountProcess, width: f
     """The highest wall in front of the tray's bottom edge that hides nothing, mm above that edge; at most 5."""
     for height in (MOST_FRONT_MM, 4.0, 3.0, 2.0):
         rect = (-width / 2, plan.bottom, width / 2, plan.bottom + height)
-        wall = [Obstacle("front wall", rect, top)]
-        try:
-            check_sight(
-                badge,
-                wall,
-                card_top=plan.card_top,
-                sheet_top=plan.sheet_top,
-                play_mm=process.clearance_mm,
-                advice="take a larger wall_mm (--mount-figure), a thinner sheet, or another mount (--mount)",
-            )
-        except FabricationError:
-            if height == 2.0:
-                raise
-            continue
-        return height
-    raise AssertionError("the lowest wall either fits or is refused")
+        fault = sight_fault(
+            badge,
+            [Obstacle("front wall", rect, top)],
+            card_top=plan.card_top,
+            sheet_top=plan.sheet_top,
+            play_mm=process.clearance_mm,
+            advice="take a larger wall_mm (--mount-figure), a thinner sheet, or another mount (--mount)",
+        )
+        if fault is None:
+            return height
+    assert fault is not None
+    raise fault

@@ -36,9 +36,9 @@ from moireid.fabrication.solids import (
 )
 from moireid.files import planned, whole_file
 
-KINDS = ("lanyard", "clip", "stand", "holder")
-#: Lanyard slots of each: a badge on two cords keeps still; a clip has one hook; a stand needs none.
+#: Kinds, and lanyard slots of each: a badge on two cords keeps still; a clip has one hook; a stand needs none.
 SLOTS = {"lanyard": 2, "clip": 1, "stand": 0, "holder": 2}
+KINDS = tuple(SLOTS)
 PLA_G_PER_MM3 = 1.24e-3
 #: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference.
 TOUCH_MM3 = 0.01

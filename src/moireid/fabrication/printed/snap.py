@@ -21,7 +21,7 @@ from typing import Any
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.printed.tray import ADVICE, block, slots_in, tab_outline, tabs_of
+from moireid.fabrication.printed.tray import ADVICE, block, drawn_out, rounded_plate, slots_in, tab_outline
 from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
 from moireid.fabrication.solids import cad_package, overlap_mm3
@@ -184,13 +184,9 @@ ADVICE_SNAP = ADVICE.replace("lip_reach_mm or lip_mm", "bite_mm")
 def shape_snap(b3d: Any, plan: SnapPlan, process: MountProcess) -> Any:
     """The holder as a build123d Part."""
     (x, y), wall, back = plan.out_mm, process.wall_mm, process.back_mm
-    corners = [(x, y), *tab_outline(tabs_of(plan.slots, plan.slot_mm[0], wall), y, plan.tab_top, wall), (-x, y)]
-    face = b3d.make_face(b3d.Polyline((-x, -y), (x, -y), *corners, close=True))
-    for reach_y, radius in ((-y, 1.5 * wall), (y, wall / 2), (plan.tab_top, 2 * wall)):
-        face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius)
-    body = b3d.extrude(face, plan.rim_top + back).moved(b3d.Location((0, 0, -back)))
-    # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out.
-    body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, back / 4, wall / 4))
+    tabs = tab_outline(plan.slots, plan.slot_mm[0], y, plan.tab_top, wall)
+    radii = {-y: 1.5 * wall, y: wall / 2, plan.tab_top: 2 * wall}
+    body = rounded_plate(b3d, [(-x, -y), (x, -y), (x, y), *tabs, (-x, y)], radii, plan.rim_top, process)
     pocket_x, pocket_y, high = plan.inner_x, plan.half_mm[1] + plan.clearance_mm, plan.rim_top + 1.0
     gone = [block(b3d, (-pocket_x, -pocket_y, pocket_x, pocket_y), 0.0, high)]
     gone.append(block(b3d, (-x, y, x, plan.tab_top + 1.0), 0.0, high))
@@ -205,7 +201,7 @@ def shape_snap(b3d: Any, plan: SnapPlan, process: MountProcess) -> Any:
         for side in (-1, 1):
             end = (side * (plan.inner_x - SLIT_MM / 2), at - REACH_MM, 0.0)
             gone.append(b3d.Cylinder(SLIT_MM / 2, 2 * high + 4 * back).moved(b3d.Location(end)))
-    noses = [_nose(b3d, plan, rect, -back) for rect in plan.nose_rects()]
+    noses = [drawn_out(b3d, plan.nose_profile(-back), rect) for rect in plan.nose_rects()]
     return body - gone + noses
 
 
@@ -291,11 +287,3 @@ def _obstacles(plan: SnapPlan) -> list[Obstacle]:
         outer = (plan.inner_x, y0, x1, y1) if x0 > 0 else (x0, y0, -plan.inner_x, y1)
         found.append(Obstacle("catch", outer, plan.nose_top))
     return found
-
-
-def _nose(b3d: Any, plan: SnapPlan, rect: Rect, low: float) -> Any:
-    """One nose with the end of its catch, drawn out along y."""
-    side = math.copysign(1.0, rect[0])
-    face = b3d.make_face(b3d.Polyline(*[(side * x, z) for x, z in plan.nose_profile(low)], close=True))
-    plane = b3d.Plane(origin=(0, rect[3], 0), x_dir=(1, 0, 0), z_dir=(0, -1, 0))
-    return b3d.extrude(face, rect[3] - rect[1], dir=(0, 0, 1)).moved(plane.location)

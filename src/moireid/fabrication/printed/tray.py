@@ -26,7 +26,7 @@ from typing import Any
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.process_figures import LEAST_LIP_MM, TWIST_DEG, MountProcess
-from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
+from moireid.fabrication.sight import Obstacle, front_mm, half_board_mm, sheet_spans, sight_fault
 
 #: A tongue's width, its greatest length, the slit round it (two nozzle lines), and its distance from the edge.
 TONGUE_MM = (4.0, 20.0)
@@ -82,10 +82,6 @@ class TrayPlan:
     def tab(self) -> bool:
         """Whether the tray has a tab with slots above it."""
         return bool(self.slots)
-
-    def tabs(self, wall_mm: float) -> tuple[tuple[float, float], ...]:
-        """Left and right end of each tab's upper edge."""
-        return tabs_of(self.slots, self.slot_mm[0], wall_mm)
 
     @property
     def stepped(self) -> bool:
@@ -179,27 +175,26 @@ def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
     Raises: FabricationError where something still hides a target, or the shortened lips have no room for a spring.
     """
     _check_springs(plan)
-    while True:
-        try:
-            check_sight(
-                badge,
-                _obstacles(plan, process),
-                card_top=plan.card_top,
-                sheet_top=plan.sheet_top,
-                play_mm=process.clearance_mm,
-                advice=ADVICE,
-            )
-        except FabricationError:
-            if plan.reach_mm - REACH_STEP_MM >= max(LEAST_REACH_MM, process.clearance_mm + LEAST_LIP_MM) - 1e-9:
-                reach = round(plan.reach_mm - REACH_STEP_MM, 3)
-                plan = replace(plan, reach_mm=reach, lip_top=plan.rim_top + reach + process.lip_mm)
-                continue
-            shorter = replace(plan, lips=tuple((low + LIP_STEP_MM, high - LIP_STEP_MM) for low, high in plan.lips))
-            if not plan.stepped or _shortest_spring_mm(shorter) < LEAST_TONGUE_MM:
-                raise
-            plan = shorter
+    least_mm = max(LEAST_REACH_MM, process.clearance_mm + LEAST_LIP_MM) - 1e-9
+    while (
+        fault := sight_fault(
+            badge,
+            _obstacles(plan, process),
+            card_top=plan.card_top,
+            sheet_top=plan.sheet_top,
+            play_mm=process.clearance_mm,
+            advice=ADVICE,
+        )
+    ) is not None:
+        if plan.reach_mm - REACH_STEP_MM >= least_mm:
+            reach = round(plan.reach_mm - REACH_STEP_MM, 3)
+            plan = replace(plan, reach_mm=reach, lip_top=plan.rim_top + reach + process.lip_mm)
             continue
-        return plan
+        shorter = replace(plan, lips=tuple((low + LIP_STEP_MM, high - LIP_STEP_MM) for low, high in plan.lips))
+        if not plan.stepped or _shortest_spring_mm(shorter) < LEAST_TONGUE_MM:
+            raise fault
+        plan = shorter
+    return plan
 
 
 def _obstacles(plan: TrayPlan, process: MountProcess) -> list[Obstacle]:
@@ -247,29 +242,16 @@ def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
 
 
 def slots_in(width: float, process: MountProcess, slots: int) -> tuple[tuple[float, float], tuple[float, ...]]:
-    """A slot's width and height, and the x of each slot's middle, on a board so wide.
+    """A lanyard's slot, width and height, and the x of each slot's middle, on a board so wide, mm.
 
-    Raises: FabricationError where the board is too narrow for any strap.
-    """
-    slot_mm = _slot_mm(width, process, slots)
-    return slot_mm, _slots(width, slot_mm[0], process, slots)
+    The slot has the wished width, or is narrower where the board has less room: the tab's feet and their fillets must
+    fit on the tray's upper edge.  Two slots are as far apart as that edge has room for, because a badge that hangs from
+    one point turns about its cord, and that moves the fringes as a camera's motion does.
 
-
-def tabs_of(slots: tuple[float, ...], slot_mm: float, wall_mm: float) -> tuple[tuple[float, float], ...]:
-    """Left and right end of each tab's upper edge; slots that are near each other share a tab."""
-    half = slot_mm / 2 + 2 * wall_mm
-    ends = [(x - half, x + half) for x in slots]
-    # Each foot is two walls wider on both sides, and rounded.
-    if len(ends) == 2 and ends[1][0] - ends[0][1] < 6 * wall_mm:
-        return ((ends[0][0], ends[1][1]),)
-    return tuple(ends)
-
-
-def _slot_mm(width: float, process: MountProcess, slots: int) -> tuple[float, float]:
-    """A lanyard's slot: of the wished width, or narrower where the board has less room.
-
-    The tab's feet and their fillets must have room on the tray's upper edge.
-    Raises: FabricationError where the board is too narrow for any strap.
+    Raises
+    ------
+    FabricationError
+        Where the board is too narrow for any strap.
     """
     margins_mm = 10 * process.wall_mm - 2 * (process.clearance_mm + process.wall_mm)
     least_mm = LEAST_SLOT_MM + margins_mm
@@ -282,19 +264,10 @@ def _slot_mm(width: float, process: MountProcess, slots: int) -> tuple[float, fl
     # Two slots share the room, with two walls between them, where both can be wide enough for a strap.
     half_mm = (width - margins_mm - 2 * process.wall_mm) / 2
     most_mm = half_mm if slots == 2 and half_mm >= LEAST_SLOT_MM else width - margins_mm
-    return (min(process.slot_mm[0], most_mm), process.slot_mm[1])
-
-
-def _slots(width: float, slot_mm: float, process: MountProcess, slots: int) -> tuple[float, ...]:
-    """Where the slots' middles are: two as far apart as the tray's upper edge has room for, or one in the middle.
-
-    A badge that hangs from one point turns about its cord, and that moves the fringes as a camera's motion does.
-    """
-    edge_mm = width / 2 - (5 * process.wall_mm - process.clearance_mm - process.wall_mm)
-    out = edge_mm - slot_mm / 2
-    if slots < 2 or 2 * out - slot_mm < 2 * process.wall_mm - 1e-6:
-        return (0.0,)
-    return (-out, out)
+    slot_mm = min(process.slot_mm[0], most_mm)
+    out = width / 2 - (5 * process.wall_mm - process.clearance_mm - process.wall_mm) - slot_mm / 2
+    alone = slots < 2 or 2 * out - slot_mm < 2 * process.wall_mm - 1e-6
+    return (slot_mm, process.slot_mm[1]), (0.0,) if alone else (-out, out)
 
 
 def _shortest_spring_mm(plan: TrayPlan) -> float:
@@ -335,11 +308,12 @@ def _rim_rects(plan: TrayPlan, process: MountProcess) -> list[Rect]:
 def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     """Back plate, with tab and slot where planned, and the rim on three sides."""
     half_y, wall = plan.half_mm[1], process.wall_mm
-    outline = _outline(b3d, plan, process)
-    body = b3d.extrude(outline, plan.side_top + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
-    # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out; it must be smaller than
-    # the corners' radii, of which the least is half a wall.
-    body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, process.back_mm / 4, wall / 4))
+    tabs = tab_outline(plan.slots, plan.slot_mm[0], half_y, plan.tab_top, wall)
+    corners = [(plan.out_x, half_y), *tabs, (-plan.out_x, half_y)]
+    outline = [(-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), *corners]
+    # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
+    radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.tab else wall / 2}
+    body = rounded_plate(b3d, outline, radii, plan.side_top, process)
     inner = plan.out_x - wall
     body -= block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.side_top)
     if not plan.tab:
@@ -350,28 +324,38 @@ def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     return body - [slot.moved(b3d.Location((x, y, z))) for x in plan.slots]
 
 
-def _outline(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
-    """The tray and its tab seen from the front, with rounded corners."""
-    half_y, wall = plan.half_mm[1], process.wall_mm
-    corners = [(plan.out_x, half_y), *tab_corners(plan, wall), (-plan.out_x, half_y)]
-    face = b3d.make_face(b3d.Polyline((-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), *corners, close=True))
-    # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
-    radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.tab else wall / 2}
-    for reach_y, radius_mm in radii.items():
+def rounded_plate(
+    b3d: Any, outline: list[Point], radii_mm: dict[float, float], high_mm: float, process: MountProcess
+) -> Any:
+    """A plate of that outline, from behind its back to a height in the frame.
+
+    Parameters
+    ----------
+    radii_mm : dict of float to float
+        Radius of the corners at each y, mm.
+    """
+    face = b3d.make_face(b3d.Polyline(*outline, close=True))
+    for reach_y, radius_mm in radii_mm.items():
         face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius_mm)
-    return face
+    body = b3d.extrude(face, high_mm + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
+    # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out; it must be smaller than
+    # the corners' radii, of which the least is half a wall.
+    bed_side = body.faces().sort_by(b3d.Axis.Z)[0].edges()
+    return b3d.chamfer(bed_side, min(0.4, process.back_mm / 4, process.wall_mm / 4))
 
 
-def tab_corners(plan: TrayPlan, wall_mm: float) -> list[Point]:
-    """Corners of the tabs, from right to left along the tray's upper edge."""
-    return tab_outline(plan.tabs(wall_mm), plan.half_mm[1], plan.tab_top, wall_mm)
+def tab_outline(slots: tuple[float, ...], slot_mm: float, low: float, high: float, wall_mm: float) -> list[Point]:
+    """Corners of the tabs that hold slots of a width, from right to left along the edge that they rise from.
 
-
-def tab_outline(tabs: tuple[tuple[float, float], ...], low: float, high: float, wall_mm: float) -> list[Point]:
-    """Corners of tabs that rise from an edge, from right to left."""
-    foot = 2 * wall_mm
+    Slots that are near each other share a tab.
+    """
+    half, foot = slot_mm / 2 + 2 * wall_mm, 2 * wall_mm
+    ends = [(x - half, x + half) for x in slots]
+    # Each foot is two walls wider on both sides, and rounded.
+    if len(ends) == 2 and ends[1][0] - ends[0][1] < 6 * wall_mm:
+        ends = [(ends[0][0], ends[1][1])]
     return [
-        corner for x0, x1 in reversed(tabs) for corner in ((x1 + foot, low), (x1, high), (x0, high), (x0 - foot, low))
+        corner for x0, x1 in reversed(ends) for corner in ((x1 + foot, low), (x1, high), (x0, high), (x0 - foot, low))
     ]
 
 
@@ -385,7 +369,7 @@ def _underside(plan: TrayPlan, process: MountProcess, level: float, reach: float
 def _lip(b3d: Any, plan: TrayPlan, process: MountProcess, rect: Rect) -> Any:
     """One lip at the rim, chamfered above, and below at its upper end, where the sheet comes in."""
     under = _underside(plan, process, plan.rim_top, plan.reach_mm)
-    lip = _drawn_out(b3d, [*under, (under[-1][0], plan.lip_top), (plan.out_x, plan.lip_top)], rect)
+    lip = drawn_out(b3d, [*under, (under[-1][0], plan.lip_top), (plan.out_x, plan.lip_top)], rect)
     lip = b3d.chamfer(lip.faces().sort_by(b3d.Axis.Z)[-1].edges(), plan.chamfer)
     side, (begin, end) = math.copysign(1.0, rect[0]), under[2:]
     middle = (side * (begin[0] + end[0]) / 2, rect[3], (begin[1] + end[1]) / 2)
@@ -401,10 +385,10 @@ def _foot(b3d: Any, plan: TrayPlan, process: MountProcess, rect: Rect) -> Any:
     reach = min(plan.reach_mm, room)
     top = plan.side_top if plan.stepped else plan.rim_top + plan.reach_mm
     under = _underside(plan, process, level, reach)
-    return _drawn_out(b3d, [*under, (under[-1][0], top), (plan.out_x, top)], rect)
+    return drawn_out(b3d, [*under, (under[-1][0], top), (plan.out_x, top)], rect)
 
 
-def _drawn_out(b3d: Any, profile: list[Point], rect: Rect) -> Any:
+def drawn_out(b3d: Any, profile: list[Point], rect: Rect) -> Any:
     """A body of the profile (x to the right, z), drawn out along y over a rectangle, on its side of the tray."""
     side = math.copysign(1.0, rect[0])
     face = b3d.make_face(b3d.Polyline(*[(side * x, z) for x, z in profile], close=True))
