@@ -207,15 +207,8 @@ def _from_photo(
     check_chart(chart)
     pictures, noted_px = load_pictures(photo)
     focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(pictures[0].shape)
-    source = (
-        "--distance"
-        if distance_m
-        else "--focal-px"
-        if focal_px
-        else "the camera's note"
-        if noted_px
-        else "a usual phone"
-    )
+    known = {"--distance": distance_m, "--focal-px": focal_px, "the camera's note": noted_px}
+    source = next((name for name, value in known.items() if value), "a usual phone")
     distance_mm = 1000 * distance_m if distance_m else None
     views = _views(pictures, chart, focal, distance_mm)
     made = lens_from_views(

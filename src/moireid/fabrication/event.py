@@ -11,7 +11,6 @@ import csv
 import io
 import re
 import signal
-import tempfile
 import unicodedata
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -27,12 +26,20 @@ from moireid.artwork.placing import Look
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
-from moireid.fabrication.package import Parts, file_names, leftover_parts, plan_parts, write_parts, write_sheets
+from moireid.fabrication.package import (
+    Parts,
+    file_names,
+    leftover_parts,
+    made_aside,
+    plan_parts,
+    write_parts,
+    write_sheets,
+)
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import CROP_GAP_MM, DEFAULT_DPI, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.process_figures import MountFigures
-from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
+from moireid.files import whole_file, write_text
 from moireid.names import line_of
 from moireid.profiles import Printer
 
@@ -220,27 +227,19 @@ def print_event(
     parts = parts or plan_parts(badges[0], mount, figures)
     names = _folders(badges)
     files = event_files(badges, parts)
-    with tidy_folders([folder, *(folder / name for name in names)]):
-        planned([folder / file for file in files], overwrite=overwrite, kept=kept)
-        with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
-            aside = Path(aside_name)
-            work = partial(_write_person, parts=parts, measured_scale=measured_scale, maker=maker)
-            worn = looks or [None] * len(badges)
-            with _shared(work, badges, [aside / name for name in names], worn, processes) as people_made:
-                mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None)
-                sheet_count, to_a_sheet = write_sheets_pdf(
-                    badges, aside / SHEETS, measured_scale=measured_scale, looks=looks
-                )
-                for done, _ in enumerate(people_made, start=1):
-                    if progress:
-                        progress(done, len(badges))
-            write_text(aside / SUMMARY, _summary(names, badges, parts))
-            # As in `package.print_badge`: another process may have written here since.
-            planned([folder / file for file in files], overwrite=overwrite, kept=kept)
-            if before_moving:
-                before_moving()
-            stale = leftover_parts(folder, parts, SUMMARY) if overwrite else ()
-            move_together([(aside / file, folder / file) for file in files], stale)
+    stale = leftover_parts(folder, parts, SUMMARY) if overwrite else ()
+    with made_aside(folder, files, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
+        work = partial(_write_person, parts=parts, measured_scale=measured_scale, maker=maker)
+        worn = looks or [None] * len(badges)
+        with _shared(work, badges, [aside / name for name in names], worn, processes) as people_made:
+            mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None)
+            sheet_count, to_a_sheet = write_sheets_pdf(
+                badges, aside / SHEETS, measured_scale=measured_scale, looks=looks
+            )
+            for done, _ in enumerate(people_made, start=1):
+                if progress:
+                    progress(done, len(badges))
+        write_text(aside / SUMMARY, _summary(names, badges, parts))
     folders = tuple(folder / name for name in names)
     made = {name: folder / name for name in parts.files}
     return Event(

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -253,24 +254,53 @@ def print_badge(
     Convention: page mm, origin top left, x right, y down, become the files' own coordinates in each writer.
     """
     parts = parts or plan_parts(badge, mount, figures)
-    names = file_names(parts, moving=True)
-    with tidy_folders([folder]):
-        planned([folder / name for name in names], overwrite=overwrite, kept=kept)
-        say = progress or (lambda name: None)
-        with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
-            aside = Path(aside_name)
-            write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
-            say(MOVING)
-            write_worn(badge, aside / MOVING, look)
-            mass_g, mount_figures = write_parts(badge, parts, aside, say)
+    names, say = file_names(parts, moving=True), progress or (lambda name: None)
+    stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
+    # badge.json goes last, so that where it exists all other files exist too.
+    with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
+        write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
+        say(MOVING)
+        write_worn(badge, aside / MOVING, look)
+        mass_g, mount_figures = write_parts(badge, parts, aside, say)
+    return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
+
+
+@contextmanager
+def made_aside(
+    folder: Path,
+    names: Sequence[str],
+    stale: Sequence[Path],
+    *,
+    overwrite: bool,
+    kept: Sequence[Path],
+    before_moving: Callable[[], object] | None,
+) -> Iterator[Path]:
+    """A temporary folder, whose files are moved into a folder together when the `with` body has made them.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The files below the folder, in the order in which they are moved.
+    stale : sequence of Path
+        Older files that are then removed.
+    overwrite, kept, before_moving
+        As for `print_badge`.
+
+    Raises
+    ------
+    SpecError
+        Where a file exists or cannot be written; what the body and `before_moving` raise leaves no file.
+    """
+    paths = [folder / name for name in names]
+    with tidy_folders(list(dict.fromkeys([folder, *(path.parent for path in paths)]))):
+        planned(paths, overwrite=overwrite, kept=kept)
+        with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside:
+            yield Path(aside)
             # Making takes seconds, in which another process may have written here.
-            planned([folder / name for name in names], overwrite=overwrite, kept=kept)
+            planned(paths, overwrite=overwrite, kept=kept)
             if before_moving:
                 before_moving()
-            stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
-            # badge.json goes last, so that where it exists all other files exist too.
-            move_together([(aside / name, folder / name) for name in names], stale)
-    return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
+            move_together([(Path(aside) / name, folder / name) for name in names], stale)
 
 
 def write_sheets(

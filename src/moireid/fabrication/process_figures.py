@@ -84,8 +84,7 @@ class MountProcess:
     bite_mm: float = 0.55
 
     def __post_init__(self) -> None:
-        _check_positive(self, but=("adhesive_mm",))
-        _check_most(self, MOST_MM["printed"])
+        _check(self, MOST_MM["printed"], but=("adhesive_mm",))
         # The rim is a fifth thinner where its corners are rounded outside and sharp inside.
         for name, least in (("wall_mm", 1.25 * LEAST_WALL_MM), ("back_mm", LEAST_WALL_MM), ("lip_mm", LEAST_LIP_MM)):
             if (value := getattr(self, name)) < least:
@@ -127,8 +126,7 @@ class AcrylicProcess:
     adhesive_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        _check_positive(self, but=("kerf_mm", "adhesive_mm"))
-        _check_most(self, MOST_MM["acrylic"])
+        _check(self, MOST_MM["acrylic"], but=("kerf_mm", "adhesive_mm"))
         if not 0 <= self.kerf_mm <= MOST_KERF_MM:
             raise FabricationError(
                 f"kerf_mm={self.kerf_mm:g} is no laser's kerf, allowed is 0 to {MOST_KERF_MM:g} mm; cut a square of "
@@ -141,25 +139,22 @@ class AcrylicProcess:
             )
 
 
-def _check_positive(process: MountProcess | AcrylicProcess, *, but: tuple[str, ...] = ()) -> None:
-    for entry in fields(process):
-        value = getattr(process, entry.name)
-        if value is None:
-            continue
-        values = value if isinstance(value, tuple) else (value,)
+def _check(process: MountProcess | AcrylicProcess, most_mm: dict[str, float], *, but: tuple[str, ...]) -> None:
+    """Raise where a figure is not positive, larger than any workshop would use, or a clearance is too small.
+
+    Parameters: but: figures that may be zero.
+    """
+    given = {entry.name: value for entry in fields(process) if (value := getattr(process, entry.name)) is not None}
+    for name, value in given.items():
         # A kerf below nothing has a refusal of its own.
-        least = -math.inf if entry.name == "kerf_mm" else 0.0
-        if not all(math.isfinite(v) and (v > 0 or (entry.name in but and v >= least)) for v in values):
-            raise FabricationError(f"process figure {entry.name}={value} must be positive; give it in mm")
-
-
-def _check_most(process: MountProcess | AcrylicProcess, most_mm: dict[str, float]) -> None:
-    """Raise where a figure is larger than any workshop would use, or a clearance is zero."""
+        least = -math.inf if name == "kerf_mm" else 0.0
+        values = value if isinstance(value, tuple) else (value,)
+        if not all(math.isfinite(v) and (v > 0 or (name in but and v >= least)) for v in values):
+            raise FabricationError(f"process figure {name}={value} must be positive; give it in mm")
     for name, most in most_mm.items():
-        value = getattr(process, name)
-        if max(value if isinstance(value, tuple) else (value,)) > most:
+        if max(given[name] if isinstance(given[name], tuple) else (given[name],)) > most:
             raise FabricationError(
-                f"process figure {name}={value} is more than any mount has use for; give at most {most:g} mm",
+                f"process figure {name}={given[name]} is more than any mount has use for; give at most {most:g} mm",
                 most_mm=most,
             )
     if process.clearance_mm is not None and process.clearance_mm < LEAST_CLEARANCE_MM:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from moireid.badge import Badge, CodedFrame
@@ -150,26 +151,26 @@ def steps(build: BuildPlan) -> list[Step]:
         Step(
             "Cut",
             f"Cut the badge out along the corner marks. {_cut(build)}",
-            sketches.cut(badge),
+            partial(sketches.cut, badge),
         ),
-        Step("Lay", f"Lay {lay}. {free}.", sketches.lay(badge)),
+        Step("Lay", f"Lay {lay}. {free}.", partial(sketches.lay, badge)),
         Step(
             f"Turn the {front} until the bands are upright"
             if upright
             else f"Turn it until the {'squares form rows' if array else 'bands follow the lines'}",
             _seen(build, f"Turn {one} slowly until", bands),
-            sketches.fringes(badge, sketches.GOOD),
+            partial(sketches.fringes, badge, (sketches.GOOD,)),
         ),
         Step(
             "Do the rows lean?" if array else "Do the bands lean?",
             f"Then the {front} is turned by half a degree or so. Turn it back a very little, until they lean no more.",
-            sketches.fringes(badge, sketches.LEANING),
+            partial(sketches.fringes, badge, (sketches.LEANING,)),
         ),
         Step(
             "Are they much too wide, or too narrow?",
             f"Compare with preview.png. If they are twice or half as wide (left, right), the {front} has another pitch "
             f"than its label says, or the print has another size. {_PITCH[build.maker]}",
-            sketches.fringes(badge, *sketches.PITCH),
+            partial(sketches.fringes, badge, sketches.PITCH),
         ),
         _fixed(build, front),
     ]
@@ -179,7 +180,11 @@ def steps(build: BuildPlan) -> list[Step]:
         found.append(_carried(build))
     return [
         *found,
-        Step("Film it and check", _CHECK[build.maker].format(look_m=build.look_m), sketches.film(badge, build.look_m)),
+        Step(
+            "Film it and check",
+            _CHECK[build.maker].format(look_m=build.look_m),
+            partial(sketches.film, badge, build.look_m),
+        ),
     ]
 
 
@@ -187,11 +192,12 @@ _LAY = "the lens sheet on the striped field: ribs up, and along the printed line
 _LAY_PIECES = "each piece of lens sheet on its striped field: ribs up, and along the printed lines"
 _LAY_ARRAY = "the lens sheet on the field of dots: its lenses up, and their rows along the field's edges"
 _LAY_MASK = "the acrylic on the striped field, and the film on it, printed side down"
+_BARS = (
+    "Use the settings of page 1. Lay a ruler on both scale bars: each must read 150.0 mm, 0.5 mm more or less. If not, "
+)
 _MEASURE: dict[Maker, str] = {
-    "command": "Use the settings of page 1. Lay a ruler on both scale bars: each must read 150.0 mm, 0.5 mm more or "
-    "less. If not, divide what it reads by 150, and make the page again with --measured-scale and that number.",
-    "studio": "Use the settings of page 1. Lay a ruler on both scale bars: each must read 150.0 mm, 0.5 mm more or "
-    "less. If not, look for a setting that fits the page to the paper, switch it off, and print again.",
+    "command": _BARS + "divide what it reads by 150, and make the page again with --measured-scale and that number.",
+    "studio": _BARS + "look for a setting that fits the page to the paper, switch it off, and print again.",
 }
 _PITCH: dict[Maker, str] = {
     "command": "Measure the bars again. Then measure the sheet with the chart of moireid pitch-test.",
@@ -239,20 +245,20 @@ def _fixed(build: BuildPlan, front: str) -> Step:
             f"Peel 1 cm of the liner off at one edge. Lay the {front}, turn it until the bands are right, and press "
             "that edge down. Then pull the liner out from below, and rub from there to the other side: no bubbles."
         )
-        return Step("Glue it", words, sketches.lay(badge))
+        return Step("Glue it", words, partial(sketches.lay, badge))
     if build.mount not in ("none", "holder"):
         words = (
             f"{taped}Slide card and {front} together into the mount from the top, down to its bottom edge. Springs "
             "press them on each other; no air may stay between."
         )
-        return Step("Put it into the mount", words + seam, sketches.held(badge, taped=False))
+        return Step("Put it into the mount", words + seam, partial(sketches.held, badge, taped=False))
     if build.acrylic and build.mount != "holder":
         words = (
             f"{taped}Lay card and {front} into the acrylic frame, put the cover on, and tighten the screws by turns."
         )
-        return Step("Close the stack", words + seam, sketches.held(badge, taped=True))
+        return Step("Close the stack", words + seam, partial(sketches.held, badge, taped=True))
     words = f"Hold the {front}, and put clear tape along its left and right edge, 2 mm wide. No air may stay between."
-    return Step("Fix it", taped.strip() or words + seam, sketches.held(badge, taped=True))
+    return Step("Fix it", taped.strip() or words + seam, partial(sketches.held, badge, taped=True))
 
 
 def _pressed(build: BuildPlan) -> Step:
@@ -266,14 +272,14 @@ def _pressed(build: BuildPlan) -> Step:
 def _carried(build: BuildPlan) -> Step:
     if build.mount == "clip":
         words = "Put the clip's hook through the slot from behind, and let the bar drop into it."
-        return Step("Put on the clip", words, sketches.carried(build.badge, "clip", build.slots))
+        return Step("Put on the clip", words, partial(sketches.carried, build.badge, "clip", build.slots))
     if build.mount == "stand":
         words = f"Set the mount's bottom edge into the groove. It leans back by {build.figures.printed.stand_deg:g}°."
-        return Step("Set it on the stand", words, sketches.carried(build.badge, "stand", 0))
+        return Step("Set it on the stand", words, partial(sketches.carried, build.badge, "stand", 0))
     words = "Hang it from both slots. On one cord a badge turns by itself, and its bands move."
     if build.slots < 2:
         words = "Hang it from its slot. On one cord a badge turns by itself, and its bands move: hold it for a check."
-    return Step("Hang it", words, sketches.carried(build.badge, "lanyard", build.slots))
+    return Step("Hang it", words, partial(sketches.carried, build.badge, "lanyard", build.slots))
 
 
 def acrylic(plan: AcrylicPlan) -> list[str]:

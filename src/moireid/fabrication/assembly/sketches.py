@@ -176,45 +176,33 @@ def measure(sheet: PdfPage, area: Rect) -> None:
     sheet.text((x0 + x1) / 2, y - 4.5, "150.0 mm", points=7)
 
 
-def cut(badge: Badge) -> Draw:
+def cut(badge: Badge, sheet: PdfPage, area: Rect) -> None:
     """The board among its crop marks."""
-
-    def draw(sheet: PdfPage, area: Rect) -> None:
-        board = BadgeSketch(badge, area, spare=0.78)
-        board.draw(sheet, dash_mm=1.0)
-        for side_x in (-1, 1):
-            for side_y in (-1, 1):
-                x, y = board.at((side_x * board.half[0], side_y * board.half[1]))
-                sheet.stroke(x + side_x, y, x + 3 * side_x, y, 0.25)
-                sheet.stroke(x, y - side_y, x, y - 3 * side_y, 0.25)
-
-    return draw
+    board = BadgeSketch(badge, area, spare=0.78)
+    board.draw(sheet, dash_mm=1.0)
+    for side_x in (-1, 1):
+        for side_y in (-1, 1):
+            x, y = board.at((side_x * board.half[0], side_y * board.half[1]))
+            sheet.stroke(x + side_x, y, x + 3 * side_x, y, 0.25)
+            sheet.stroke(x, y - side_y, x, y - 3 * side_y, 0.25)
 
 
-def lay(badge: Badge) -> Draw:
+def lay(badge: Badge, sheet: PdfPage, area: Rect) -> None:
     """The sheet on its way to the board."""
-
-    def draw(sheet: PdfPage, area: Rect) -> None:
-        board = BadgeSketch(badge, area, spare=0.8)
-        board.middle = (board.middle[0] - 5, board.middle[1] + 1)
-        board.draw(sheet)
-        board.pieces(sheet, (9.0, -3.5))
-        x, y = board.at((board.half[0], -board.half[1]))
-        arrow(sheet, (x + 8.5, y - 6), (x + 2, y - 3.5))
-
-    return draw
+    board = BadgeSketch(badge, area, spare=0.8)
+    board.middle = (board.middle[0] - 5, board.middle[1] + 1)
+    board.draw(sheet)
+    board.pieces(sheet, (9.0, -3.5))
+    x, y = board.at((board.half[0], -board.half[1]))
+    arrow(sheet, (x + 8.5, y - 6), (x + 2, y - 3.5))
 
 
-def fringes(badge: Badge, *looks: dict[str, float]) -> Draw:
+def fringes(badge: Badge, looks: Sequence[dict[str, float]], sheet: PdfPage, area: Rect) -> None:
     """The fringes that are seen, one picture a look (`fringe_picture`'s parameters)."""
-
-    def draw(sheet: PdfPage, area: Rect) -> None:
-        pictures = [fringe_picture(badge, **look) for look in looks]
-        wide = (area[2] - area[0] - GAP_MM * (len(pictures) - 1)) / len(pictures)
-        for k, picture in enumerate(pictures):
-            _place(sheet, picture, (area[0] + k * (wide + GAP_MM), area[1], wide, area[3] - area[1]))
-
-    return draw
+    pictures = [fringe_picture(badge, **look) for look in looks]
+    wide = (area[2] - area[0] - GAP_MM * (len(pictures) - 1)) / len(pictures)
+    for k, picture in enumerate(pictures):
+        _place(sheet, picture, (area[0] + k * (wide + GAP_MM), area[1], wide, area[3] - area[1]))
 
 
 #: The looks that a builder meets: as it should be; turned; of too few and of too many fringes.
@@ -230,33 +218,29 @@ def _place(sheet: PdfPage, picture: Image.Image, room: tuple[float, float, float
     sheet.picture(picture, (x, room[1] + (room[3] - picture.height * dot_mm) / 2), dot_mm)
 
 
-def held(badge: Badge, *, taped: bool) -> Draw:
+def held(badge: Badge, sheet: PdfPage, area: Rect, *, taped: bool) -> None:
     """Sheet on the board, held at its left and right edges: by tape, or by a mount that goes over them."""
-
-    def draw(sheet: PdfPage, area: Rect) -> None:
-        board = BadgeSketch(badge, area, spare=0.85)
-        board.draw(sheet)
-        board.pieces(sheet)
-        half_x, half_y = board.half
-        strip = max(2.0, 1.2 / board.scale)
-        if has_turned(badge):
-            for _, corners in sheet_pieces(badge):
-                for k in (1, 3):
-                    sheet.path([board.at(place) for place in _along(corners, k, strip)], 0.7, 0.2)
-            if taped:
-                return
-        rows = [y for _, corners in sheet_pieces(badge) for _, y in corners]
-        low, high = (min(rows), max(rows)) if taped else (-half_y, half_y)
-        for side in (-1, 1):
-            out = half_x + (0.0 if taped else strip)
-            left, right = sorted((side * (half_x - strip), side * out))
-            sheet.path(board.box(left, low, right, high), 0.7, 0.2)
-        if not taped:
-            sheet.path(board.box(-half_x - strip, -half_y - strip, half_x + strip, -half_y), 0.7, 0.2)
-            x, y = board.at((0, half_y))
-            arrow(sheet, (x, y - 2.5), (x, y + 4))
-
-    return draw
+    board = BadgeSketch(badge, area, spare=0.85)
+    board.draw(sheet)
+    board.pieces(sheet)
+    half_x, half_y = board.half
+    strip = max(2.0, 1.2 / board.scale)
+    if has_turned(badge):
+        for _, corners in sheet_pieces(badge):
+            for k in (1, 3):
+                sheet.path([board.at(place) for place in _along(corners, k, strip)], 0.7, 0.2)
+        if taped:
+            return
+    rows = [y for _, corners in sheet_pieces(badge) for _, y in corners]
+    low, high = (min(rows), max(rows)) if taped else (-half_y, half_y)
+    for side in (-1, 1):
+        out = half_x + (0.0 if taped else strip)
+        left, right = sorted((side * (half_x - strip), side * out))
+        sheet.path(board.box(left, low, right, high), 0.7, 0.2)
+    if not taped:
+        sheet.path(board.box(-half_x - strip, -half_y - strip, half_x + strip, -half_y), 0.7, 0.2)
+        x, y = board.at((0, half_y))
+        arrow(sheet, (x, y - 2.5), (x, y + 4))
 
 
 def _along(corners: Sequence[Point], side: int, wide: float) -> list[Point]:
@@ -284,31 +268,27 @@ def pressed(sheet: PdfPage, area: Rect) -> None:
     arrow(sheet, (hole, area[3]), (hole, y + 0.5))
 
 
-def carried(badge: Badge, kind: str, slots: int) -> Draw:
+def carried(badge: Badge, kind: str, slots: int, sheet: PdfPage, area: Rect) -> None:
     """The badge as it is worn, or on its stand; slots: lanyard slots of a mount."""
-
-    def draw(sheet: PdfPage, area: Rect) -> None:
-        if kind == "stand":
-            x, y = (area[0] + area[2]) / 2, area[3] - 2
-            sheet.path([(x - 12, y), (x + 12, y)], None, 0.0, closed=False)
-            sheet.path([(x + 4, y - 1), (x + 8, y - 1), (x + 2, y - 12), (x + 1, y - 12)], 0.75, 0.2)
-            sheet.path([(x + 5, y - 1.5), (x + 6.2, y - 1.5), (x + 2, y - 20), (x + 0.8, y - 20)], 1.0, 0.0)
-            return
-        board = BadgeSketch(badge, (area[0], area[1] + 6, area[2], area[3]), spare=0.95)
-        board.draw(sheet)
-        board.pieces(sheet)
-        places = (-0.6, 0.6) if slots == 2 else (0.0,)
-        for share in places:
-            x, y = board.at((share * board.half[0], board.half[1]))
-            if kind == "clip":
-                # The clip from the front, its hook through the slot, its jaws above.
-                sheet.path([(x - 2, y - 6), (x + 2, y - 6), (x + 1.4, y), (x - 1.4, y)], 0.6, 0.0)
-                arrow(sheet, (x + 6, y - 4), (x + 2.6, y - 3))
-            else:
-                sheet.path([(x, y), (x + (0.4 * (x - board.middle[0])), area[1])], None, 0.0, closed=False)
-            sheet.path(board.box(*_tab(board, share)), 0.75, 0.2)
-
-    return draw
+    if kind == "stand":
+        x, y = (area[0] + area[2]) / 2, area[3] - 2
+        sheet.path([(x - 12, y), (x + 12, y)], None, 0.0, closed=False)
+        sheet.path([(x + 4, y - 1), (x + 8, y - 1), (x + 2, y - 12), (x + 1, y - 12)], 0.75, 0.2)
+        sheet.path([(x + 5, y - 1.5), (x + 6.2, y - 1.5), (x + 2, y - 20), (x + 0.8, y - 20)], 1.0, 0.0)
+        return
+    board = BadgeSketch(badge, (area[0], area[1] + 6, area[2], area[3]), spare=0.95)
+    board.draw(sheet)
+    board.pieces(sheet)
+    places = (-0.6, 0.6) if slots == 2 else (0.0,)
+    for share in places:
+        x, y = board.at((share * board.half[0], board.half[1]))
+        if kind == "clip":
+            # The clip from the front, its hook through the slot, its jaws above.
+            sheet.path([(x - 2, y - 6), (x + 2, y - 6), (x + 1.4, y), (x - 1.4, y)], 0.6, 0.0)
+            arrow(sheet, (x + 6, y - 4), (x + 2.6, y - 3))
+        else:
+            sheet.path([(x, y), (x + (0.4 * (x - board.middle[0])), area[1])], None, 0.0, closed=False)
+        sheet.path(board.box(*_tab(board, share)), 0.75, 0.2)
 
 
 def _tab(board: BadgeSketch, share: float) -> Rect:
@@ -317,23 +297,19 @@ def _tab(board: BadgeSketch, share: float) -> Rect:
     return (middle - half, low, middle + half, low + 1.2 / board.scale)
 
 
-def film(badge: Badge, look_m: float) -> Draw:
+def film(badge: Badge, look_m: float, sheet: PdfPage, area: Rect) -> None:
     """A phone before the badge, which moves to and fro."""
-
-    def draw(sheet: PdfPage, area: Rect) -> None:
-        wide = (area[2] - area[0]) / 2
-        board = BadgeSketch(badge, (area[0], area[1] + 2, area[0] + wide, area[3] - 6), spare=0.95)
-        board.draw(sheet)
-        board.pieces(sheet)
-        x, y = board.middle[0], area[3] - 1.5
-        arrow(sheet, (x - 9, y), (x + 9, y), both=True)
-        sheet.text(x, y - 1.2, "20 cm", points=6)
-        phone = (area[2] - 11, area[1] + 4, area[2] - 3, area[3] - 6)
-        sheet.path(_box(*phone), 0.4, 0.0)
-        sheet.path(_box(phone[0] + 0.8, phone[1] + 1.6, phone[2] - 0.8, phone[3] - 1.6), 1.0, None)
-        middle = (phone[1] + phone[3]) / 2
-        start = area[0] + wide + 1
-        sheet.path([(start, middle), (phone[0] - 1, middle)], None, 0.5, closed=False, dash_mm=0.8)
-        sheet.text((start + phone[0] - 1) / 2, middle - 1.2, f"{look_m:g} m", points=6)
-
-    return draw
+    wide = (area[2] - area[0]) / 2
+    board = BadgeSketch(badge, (area[0], area[1] + 2, area[0] + wide, area[3] - 6), spare=0.95)
+    board.draw(sheet)
+    board.pieces(sheet)
+    x, y = board.middle[0], area[3] - 1.5
+    arrow(sheet, (x - 9, y), (x + 9, y), both=True)
+    sheet.text(x, y - 1.2, "20 cm", points=6)
+    phone = (area[2] - 11, area[1] + 4, area[2] - 3, area[3] - 6)
+    sheet.path(_box(*phone), 0.4, 0.0)
+    sheet.path(_box(phone[0] + 0.8, phone[1] + 1.6, phone[2] - 0.8, phone[3] - 1.6), 1.0, None)
+    middle = (phone[1] + phone[3]) / 2
+    start = area[0] + wide + 1
+    sheet.path([(start, middle), (phone[0] - 1, middle)], None, 0.5, closed=False, dash_mm=0.8)
+    sheet.text((start + phone[0] - 1) / 2, middle - 1.2, f"{look_m:g} m", points=6)
