@@ -64,8 +64,15 @@ class IssuePlan:
 def plan_badge(order: IssueOrder, holder_of: HolderOf | None) -> IssuePlan:
     """Design the badge, plan its parts and check its looks; nothing is written.
 
-    Parameters: holder_of: as for `drawn_badge`.
-    Raises: as `drawn_badge`, `check_look` and `Wear.parts`; RegistryError where another badge has the identity.
+    Parameters
+    ----------
+    holder_of : callable, optional
+        As for `drawn_badge`.
+
+    Raises
+    ------
+    RegistryError
+        Where another badge has the identity; else as `drawn_badge`, `check_look` and `Wear.parts`.
     """
     from moireid.artwork.content import with_lines
     from moireid.designer.drawn import drawn_badge

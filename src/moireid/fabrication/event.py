@@ -129,10 +129,24 @@ def write_sheets_pdf(
 ) -> tuple[int, int]:
     """Write all boards on as few sheets as they need, whole or not at all.
 
-    Parameters: badges: one or more, of one layout; measured_scale: as for `pdf.write_badge_pdf`;
-        looks: artwork of each badge.
-    Returns: number of sheets, and of boards to a sheet.  A mask's page follows the sheets, once for all.
-    Raises: FabricationError where boards are of several sizes.
+    Parameters
+    ----------
+    badges : sequence of Badge
+        One or more, of one layout.
+    measured_scale : (float, float)
+        As for `pdf.write_badge_pdf`.
+    looks : sequence of Look or None, optional
+        Artwork of each badge.
+
+    Returns
+    -------
+    (int, int)
+        Number of sheets, and of boards to a sheet.  A mask's page follows the sheets, once for all.
+
+    Raises
+    ------
+    FabricationError
+        Where boards are of several sizes.
     """
     first = badges[0]
     if any(badge.outline_mm != first.outline_mm for badge in badges):

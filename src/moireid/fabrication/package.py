@@ -64,9 +64,17 @@ class Parts:
 def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) -> Parts:
     """Plan the mounts that can be made; takes milliseconds and writes nothing.
 
-    Parameters: mount: one of `MOUNTS`.
-    Raises: FabricationError with what, got, allowed and the next step, where no mount can be made, or not the one that
-        the figures ask for.
+    Parameters
+    ----------
+    mount : str
+        One of `MOUNTS`.
+    figures : MountFigures, optional
+        Of printer and laser, mm; None for the defaults.
+
+    Raises
+    ------
+    FabricationError
+        With what, got, allowed and the next step, where no mount can be made, or not the one that the figures ask for.
     """
     figures = figures or MountFigures()
     if mount not in MOUNTS:
@@ -105,9 +113,22 @@ def write_parts(
 ) -> tuple[float | None, dict[str, float]]:
     """Write the files of a mount and read each back.
 
-    Parameters: say: called with the name of the next file.
-    Returns: mass of the printed mount in g, None without one; its other figures and the stack's, by name.
-    Raises: FabricationError where a file fails its check; MissingExtraError without the CAD packages.
+    Parameters
+    ----------
+    say : callable
+        Called with the name of the next file.
+
+    Returns
+    -------
+    (float or None, dict of str to float)
+        Mass of the printed mount, g, None without one; its other figures and the stack's, units in their names.
+
+    Raises
+    ------
+    FabricationError
+        Where a file fails its check.
+    MissingExtraError
+        Without the CAD packages.
     """
     if not parts.files:
         return None, {}

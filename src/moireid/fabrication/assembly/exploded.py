@@ -84,8 +84,15 @@ def project(place: Place) -> Point:
 def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> float:
     """Draw parts, given from behind to the front, into an area of the page, labels at its right.
 
-    Parameters: area: page mm.
-    Returns: the scale, page over life.
+    Parameters
+    ----------
+    area : Rect
+        Where, page mm.
+
+    Returns
+    -------
+    float
+        The scale, page over life.
     """
     lifts = _lifts(parts)
     flat = [project((x, y, z + lift)) for part, lift in zip(parts, lifts, strict=True) for x, y, z in part.places]

@@ -53,9 +53,18 @@ def write_assembly_pdf(
 ) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
-    Parameters: mount: kind of the printed mount, "none" without one; acrylic: the stack, if one can be built instead
-        of it or alone; figures: those of the plans, None for the defaults; maker: who makes it, as only a command's
-        sheet speaks of commands; mount_plan: of the printed mount, None to plan it here.
+    Parameters
+    ----------
+    mount : str
+        Kind of the printed mount, "none" without one.
+    acrylic : AcrylicPlan, optional
+        The stack, if one can be built instead of the printed mount, or alone.
+    figures : MountFigures, optional
+        Those of the plans; None for the defaults.
+    maker : str
+        Who makes it, as only a command's sheet speaks of commands.
+    mount_plan : MountPlan, optional
+        Of the printed mount; None to plan it here.
     """
     figures = figures or MountFigures()
     if mount_plan is None and mount != "none":

@@ -114,7 +114,7 @@ def _tray(plan: TrayPlan, process: MountProcess) -> Part:
         prisms += [Prism(box_loop(side), plan.side_top, plan.rim_top) for side in sides]
     prisms += [Prism(box_loop(lip), plan.rim_top, plan.lip_top) for lip in lips]
     size = f"{plan.lip_top + process.back_mm:.1f} mm deep, back {process.back_mm:g} mm"
-    return Part("tray, 3D-printed", size, tuple(prisms), 0.88, gap=TAB_GAP if plan.tab else GAP)
+    return Part("tray, 3D-printed", size, tuple(prisms), 0.88, gap=TAB_GAP if plan.slots else GAP)
 
 
 def _slots(size: Point, low: float, middles: tuple[float, ...]) -> tuple[Loop, ...]:

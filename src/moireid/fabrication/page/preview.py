@@ -94,9 +94,18 @@ def fringe_profile(
 ) -> NDArray[np.float64]:
     """Brightness along the grating's axis, 0 to 1, of `pixels` samples; the mean over one lens's rays at each.
 
-    Parameters: own: the cell's rectangle in own order (`moireid.frames`); middle: the board's, along the axis.
-    Convention: the camera is `DISTANCE_MM` in front of the board's middle, and `aside_mm` to the side along the
-        grating's axis; the axis of one lens is on the middle.
+    Parameters
+    ----------
+    own : Rect
+        The cell's rectangle in own order (`moireid.frames`), mm.
+    middle : float
+        The board's middle along the axis, mm.
+    aside_mm : float
+        How far the camera is to the side along the grating's axis, mm.
+
+    Notes
+    -----
+    Convention: the camera is `DISTANCE_MM` in front of the board's middle; the axis of one lens is on the middle.
     Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
     """
     axes, landed = _landed(lens, own[0], own[2], pixels, middle, aside_mm)

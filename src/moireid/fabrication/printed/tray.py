@@ -79,11 +79,6 @@ class TrayPlan:
     slots: tuple[float, ...]
 
     @property
-    def tab(self) -> bool:
-        """Whether the tray has a tab with slots above it."""
-        return bool(self.slots)
-
-    @property
     def stepped(self) -> bool:
         """Whether the rim is higher below the lips than elsewhere."""
         return self.side_top < self.rim_top
@@ -124,10 +119,16 @@ class TrayPlan:
 def plan_tray(badge: Badge, process: MountProcess, *, slots: int = 2) -> TrayPlan:
     """The figures of a badge's tray, checked.
 
-    Parameters: slots: wished number of lanyard slots, 0 for no tab; a narrow board gets one instead of two.
+    Parameters
+    ----------
+    slots : int
+        Wished number of lanyard slots, 0 for no tab; a narrow board gets one instead of two.
 
-    Raises: FabricationError where a lip or the rim would hide fringes or markers, the board is too small for tab or
-        springs, or the register edges are too short to keep page and lens parallel.
+    Raises
+    ------
+    FabricationError
+        Where a lip or the rim would hide fringes or markers, the board is too small for tab or springs, or the
+        register edges are too short to keep page and lens parallel.
     """
     half = half_board_mm(badge)
     sheet_top = process.card_mm + process.adhesive_mm + front_mm(badge, process.film_mm)
@@ -312,11 +313,11 @@ def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     corners = [(plan.out_x, half_y), *tabs, (-plan.out_x, half_y)]
     outline = [(-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), *corners]
     # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
-    radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.tab else wall / 2}
+    radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.slots else wall / 2}
     body = rounded_plate(b3d, outline, radii, plan.side_top, process)
     inner = plan.out_x - wall
     body -= block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.side_top)
-    if not plan.tab:
+    if not plan.slots:
         return body
     body -= block(b3d, (-plan.out_x, half_y, plan.out_x, plan.tab_top), 0.0, plan.side_top)
     slot = b3d.extrude(b3d.SlotOverall(*plan.slot_mm), 2 * process.back_mm)
