@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 #: Kinds of the printed mount, as `printed.mount.SLOTS`; or none.
 MOUNTS = ("lanyard", "clip", "stand", "holder", "none")
 PRINTED_FILES = ("mount.step", "mount.stl", "mount.3mf")
-ACRYLIC_FILES = ("acrylic.dxf", "acrylic.svg")
+ACRYLIC_FILES = ("acrylic.dxf", "acrylic.svg", "acrylic.step")
 GLB_FILE = "stack.glb"
 
 
@@ -133,12 +133,15 @@ def write_parts(
     if not parts.files:
         return None, {}
     from moireid.fabrication.acrylic.stack import check_stack, write_glb
+    from moireid.fabrication.acrylic.stack_step import write_stack_step
     from moireid.fabrication.printed.mount import write_mount
 
     # The drawing is made in milliseconds, the solids take seconds.
     if parts.acrylic:
         say("acrylic.dxf and acrylic.svg")
         _write_drawing(parts.acrylic, parts.figures.acrylic.kerf_mm, folder)
+        say("acrylic.step")
+        write_stack_step(parts.acrylic, folder / "acrylic.step")
     report: MountReport | None = None
     if parts.printed != "none":
         say("mount.step, mount.stl and mount.3mf")

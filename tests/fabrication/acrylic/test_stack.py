@@ -18,6 +18,7 @@ from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import package
 from moireid.fabrication.acrylic import stack
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
+from moireid.fabrication.acrylic.stack_step import check_stack_step
 from moireid.fabrication.printed.mount import KINDS
 from moireid.fabrication.process_figures import mount_figures
 
@@ -87,7 +88,7 @@ def test_every_promised_file_is_there(folder: tuple[Path, package.PrintResult, l
         "mount.stl",
         "mount.3mf",
     }
-    names |= {"acrylic.dxf", "acrylic.svg", "stack.glb"}
+    names |= {"acrylic.dxf", "acrylic.svg", "acrylic.step", "stack.glb"}
     assert {path.name for path in place.iterdir()} == set(printed.files) == names
     assert {name for line in steps for name in line.replace(",", " ").split() if "." in name} == names - {"badge.json"}
     assert printed.mount_mass_g is not None and 40 < printed.mount_mass_g < 70
@@ -119,6 +120,17 @@ def test_glb_shows_stack_and_mount(folder: tuple[Path, package.PrintResult, list
     assert lows["tray"] > lows["clip"]
     assert (lows["page-held"], lows["sheet-held-0"]) == pytest.approx((0.0, 0.0003), abs=1e-6)
     assert scene.geometry["tray"].bounds[0][0] > scene.geometry["cover"].bounds[1][0]
+
+
+@pytest.mark.slow
+def test_step_names_each_part_and_keeps_arcs(folder: tuple[Path, package.PrintResult, list[str]]) -> None:
+    """Catches: bodies without names or colours, arcs cut into lines, and a check that counts without measuring."""
+    path = folder[1].files["acrylic.step"]
+    text = path.read_text()
+    assert all(f"PRODUCT('{name}'" in text for name in ("base", "page", "frame", "sheet-0", "cover", "screw-0"))
+    assert "COLOUR_RGB" in text and "CYLINDRICAL_SURFACE" in text
+    with pytest.raises(FabricationError, match=r"acrylic\.step holds the parts .*'base'.*, allowed are \['base'\]"):
+        check_stack_step(path, {"base": 1.0})
 
 
 @pytest.mark.slow

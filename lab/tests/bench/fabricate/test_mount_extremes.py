@@ -237,7 +237,7 @@ def test_a_figure_of_its_own_is_an_order(ada: Badge) -> None:
     # A hook needs a slot of 3 mm: the printed clip is left out, the stack is made.
     slotted = replace(MountFigures(), printed=MountProcess(slot_mm=(16.0, 2.0)))
     parts = plan_parts(ada, "clip", slotted)
-    assert parts.printed == "none" and parts.files == ("acrylic.dxf", "acrylic.svg", "stack.glb")
+    assert parts.printed == "none" and parts.files == ("acrylic.dxf", "acrylic.svg", "acrylic.step", "stack.glb")
     assert "slot_mm of 8x3" in parts.left_out["printed"]
     with pytest.raises(FabricationError, match="slot_mm of 8x3"):
         plan_parts(ada, "clip", mount_figures(["slot_mm=16x2"]))
