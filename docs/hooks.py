@@ -93,7 +93,7 @@ def with_limits(text: str) -> str:
 
 
 def _constant(module: str, name: str) -> float:
-    dotted = module if module.startswith("moireid_studio.") else f"moireid.{module}"
+    dotted = module if module.startswith(("moireid_studio.", "moireid_lab.")) else f"moireid.{module}"
     value = getattr(importlib.import_module(dotted), name)
     return float(value)
 

@@ -1,5 +1,6 @@
 """The laboratory of moireid: what prints the project's figures.  It may import moireid and the studio.
 
+baseline/    the published pipeline, to compare ours with
 archive/     many films, each by itself, on Dask; rows in Parquet
 evaluation/  labelled collections: scores, statistics, plots
 bench/       suites that print the project's figures

@@ -10,7 +10,6 @@ decision/      which of them explains the film: the motion invariant
 identity/      whose badge is it, and is it the one that was enrolled?
 session/       a film or a live picture from its first frame to the verdict
 report/        the report for people
-published/     the published pipeline, as a baseline
 
 video.py      a film's grey frames with their times; the open file
 picture.py    one frame, turned into counts where it is read

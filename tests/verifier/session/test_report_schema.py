@@ -17,8 +17,8 @@ from kit.report_faults import SCHEMA, faults, named_only
 from moireid.cli.verify.verify_cmd import verify_command
 from moireid.provenance import Exclusion
 from moireid.verifier import Claim, verify
-from moireid.verifier.published.pipeline import verify_published
 from moireid.verifier.session.result import REPORT_FORMAT
+from moireid_lab.baseline.pipeline import verify_published
 
 #: What the contract of the command line promises, by object.
 PROMISED = {

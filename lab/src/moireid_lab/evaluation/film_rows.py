@@ -19,14 +19,14 @@ from typing import Any, Literal
 
 from moireid.errors import MoireIdError
 from moireid.result_cache import program_digest
-from moireid.verifier.published.corners import without_corners
-from moireid.verifier.published.pipeline import verify_published
 from moireid.verifier.reasons import json_number
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import OpenedFile
 from moireid_lab.archive.isolated import Fault, LostJob
+from moireid_lab.baseline.corners import without_corners
+from moireid_lab.baseline.pipeline import verify_published
 from moireid_lab.evaluation.manifest import Entry
 
 Pipeline = Literal["moireid", "published"]

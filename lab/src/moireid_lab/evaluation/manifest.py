@@ -22,8 +22,8 @@ from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.provenance import Exclusion
 from moireid.registry import Record, Registry, open_registry
-from moireid.verifier.published.corners import ENTRIES, Corners, corners_from, read_corners
 from moireid_lab.archive.addresses import fetched, is_address, joined, read_text, stamp
+from moireid_lab.baseline.corners import ENTRIES, Corners, corners_from, read_corners
 
 COLUMNS = ("video", "label", "claim", "group")
 OPTIONAL = ("corners",)

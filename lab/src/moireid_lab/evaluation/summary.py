@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.decision.figures import calibrated_log10
 from moireid.verifier.limits import MAX_RIVAL_LOG10
-from moireid.verifier.published.pipeline import THRESHOLD
+from moireid_lab.baseline.pipeline import THRESHOLD
 from moireid_lab.evaluation import statistics
 from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.statistics import interval

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ import click
 from moireid.cli.attest.signing import Signing, detectors_from, planned_signing, signing_options
 from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, report_standing, say, show_json
 from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wish, verify_options
+from moireid.extras import missing_extra
 
 if TYPE_CHECKING:
     from moireid.provenance import ClaimedBadge, Standing
@@ -169,19 +171,24 @@ def judge_here(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progres
 
 
 def _report(wish: VerifyOptions, found: ClaimedBadge, progress: Progress) -> Report:
-    from moireid.verifier.published.corners import corners_from, without_corners
-
-    corners = corners_from(wish.corners_given) if wish.corners_given is not None else None
     claim = claim_held(wish, found)
-    if wish.published:
-        from moireid.verifier.published.pipeline import verify_published
-
-        return verify_published(wish.video, claim, corners=corners, progress=progress)
+    baseline = _baseline() if wish.published or wish.corners_given is not None else None
+    corners = None if baseline is None or wish.corners_given is None else baseline.corners_from(wish.corners_given)
+    if baseline is not None and wish.published:
+        published: Report = baseline.verify_published(wish.video, claim, corners=corners, progress=progress)
+        return published
     from moireid.attest.film_credentials import with_carried
     from moireid.verifier import verify
 
     report = verify(wish.video, claim, barred=found.barred, overlap=wish.overlap, progress=progress)
-    return with_carried(without_corners(report) if corners else report, wish.video)
+    return with_carried(report if baseline is None else baseline.without_corners(report), wish.video)
+
+
+def _baseline() -> Any:
+    """The published method, which is in the lab.  Raises: MissingExtraError where that is not installed."""
+    for point in entry_points(group="moireid.pipelines", name="published"):
+        return point.load()
+    raise missing_extra("the published method", "moireid-lab", "", "moireid-lab")
 
 
 def judge_apart(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progress: Progress) -> Outcome:

@@ -30,8 +30,8 @@ from moireid.result_cache import keep_row, kept_rows, program_digest
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.fringes import signals as measure
 from moireid.verifier.picture import Frame, Picture
-from moireid.verifier.published.pipeline import PublishedReader, judge
 from moireid.verifier.session.claim import Claim
+from moireid_lab.baseline.pipeline import PublishedReader, judge
 from moireid_lab.bench.bench_rows import Where
 from moireid_lab.bench.verify.films import KINDS, DecodedFilm, Kind, phase_error_rad, shoot
 from moireid_lab.bench.verify.judged import judge_frames

@@ -32,13 +32,13 @@ from moireid.verifier.decision.figures import pearson, window_correlations
 from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import WINDOW_FRAMES
-from moireid.verifier.published.corners import CornerFollower, Corners
 from moireid.verifier.reasons import Reason, json_number, worst
 from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.result import Report
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film, Progress
+from moireid_lab.baseline.corners import CornerFollower, Corners
 
 Array = NDArray[np.float64]
 #: Rectified pixels per millimetre, and the most along either side.

@@ -15,7 +15,7 @@ from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.verifier import Claim
-from moireid.verifier.published.pipeline import (
+from moireid_lab.baseline.pipeline import (
     PublishedReader,
     fringe_lean_rad,
     judge,

@@ -16,7 +16,7 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.verifier import Claim, Film, verify
-from moireid.verifier.published.corners import (
+from moireid_lab.baseline.corners import (
     COLUMNS,
     CornerFollower,
     corners_from,
