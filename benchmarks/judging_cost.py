@@ -21,7 +21,8 @@ from moireid.verifier import Claim
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations import honest
-from moireid.verifier.fringes.signals import GratingSignal, measure
+from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.fringes.signals import measure
 from moireid_lab.bench.natural import cut_track
 
 PART_S = 10

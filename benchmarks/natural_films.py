@@ -40,7 +40,8 @@ from moireid.badge import load_badge
 from moireid.verifier import Claim, verify
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.decision.judge import judge_signals
-from moireid.verifier.fringes.signals import GratingSignal, measure
+from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.track import Track
 from moireid_lab.bench.natural import cut_track, part_starts
 

@@ -20,8 +20,8 @@ from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
 from moireid.verifier.decision.judge import judge_invariant
-from moireid.verifier.fringes.phase import strip_law
 from moireid.verifier.fringes.signals import measure
+from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.decode import judge_identity
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels

@@ -91,7 +91,7 @@ def array_response(lens: Lens, rear_pitch_mm: float, tan_x: Array, tan_y: Array)
 #: the number of rays: 1e-3 rad at 512 (a test checks it).
 RAYS = 512
 #: The table covers view tangents up to this (63 degrees); up to here all light leaves through its own lens.  Frames
-#: beyond it are not used (`verifier.fringes.phase.within_law`).
+#: beyond it are not used (`verifier.fringes.strip_law.within_law`).
 MAX_TANGENT = 2.0
 
 

@@ -14,7 +14,7 @@ from moireid.cli.main import moireid
 from moireid.designer.chart import ChartRequest, design_chart
 from moireid.fabrication.page.chart_page import JSON, print_chart
 from moireid.profiles import lens_named
-from moireid.verifier.tracking.brightness_profiles import LINEAR_COUNTS, counts_of
+from moireid.verifier.picture import LINEAR_COUNTS, counts_of
 from moireid_lab.bench.fabricate.calibration import STILL, PhotoCase, calibration_figures, photograph
 
 CASE = PhotoCase("50lpi", lens_scale=1.0023, twist_deg=0.7, distance_m=0.9, aside_deg=9.0)

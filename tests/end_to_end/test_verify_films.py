@@ -27,7 +27,7 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, Report, verify
-from moireid.verifier.fringes import phase as predict
+from moireid.verifier.fringes import strip_law as predict
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.compare_built import measure_built
 

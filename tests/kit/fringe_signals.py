@@ -9,8 +9,7 @@ import numpy as np
 
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.explanations.honest import PhaseSeries, phase_series
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 
 #: Frames a second, and frames of a usual signal.
 FPS, FRAMES = 30.0, 300

@@ -8,8 +8,7 @@ import numpy as np
 
 from moireid.verifier.decision.judge import photographs
 from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded, spacing_of
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.reasons import Reason
 
 FRAMES = 300

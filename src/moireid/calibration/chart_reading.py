@@ -20,7 +20,8 @@ from moireid.dots import realised
 from moireid.errors import MediaError, SpecError
 from moireid.profiles import CHART_FAMILY, Printer
 from moireid.verifier.camera.plane_pose import start_poses
-from moireid.verifier.tracking.brightness_profiles import LINEAR_COUNTS, ProfileReader, counts_of
+from moireid.verifier.picture import LINEAR_COUNTS, counts_of
+from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import PageRegistrar, scale_px_per_mm

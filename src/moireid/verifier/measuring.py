@@ -100,7 +100,7 @@ SMALL_MARKER_PX, SMALL_MARKER_POWER = 19.0, 1.5
 #: by whole quarters of a pixel, so what turns slowly stays as it was for a while.
 SLOW_ERROR_RATIO = 1.15
 #: In faint print a codec repeats the same error for many frames, and smoothing does not reduce it.  From this error by
-#: rounding on (`phase.rounding_rad`), all of the pose error is of this kind.  Ray-traced films: a print contrast
+#: rounding on (`strip_phase.rounding_rad`), all of the pose error is of this kind.  Ray-traced films: a print contrast
 #: of 5 %, at which the pose error is twice that by `SMOOTHED_SHARE`; at 20 % it is not.
 ROUNDING_ONLY_RAD = 0.06
 

@@ -1,4 +1,4 @@
-"""One picture of a film, whose brightness is worked out where it is read.
+"""One picture of a film, whose brightness is worked out where it is read; and light and its coded counts.
 
 Turning a whole 1080p picture into counts costs a fifth of decoding it, and a followed badge covers a twentieth of it.
 """
@@ -13,6 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Box = tuple[int, int, int, int]  #: Left, top, right, bottom, px; right and bottom are the first beyond it.
+#: Cameras code light by about the power of 2.2 (sRGB).  The law holds for light, so counts are turned back into light;
+#: on coded counts the fringe's phase would move 1 % too little.
+CODING_POWER = 2.2
+LINEAR_COUNTS = (255.0 * (np.arange(256) / 255.0) ** CODING_POWER).astype(np.float32)
+
+
+def counts_of(light: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Light, (...,), in the unit of `LINEAR_COUNTS`, coded as a picture's counts."""
+    counts = np.rint(255.0 * (np.clip(light, 0.0, 255.0) / 255.0) ** (1 / CODING_POWER))
+    return np.asarray(counts, np.uint8)
 
 
 class Picture:

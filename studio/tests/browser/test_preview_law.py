@@ -25,7 +25,7 @@ from moireid.frames import own_rect
 from moireid.lenticule import view_response
 from moireid.simulate.scene import Scene
 from moireid.simulate.truth import shown_phase_rad
-from moireid.verifier.fringes.phase import strip_law
+from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid_studio.pages.preview_law import preview_law
 

@@ -24,7 +24,7 @@ from moireid.verifier.decision.comparison import (
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, to_measure
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import (
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,

@@ -22,8 +22,7 @@ from kit.fringe_signals import (
 from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.decision.judge import Invariant, gain_of, judge_signals
 from moireid.verifier.explanations.residuals import residual_limit_rad
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.limits import (
     GAIN_TOLERANCE_SHARE,
     MAX_LASTING_PX,

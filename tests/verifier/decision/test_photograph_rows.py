@@ -10,7 +10,7 @@ from kit.photographed import LAW, TYPICAL, depth_of, faded, laid_over, noise_of,
 from moireid.verifier.decision.comparison import Explanation
 from moireid.verifier.decision.judge import photographs
 from moireid.verifier.explanations.photographs.fringe_spacing import spacing_of
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 
 
 def rows_of(film: GratingSignal) -> dict[str, Explanation]:

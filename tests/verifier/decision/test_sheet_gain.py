@@ -12,8 +12,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.designer import Request, design_badge
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
-from moireid.verifier.fringes.beyond_phase import DepthLaw
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import DepthLaw, GratingSignal
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS, ENROLLED_GAINS
 
 TIMES = np.arange(240) / 30.0

@@ -13,7 +13,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.designer import Request, design_badge
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, FORGED_GAINS, MAX_RIVAL_SHARE
 
 BADGE = design_badge(Request("Bench", lens="75lpi"), bytes.fromhex("0f5ac3962d784be1"))

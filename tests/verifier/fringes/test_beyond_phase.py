@@ -7,9 +7,9 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw, joined_in_time, mean_overtone
-from moireid.verifier.fringes.phase import StripPhase
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.beyond_phase import mean_overtone
+from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal, joined_beyond
+from moireid.verifier.fringes.strip_phase import StripPhase
 
 FRAMES = 60
 TIMES = np.arange(FRAMES) / 30.0
@@ -26,7 +26,7 @@ def beyond(rng: np.random.Generator) -> BeyondPhase:
 def series_of(beyond: BeyondPhase) -> list[np.ndarray]:
     """Every series of it, those of the depth law too."""
     own = [getattr(beyond, field.name) for field in fields(beyond) if field.name != "depth"]
-    return [*own, *(getattr(beyond.depth, field.name) for field in fields(beyond.depth))]
+    return [*own, *beyond.depth]
 
 
 def signal(beyond: BeyondPhase | None) -> GratingSignal:
@@ -37,7 +37,7 @@ def signal(beyond: BeyondPhase | None) -> GratingSignal:
 def test_parts_joined_again_are_the_whole(beyond: BeyondPhase):
     """Catches: a series that is forgotten, cut elsewhere, or joined in another order."""
     middle = np.arange(20, 45)
-    whole = joined_in_time([beyond.part(slice(0, 20)), beyond.part(middle), beyond.part(slice(45, None))])
+    whole = joined_beyond([beyond.part(slice(0, 20)), beyond.part(middle), beyond.part(slice(45, None))])
     assert whole is not None
     for joined, own in zip(series_of(whole), series_of(beyond), strict=True):
         assert joined.shape == own.shape and np.array_equal(joined, own)
@@ -46,7 +46,7 @@ def test_parts_joined_again_are_the_whole(beyond: BeyondPhase):
 
 def test_what_one_chapter_lacks_the_whole_lacks(beyond: BeyondPhase):
     """Catches: series that are shorter than their signal, so that frames are taken for others."""
-    assert joined_in_time([beyond, None]) is None and joined_in_time([None]) is None
+    assert joined_beyond([beyond, None]) is None and joined_beyond([None]) is None
 
 
 def test_a_part_of_a_signal_has_its_own_frames(beyond: BeyondPhase):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.mixed_frames import BLOCKS, places_apart_rad
-from moireid.verifier.fringes.phase import StripLaw, StripPhase, strip_shape
+from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase
+from moireid.verifier.fringes.strip_shape import BLOCKS, places_apart_rad, strip_shape
 
 FRAMES, SAMPLES, FRINGES = 180, 160, 3.2
 TIMES = np.arange(FRAMES) / 30.0

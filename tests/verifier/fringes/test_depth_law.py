@@ -9,8 +9,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.beyond_phase import DepthLaw, depth_law
-from moireid.verifier.fringes.phase import StripLaw, StripPhase, measure_strip, strip_shape
+from moireid.verifier.fringes.beyond_phase import depth_law
+from moireid.verifier.fringes.grating_signal import DepthLaw
+from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, measure_strip
+from moireid.verifier.fringes.strip_shape import strip_shape
 
 FRAMES, SAMPLES, LENGTH_MM, FREQUENCY = 240, 150, 76.0, -0.045
 ALONG = np.linspace(-LENGTH_MM / 2, LENGTH_MM / 2, SAMPLES)

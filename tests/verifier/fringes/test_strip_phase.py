@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from moireid.verifier.fringes.phase import StripLaw, StripPhase, _fit, _refine, covered_frames, measure_strip
+from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, _fit, _refine, covered_frames, measure_strip
 
 LENGTH_MM = 76.0
 SAMPLES = 152

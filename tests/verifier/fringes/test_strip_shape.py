@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.mixed_frames import places_apart_rad
-from moireid.verifier.fringes.phase import StripLaw, StripPhase, strip_shape
+from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase
+from moireid.verifier.fringes.strip_shape import places_apart_rad, strip_shape
 
 FRAMES, SAMPLES, FRINGES = 90, 160, 3.2
 ALONG = np.linspace(-0.5, 0.5, SAMPLES)

@@ -14,9 +14,10 @@ from kit.places import FILMS
 from moireid.badge import Badge, load_badge
 from moireid.verifier.camera.smoothing import frame_s, slow_part
 from moireid.verifier.decision.figures import figures_of
-from moireid.verifier.fringes.phase import StripPhase
-from moireid.verifier.fringes.signals import GratingSignal, _combine
+from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.fringes.signals import _combine
 from moireid.verifier.fringes.sinusoid import joined_frames, unwrap
+from moireid.verifier.fringes.strip_phase import StripPhase
 from moireid.verifier.measuring import MAX_GAP_S, MAX_STEP_RAD
 
 FRAMES = 240

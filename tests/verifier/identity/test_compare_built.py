@@ -10,7 +10,7 @@ import pytest
 
 from moireid.asbuilt import AsBuilt, as_built_from_json, merge
 from moireid.errors import SpecError
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.compare_built import _worst_stretch, compare_built
 from moireid.verifier.measuring import KNOWN_SDS, OFFSET_REPEATS_RAD, PAPER_GROWTH_SHARE, SHEET_GROWTH_PER_K, WEATHER_K
 from moireid_lab.bench.identity.clips import Clip, read_clip

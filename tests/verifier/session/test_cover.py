@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import MIN_PRESENT_SHARE
 from moireid.verifier.session.cover import cover_findings, cover_of, judged_spans, outside
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, seen_from
-from moireid.verifier.fringes.phase import StripPhase, rounding_rad
 from moireid.verifier.fringes.signals import _after_smoothing
+from moireid.verifier.fringes.strip_phase import StripPhase, rounding_rad
 from moireid.verifier.measuring import ROUNDING_ONLY_RAD, SMOOTHED_SHARE
-from moireid.verifier.tracking.brightness_profiles import LINEAR_COUNTS, counts_of
+from moireid.verifier.picture import LINEAR_COUNTS, counts_of
 from moireid.verifier.tracking.finding.markers import FAINT_EVERY, MarkerFinder, faint_turns
 from moireid.verifier.tracking.finding.page_groups import same_page
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, MIN_CORRELATION, PageRegistrar, Registration

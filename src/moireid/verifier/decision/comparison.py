@@ -32,7 +32,7 @@ from moireid.verifier.explanations.residuals import (
     residual_limit_rad,
 )
 from moireid.verifier.explanations.rivals import RIVALS, lookalike_shares, rival_odds, worst_spell
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import (
     CAMERA_MOTION_SHARE,
     GAIN_REJECTED_SDS,

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.stretches import within_stretches
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import (
     CALIBRATION_CAP_LOG10,
     CALIBRATION_OFFSET_LOG10,

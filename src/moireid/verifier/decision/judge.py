@@ -53,7 +53,8 @@ from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cros
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
 from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS, Waveform, waveform_of
-from moireid.verifier.fringes.signals import GratingSignal, Measurement
+from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import TOGETHER, RowsApart
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, MAX_SPACING_ERROR_RATIO, SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import (
     LEAST_SCALE_RAD,
     LEAST_SEEN_S,

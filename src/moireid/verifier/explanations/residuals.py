@@ -139,7 +139,7 @@ def containing_odds(
 
     Parameters: deviations_rad: root mean squares by the rivals' names; excitation_rad: spread of the predicted phase;
         error_rad: expected error of one frame; strip_sd_rad: error bar of one strip in one frame; rounding_rad: as
-        `phase.rounding_rad`.
+        `strip_phase.rounding_rad`.
     """
     found = {}
     for name, one in EXPECTED.items():

@@ -1,9 +1,12 @@
 """The phase of the fringes, measured and predicted.
 
-phase.py           measured phase and waveform of one strip, and the phase that the optics predict
-signals.py         both phases of each grating over the film
+strip_law.py       the phase that the optics predict along one strip
+strip_phase.py     frequency and phase of one strip, measured
+strip_shape.py     the shape of its fringes, and whether all places of a strip move alike
+grating_signal.py  the signal of one grating: both phases, and what else the film shows of it
+signals.py         from the track to the signals of all gratings
 sinusoid.py        least squares of a fringe on a background; unwrapping
-mixed_frames.py    are frames mixed with their neighbours?  do all places of a strip move alike?
+mixed_frames.py    are frames mixed with their neighbours?
 phase_coverage.py  which share of the fringe phases does a film show?
 beyond_phase.py    spacing against distance, and the third harmonic
 """

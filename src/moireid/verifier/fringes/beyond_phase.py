@@ -6,25 +6,26 @@ frames show it.  A photograph that is placed over a film keeps the spacing of th
 of photographs, indexed by parallax, has all that depends on parallax and nothing that depends on distance; only the
 second is used here.
 
-Convention: one entry per frame, (T,), over the frames of the signal (`signals.GratingSignal`).  The gain is seen over
+Convention: one entry per frame, (T,), over the frames of the signal (`GratingSignal`).  The gain is seen over
 predicted change of spacing: 1 on a genuine badge, 0 on such a table.
-Source: `phase.strip_law`; the change is 2 pi X g_eff / p_r times the change of 1 / |Cz| for a place X along the strip.
-    Least squares of the residual of `phase.strip_shape` against slope times change, both without what the fit of each
+Source: `strip_law`; the change is 2 pi X g_eff / p_r times the change of 1 / |Cz| for a place X along the strip.
+    Least squares of the residual of `strip_shape` against slope times change, both without what the fit of each
     frame takes up (Frisch and Waugh 1933).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Grating, Lens
 from moireid.lenticule import MAX_TANGENT, between_bumps, bumps_of, view_response
-from moireid.verifier.fringes.phase import StripLaw, StripPhase, StripShape, harmonics_of
+from moireid.verifier.fringes.grating_signal import DepthLaw
 from moireid.verifier.fringes.sinusoid import left_of_rows
+from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, harmonics_of
+from moireid.verifier.fringes.strip_shape import StripShape
 
 Array = NDArray[np.float64]
 #: What depends on parallax is taken away as a polynomial of this degree.
@@ -33,35 +34,6 @@ DEGREE = 3
 OVERTONE_RAYS = 128
 #: Places of its table along the sensed direction and across it; it is smooth.
 OVERTONE_PLACES = 21, 11
-
-
-@dataclass(frozen=True)
-class DepthLaw:
-    """Evidence of one strip or grating, frame by frame; sums over frames, strips and gratings are evidence too.
-
-    score (T,) and information (T,): the gain less 1 is the sum of scores over the sum of information; power (T,):
-    information times the square of the predicted change along the strip, rad^2.
-    """
-
-    score: Array
-    information: Array
-    power: Array
-
-    def __add__(self, other: DepthLaw) -> DepthLaw:
-        """Both together."""
-        return DepthLaw(self.score + other.score, self.information + other.information, self.power + other.power)
-
-    def under(self, gain: float) -> DepthLaw:
-        """The same where that many times the change of spacing is predicted.
-
-        Source: what is left of the picture is regressed on the pattern, which grows as the prediction does.
-        """
-        score = gain * (self.score - (gain - 1) * self.information)
-        return DepthLaw(score, gain**2 * self.information, gain**4 * self.power)
-
-    def part(self, frames: NDArray[np.int64] | slice) -> DepthLaw:
-        """The same in some frames."""
-        return DepthLaw(self.score[frames], self.information[frames], self.power[frames])
 
 
 def depth_law(
@@ -91,54 +63,6 @@ def depth_law(
         information[shape.clear] = np.einsum("tn,tn->t", pattern, pattern) / noise
         power[shape.clear] = information[shape.clear] * np.mean(change**2)
     return DepthLaw(score, information, power)
-
-
-@dataclass(frozen=True)
-class BeyondPhase:
-    """law_rad (T,): predicted phase, with one constant for the whole film; depth: the spacing against distance;
-    overtone (T,), complex: the third harmonic, as `StripPhase.overtone`; place_px (T, 2): of the badge's middle in the
-    picture; expected (T,), complex: as `expected_overtone`.
-    """
-
-    law_rad: Array
-    depth: DepthLaw
-    overtone: NDArray[np.complex128]
-    place_px: Array
-    expected: NDArray[np.complex128]
-
-    def part(self, frames: NDArray[np.int64] | slice) -> BeyondPhase:
-        """The same in some frames."""
-        return replace(
-            self,
-            law_rad=self.law_rad[frames],
-            depth=self.depth.part(frames),
-            overtone=self.overtone[frames],
-            place_px=self.place_px[frames],
-            expected=self.expected[frames],
-        )
-
-    def under(self, gain: float) -> BeyondPhase:
-        """The same for a sheet that moves fringes that many times as far; as `GratingSignal.under`."""
-        return replace(self, law_rad=gain * self.law_rad, depth=self.depth.under(gain))
-
-
-def joined_in_time(parts: Sequence[BeyondPhase | None]) -> BeyondPhase | None:
-    """Those of several chapters, one after another; None unless all are known."""
-    known = [part for part in parts if part is not None]
-    if len(known) < len(parts):
-        return None
-    depths = [part.depth for part in known]
-    return BeyondPhase(
-        np.concatenate([part.law_rad for part in known]),
-        DepthLaw(
-            np.concatenate([depth.score for depth in depths]),
-            np.concatenate([depth.information for depth in depths]),
-            np.concatenate([depth.power for depth in depths]),
-        ),
-        np.concatenate([part.overtone for part in known]),
-        np.concatenate([part.place_px for part in known]),
-        np.concatenate([part.expected for part in known]),
-    )
 
 
 def expected_overtone(lens: Lens, grating: Grating, tan_x: Array, tan_y: Array) -> NDArray[np.complex128]:

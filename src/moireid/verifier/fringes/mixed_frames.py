@@ -1,4 +1,4 @@
-"""Are frames mixed with their neighbours, and do all places of a strip move alike?
+"""Are frames mixed with their neighbours?
 
 Temporal noise reduction and a change of the frame rate mix frames.  At one pixel the fringe's phase turns from frame to
 frame, as the page moves in the picture and as the parallax changes.  A frame that holds a share w of the one before
@@ -10,13 +10,8 @@ dips with the turn:
 A long exposure blurs in the same way: open all frame long, the mean over a turn keeps 1 - turn^2 / 24, as w (1 - w) of
 a twelfth does.  More than that is mixed.
 
-The phase of a strip is a mean over its length, in which small patches that move differently cancel.  So the residual of
-each frame is turned into a phase shift of each block (`places_apart_rad`).
-
-Convention: angles in rad, positive as in `phase`; a series has one entry per frame, (T,).
-Source: sum of two waves; linear regression of the contrast's logarithm, first order in w (1 - w).  Shift of a block:
-    least squares, the sum of residual times slope over the sum of the slope's square (`phase.strip_shape`).  This is
-    first order in the shift, which is enough to detect it.
+Convention: angles in rad, positive as in `strip_phase`; a series has one entry per frame, (T,).
+Source: sum of two waves; linear regression of the contrast's logarithm, first order in w (1 - w).
 """
 
 from __future__ import annotations
@@ -25,12 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.frames import OwnFrame
-from moireid.verifier.camera.smoothing import frame_s
 from moireid.verifier.camera.stretches import longest_step_s
-from moireid.verifier.fringes.phase import StripShape
 from moireid.verifier.limits import MIXED_SDS
-from moireid.verifier.measuring import MAX_STEP_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
-from moireid.verifier.series import moving_mean
+from moireid.verifier.measuring import MAX_STEP_RAD
 
 Array = NDArray[np.float64]
 #: Fewer frames than this are too few for a regression of four unknowns.
@@ -75,32 +67,3 @@ def mixed_share(contrast: Array, carried_rad: Array, predicted_rad: Array) -> fl
         return 0.0
     sd = float(np.sqrt(left @ left / (len(left) - table.shape[1]) * variance))
     return max(-float(found[0]) - MIXED_SDS * sd, 0.0)
-
-
-#: Blocks of a strip: 7 mm each on a badge 80 mm wide; a camera at 2 m resolves a few millimetres.
-BLOCKS = 12
-
-
-def places_apart_rad(shape: StripShape | None, times_s: Array) -> float:
-    """Deviation of the blocks from their strip, root mean square over blocks and time, rad.
-
-    Parameters: shape: of the strip, None if there are no fringes; times_s (T,).
-    Returns: 0 if there are no fringes.
-    Source: module docstring.
-    """
-    if shape is None:
-        return 0.0
-    times_s = times_s[shape.clear]
-    borders = np.linspace(0, shape.left.shape[1], BLOCKS + 1).astype(int)[:-1]
-    frames = max(1, round(PLACE_MEAN_S / max(frame_s(times_s, PLACE_MEAN_S), 1e-3)))
-    information = moving_mean(np.add.reduceat(shape.slope**2, borders, axis=1), frames)
-    correlated = moving_mean(np.add.reduceat(shape.left * shape.slope, borders, axis=1), frames)
-    weight = np.where(information > PLACE_MIN_INFORMATION_SHARE * np.median(information), information, 0.0)
-    if not weight.sum() > 0:
-        return 0.0
-    shift = correlated / np.maximum(information, 1e-12)
-    # Remove the motion that all blocks share (the signal), and the constant of each block (an uneven sheet).
-    for axis in (1, 0):
-        total = weight.sum(axis=axis, keepdims=True)
-        shift = shift - (weight * shift).sum(axis=axis, keepdims=True) / np.where(total > 0, total, 1.0)
-    return float(np.sqrt((weight * shift**2).sum() / weight.sum()))

@@ -20,11 +20,14 @@ from moireid.frames import OwnFrame, own_rect
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
-from moireid.verifier.fringes.beyond_phase import BeyondPhase, DepthLaw, depth_law, expected_overtone, mean_overtone
-from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share, places_apart_rad
-from moireid.verifier.fringes.phase import StripPhase, measure_strip, rounding_rad, strip_law, strip_shape, within_law
-from moireid.verifier.fringes.phase_coverage import SeenWay, seen_way
+from moireid.verifier.fringes.beyond_phase import depth_law, expected_overtone, mean_overtone
+from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
+from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
+from moireid.verifier.fringes.phase_coverage import seen_way
 from moireid.verifier.fringes.sinusoid import joined_frames, numbered, unwrap
+from moireid.verifier.fringes.strip_law import strip_law, within_law
+from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
+from moireid.verifier.fringes.strip_shape import places_apart_rad, strip_shape
 from moireid.verifier.limits import DOUBTED_MARKER_PX, MAX_VAGUENESS_RATIO, SMALL_MARKER_WORST_RATIO
 from moireid.verifier.measuring import (
     COVERED_CORRELATION,
@@ -43,87 +46,6 @@ from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class GratingSignal:
-    """One grating over the frames used, all (T,) but where said.
-
-    times_s: of the frames; stretch: the number of each frame's stretch (`camera.stretches`), rising, all 0 if none is
-    given; measured_rad: fringe phase, unwrapped, and predicted_rad: from the optics, both with mean 0 in each stretch;
-    phase_sd_rad: error bar of the measured phase, infinite in unreadable frames; pose_sd_rad: error of the prediction
-    from the smoothed pose; strip_residual_rad (S,): deviation of each strip from the common signal, root mean square;
-    place_residual_rad (S,): deviation of places along each strip from it (`mixed_frames`); tangent_sd: error of the
-    spread of the parallax along the grating's axis from focal length and distortion, as a share; covariates (T, 2): the
-    camera's parallax along the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
-    each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
-    median over its strips; covered_share: share of strips and frames that something covers; held_share: share of
-    frames in which something covers a marker or a part of the frame; stray_share: share of frames whose markers do not
-    lie as on a flat page, so that their poses are left out;
-    focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
-    the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
-    phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
-    `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`.
-    """
-
-    measured_rad: Array
-    predicted_rad: Array
-    phase_sd_rad: Array
-    pose_sd_rad: float
-    strip_residual_rad: Array
-    times_s: Array
-    place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
-    tangent_sd: float = 0.0
-    covariates: Array | None = None
-    strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
-    rounding_rad: float = 0.0
-    covered_share: float = 0.0
-    held_share: float = 0.0
-    stray_share: float = 0.0
-    focal_at_limit: bool = False
-    lasting_px: float = 0.0
-    doubt: float = 1.0
-    zoom: float = 1.0
-    mixed_share: float = 0.0
-    beyond: BeyondPhase | None = None
-    phase_rad: Array = field(default_factory=lambda: np.zeros(0))
-    way: SeenWay = field(default_factory=SeenWay)
-    stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-
-    def __post_init__(self) -> None:
-        """One stretch, where none are given."""
-        if not len(self.phase_rad):
-            object.__setattr__(self, "phase_rad", self.measured_rad)
-        if not len(self.stretch):
-            object.__setattr__(self, "stretch", np.zeros(len(self.times_s), np.int64))
-
-    def under(self, gain: float) -> GratingSignal:
-        """The signal for a sheet that moves fringes `gain` times as far as this prediction.
-
-        Source: the law is proportional to the sheet's effective gap, its bend with the angle aside.
-        """
-        if gain == 1:
-            return self
-        return replace(
-            self,
-            predicted_rad=gain * self.predicted_rad,
-            pose_sd_rad=gain * self.pose_sd_rad,
-            beyond=None if self.beyond is None else self.beyond.under(gain),
-        )
-
-    def part(self, frames: NDArray[np.int64] | slice) -> GratingSignal:
-        """The signal in some frames."""
-        return replace(
-            self,
-            measured_rad=self.measured_rad[frames],
-            stretch=self.stretch[frames],
-            predicted_rad=self.predicted_rad[frames],
-            phase_rad=self.phase_rad[frames],
-            phase_sd_rad=self.phase_sd_rad[frames],
-            times_s=self.times_s[frames],
-            covariates=None if self.covariates is None else self.covariates[frames],
-            beyond=None if self.beyond is None else self.beyond.part(frames),
-        )
 
 
 @dataclass(frozen=True)
@@ -150,9 +72,9 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     """Measure a track of at least a few frames.
 
     Parameters: focal_px: focal length in pixels if it is known; otherwise it is estimated.
-    Convention: phases as `phase`; of a badge with a code only the layout is used.
+    Convention: phases as `strip_phase`; of a badge with a code only the layout is used.
     Returns: Measurement.
-    Source: `camera.fit`, `phase`, and the combination in `_combine`.
+    Source: `camera.fit`, `strip_phase`, `strip_law`, and the combination in `_combine`.
     """
     clock, badge = time.perf_counter(), track.badge
     page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
@@ -303,15 +225,13 @@ def _beyond(
     poses: _Poses,
 ) -> BeyondPhase:
     """As `GratingSignal.beyond`; known (T,): frames with a good pose."""
-    depth = strips[0].depth
-    for strip in strips[1:]:
-        depth = depth + strip.depth
+    depth = (np.sum(series, axis=0) for series in zip(*(strip.depth for strip in strips), strict=True))
     place = homographies @ np.append(poses.page_mm.mean(axis=0), 1.0)
     low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
     away = np.array([(low + high) / 2, (top + bottom) / 2]) - badge.frame_of(grating).places(poses.camera_mm[:, :2])
     return BeyondPhase(
         np.mean([strip.predicted_rad for strip in strips], axis=0),
-        DepthLaw(*(np.where(known, values, 0.0) for values in (depth.score, depth.information, depth.power))),
+        DepthLaw(*(np.where(known, values, 0.0) for values in depth)),
         mean_overtone([strip.phase for strip in strips]),
         place[:, :2] / place[:, 2:],
         expected_overtone(badge.lens, grating, *(away / np.abs(poses.camera_mm[:, 2:])).T),
@@ -389,7 +309,7 @@ def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
     """Error of a parallax coordinate after smoothing: a share of its fast part, and all of its slow part.
 
     whole: the total error, from reprojection errors; wander: its fast part, which smoothing removed; rounding: as
-    `phase.rounding_rad`, since markers and lines are printed with the same ink.
+    `strip_phase.rounding_rad`, since markers and lines are printed with the same ink.
     """
     slow = math.sqrt(max(whole**2 - wander**2, 0.0))
     share = min(1.0, math.hypot(SMOOTHED_SHARE, rounding / ROUNDING_ONLY_RAD))

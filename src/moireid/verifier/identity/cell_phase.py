@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.frames import own_rect
-from moireid.verifier.fringes.phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
+from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.cell_waveform import learn_waveform, match_cost, match_phase, match_symbol
 from moireid.verifier.measuring import (
     CELL_FLOOR_RAD,

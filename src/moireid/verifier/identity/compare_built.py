@@ -25,7 +25,8 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
 from moireid.frames import own_rect
-from moireid.verifier.fringes.signals import GratingSignal, Measurement
+from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import INDEPENDENT_PER_S
 from moireid.verifier.measuring import (

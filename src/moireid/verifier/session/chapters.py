@@ -20,9 +20,8 @@ import numpy as np
 
 from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge_invariant, judge_segments, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
-from moireid.verifier.fringes.beyond_phase import joined_in_time
-from moireid.verifier.fringes.phase_coverage import SeenWay
-from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
+from moireid.verifier.fringes.grating_signal import GratingSignal, joined
+from moireid.verifier.fringes.signals import Measurement, measure
 from moireid.verifier.identity.cell_phase import RowsApart
 from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
@@ -147,13 +146,13 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     seen = [chapter for chapter in chapters if chapter.signals]
     if len(seen) <= 1:
         return (seen or list(chapters))[0].invariant
-    joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
+    together = tuple(joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
     sheet = seen[0].sheet
     each = [chapter.identity.rows_apart for chapter in seen]
     film, coherent = np.sqrt(np.mean(np.square([(one.film, one.coherent) for one in each]), axis=0))
     apart = RowsApart(float(film), max(one.second for one in each), float(coherent))
     compared = [chapter.invariant.compared for chapter in seen if chapter.invariant.compared]
-    whole = judge_signals(joined, sheet, code_apart=apart, chapters=compared)
+    whole = judge_signals(together, sheet, code_apart=apart, chapters=compared)
     # Of many chapters, one is more easily the worst by chance.
     limit = MAX_RIVAL_LOG10 + math.log10(len(seen))
     doubtful = [chapter for chapter in seen if _is_doubtful(chapter)]
@@ -191,46 +190,6 @@ def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ..
     text = "The codes of different badges are read in different parts of the film."
     several = Reason("identities", "fail", ", ".join(found), None, "", text)
     return replace(first.identity, reasons=(*first.identity.reasons, several)), first.built_reasons
-
-
-def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
-    """The signals of one grating from several chapters, joined in time."""
-    return GratingSignal(
-        measured_rad=np.concatenate([signal.measured_rad for signal in signals]),
-        predicted_rad=np.concatenate([signal.predicted_rad for signal in signals]),
-        phase_rad=np.concatenate([signal.phase_rad for signal in signals]),
-        stretch=_numbered_on([signal.stretch for signal in signals]),
-        phase_sd_rad=np.concatenate([signal.phase_sd_rad for signal in signals]),
-        pose_sd_rad=float(np.sqrt(np.mean([signal.pose_sd_rad**2 for signal in signals]))),
-        strip_residual_rad=np.max([signal.strip_residual_rad for signal in signals], axis=0),
-        times_s=np.concatenate([signal.times_s for signal in signals]),
-        place_residual_rad=np.max([signal.place_residual_rad for signal in signals], axis=0),
-        tangent_sd=max(signal.tangent_sd for signal in signals),
-        covariates=_joined_places(signals),
-        strip_sd_rad=np.mean([signal.strip_sd_rad for signal in signals], axis=0),
-        rounding_rad=float(np.mean([signal.rounding_rad for signal in signals])),
-        stray_share=float(np.mean([signal.stray_share for signal in signals])),
-        covered_share=float(np.mean([signal.covered_share for signal in signals])),
-        held_share=float(np.mean([signal.held_share for signal in signals])),
-        focal_at_limit=any(signal.focal_at_limit for signal in signals),
-        lasting_px=max(signal.lasting_px for signal in signals),
-        doubt=max(signal.doubt for signal in signals),
-        zoom=max(signal.zoom for signal in signals),
-        mixed_share=max(signal.mixed_share for signal in signals),
-        beyond=joined_in_time([signal.beyond for signal in signals]),
-        way=sum((signal.way for signal in signals), SeenWay()),
-    )
-
-
-def _numbered_on(numbers: Sequence[np.ndarray]) -> np.ndarray:
-    """Numbers of the stretches of several chapters; no stretch continues from one chapter to the next."""
-    begins = np.cumsum([0, *(own[-1] - own[0] + 1 for own in numbers[:-1])])
-    return np.concatenate([own - own[0] + begin for own, begin in zip(numbers, begins, strict=True)])
-
-
-def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:
-    places = [signal.covariates for signal in signals if signal.covariates is not None]
-    return np.concatenate([place - place.mean(axis=0) for place in places]) if len(places) == len(signals) else None
 
 
 def _is_doubtful(chapter: Chapter) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import unbroken
 from moireid.verifier.camera.stretches import longest_step_s
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import MIN_PRESENT_SHARE, REST_RAD
 from moireid.verifier.reasons import Level, Reason, json_number
 

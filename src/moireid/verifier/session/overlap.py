@@ -26,7 +26,7 @@ from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations.residuals import residual_limit_rad
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import MIN_EXCITATION_RAD, SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.measuring import MIN_AGREEING_SHARE, MIN_OVERLAP_S, MIN_OVERLAP_SHARE, MIN_READ_SHARE
 from moireid.verifier.picture import Frame

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge, Grating
 from moireid.errors import SpecError
 from moireid.frames import OwnFrame, own_rect
-from moireid.verifier.picture import Picture, as_picture
+from moireid.verifier.picture import LINEAR_COUNTS, Picture, as_picture
 from moireid.verifier.tracking.sampling import Places, part_around
 
 MAX_STRIP_MM = 10.0
@@ -28,18 +28,6 @@ SAMPLES_PER_MM = 2.0
 SAMPLES_RANGE = (48, 400)
 ROW_STEP_MM = 0.8
 MIN_ROW_MM = 0.5
-
-
-#: Cameras code light by about the power of 2.2 (sRGB).  The law holds for light, so counts are turned back into light;
-#: on coded counts the fringe's phase would move 1 % too little.
-CODING_POWER = 2.2
-LINEAR_COUNTS = (255.0 * (np.arange(256) / 255.0) ** CODING_POWER).astype(np.float32)
-
-
-def counts_of(light: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Light, (...,), in the unit of `LINEAR_COUNTS`, coded as a picture's counts."""
-    counts = np.rint(255.0 * (np.clip(light, 0.0, 255.0) / 255.0) ** (1 / CODING_POWER))
-    return np.asarray(counts, np.uint8)
 
 
 @dataclass(frozen=True)

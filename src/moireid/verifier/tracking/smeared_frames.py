@@ -19,8 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.picture import Picture, as_picture
-from moireid.verifier.tracking.brightness_profiles import LINEAR_COUNTS
+from moireid.verifier.picture import LINEAR_COUNTS, Picture, as_picture
 from moireid.verifier.tracking.print_template import Template, without_gains
 from moireid.verifier.tracking.registration import (
     FOLLOWED_CORRELATION,

@@ -6,7 +6,7 @@ line's leading edge, is
 
     turns = (m - edge) / p_r + (x - m) (1/p_r - 1/p_f) + s(tan) / p_r
 
-for a lens whose axis lies at m, the middle of the board.  Source: `moireid.verifier.fringes.phase`, with the
+for a lens whose axis lies at m, the middle of the board.  Source: `moireid.verifier.fringes.strip_law`, with the
 lenses' place, which is a constant there, fixed in this way; s is traced by `moireid.lenticule` for the grating's pitch.
 """
 

@@ -18,7 +18,7 @@ from kit.photographed import (
     signal,
 )
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
-from moireid.verifier.fringes.beyond_phase import DepthLaw
+from moireid.verifier.fringes.grating_signal import DepthLaw
 from moireid.verifier.limits import SPACING_FLOOR_RAD
 
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded, in_one_turn
 from moireid.verifier.explanations.photographs.ripple import speed2
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, PHOTOGRAPH_SDS, REST_RAD, UNEVEN_SHARE
 from moireid.verifier.series import standard
 

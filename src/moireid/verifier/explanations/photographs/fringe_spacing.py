@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import (
     INDEPENDENT_PER_S,
     MAX_SPACING_ERROR_RATIO,

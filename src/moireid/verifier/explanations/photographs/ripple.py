@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from moireid.verifier.explanations.photographs.fringe_spacing import in_one_turn
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic, standing_still, third_harmonic_of
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.phase_coverage import views_of
-from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import MAX_STILL_SHARE, RIPPLE_STEP_RAD
 from moireid.verifier.series import cubic_bumps, standard
 

@@ -20,7 +20,7 @@ from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded
 from moireid.verifier.explanations.photographs.ripple import WaveformModel
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
 from moireid.verifier.explanations.residuals import residual_limit_rad
-from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import MAX_RIPPLE_CONTRASTS, PHOTOGRAPH_SDS, RIPPLE_LEFT_SHARE
 
 Array = NDArray[np.float64]

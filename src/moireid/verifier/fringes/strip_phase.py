@@ -1,47 +1,25 @@
-"""Fringe frequency, phase and waveform of a strip, frame by frame, and the phase that the optics predict for it.
+"""Fringe frequency and phase of a strip, measured frame by frame.
 
-Measured: the profile of a strip is fitted by least squares with a level, a slope, and the fringe with its second and
-third harmonic (the lens focuses, so fringes are closer to square than to sine).  The predicted *motion* is not used:
-the phase is measured as the film shows it, also in a forged film.  The shape of the fringes is learnt from the film
-(`strip_shape`), together with the residual that it leaves in each frame.
+The profile of a strip is fitted by least squares with a level, a slope, and the fringe with its second and third
+harmonic (the lens focuses, so fringes are closer to square than to sine).  The predicted *motion* is not used: the
+phase is measured as the film shows it, also in a forged film.  Of the prediction only the geometry along the strip is
+used (`StripLaw`, which `strip_law` makes).
 
-Predicted: the sight line through the page point X (rectified on the *page's* plane, where the markers are) has tangent
-tan = (X - C) / |Cz| and crosses the lens plane at x = X - g tan.  With s(tan) the traced shift of the page under a
-lens, the fringe phase at X is
-
-    psi = 2 pi [ x (1/p_r - 1/p_f) + s(tan)/p_r ] + const = 2 pi [ s/p_f + f (X - g tan + s) ] + const,
-
-where f = 1/p_r - 1/p_f is the beat frequency far away.  In the second form f enters linearly, so one table serves
-any pitch.
-
-Convention: phases in rad, positive where the fringe is ahead; brightness of a shape in contrasts, (profile - level) /
-    contrast; millimetres of the page, in the grating's own frame (`moireid.frames`), along its axis.
-    Single precision resolves some millionths of a contrast and of a radian, and noise leaves a thousand times that.
-Source: a small phase shift d adds w'(phase) d to a profile of shape w, so the residual against w' gives any deviation
-    of places along the strip, to first order.  The law: `moireid.lenticule`; its first order is
-    `optics.page_plane_slope_rad`.
+Convention: phases in rad, positive where the fringe is ahead; millimetres of the page, in the grating's own frame
+    (`moireid.frames`), along its axis.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
-from moireid.frames import own_rect
-from moireid.lenticule import MAX_TANGENT, view_law
-from moireid.verifier.fringes.sinusoid import Fit, Single, fit_columns, fit_rows, fit_together, slope_of
-from moireid.verifier.measuring import (
-    COVERED_MISFIT_CONTRASTS,
-    COVERED_MISFIT_RATIO,
-    PLACE_CLEAR_RAD,
-    STRIP_NOISE_RATIO,
-)
+from moireid.verifier.fringes.sinusoid import Fit, fit_rows
+from moireid.verifier.measuring import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
+from moireid.verifier.picture import CODING_POWER
 from moireid.verifier.series import greatest_near
-from moireid.verifier.tracking.brightness_profiles import CODING_POWER, Strip
 
 Array = NDArray[np.float64]
 
@@ -69,46 +47,9 @@ class StripLaw:
         """Predicted phase at the strip's middle, (T,), up to the constants that depend on assembly."""
         return np.asarray(2 * np.pi * (self.fixed_middle + frequency_per_mm * self.per_frequency_middle))
 
-
-def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
-    """Frames in which every strip is seen within the table of the law, (T,); beyond it only the edge value is known.
-
-    Convention: camera_mm (T, 3), page millimetres.
-    """
-    known = np.ones(len(camera_mm), bool)
-    reach = MAX_TANGENT * np.abs(camera_mm[:, 2])
-    for strip in strips:
-        along, across = strip.frame.places(camera_mm[:, :2]).T
-        for end in (strip.along_mm[0], strip.along_mm[-1]):
-            known &= np.abs(end - along) <= reach
-        known &= np.abs(strip.across_mm - across) <= reach
-    return known
-
-
-def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
-    """The law of one strip for camera centres (T, 3).
-
-    Convention and source: module docstring.  The table is traced for the grating's nominal pitch; over the pitches
-    of one badge s changes by 0.5 %.
-    """
-    grating = badge.gratings[strip.grating]
-    pitch_mm = grating.pitch_mm
-    law = view_law(badge.lens, pitch_mm)
-    places = np.append(strip.along_mm, strip.middle_mm)
-    distance = np.abs(camera_mm[:, 2:3])
-    along, sideways = strip.frame.places(camera_mm[:, :2]).T
-    tangent = (places[None, :] - along[:, None]) / distance
-    across = (strip.across_mm - sideways[:, None]) / distance
-    # The law is smooth along a strip, so 24 look-ups per frame and linear interpolation are enough.
-    coarse = np.linspace(0, len(places) - 2, 24).astype(int)
-    shift_coarse = law.phase_rad(tangent[:, coarse], across) * pitch_mm / (2 * np.pi)
-    shift = np.stack([np.interp(places, places[coarse], row) for row in shift_coarse])
-    # Measured from the grating's middle, where the lines of all cells meet, so that phases of cells can be compared.
-    low, _, high, _ = own_rect(grating.axis, grating.rect_mm)
-    middle_mm = (low + high) / 2
-    lens_x = places[None, :] - middle_mm - badge.lens.thickness_mm * tangent
-    fixed, per_frequency = shift / badge.lens.pitch_mm, lens_x + shift
-    return StripLaw(fixed[:, :-1], per_frequency[:, :-1], fixed[:, -1], per_frequency[:, -1])
+    def part(self, frames: NDArray[np.int64]) -> StripLaw:
+        """The law in some frames."""
+        return StripLaw(*(of_all[frames] for of_all in vars(self).values()))
 
 
 Complex = NDArray[np.complex128]
@@ -158,7 +99,7 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     frequency = _refine(profiles, law, frequency, 0.4 / length_mm, REFINE_FRAMES)
     blocks = np.array_split(np.arange(len(profiles)), BLOCKS)
     apart = [
-        _refine(profiles[block], _part(law, block), frequency, 0.4 / length_mm, REFINE_FRAMES // BLOCKS)
+        _refine(profiles[block], law.part(block), frequency, 0.4 / length_mm, REFINE_FRAMES // BLOCKS)
         for block in blocks
         if len(block) >= 4
     ]
@@ -166,7 +107,7 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     harmonics = harmonics_of(frequency, length_mm)
     # In pieces, because the columns of the fit take some twenty times the memory of the profiles.
     pieces = [
-        _fit(profiles[some], _part(law, some).phase_rad(frequency), harmonics)
+        _fit(profiles[some], law.part(some).phase_rad(frequency), harmonics)
         for some in np.array_split(np.arange(len(profiles)), -(-len(profiles) // PIECE_FRAMES))
     ]
     fringe = np.concatenate([piece.harmonics[:, 0] for piece in pieces])
@@ -229,12 +170,6 @@ def rounding_rad(strip: StripPhase) -> float:
     return float(np.median(light_per_count / np.sqrt(12) / strip.contrast[clear]))
 
 
-def _part(law: StripLaw, frames: NDArray[np.int64]) -> StripLaw:
-    return StripLaw(
-        law.fixed[frames], law.per_frequency[frames], law.fixed_middle[frames], law.per_frequency_middle[frames]
-    )
-
-
 def _spread_out(count: int, most: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count - 1, min(most, count)).astype(int))
 
@@ -246,7 +181,7 @@ def _search(profiles: Array, law: StripLaw, length_mm: float, band: tuple[float,
     line = np.linspace(-1, 1, some.shape[1])
     some = some - some.mean(axis=1, keepdims=True)
     some = (some - (some @ line)[:, None] / (line @ line) * line) * np.hanning(some.shape[1])
-    law = _part(law, frames)
+    law = law.part(frames)
     grid = np.arange(band[0], band[1] + 1e-9, 0.2 / length_mm)
     power = [np.abs((some * np.exp(-1j * law.phase_rad(f))).sum(axis=1)) ** 2 for f in grid]
     return float(grid[int(np.argmax(np.sum(power, axis=1)))])
@@ -255,7 +190,7 @@ def _search(profiles: Array, law: StripLaw, length_mm: float, band: tuple[float,
 def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: int) -> float:
     """Frequency near `start` that explains the profiles best."""
     frames = _spread_out(len(profiles), most)
-    some, law = profiles[frames], _part(law, frames)
+    some, law = profiles[frames], law.part(frames)
     place = start
     for step in (reach * share for share in REFINE_STEPS):
         move = 1.0
@@ -273,47 +208,3 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
 def _fit(profiles: Array, phase_rad: Array, harmonics: int) -> Fit:
     """Fit each profile (T, N) with fringes on a level and a slope."""
     return fit_rows(profiles, phase_rad, harmonics, level_and_slope(profiles.shape[1]))
-
-
-HARMONICS = 5
-
-
-@dataclass(frozen=True)
-class StripShape:
-    """One strip in its clear frames: K of T frames, N samples.
-
-    clear (T,): frames whose phase is read well; columns (K, 2 + 2 HARMONICS, N): level, slope along the strip, and
-    cosine and sine of each harmonic, as `fit_columns` of the shape's argument; left (K, N): what the shape leaves of
-    the brightness, without each frame's slope and what stays still (dirt, shading, an uneven lens sheet); slope (K, N):
-    derivative of the shape by its argument, contrasts per rad.
-    """
-
-    clear: NDArray[np.bool_]
-    columns: Single
-    left: Single
-    slope: Single
-
-
-def strip_shape(profiles: Array, law: StripLaw, found: StripPhase) -> StripShape | None:
-    """The shape of one strip; None if no frame is clear.
-
-    Parameters: profiles (T, N) counts; law: of the same frames and samples; found: the strip as it was measured.
-    Source: module docstring.
-    """
-    clear = found.phase_sd_rad < PLACE_CLEAR_RAD
-    if not clear.any():
-        return None
-    turned = law.phase_rad(found.frequency_per_mm)[clear] + found.phase_rad[clear, None]
-    background = level_and_slope(turned.shape[1])
-    columns = fit_columns(turned.astype(np.float32), HARMONICS, background)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        contrasts = (profiles[clear] - found.level[clear, None]) / found.contrast[clear, None]
-    seen = np.nan_to_num(contrasts, posinf=0.0, neginf=0.0).astype(np.float32)
-    # The slope of the background is each frame's own, and not the shape's.
-    together = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1)
-    fringes = fit_together(together, seen.ravel(), np.arange(columns.shape[1]) != 1)
-    left = seen - (fringes @ together).reshape(seen.shape)
-    sloping = background[1].astype(np.float32)
-    left -= np.outer(left @ sloping / (sloping @ sloping), sloping)
-    left -= left.mean(axis=0)
-    return StripShape(clear, columns, left, (slope_of(fringes) @ together).reshape(seen.shape))
