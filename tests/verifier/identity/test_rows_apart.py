@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from moireid.verifier.decision.findings import rows_agree
-from moireid.verifier.identity.cell_phase import CellSlip, RowsApart, rows_apart
+from moireid.verifier.identity.cell_slip import CellSlip, RowsApart, rows_apart
 
 Array = NDArray[np.float64]
 TIMES = np.arange(240) / 30

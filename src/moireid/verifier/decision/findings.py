@@ -19,7 +19,7 @@ from moireid.verifier.decision.comparison import (
 from moireid.verifier.decision.figures import Figures
 from moireid.verifier.explanations.rivals import RIVALS
 from moireid.verifier.fringes.grating_signal import GratingSignal
-from moireid.verifier.identity.cell_phase import RowsApart
+from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.limits import (
     EXPLAINED_SDS,
     GAIN_REJECTED_SDS,

@@ -55,7 +55,7 @@ from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmon
 from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS, Waveform, waveform_of
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.cell_phase import TOGETHER, RowsApart
+from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, MAX_SPACING_ERROR_RATIO, SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 

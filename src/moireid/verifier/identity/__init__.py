@@ -1,6 +1,7 @@
 """Whose badge is it, and are its figures those of enrolment?
 
-cell_phase.py     phases of the cells, and whether they move with the plain rows
+cell_phase.py     phases of the cells
+cell_slip.py      do the cells move with the plain rows?
 cell_waveform.py  the shape of a fringe
 decode.py         the identity, and the claim
 compare_built.py  are the figures those of enrolment?

@@ -1,24 +1,16 @@
-"""Phase cells: how far each cell's fringe is ahead of the uniform rows, and whether the cells move with those rows.
+"""Phase cells: how far each cell's fringe is ahead of the uniform rows.
 
 Every sample of a cell sees level + contrast cos(field + symbol).  The field is the phase of the uniform rows: their
 measured beat, the view geometry, and their *measured* motion.  So the reading does not need exact poses, and works even
 if the fringes break the law.  Offset and twist of the sheet depend on assembly.  They are estimated from the uniform
 rows, and again from the cells once their symbols are nearly clear.
 
-The uniform ("plain") rows are a quarter of a badge, so the rows of the code must be seen to move with them, frame by
-frame.  Each cell is compared with the fringe that the plain rows and its own symbol put there.  A small shift of the
-phase adds the shape's slope times the shift, so the residual of a frame, projected on that slope, is the cell's *slip*.
-The slips of the cells of a row, and of neighbouring frames, are averaged.
-
 Convention: phases in rad, positive where the cell's fringes are ahead; frames (F,) are those that cells are read in.
-Source: least squares, first order in the slip; level and contrast of each cell and frame are free (Frisch and Waugh
-    1933).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +21,7 @@ from moireid.frames import own_rect
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
 from moireid.verifier.fringes.strip_law import strip_law
+from moireid.verifier.identity.cell_slip import CellSlip, cell_slip
 from moireid.verifier.identity.cell_waveform import learn_waveform, match_cost, match_phase, match_symbol
 from moireid.verifier.measuring import (
     CELL_FLOOR_RAD,
@@ -36,8 +29,6 @@ from moireid.verifier.measuring import (
     DOUBTFUL_AGREEMENT_SHARE,
     LEAST_AGREEMENT,
     MAX_TWIST_RAD,
-    SLIP_MEAN_S,
-    SLIP_WORST_S,
     UNUSUAL_TWIST_LESS,
     USUAL_TWIST_RAD,
 )
@@ -45,135 +36,6 @@ from moireid.verifier.tracking.brightness_profiles import Strip
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class CellSlip:
-    """Of one cell: the slip is along / power, (F,)."""
-
-    along: Array
-    power: Array
-
-
-def cell_slip(seen: Array, phase: Array, shape: Complex, ahead: float) -> CellSlip:
-    """The slip of one cell.
-
-    Parameters: seen (F, n): brightness in contrasts about the level; phase (F, n): of the plain rows' field; shape: as
-        `waveform.learn_waveform`; ahead: the cell's phase over the whole film, rad.
-    """
-    argument = phase + ahead
-    fringe = series(shape, argument)
-    slope = series(1j * np.arange(len(shape)) * shape, argument)
-    level = np.ones_like(fringe)
-    fringe = _without(fringe, level)
-    slope = _without(_without(slope, level), fringe)
-    left = _without(_without(seen, level), fringe)
-    # What is the same in all frames is dirt, or an uneven sheet.
-    left = left - left.mean(axis=0)
-    return CellSlip(np.sum(left * slope, axis=1), np.sum(slope * slope, axis=1))
-
-
-@dataclass(frozen=True)
-class RowsApart:
-    """How far the code's rows that differ most move apart from the plain rows, rad; 0 where no cell is read.
-
-    film: root mean square over the film; second: over the worst second; coherent: the part over the film that two
-    halves of one row share, each second cell in either.
-
-    Notes
-    -----
-    Convention: noise is not taken off `film` and `second`, or a row that is made noisy could hide anything.  In
-        `coherent` it averages to nothing, as the halves have no noise in common: it is the root of the mean product of
-        their slips, less three of its standard deviations.
-    """
-
-    film: float = 0.0
-    second: float = 0.0
-    coherent: float = 0.0
-
-
-#: No row moves apart, or none is read.
-TOGETHER = RowsApart()
-
-
-def rows_apart(rows: Iterable[Sequence[CellSlip]], times_s: Array) -> RowsApart:
-    """The greatest of each figure over the rows.
-
-    Parameters: rows: the cells of each row, in order; times_s (F,).
-    """
-    found = []
-    for cells in rows:
-        parts = [(_slip(part, times_s), scale) for part, scale in _parts(cells)]
-        known = [(_spread(slip, times_s), scale) for slip, scale in parts if slip is not None]
-        film, second = (max((one[k] * scale for one, scale in known), default=0.0) for k in (0, 1))
-        halves = [slip for slip, scale in parts if scale < 1.0 and slip is not None]
-        # A row of one cell has no halves to compare.
-        coherent = _shared(halves[0], halves[1], times_s) if len(halves) == 2 else film
-        found.append(RowsApart(film, second, coherent))
-    return greatest(found)
-
-
-def greatest(several: Iterable[RowsApart]) -> RowsApart:
-    """The greatest of each figure."""
-    known = [TOGETHER, *several]
-    return RowsApart(*(max(getattr(one, name) for one in known) for name in ("film", "second", "coherent")))
-
-
-def _parts(cells: Sequence[CellSlip]) -> list[tuple[Sequence[CellSlip], float]]:
-    """A row, and its two halves of each second cell with the factor by which their noise is compared with the row's:
-    neighbours that deviate in opposite ways would cancel in a row's mean, and a half has sqrt(2) times its noise.
-    """
-    half = math.sqrt(0.5)
-    return [(part, scale) for part, scale in ((cells, 1.0), (cells[::2], half), (cells[1::2], half)) if part]
-
-
-def _slip(cells: Sequence[CellSlip], times_s: Array) -> tuple[Array, Array] | None:
-    """Slip of several cells together, rad (F,), mean 0, and its weight (F,); None where their fringes are flat."""
-    along, power = (np.sum([getattr(cell, name) for cell in cells], axis=0) for name in ("along", "power"))
-    if not power.sum() > 0:
-        return None
-    along, power = (_moving_sums(values, SLIP_MEAN_S / max(_step_s(times_s), 1e-3)) for values in (along, power))
-    slip = along / np.maximum(power, 1e-9)
-    return slip - np.average(slip, weights=power), power
-
-
-def _spread(slip: tuple[Array, Array], times_s: Array) -> tuple[float, float]:
-    """Root mean squares of a slip over the film and over its worst second, rad."""
-    values, power = slip
-    frames = SLIP_WORST_S / max(_step_s(times_s), 1e-3)
-    square, weight = (_moving_sums(each, frames) for each in (values**2 * power, power))
-    return float(np.sqrt(np.average(values**2, weights=power))), float(
-        np.sqrt((square / np.maximum(weight, 1e-9)).max())
-    )
-
-
-def _shared(first: tuple[Array, Array], second: tuple[Array, Array], times_s: Array) -> float:
-    """Root of the mean product of two slips, rad, less three standard deviations of that mean; 0 below.
-
-    Convention: slips are means over `SLIP_MEAN_S`, so a film holds as many independent ones as fit into it.
-    """
-    weight = np.sqrt(first[1] * second[1])
-    if not weight.sum() > 0:
-        return 0.0
-    product = float(np.average(first[0] * second[0], weights=weight))
-    size = math.prod(math.sqrt(float(np.average(slip**2, weights=weight))) for slip in (first[0], second[0]))
-    independent = max(len(times_s) * _step_s(times_s) / SLIP_MEAN_S, 1.0)
-    return math.sqrt(max(product - 3.0 * size / math.sqrt(independent), 0.0))
-
-
-def _step_s(times_s: Array) -> float:
-    return float(np.median(np.diff(times_s))) if len(times_s) > 1 else SLIP_MEAN_S
-
-
-def _moving_sums(values: Array, frames: float) -> Array:
-    """Sums over windows of so many frames about each, shorter at the ends."""
-    return np.convolve(values, np.ones(min(max(round(frames), 1), len(values))), "same")
-
-
-def _without(values: Array, column: Array) -> Array:
-    """Values (F, n) without their part along a column (F, n), frame by frame."""
-    size = np.maximum(np.sum(column * column, axis=1, keepdims=True), 1e-12)
-    return np.asarray(values - column * (np.sum(values * column, axis=1, keepdims=True) / size))
 
 
 #: Margin left out at a cell's ends, mm, at most a fifth of the cell: blur mixes neighbours there.

@@ -14,16 +14,8 @@ from moireid.idcodes import CellReading, DecodeResult, PartialWord, family_named
 from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.cell_phase import (
-    TOGETHER,
-    CellPhase,
-    Field,
-    RowsApart,
-    greatest,
-    read_cells,
-    rows_apart,
-    uniform_fields,
-)
+from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
+from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart, greatest, rows_apart
 from moireid.verifier.limits import MAX_VAGUENESS_RATIO
 from moireid.verifier.measuring import (
     CELLS_MOST_RATIO,

@@ -22,7 +22,7 @@ from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge_i
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.fringes.grating_signal import GratingSignal, joined
 from moireid.verifier.fringes.signals import Measurement, measure
-from moireid.verifier.identity.cell_phase import RowsApart
+from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
