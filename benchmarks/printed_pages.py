@@ -19,7 +19,7 @@ from moireid.badge import load_badge
 from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.verifier import Claim, verify
-from moireid.verifier.decision.judge import judge_invariant
+from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
@@ -62,7 +62,7 @@ def main() -> None:
     )
     for aspect in ASPECTS:
         measured = [measure(fed(track, aspect)) for track in films]
-        found = [judge_invariant(one) for one in measured]
+        found = [judge_signals(one.gratings) for one in measured]
         verdicts = Counter(one.verdict for one in found)
         off = np.median([abs((one.gain_ratio or np.nan) - 1) for one in found])
         bar = np.median([one.gain_sd or np.nan for one in found])

@@ -29,7 +29,7 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, Report, verify
 from moireid.verifier.fringes import strip_law as predict
 from moireid.verifier.fringes.signals import measure
-from moireid.verifier.identity.compare_built import measure_built
+from moireid.verifier.identity.compare_built import filmed_built
 
 CONTRACT: dict[str, set[str]] = {
     "": {"verdict", "reasons", "invariant", "explanations", "identity", "frames", "timing", "left_out", "input"},
@@ -344,7 +344,7 @@ def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_f
     """Catches: a copy that passes unless somebody thinks of asking, and an original that is left open."""
     report = verify(ada_film, Claim(ada, ada.id))
     invariant = report.invariant
-    built = measure_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd)
+    built = filmed_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd).as_built
     original = verify(ada_film, Claim(ada, ada.id, as_built=built))
     assert (original.verdict, original.identity.built) == ("accept", "agrees")
     elsewhere = replace(built, offset_rad=built.offset_rad + 2.0)

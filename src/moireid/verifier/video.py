@@ -14,6 +14,7 @@ import weakref
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -242,12 +243,8 @@ class Film:
 
         count = 0
         try:
-            with av.open(self._file.reading(), options=OPENING) as container:
-                stream = container.streams.video[0]
-                stream.thread_type = "AUTO"
-                stream.codec_context.thread_count = 1 if one_thread() else DECODER_THREADS
-                stream.codec_context.options = LIMITS
-                for picture in container.decode(stream):
+            with closing(self._decoded()) as pictures:
+                for picture in pictures:
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
                     if (picture.width, picture.height) != self._coded:
                         raise MediaError(
@@ -289,14 +286,8 @@ class Film:
         import av
 
         try:
-            with av.open(self._file.reading(), options=OPENING) as container:
-                stream = container.streams.video[0]
-                stream.thread_type = "AUTO"
-                stream.codec_context.thread_count = 1 if one_thread() else DECODER_THREADS
-                stream.codec_context.options = LIMITS
-                if time_s is not None and stream.time_base:
-                    container.seek(round(time_s / stream.time_base), stream=stream)
-                for count, picture in enumerate(container.decode(stream)):
+            with closing(self._decoded(time_s)) as pictures:
+                for count, picture in enumerate(pictures):
                     late = picture.time is not None and time_s is not None and picture.time >= time_s - SAME_S
                     if late or (time_s is None and count == index):
                         if (picture.width, picture.height) != self._coded:
@@ -305,6 +296,19 @@ class Film:
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{self.path} cannot be decoded at frame {index} ({_reason(error)}); {ADVICE}") from error
         raise MediaError(f"{self.path} has no frame {index}; {ADVICE}")
+
+    def _decoded(self, from_s: float | None = None) -> Generator[Any, None, None]:
+        """Pictures as FFmpeg has them; from_s: time in the file of one after the first of them, s."""
+        import av
+
+        with av.open(self._file.reading(), options=OPENING) as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "AUTO"
+            stream.codec_context.thread_count = 1 if one_thread() else DECODER_THREADS
+            stream.codec_context.options = LIMITS
+            if from_s is not None and stream.time_base:
+                container.seek(round(from_s / stream.time_base), stream=stream)
+            yield from container.decode(stream)
 
     def _sized(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """A coded picture with square pixels, reduced; a last row or column that fills no pixel is left out."""

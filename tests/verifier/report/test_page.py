@@ -26,7 +26,7 @@ from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.provenance import BadgeHolder, Exclusion, Standing
 from moireid.verifier.decision.figures import in_words
-from moireid.verifier.decision.judge import Segment, judge_invariant
+from moireid.verifier.decision.judge import Segment, judge_signals
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
@@ -65,7 +65,7 @@ def report_of(
     measurement = measure(track, focal_px=1450.0)
     camera = replace(measurement.camera, focal_px=1432.1, focal_sd_px=11.2, focal_given=False, shutter_s=0.0123)
     measurement = replace(measurement, camera=camera)
-    invariant = judge_invariant(measurement)
+    invariant = judge_signals(measurement.gratings)
     who = Identity(
         identity,
         (Reason("identity", "pass", badge.id, badge.id, "", f"The badge reads {badge.id}, as claimed."),),

@@ -16,7 +16,7 @@ from kit.numeric_films import TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.verifier.decision.comparison import Explanation
 from moireid.verifier.decision.findings import WORDS
-from moireid.verifier.decision.judge import judge_invariant
+from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.explanations.honest import PhaseSeries
 from moireid.verifier.explanations.rivals import RIVALS, Rival
 from moireid.verifier.fringes.signals import measure
@@ -144,7 +144,7 @@ def test_a_rival_s_own_fringes_are_fitted_whole(rival: Rival) -> None:
 def report_of(badge: Badge) -> Report:
     track = filmed(badge, TYPICAL)
     measurement = measure(track, focal_px=1450.0)
-    invariant = judge_invariant(measurement)
+    invariant = judge_signals(measurement.gratings)
     who = Identity("not_claimed", ())
     film = {"path": "film.mp4", "sha256": "ab" * 32, "width": 1920, "height": 1080, "fps": 30.0}
     frames = {"read": 90, "tracked": 90}

@@ -14,7 +14,7 @@ contain the law always fit at least as well; they enter with a penalty for their
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -219,14 +219,11 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
     moved = [part for part in parts if part.moved]
     if not moved:
         return GratingComparison(figures, moved=False)
-    rows = []
-    for name in dict.fromkeys(rival.name for part in moved for rival in part.rivals):
-        own = [rival for part in moved for rival in part.rivals if rival.name == name]
-        odds = [rival.log10_odds for rival in own if rival.log10_odds is not None]
-        worst = min(own, key=lambda rival: math.inf if rival.log10_odds is None else rival.log10_odds)
-        total = None if not odds else sum(odds) if name != "spell" else min(odds) + math.log10(len(moved))
-        shares = [rival.share for rival in own if rival.share is not None]
-        rows.append(_row(name, total, worst.parameters, min(shares, default=None)))
+
+    def total(name: str, odds: Sequence[float]) -> float:
+        return sum(odds) if name != "spell" else min(odds) + math.log10(len(moved))
+
+    rows = _merged(moved, total)
     residual, limit, possible = (
         math.sqrt(sum(getattr(part, name) ** 2 for part in moved) / len(moved))
         for name in ("residual_rad", "limit_rad", "possible_rad")
@@ -234,7 +231,26 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
     doubted = any(part.doubted for part in moved)
     reach = min(part.reach[0] for part in moved), max(part.reach[1] for part in moved)
     most = max(moved, key=lambda part: part.figures.information)
-    return GratingComparison(figures, True, residual, limit, possible, doubted, reach, most.nuisances_rad, tuple(rows))
+    return GratingComparison(figures, True, residual, limit, possible, doubted, reach, most.nuisances_rad, rows)
+
+
+def _merged(
+    parts: Sequence[GratingComparison], total: Callable[[str, Sequence[float]], float]
+) -> tuple[Explanation, ...]:
+    """The tables of several parts as one: of each rival the total odds, and the parameters of where it does best.
+
+    Convention: a rival must look law-like in every part, so its share is the least of them.
+    """
+    by_name: dict[str, list[Explanation]] = {}
+    for rival in (rival for part in parts for rival in part.rivals):
+        by_name.setdefault(rival.name, []).append(rival)
+    rows = []
+    for name, own in by_name.items():
+        best = min(own, key=lambda rival: math.inf if rival.log10_odds is None else rival.log10_odds)
+        odds = [rival.log10_odds for rival in own if rival.log10_odds is not None]
+        shares = [rival.share for rival in own if rival.share is not None]
+        rows.append(_row(name, total(name, odds) if odds else None, best.parameters, min(shares, default=None)))
+    return tuple(rows)
 
 
 def _row(name: str, odds: float | None, parameters: dict[str, float], share: float | None) -> Explanation:
@@ -248,19 +264,8 @@ def camera_doubted(signal: GratingSignal) -> bool:
 
 
 def film_table(gratings: list[GratingComparison]) -> tuple[Explanation, ...]:
-    """The table of a film: each rival where its odds are best, and the share of the most informative grating.
-
-    Convention: a rival must look law-like in every grating that moved, so its share is the least of them.
-    """
-    moved = [one for one in gratings if one.moved]
-    names = list(dict.fromkeys(rival.name for one in moved for rival in one.rivals))
-    rows = []
-    for name in names:
-        own = [rival for one in moved for rival in one.rivals if rival.name == name]
-        best = min(own, key=lambda rival: math.inf if rival.log10_odds is None else rival.log10_odds)
-        known = [rival.share for rival in own if rival.share is not None]
-        rows.append(_row(name, best.log10_odds, best.parameters, min(known) if known else None))
-    return tuple(rows)
+    """The table of a film: each rival in the grating that moved in which its odds are best."""
+    return _merged([one for one in gratings if one.moved], lambda _, odds: min(odds))
 
 
 def law_row(gratings: list[GratingComparison]) -> Explanation:

@@ -31,7 +31,7 @@ Convention: as `comparison`; each grating that moved enough must hold by itself;
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -85,10 +85,6 @@ def photographs(
     return tuple(row for row, _ in rows if row is not None), [reason for _, reason in rows]
 
 
-def _row(name: str, odds: float | None, parameters: dict[str, float], level: Level) -> Explanation:
-    return Explanation(name, odds, parameters, None, level == "undecided")
-
-
 def _at_one_distance(spacing: Spacing) -> RowAndReason:
     level: Level = "undecided" if spacing.wrong else "pass" if spacing.tested else "note"
     seen = "As the badge comes nearer or goes away, the spacing of its fringes"
@@ -97,10 +93,11 @@ def _at_one_distance(spacing: Spacing) -> RowAndReason:
         "pass": f"{seen} follows, which that of photographs from one distance does not.",
         "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
     }[level]
-    gain = None if level == "note" else spacing.gain
-    reason = Reason("spacing", level, gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
-    row = _row("photographs_at_one_distance", spacing.log10_odds, {"spacing_gain": spacing.gain}, level)
-    return None if level == "note" else row, reason
+    reason = Reason("spacing", level, None if level == "note" else spacing.gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
+    if level == "note":
+        return None, reason
+    parameters = {"spacing_gain": spacing.gain}
+    return Explanation("photographs_at_one_distance", spacing.log10_odds, parameters, None, spacing.wrong), reason
 
 
 def _in_turn(fade: CrossFade) -> RowAndReason:
@@ -110,7 +107,7 @@ def _in_turn(fade: CrossFade) -> RowAndReason:
         text = f"The fringes change their shape as those of {fade.photographs} photographs do that are shown in turn, "
         text += "or one faded into the other. Film in even light, and keep the badge moving."
     parameters = {"photographs": float(fade.photographs), "form_share": fade.share}
-    row = _row("photographs_in_turn", fade.log10_odds, parameters, level)
+    row = Explanation("photographs_in_turn", fade.log10_odds, parameters, None, fade.seen)
     return row, Reason("cross_fade", level, fade.certain, MAX_CROSS_FADE_SHARE, "share", text)
 
 
@@ -120,7 +117,8 @@ def _faded(waveform: Waveform) -> RowAndReason:
     if level == "undecided":
         text = "The fringes change their shape from place to place, as between cross-faded photographs. "
         text += "Film in even light."
-    row = _row("photographs_faded", None, {"photographs": float(waveform.photographs)}, level)
+    parameters = {"photographs": float(waveform.photographs)}
+    row = Explanation("photographs_faded", None, parameters, None, level == "undecided")
     return row, Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
 
 
@@ -131,7 +129,8 @@ def _superposed(harmonic: ThirdHarmonic) -> RowAndReason:
         text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in superposed "
         text += "photographs, or under a sheet with air beneath it. "
         text += "Film from nearer, in focus, with the sheet pressed flat."
-    row = _row("photographs_laid_over", harmonic.log10_odds, {"third_harmonic": harmonic.surplus}, level)
+    parameters = {"third_harmonic": harmonic.surplus}
+    row = Explanation("photographs_laid_over", harmonic.log10_odds, parameters, None, not harmonic.seen)
     return row, Reason("third_harmonic", level, harmonic.surplus, harmonic.limit, "contrasts", text)
 
 
@@ -197,17 +196,6 @@ class Invariant:
         )
         figures = {name: json_number(getattr(self, name)) for name in names}
         return {"verdict": self.verdict, **figures, "gratings": list(self.gratings)}
-
-
-def judge_invariant(
-    measurement: Measurement,
-    sheet: SheetGain = DESIGNED,
-    *,
-    constant_room_rad: float | None = None,
-    code_apart: RowsApart = TOGETHER,
-) -> Invariant:
-    """Compare explanations of a whole measurement; parameters as `judge_signals`."""
-    return judge_signals(measurement.gratings, sheet, constant_room_rad=constant_room_rad, code_apart=code_apart)
 
 
 def judge_signals(
@@ -290,12 +278,8 @@ def gain_of(signals: Sequence[GratingSignal]) -> tuple[float, float] | None:
 
 def _mean_figures(figures: Sequence[Figures], share: Array) -> Figures:
     """Mean figures of all gratings, weighted by their information."""
-    names = [field.name for field in fields(Figures)]
-
-    def mean(name: str) -> float:
-        return float(sum(w * getattr(f, name) for w, f in zip(share, figures, strict=True) if w > 0))
-
-    return replace(Figures(), **{name: mean(name) for name in names})
+    known = [(w, vars(one)) for w, one in zip(share, figures, strict=True) if w > 0]
+    return Figures(**{field.name: float(sum(w * one[field.name] for w, one in known)) for field in fields(Figures)})
 
 
 @dataclass(frozen=True)

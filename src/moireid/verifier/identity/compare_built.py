@@ -79,11 +79,6 @@ class FilmFigures:
     apart_sd: float = 1.0
 
 
-def measure_built(track: Track, measurement: Measurement, gain: float, gain_sd: float) -> AsBuilt:
-    """The as-built figures of one film, for enrolment; as `filmed_built`."""
-    return filmed_built(track, measurement, gain, gain_sd).as_built
-
-
 def filmed_built(track: Track, measurement: Measurement, gain: float, gain_sd: float) -> FilmFigures:
     """The as-built figures measured from one film.
 

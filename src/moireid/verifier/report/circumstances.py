@@ -15,18 +15,8 @@ from moireid.provenance import BadgeHolder, Exclusion, Standing
 
 #: Not by the system's locale: the report is in one language.
 MONTHS = (
-    "January",
-    "February",
-    "March",
-    "April",
-    "May",
-    "June",
-    "July",
-    "August",
-    "September",
-    "October",
-    "November",
-    "December",
+    *("January", "February", "March", "April", "May", "June"),
+    *("July", "August", "September", "October", "November", "December"),
 )
 
 

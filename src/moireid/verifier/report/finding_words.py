@@ -25,20 +25,9 @@ CAUSES = (
     *("motion_gaps", "phase_gaps", "motion"),
 )
 #: Notes that warn; all others are for experts.
-WARNINGS = frozenset(
-    {
-        "claim_source",
-        "look_alike",
-        "chosen_line",
-        "hidden_letters",
-        "name_derived",
-        "copyable",
-        "others",
-        "times",
-        "covered",
-        "pose_outliers",
-        "challenge",
-    }
+WARNINGS = (
+    *("claim_source", "look_alike", "chosen_line", "hidden_letters", "name_derived", "copyable"),
+    *("others", "times", "covered", "pose_outliers", "challenge"),
 )
 
 

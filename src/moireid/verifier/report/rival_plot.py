@@ -9,13 +9,13 @@ import numpy as np
 
 from moireid.verifier.decision.comparison import Explanation
 from moireid.verifier.explanations.honest import PhaseSeries, phase_series
-from moireid.verifier.explanations.rivals import RIVALS, Rival
-from moireid.verifier.report.plots import MEASURED, NARROW, PREDICTED, RIVAL, WIDE, Array, broken, figure_of, svg_of
+from moireid.verifier.explanations.rivals import RIVALS
+from moireid.verifier.report.plots import BY_LAW, MEASURED, NARROW, RIVAL, WIDE, Array, broken, figure_of, label, svg_of
 from moireid.verifier.report.rival_table import DOES, simplest
 from moireid.verifier.session.result import Report
 
-#: Rivals that have a shape of their own over the whole film.
-SHAPED = {rival.name: rival for rival in RIVALS if rival.variants is not None}
+#: The shapes of the rivals that have one of their own over the whole film.
+SHAPED = {rival.name: rival.variants for rival in RIVALS if rival.variants is not None}
 #: Room above and below the curves, as a share of their height; a rival that fits badly is cut off there.
 SPARE = 0.25
 
@@ -33,16 +33,13 @@ def rival_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
     curves = [phase / (2 * np.pi) for phase in (series.law_rad, best_fit(best, series), series.measured_rad)]
     at, law, rival, seen = broken(series.times_s + first_s, series.stretch, *curves)
     figure, axes = figure_of(*size)
-    axes.plot(at, law, color=PREDICTED, linewidth=3.2, alpha=0.55, label="by the law")
+    axes.plot(at, law, **BY_LAW, label="by the law")
     axes.plot(at, seen, color=MEASURED, linewidth=1.3, label="as seen")
     axes.plot(at, rival, color=RIVAL, linewidth=1.8, linestyle=(0, (5, 4)), label=f"if they {DOES[best.name]}")
     axes.set_xlim(at[0], at[-1])
     low, high = min(np.nanmin(law), np.nanmin(seen)), max(np.nanmax(law), np.nanmax(seen))
     axes.set_ylim(low - SPARE * (high - low), high + SPARE * (high - low))
-    axes.set_xlabel("time, s")
-    axes.set_ylabel("place of the fringes, in widths")
-    columns = 1 if size == NARROW else 3
-    axes.legend(frameon=False, fontsize=9, ncols=columns, loc="lower left", bbox_to_anchor=(-0.02, 1))
+    label(axes, "time, s", "place of the fringes, in widths", columns=1 if size == NARROW else 3, left=-0.02)
     return svg_of(figure)
 
 
@@ -71,14 +68,8 @@ def best_fit(one: Explanation, series: PhaseSeries) -> Array:
     if one.name == "another_gain":
         return one.parameters["gain"] * series.law_rad
     root = np.sqrt(series.weight)
-    fits = [_fitted(series, columns, root) for columns in _shapes(SHAPED[one.name], series)]
+    fits = [_fitted(series, columns, root) for _, columns in SHAPED[one.name](series)]
     return min(fits, key=lambda fit: float(np.sum((root * (series.measured_rad - fit)) ** 2)))
-
-
-def _shapes(rival: Rival, series: PhaseSeries) -> list[Array]:
-    """The columns (N, K) of each variant of a rival."""
-    assert rival.variants is not None
-    return [columns for _, columns in rival.variants(series)]
 
 
 def _fitted(series: PhaseSeries, columns: Array, root: Array) -> Array:

@@ -13,6 +13,7 @@ from typing import Any
 from moireid.verifier.decision.comparison import CONTAINING, LAW
 from moireid.verifier.decision.figures import in_words
 from moireid.verifier.decision.findings import NAMED_RESIDUAL_SHARE
+from moireid.verifier.explanations.rivals import RIVALS
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, MAX_RIVAL_LOG10, MAX_RIVAL_SHARE
 
 #: An entry of `explanations`, as in the JSON of a report.
@@ -20,12 +21,7 @@ Entry = Mapping[str, Any]
 #: What the fringes would do, as the end of "the fringes would ...".
 DOES = {
     LAW: "follow the law of optics, with errors that every film has",
-    "still": "stay where they are, as in print",
-    "drift": "go at a constant speed",
-    "late": "follow the motion late or early",
-    "place": "go with the badge's place in the picture",
-    "another_gain": "move too far, not far enough, or the wrong way",
-    "own_motion": "move smoothly by themselves",
+    **{rival.name: rival.words for rival in RIVALS},
     "spell": "leave the law for a while",
     "wander": "follow the law, and wander on top of it",
     "rows": "follow the law, but each row a little differently",

@@ -19,6 +19,7 @@ from moireid.errors import MediaError
 from moireid.verifier.report.plots import LAW
 from moireid.verifier.session.cover import outside, within
 from moireid.verifier.session.result import Report
+from moireid.verifier.tracking.track import board_px
 from moireid.verifier.video import Film
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ class Moment:
 def moment_to_show(report: Report) -> Moment:
     """The frame whose fringes are furthest from the law, if they break it; else the one that shows the badge best.
 
-    Convention: corners as `BadgeTracker.corners_px`; without a badge the middle frame of the film.
+    Convention: corners as `board_px`; without a badge the middle frame of the film.
     """
     track = report.track
     if not track.tracked:
@@ -51,11 +52,7 @@ def moment_to_show(report: Report) -> Moment:
         off = np.abs(signal.measured_rad - signal.predicted_rad)
         off = np.where(np.isfinite(signal.phase_sd_rad), off, -1.0)
         k = int(np.argmax(off)) if len(off) == track.tracked else k
-    x0, y0, x1, y1 = track.badge.outline_mm
-    board = np.array([[[x0, y0]], [[x1, y0]], [[x1, y1]], [[x0, y1]]])
-    corners = np.asarray(cv2.perspectiveTransform(board, track.homographies[k]).reshape(4, 2), float)
-    if track.mirrored:
-        corners[:, 0] = track.image_px[0] - 1 - corners[:, 0]
+    corners = board_px(track.badge, track.homographies[k], track.image_px[0] if track.mirrored else None)
     restarted = any(reason.code == "times" for reason in report.reasons)
     return Moment(int(track.frame_numbers[k]), None if restarted else float(track.times_s[k]), corners)
 

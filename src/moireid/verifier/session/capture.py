@@ -14,7 +14,7 @@ from pathlib import Path
 from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge
 from moireid.errors import DesignError, MediaError
-from moireid.verifier.identity.compare_built import measure_built
+from moireid.verifier.identity.compare_built import filmed_built
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
@@ -35,7 +35,7 @@ def capture_as_built(
     Convention: as `AsBuilt`.
     Raises: MediaError if a film cannot be read or does not show this badge in motion; DesignError for a board
         without an identity.
-    Source: `verify`, then `built.measure_built` of each film, merged.
+    Source: `verify`, then `built.filmed_built` of each film, merged.
     """
     if badge.id is None:
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
@@ -46,7 +46,7 @@ def capture_as_built(
             why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
             raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")
         gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
-        parts.append(measure_built(report.track, report.measurement, gain, gain_sd))
+        parts.append(filmed_built(report.track, report.measurement, gain, gain_sd).as_built)
     _check_gains(parts, videos)
     return replace(merge(parts), measured_scale=measured_scale)
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge_invariant, judge_segments, judge_signals
+from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge_segments, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.fringes.grating_signal import GratingSignal, joined
 from moireid.verifier.fringes.signals import Measurement, measure
@@ -59,18 +59,18 @@ class Chapter:
 
     frames_read: int
     tracked: int
-    invariant: Invariant
-    identity: Identity
-    built_reasons: tuple[Reason, ...]
-    segments: tuple[Segment, ...]
-    signals: tuple[GratingSignal, ...]
-    span_s: tuple[float, float]
+    passed: int
+    span_s: Span
+    seen_s: tuple[Span, ...]
     stages_s: dict[str, float]
     track: Track | None
-    measurement: Measurement | None
+    invariant: Invariant
+    identity: Identity
+    built_reasons: tuple[Reason, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    signals: tuple[GratingSignal, ...] = ()
+    measurement: Measurement | None = None
     judged_s: tuple[Span, ...] = ()
-    seen_s: tuple[Span, ...] = ()
-    passed: int = 0
     sheet: SheetGain = DESIGNED
 
     def light(self) -> Chapter:
@@ -84,25 +84,9 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     Convention: as `film.verify`.
     Source: module docstring.
     """
-    span = (float(track.times_s[0]), float(track.times_s[-1])) if track.tracked else (0.0, 0.0)
+    chapter = _unjudged(track, claim, repeated)
     if track.tracked < MIN_FRAMES or track.tracked == repeated:
-        reason = _badge_absent(track)
-        identity = Identity("unreadable" if claim.names_someone else "not_claimed", (), claimed_id=claim.badge_id)
-        return Chapter(
-            track.frames_read,
-            track.tracked - repeated,
-            Invariant("inconclusive", (reason,)),
-            identity,
-            (),
-            (),
-            (),
-            span,
-            dict(track.stages_s),
-            track,
-            None,
-            seen_s=seen_spans(track.times_s),
-            passed=track.passed,
-        )
+        return chapter
     sheet = claim.sheet
     measurement = measure(track, focal_px=claim.focal_px).under(sheet.expected)
     stages = track.stages_s | measurement.stages_s
@@ -112,27 +96,38 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     constant = compared.constant_room_rad if compared is not None and claim.original_required else None
     stages["identity"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    invariant = judge_invariant(measurement, sheet, constant_room_rad=constant, code_apart=identity.rows_apart)
+    invariant = judge_signals(measurement.gratings, sheet, constant_room_rad=constant, code_apart=identity.rows_apart)
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
     identity, built_reasons = _judge_built(identity, compared, invariant, claim)
     signals = tuple(signal.part(slice(repeated, None)) for signal in measurement.gratings)
+    return replace(
+        chapter,
+        invariant=invariant,
+        identity=identity,
+        built_reasons=built_reasons,
+        segments=segments,
+        signals=signals,
+        stages_s=stages,
+        measurement=measurement,
+        judged_s=judged_spans(signals),
+        sheet=sheet,
+    )
+
+
+def _unjudged(track: Track, claim: Claim, repeated: int) -> Chapter:
+    """A chapter of which nothing is known but its frames."""
+    times, identity = track.times_s, Identity("unreadable" if claim.names_someone else "not_claimed", ())
     return Chapter(
         track.frames_read,
         track.tracked - repeated,
-        invariant,
-        identity,
-        built_reasons,
-        segments,
-        signals,
-        span,
-        stages,
-        track,
-        measurement,
-        judged_spans(signals),
-        seen_spans(track.times_s),
         track.passed,
-        sheet,
+        (float(times[0]), float(times[-1])) if track.tracked else (0.0, 0.0),
+        seen_spans(times),
+        dict(track.stages_s),
+        track,
+        Invariant("inconclusive", (_badge_absent(track),)),
+        replace(identity, claimed_id=claim.badge_id),
     )
 
 

@@ -21,9 +21,7 @@ If several badges are in view, the verdict is about one of them (`badge_session`
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -93,7 +91,7 @@ def verify(
     # The matrices are small: a second BLAS thread waits far longer than it works, and costs half
     # of a verification's time.
     with threadpool_limits(limits=1, user_api="blas"):
-        seen = _judged(film, claim, overlap, progress)
+        seen = _read(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
     reasons = (
@@ -108,7 +106,8 @@ def verify(
     if overlapped:
         reasons += overlapped.reasons
     cover = seen.verifier.cover
-    if seen.tracked:
+    tracked, passed = (sum(getattr(chapter, name) for chapter in seen.chapters) for name in ("tracked", "passed"))
+    if tracked:
         reasons += (*cover_findings(cover, claim.cover_share), *seen.verifier.long_unsearched)
     reasons += claim_reasons(claim, identity)
     if barred is not None:
@@ -125,9 +124,9 @@ def verify(
         invariant,
         identity,
         film.described(),
-        {"read": seen.read, "tracked": seen.tracked + seen.passed},
+        {"read": seen.read, "tracked": tracked + passed},
         timing,
-        _left_out(claim.badge, film, shown.measurement, seen.verifier.unsearched, seen.passed),
+        _left_out(claim.badge, film, shown.measurement, seen.verifier.unsearched, passed),
         shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
@@ -149,51 +148,29 @@ class _DecodedFilm:
     read: int
     stages: dict[str, float]
 
-    @property
-    def tracked(self) -> int:
-        return sum(chapter.tracked for chapter in self.chapters)
 
-    @property
-    def passed(self) -> int:
-        return sum(chapter.passed for chapter in self.chapters)
-
-
-@contextmanager
-def _chapter_thread() -> Iterator[Executor | None]:
-    """A thread that judges chapters; None if the process may use only one thread."""
-    if one_thread():
-        yield None
-        return
-    with ThreadPoolExecutor(1, "chapters") as executor:
-        yield executor
-
-
-def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _DecodedFilm:
-    """Steps 2 to 7."""
-    with _chapter_thread() as executor:
-        verifier = Verifier(claim, running=False, chapter_executor=executor, reduced_by=film.reduced_by)
-        return _read(film, verifier, overlap, progress)
-
-
-def _read(film: Film, verifier: Verifier, overlap: bool, progress: Progress | None) -> _DecodedFilm:
-    """Push the film into a verifier, frame by frame."""
+def _read(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _DecodedFilm:
+    """Steps 2 to 7: push the film into a verifier, frame by frame."""
     watch = OverlapWatch() if overlap else None
-    read, decode_s, face_s = 0, 0.0, 0.0
-    clock = time.perf_counter()
-    # Decoding runs in parallel, so this counts only the time that the loop waits for a frame.
-    for frame in film.frames_ahead():
-        decode_s += time.perf_counter() - clock
-        read += 1
-        verifier.push(frame)  # 2, and 3 to 7 where a chapter is full
-        if watch:
-            begin = time.perf_counter()
-            watch.push(frame.at(verifier.now_s), verifier.in_view)
-            face_s += time.perf_counter() - begin
-        if progress:
-            progress(read, film.frames_expected)
+    read, stages = 0, {"decode": 0.0} | ({"face": 0.0} if watch else {})
+    # A thread judges the chapters, unless the process may use only one; none is started before it is needed.
+    with ThreadPoolExecutor(1, "chapters") as thread:
+        executor = None if one_thread() else thread
+        verifier = Verifier(claim, running=False, chapter_executor=executor, reduced_by=film.reduced_by)
         clock = time.perf_counter()
-    chapters = verifier.finish()  # 3 to 7
-    stages = {"decode": decode_s} | ({"face": face_s} if watch else {})
+        # Decoding runs in parallel, so this counts only the time that the loop waits for a frame.
+        for frame in film.frames_ahead():
+            stages["decode"] += time.perf_counter() - clock
+            read += 1
+            verifier.push(frame)  # 2, and 3 to 7 where a chapter is full
+            if watch:
+                begin = time.perf_counter()
+                watch.push(frame.at(verifier.now_s), verifier.in_view)
+                stages["face"] += time.perf_counter() - begin
+            if progress:
+                progress(read, film.frames_expected)
+            clock = time.perf_counter()
+        chapters = verifier.finish()  # 3 to 7
     for chapter in chapters:
         for name, seconds in chapter.stages_s.items():
             stages[name] = stages.get(name, 0.0) + seconds

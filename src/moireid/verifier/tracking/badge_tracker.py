@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -19,7 +20,8 @@ from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid.verifier.tracking.finding.markers import faint_turns
-from moireid.verifier.tracking.finding.page_groups import PageFinder, same_page
+from moireid.verifier.tracking.finding.page_finder import PageFinder
+from moireid.verifier.tracking.finding.page_groups import same_page
 from moireid.verifier.tracking.frame_skipping import (
     CALM_FRAMES,
     CALM_PX,
@@ -34,11 +36,12 @@ from moireid.verifier.tracking.frame_skipping import (
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.sampling import EvenSample, hull_of, part_around
-from moireid.verifier.tracking.search_work import Purses
+from moireid.verifier.tracking.search_work import Purse, Purses
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
-from moireid.verifier.tracking.track import FrameSighting, Track, TrackEnds
+from moireid.verifier.tracking.track import FrameSighting, Track, TrackEnds, board_px
 
 Array = NDArray[np.float64]
+Found = TypeVar("Found")
 #: Pixels per millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
 SNAPSHOT_PX_PER_MM = 3.0
 #: A lost badge of less contrast is searched as faded print is: OpenCV's usual limits need 10 counts between black and
@@ -132,56 +135,49 @@ class BadgeTracker:
         self.smeared = False
         self._lap("register")
         if registration is None and expected is not None:
-            registration = self._outlined(luma, expected)
+            registration = self._paid(self._purses.near, partial(self._outlined, luma, expected))
             self._lap("find")
         if registration is None:
             self.smeared = True
-            registration = self._shaken_off(frame, luma)
+            # A page that was there in the last frame has a purse of its own: what is tried in vain after it has left
+            # must not be missing where it is seen, smeared, in frame after frame.
+            purse = self._purses.smeared if self.ends.followed else self._purses.gone
+            registration = self._paid(purse, lambda: _clear(self._shaken.find(luma, frame.time_s)))
             self._lap("shaken")
         return self._taken_in(frame, luma, registration, taken, expected)
 
     def _outlined(self, luma: Picture, expected: Array) -> Registration | None:
-        """The page by its outline at its expected place, if looking for it is paid for."""
-        purse = self._purses.near
+        """The page by its outline at its expected place."""
+        found = (_clear(self._registered(luma, page)) for page in self._finder.again(luma, expected))
+        return next((one for one in found if one is not None), None)
+
+    def _paid(self, purse: Purse, search: Callable[[], Found | None]) -> Found | None:
+        """What a search finds, if it is paid for."""
         if not purse.open:
             return None
         before_ns = self._purses.work_ns
-        near = self._finder.again(luma, expected)
-        found = (_clear(self._registered(luma, page)) for page in near)
-        registration = next((one for one in found if one is not None), None)
-        purse.pay(self._purses.work_ns - before_ns, found=registration is not None)
-        return registration
-
-    def _shaken_off(self, frame: Frame, luma: Picture) -> Registration | None:
-        """The page in a smeared frame, if looking for it is paid for.
-
-        A page that was there in the last frame has a purse of its own: what is tried in vain after it has left must not
-        be missing where it is seen, smeared, in frame after frame.
-        """
-        purse = self._purses.smeared if self.ends.followed else self._purses.gone
-        if not purse.open:
-            return None
-        before_ns = self._purses.work_ns
-        registration = _clear(self._shaken.find(luma, frame.time_s))
-        purse.pay(self._purses.work_ns - before_ns, found=registration is not None)
-        return registration
+        found = search()
+        purse.pay(self._purses.work_ns - before_ns, found=bool(found))
+        return found
 
     def seek(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:
         """Look for its markers around its last place; returns whether it was found."""
         self._clock = time.perf_counter()
         last, purse = self.ends.last, self._purses.near
-        if last is None or not self.ends.followed or not purse.open:
+        if last is None or not self.ends.followed:
             return False
-        before_ns = self._purses.work_ns
-        # A search for faded print costs ten times as much, so it is left out where little is saved and the print clear.
-        near = self._finder.pages_near(luma, last.page, faint=next(self._faint) and (self.faint or purse.ample))
-        pages = [page for page in near if not self._is_one_of(page, taken)]
-        self._lap("find")
-        # The largest first, but before all the page at this badge's own place.
-        pages.sort(key=lambda page: not same_page(page, last.page, self._corners_mm))
-        found = any(self.begin(frame, luma, page, taken) for page in pages)
-        purse.pay(self._purses.work_ns - before_ns, found=found)
-        return found
+
+        def found() -> bool:
+            # A search for faded print costs ten times as much, so it is left out where little is saved and the print
+            # clear.
+            near = self._finder.pages_near(luma, last.page, faint=next(self._faint) and (self.faint or purse.ample))
+            pages = [page for page in near if not self._is_one_of(page, taken)]
+            self._lap("find")
+            # The largest first, but before all the page at this badge's own place.
+            pages.sort(key=lambda page: not same_page(page, last.page, self._corners_mm))
+            return any(self.begin(frame, luma, page, taken) for page in pages)
+
+        return bool(self._paid(purse, found))
 
     def begin(
         self, frame: Frame, luma: Picture, page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
@@ -285,16 +281,8 @@ class BadgeTracker:
         return self.corners_px(self.ends.first.page) if self.ends.first is not None else None
 
     def corners_px(self, page: Array) -> Array:
-        """Corners of the board under the homography `page`, (4, 2) px of the original film.
-
-        Convention: top left, top right, bottom right, bottom left of the upright board.
-        """
-        x0, y0, x1, y1 = self._badge.outline_mm
-        board = np.array([[[x0, y0]], [[x1, y0]], [[x1, y1]], [[x0, y1]]])
-        corners = np.asarray(cv2.perspectiveTransform(board, page).reshape(4, 2), float)
-        if self._mirrored:
-            corners[:, 0] = self._image_px[0] - 1 - corners[:, 0]
-        return corners
+        """Corners of the board under the homography `page`, as `track.board_px`."""
+        return board_px(self._badge, page, self._image_px[0] if self._mirrored else None)
 
     def _lap(self, stage: str) -> None:
         now = time.perf_counter()

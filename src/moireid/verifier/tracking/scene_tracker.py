@@ -29,7 +29,8 @@ from moireid.verifier.tracking.borders import borders_of
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid.verifier.tracking.finding.coded_frames import FrameFinder
 from moireid.verifier.tracking.finding.markers import MarkerFinder, faint_turns, tiles_of
-from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, EitherWay, PageFinder, same_page
+from moireid.verifier.tracking.finding.page_finder import EitherWay, PageFinder
+from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, same_page
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.search_work import Purse, Purses

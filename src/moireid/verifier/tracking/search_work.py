@@ -113,13 +113,9 @@ def search_work_ns(picture: NDArray[np.uint8], parameters: cv2.aruco.DetectorPar
     Source: OpenCV thresholds the picture once for each window, follows every outline, and reads the bits of each
         square.  Outlines are as long as there are pixels at which the thresholded picture changes.
     """
-    rows = picture[EVERY_ROW // 2 :: EVERY_ROW] if len(picture) > EVERY_ROW else picture
     least, most = parameters.adaptiveThreshWinSizeMin, parameters.adaptiveThreshWinSizeMax
-    work = 0.0
-    for window in range(least, most + 1, parameters.adaptiveThreshWinSizeStep):
-        dark = cv2.subtract(cv2.blur(rows, (window, 1)), rows) > parameters.adaptiveThreshConstant
-        work += WINDOW_NS + CHANGE_NS * float(np.mean(dark[:, 1:] != dark[:, :-1]))
-    return picture.size * work + SQUARE_NS * squares
+    windows = range(least, most + 1, parameters.adaptiveThreshWinSizeStep)
+    return picture.size * _outlined_ns(picture, windows, parameters.adaptiveThreshConstant) + SQUARE_NS * squares
 
 
 def outline_work_ns(picture: NDArray[np.uint8], windows: Sequence[int], counts: float, read: int) -> float:
@@ -128,9 +124,14 @@ def outline_work_ns(picture: NDArray[np.uint8], windows: Sequence[int], counts: 
     Parameters: windows, counts: of the threshold; read: outlines whose notches were read.
     Source: as `search_work_ns`: one window's threshold, and outlines as long as there are changes.
     """
+    return OUTLINED * picture.size * _outlined_ns(picture, windows, counts) + OUTLINE_NS * read
+
+
+def _outlined_ns(picture: NDArray[np.uint8], windows: Sequence[int], counts: float) -> float:
+    """Work of thresholding a picture by each window and of following the outlines, a pixel."""
     rows = picture[EVERY_ROW // 2 :: EVERY_ROW] if len(picture) > EVERY_ROW else picture
     work = 0.0
     for window in windows:
         dark = cv2.subtract(cv2.blur(rows, (window, 1)), rows) > counts
         work += WINDOW_NS + CHANGE_NS * float(np.mean(dark[:, 1:] != dark[:, :-1]))
-    return OUTLINED * picture.size * work + OUTLINE_NS * read
+    return work

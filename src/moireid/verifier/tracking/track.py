@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,6 +47,20 @@ class Track:
     def tracked(self) -> int:
         """Number of frames in which the badge was found and registered."""
         return len(self.times_s)
+
+
+def board_px(badge: Badge, page: Array, mirrored_px: int | None) -> Array:
+    """Corners of the board under the homography `page`, (4, 2) px of the original film.
+
+    Parameters: mirrored_px: width of a film that is mirrored, None for others.
+    Convention: top left, top right, bottom right, bottom left of the upright board.
+    """
+    x0, y0, x1, y1 = badge.outline_mm
+    board = np.array([[[x0, y0]], [[x1, y0]], [[x1, y1]], [[x0, y1]]])
+    corners = np.asarray(cv2.perspectiveTransform(board, page).reshape(4, 2), float)
+    if mirrored_px is not None:
+        corners[:, 0] = mirrored_px - 1 - corners[:, 0]
+    return corners
 
 
 def no_track(badge: Badge, frames_read: int, image_px: tuple[int, int]) -> Track:

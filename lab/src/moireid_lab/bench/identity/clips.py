@@ -64,7 +64,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     from moireid.simulate.filming import film
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Camera, Scene
-    from moireid.verifier.identity.compare_built import measure_built
+    from moireid.verifier.identity.compare_built import filmed_built
     from moireid.verifier.identity.decode import read_identity
     from moireid.verifier.session.claim import Claim
     from moireid.verifier.session.film import verify
@@ -103,7 +103,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
         row["cells_wrong"] += abs(math.remainder(reading.phase_rad - true, 2 * math.pi)) > math.pi / 4
         row["phase_sd_rad"].append(reading.phase_sd)
     gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
-    as_built = measure_built(report.track, report.measurement, gain, gain_sd)
+    as_built = filmed_built(report.track, report.measurement, gain, gain_sd).as_built
     row["as_built"] = as_built.to_json()
     # The sheet's pitch in page units: its true pitch in mm, divided by the scale of the print.
     lens_page_mm = badge.lens.pitch_mm * build.lens_scale / build.print_scale

@@ -18,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import CodedFrame
-from moireid.verifier.picture import Box, Picture, as_picture
-from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, EitherWay
-from moireid.verifier.tracking.patches import marker_corners_mm
+from moireid.verifier.picture import Picture
+from moireid.verifier.tracking.finding.page_finder import EitherWay, Grey, PageFinder, PicturePart
+from moireid.verifier.tracking.finding.page_groups import MOST_PAGES
 from moireid.verifier.tracking.search_work import outline_work_ns
 
 Array = NDArray[np.float64]
-Grey = NDArray[np.uint8]
 #: Shortest side of a frame that is looked for, px.
 LEAST_SIDE_PX = 32.0
 #: Windows of the threshold, px, and least difference from the surroundings, counts: of a usual search, of one for faded
@@ -46,106 +45,59 @@ READ = 48
 READ_CORRELATION, CLEARER = 0.55, 0.2
 #: A lost frame is enlarged if its line is thinner than this, px.
 ENLARGE_BELOW_PX = 2.5
-#: Margin of the neighbourhood, as a share of the frame's size: of one that was lost, and of one just seen.
-NEIGHBOURHOOD, AGAIN = 0.5, 0.1
+#: Margin of the neighbourhood of a frame just seen, as a share of its size.
+AGAIN = 0.1
 #: One just seen is enlarged below this, px.
 ENLARGE_AGAIN_PX = 1.9
 
 
-class FrameFinder:
-    """Finds pages by the coded frame of one layout; its methods and conventions are `MarkerFinder`'s."""
+class FrameFinder(PageFinder):
+    """Finds pages by the coded frame of one layout; a search is given the threshold's windows and counts."""
+
+    least_px = LEAST_SIDE_PX
 
     def __init__(self, frame: CodedFrame) -> None:
-        self._frame, self._corners_mm = frame, marker_corners_mm(frame)
         x0, y0, x1, y1 = frame.rect_mm
-        self._outer = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        outer = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        usual = WINDOWS_PX, COUNTS
+        super().__init__(frame, outer, usual, (WINDOWS_PX, FAINT_COUNTS), usual)
+        self._frame = frame
         self._places, self._notched = _reading(frame)
-        self.work_ns = 0.0
-
-    def pages(self, luma: Picture | Grey, *, faint: bool = False) -> list[Array]:
-        """Homographies of all pages in the frame, the clearest first."""
-        return self.either_way(luma, faint=faint)[0]
-
-    def either_way(self, luma: Picture | Grey, *, faint: bool = False) -> EitherWay:
-        """As `pages`, and also the mirrored pages."""
-        return self._find_in(luma, _whole(luma), WINDOWS_PX, FAINT_COUNTS if faint else COUNTS)
-
-    def enlarged(self, luma: Picture | Grey, box: Box) -> EitherWay:
-        """As `either_way`, for thin lines in a part of the frame."""
-        return self._find_in(luma, box, WINDOWS_PX, COUNTS, enlarge=True)
-
-    def around(self, page: Array, shape: tuple[int, ...]) -> Box | None:
-        """The neighbourhood of a page if its line is so thin that enlarging helps; otherwise None."""
-        return self._neighbourhood(shape, page) if self._is_thin(page) else None
-
-    def closely(self, luma: Picture | Grey, page: Array) -> EitherWay:
-        """As `near`, enlarged if its line is thin."""
-        return self._find_in(
-            luma, self._neighbourhood(luma.shape, page), WINDOWS_PX, COUNTS, enlarge=self._is_thin(page)
-        )
-
-    def pages_near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> list[Array]:
-        """As `pages`, but only in the neighbourhood of the page in the last frame."""
-        return self.near(luma, page, faint=faint)[0]
-
-    def near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> EitherWay:
-        """As `either_way`, but only in the neighbourhood of the page in a recent frame."""
-        box = self._neighbourhood(luma.shape, page)
-        return self._find_in(luma, box, WINDOWS_PX, FAINT_COUNTS if faint else COUNTS, enlarge=self._is_thin(page))
 
     def again(self, luma: Picture | Grey, page: Array) -> list[Array]:
         """Pages within some pixels of where one is expected: a thin line is registered from within its own width."""
         box, thin = self._neighbourhood(luma.shape, page, AGAIN), self._line_px(page) < ENLARGE_AGAIN_PX
-        return self._find_in(luma, box, WINDOWS_PX[:1], COUNTS, enlarge=thin)[0]
-
-    def glance(self, luma: Picture | Grey) -> list[Array]:
-        """As `pages`, but only for clear frames; faster."""
-        return self.quick(luma)[0]
+        return self._find_in(luma, box, (WINDOWS_PX[:1], COUNTS), enlarge=thin)[0]
 
     def quick(self, luma: Picture | Grey) -> EitherWay:
         """As `either_way`, but only for clear frames; faster."""
-        return self._find_in(luma, _whole(luma), (QUICK_WINDOW_PX,), QUICK_COUNTS)
+        whole = (0, 0, luma.shape[1], luma.shape[0])
+        return self._find_in(luma, whole, ((QUICK_WINDOW_PX,), QUICK_COUNTS))
 
-    def _neighbourhood(self, shape: tuple[int, ...], page: Array, margin: float = NEIGHBOURHOOD) -> Box:
-        corners = cv2.perspectiveTransform(self._outer.reshape(-1, 1, 2), page).reshape(-1, 2)
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        grow = margin * (high - low).max()
-        x0, y0 = np.maximum(np.floor(low - grow), 0).astype(int)
-        x1, y1 = np.minimum(np.ceil(high + grow), (shape[1], shape[0])).astype(int)
-        return int(x0), int(y0), int(x1), int(y1)
-
-    def _is_thin(self, page: Array) -> bool:
+    def _is_small(self, page: Array) -> bool:
         return self._line_px(page) < ENLARGE_BELOW_PX
 
     def _line_px(self, page: Array) -> float:
-        top = cv2.perspectiveTransform(self._outer[:2].reshape(-1, 1, 2), page).reshape(2, 2)
+        top = cv2.perspectiveTransform(self._outline_mm[:2].reshape(-1, 1, 2), page).reshape(2, 2)
         across_mm = self._frame.rect_mm[2] - self._frame.rect_mm[0]
         return float(np.linalg.norm(top[1] - top[0])) / across_mm * self._frame.line_mm
 
-    def _find_in(
-        self, luma: Picture | Grey, box: Box, windows: tuple[int, ...], counts: float, *, enlarge: bool = False
+    def _found_by(
+        self, how: tuple[tuple[int, ...], float], part: PicturePart, before: Array | None = None
     ) -> EitherWay:
-        """Pages in a part of the frame, which is enlarged twofold if `enlarge`."""
-        x0, y0, x1, y1 = box
-        if x1 - x0 < LEAST_SIDE_PX or y1 - y0 < LEAST_SIDE_PX:
-            return [], []
-        crop, scale = as_picture(luma).part(box), 1.0
-        if enlarge:
-            scale = 2.0
-            crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
+        (windows, counts), closed_px = how, CLOSED_PX if part.scale == 1 else CLOSED_ENLARGED_PX
         found: list[tuple[float, int, Array]] = []
-        outlines = _outlines(crop, windows, counts, LEAST_SIDE_PX * scale, CLOSED_ENLARGED_PX if enlarge else CLOSED_PX)
-        self.work_ns += outline_work_ns(crop, windows, counts, len(outlines))
+        outlines = _outlines(part.picture, windows, counts, LEAST_SIDE_PX * part.scale, closed_px)
+        self.work_ns += outline_work_ns(part.picture, windows, counts, len(outlines))
         for quad in outlines:
-            read = self._read(crop, quad)
+            read = self._read(part.picture, quad)
             if read is None:
                 continue
             score, way, corners = read
-            # Scaling keeps pixel edges, not centres, in place: x' + 0.5 = scale (x + 0.5).
-            places = (corners + 0.5) / scale - 0.5 + (x0, y0)
+            places = part.whole_px(corners)
             if way == 1:
-                places[:, 0] = luma.shape[1] - 1 - places[:, 0]
-            found.append((score, way, _page(self._outer, places)))
+                places[:, 0] = part.width - 1 - places[:, 0]
+            found.append((score, way, _page(self._outline_mm, places)))
         found.sort(key=lambda one: -one[0])
         straight, turned = ([page for _, way, page in found if way == asked][:MOST_PAGES] for asked in (0, 1))
         return straight, turned
@@ -157,7 +109,7 @@ class FrameFinder:
         Parameters: quad (4, 2): outer corners in the picture, clockwise.
         """
         ways = [(way, np.roll(quad[::-1] if way else quad, turn, axis=0)) for way in (0, 1) for turn in range(4)]
-        places = np.concatenate([_mapped(_page(self._outer, corners), self._places) for _, corners in ways])
+        places = np.concatenate([_mapped(_page(self._outline_mm, corners), self._places) for _, corners in ways])
         seen = cv2.remap(picture, places[:, :1].astype(np.float32), places[:, 1:].astype(np.float32), cv2.INTER_LINEAR)
         values = seen.astype(float).reshape(len(ways), 4, READ)
         scores = _correlations(values, self._notched)
@@ -255,7 +207,3 @@ def _page(outer_mm: Array, corners_px: Array) -> Array:
 
 def _mapped(page: Array, places_mm: Array) -> Array:
     return np.asarray(cv2.perspectiveTransform(places_mm.reshape(-1, 1, 2), page).reshape(-1, 2))
-
-
-def _whole(luma: Picture | Grey) -> Box:
-    return (0, 0, luma.shape[1], luma.shape[0])

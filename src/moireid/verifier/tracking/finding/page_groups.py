@@ -4,8 +4,6 @@ Badges of one layout carry the same four numbers, so a number does not identify 
 distance of two markers of one page fits their sizes.  For markers of two pages that is rare, and a third or fourth
 fitting marker excludes it.
 
-`PageFinder` is the interface through which the tracker searches for pages, by markers or by frames.
-
 Source: greedy search: start from pairs that a homography maps within the tolerance, and add the markers that fit best.
     Take the page with most markers, set its markers aside, and repeat.
 """
@@ -13,13 +11,10 @@ Source: greedy search: start from pairs that a homography maps within the tolera
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
-from moireid.verifier.picture import Box, Picture
 
 Array = NDArray[np.float64]
 #: A corner may be off by this much, in sides of its marker and in px, because of blur and coding of small markers.
@@ -157,24 +152,3 @@ def _outline(homography: Array, corners_mm: Array) -> Array:
 
 def _area_px2(homography: Array, corners_mm: Array) -> float:
     return float(cv2.contourArea(_outline(homography, corners_mm).astype(np.float32)))
-
-
-Grey = NDArray[np.uint8]
-#: Homographies of the pages in a picture, and of those in its mirror image, in px of that image.
-EitherWay = tuple[list[Array], list[Array]]
-
-
-class PageFinder(Protocol):
-    """Finds the pages of one layout; `MarkerFinder` describes each method."""
-
-    work_ns: float
-
-    def pages_near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> list[Array]: ...
-    def either_way(self, luma: Picture | Grey, *, faint: bool = False) -> EitherWay: ...
-    def enlarged(self, luma: Picture | Grey, box: Box) -> EitherWay: ...
-    def around(self, page: Array, shape: tuple[int, ...]) -> Box | None: ...
-    def closely(self, luma: Picture | Grey, page: Array) -> EitherWay: ...
-    def near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> EitherWay: ...
-    def again(self, luma: Picture | Grey, page: Array) -> list[Array]: ...
-    def glance(self, luma: Picture | Grey) -> list[Array]: ...
-    def quick(self, luma: Picture | Grey) -> EitherWay: ...
