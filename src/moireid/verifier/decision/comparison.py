@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier import limits
 from moireid.verifier.decision.figures import Figures, figures_of
 from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations.honest import HonestModel, Room, phase_series
@@ -33,19 +34,6 @@ from moireid.verifier.explanations.residuals import (
 )
 from moireid.verifier.explanations.rivals import RIVALS, lookalike_shares, rival_odds, worst_spell
 from moireid.verifier.fringes.grating_signal import GratingSignal
-from moireid.verifier.limits import (
-    CAMERA_MOTION_SHARE,
-    GAIN_REJECTED_SDS,
-    MAX_LASTING_PX,
-    MAX_MIXED_SHARE,
-    MAX_RIVAL_LOG10,
-    MAX_RIVAL_SHARE,
-    MIN_EXCITATION_RAD,
-    MIN_EXCITATION_TO_ERROR_RATIO,
-    MOST_ZOOM,
-    POSSIBLE_RESIDUAL_RATIO,
-    REJECTED_LOG10,
-)
 from moireid.verifier.reasons import json_number
 
 Array = NDArray[np.float64]
@@ -73,7 +61,7 @@ class Explanation:
     @property
     def better(self) -> bool:
         """Whether it fits the film better than the law does, by more than chance."""
-        return self.log10_odds is not None and self.log10_odds < -MAX_RIVAL_LOG10
+        return self.log10_odds is not None and self.log10_odds < -limits.MAX_RIVAL_LOG10
 
     def to_json(self) -> dict[str, Any]:
         """As an entry of `explanations` of `verify --json`."""
@@ -115,7 +103,7 @@ class GratingComparison:
     @property
     def beaten(self) -> bool:
         """Whether a rival explains the film far better than the law does, or a free motion on top of it does."""
-        return any(rival.log10_odds is not None and rival.log10_odds <= -REJECTED_LOG10 for rival in self.rivals)
+        return any(rival.log10_odds is not None and rival.log10_odds <= -limits.REJECTED_LOG10 for rival in self.rivals)
 
     @property
     def score(self) -> float:
@@ -128,14 +116,14 @@ class GratingComparison:
         if not apart:
             return 0.0
         weighed = [odds + math.log10(len(apart)) for odds in apart]
-        weighed += [odds for name, odds in known.items() if name in CONTAINING and odds < -MAX_RIVAL_LOG10]
+        weighed += [odds for name, odds in known.items() if name in CONTAINING and odds < -limits.MAX_RIVAL_LOG10]
         least = min(weighed)
         return least - math.log10(sum(10 ** (least - odds) for odds in weighed))
 
 
 def enough_motion_rad(expected_error_rad: float) -> float:
     """Least excitation of a film that is judged, rad."""
-    return max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR_RATIO * expected_error_rad)
+    return max(limits.MIN_EXCITATION_RAD, limits.MIN_EXCITATION_TO_ERROR_RATIO * expected_error_rad)
 
 
 def compare(
@@ -158,9 +146,9 @@ def compare(
     if not moved or series is None:
         return GratingComparison(figures, moved=False)
     doubted = doubted or camera_doubted(signal)
-    reach = sheet.reach if not doubted else (sheet.reach[0] / MOST_ZOOM, sheet.reach[1] * MOST_ZOOM)
+    reach = sheet.reach if not doubted else (sheet.reach[0] / limits.MOST_ZOOM, sheet.reach[1] * limits.MOST_ZOOM)
     # A gain that is uncertain leaves as much of the phase uncertain.
-    vague = GAIN_REJECTED_SDS * figures.tangent_sd * abs(figures.gain_ratio)
+    vague = limits.GAIN_REJECTED_SDS * figures.tangent_sd * abs(figures.gain_ratio)
     reach = (reach[0] - vague, reach[1] + vague)
     model = HonestModel(series, reach)
     fit = model.fit(series.measured_rad[:, None])
@@ -168,8 +156,8 @@ def compare(
     deviation = deviation_rad(residual, series.step_s, series.within_rad)
     error = figures.expected_error_rad
     limit = residual_limit_rad(excitation, credible_error_rad(excitation, error))
-    possible = POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * error)
-    possible = math.hypot(possible, CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
+    possible = limits.POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * error)
+    possible = math.hypot(possible, limits.CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
     # Where the law does not explain the film, nothing needs to look like it.
     asked = {}
     if shares and deviation <= limit:
@@ -254,13 +242,17 @@ def _merged(
 
 
 def _row(name: str, odds: float | None, parameters: dict[str, float], share: float | None) -> Explanation:
-    remains = (odds is not None and odds < -MAX_RIVAL_LOG10) or (share is not None and share > MAX_RIVAL_SHARE)
+    remains = (odds is not None and odds < -limits.MAX_RIVAL_LOG10) or (
+        share is not None and share > limits.MAX_RIVAL_SHARE
+    )
     return Explanation(name, odds, parameters, share, remains)
 
 
 def camera_doubted(signal: GratingSignal) -> bool:
     """Whether the film's own picture shows that it was zoomed, reframed, stabilised or mixed within."""
-    return bool(signal.lasting_px > MAX_LASTING_PX or signal.mixed_share > MAX_MIXED_SHARE or signal.zoom > 1)
+    return bool(
+        signal.lasting_px > limits.MAX_LASTING_PX or signal.mixed_share > limits.MAX_MIXED_SHARE or signal.zoom > 1
+    )
 
 
 def film_table(gratings: list[GratingComparison]) -> tuple[Explanation, ...]:

@@ -19,15 +19,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier import limits
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.grating_signal import GratingSignal
-from moireid.verifier.limits import (
-    CALIBRATION_CAP_LOG10,
-    CALIBRATION_OFFSET_LOG10,
-    CALIBRATION_SLOPE,
-    MAX_VAGUENESS_RATIO,
-    WINDOW_FRAMES,
-)
 from moireid.verifier.reasons import json_number
 
 Array = NDArray[np.float64]
@@ -73,7 +67,7 @@ def figures_of(signal: GratingSignal) -> Figures:
     """
     used = np.isfinite(signal.phase_sd_rad)
     measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
-    if len(measured) < WINDOW_FRAMES:
+    if len(measured) < limits.WINDOW_FRAMES:
         return Figures()
     # Each stretch has a phase constant of its own, so only what moves within one is evidence.
     stretch = signal.stretch[used]
@@ -105,7 +99,7 @@ def _places_apart(signal: GratingSignal) -> float:
     """
     apart, sd = signal.place_residual_rad, signal.strip_sd_rad
     if len(sd) == len(apart):
-        apart = apart[sd <= MAX_VAGUENESS_RATIO * sd.min(initial=math.inf)]
+        apart = apart[sd <= limits.MAX_VAGUENESS_RATIO * sd.min(initial=math.inf)]
     return float(apart.max(initial=0.0))
 
 
@@ -123,10 +117,10 @@ def window_correlation_mean(measured: Array, predicted: Array) -> float:
 
 def window_correlations(measured: Array, predicted: Array) -> Array:
     """Correlation in each window of 30 frames, stride 1, (T - 29,); empty for a shorter series."""
-    if len(measured) < WINDOW_FRAMES:
+    if len(measured) < limits.WINDOW_FRAMES:
         return np.zeros(0)
     both = np.stack([measured, predicted])
-    windows = np.lib.stride_tricks.sliding_window_view(both, WINDOW_FRAMES, axis=1)
+    windows = np.lib.stride_tricks.sliding_window_view(both, limits.WINDOW_FRAMES, axis=1)
     apart = windows - windows.mean(axis=2, keepdims=True)
     seen, law = np.einsum("ktn,ktn->kt", apart, apart)
     scale = np.sqrt(seen * law)
@@ -158,10 +152,10 @@ def calibrated_log10(score: float) -> float:
     Convention: it never has another sign than the score.  A film that hardly tests the law, such as a single sweep, has
     a low score and no support either way; the films of the calibration all test it.
     """
-    value = CALIBRATION_SLOPE * score
+    value = limits.CALIBRATION_SLOPE * score
     if score > 0:
-        value = max(value + CALIBRATION_OFFSET_LOG10, 0.0)
-    return min(max(value, -CALIBRATION_CAP_LOG10), CALIBRATION_CAP_LOG10)
+        value = max(value + limits.CALIBRATION_OFFSET_LOG10, 0.0)
+    return min(max(value, -limits.CALIBRATION_CAP_LOG10), limits.CALIBRATION_CAP_LOG10)
 
 
 def in_words(log10: float) -> str:

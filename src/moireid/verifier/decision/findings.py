@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from moireid.verifier import limits
 from moireid.verifier.decision.comparison import (
     CONTAINING,
     Explanation,
@@ -20,27 +21,6 @@ from moireid.verifier.decision.figures import Figures
 from moireid.verifier.explanations.rivals import RIVALS
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
-from moireid.verifier.limits import (
-    EXPLAINED_SDS,
-    GAIN_REJECTED_SDS,
-    GAIN_TOLERANCE_SHARE,
-    MAX_CODE_WANDER,
-    MAX_COVERED_SHARE,
-    MAX_LASTING_PX,
-    MAX_MIXED_SHARE,
-    MAX_RIVAL_LOG10,
-    MAX_RIVAL_SHARE,
-    MAX_STRAY_SHARE,
-    MAX_STRIP_WANDER_RAD,
-    MAX_UNSEEN_WAY_SHARE,
-    MIN_EXCITATION_RAD,
-    MIN_EXCITATION_TO_ERROR_RATIO,
-    MIN_HELD_SHARE,
-    POSSIBLE_RESIDUAL_RATIO,
-    REJECTED_LOG10,
-    RESIDUAL_FLOOR_RAD,
-    SMALL_MARKER_DOUBT_RATIO,
-)
 from moireid.verifier.reasons import Level, Reason
 
 #: A whole-film rival is named where it leaves at most this share of the law's motion.
@@ -107,10 +87,10 @@ def _pose_outliers(share: float) -> list[Reason]:
     """Whether few enough poses were left out as outliers; nothing where none was."""
     if share == 0:
         return []
-    level: Level = "note" if share <= MAX_STRAY_SHARE else "undecided"
+    level: Level = "note" if share <= limits.MAX_STRAY_SHARE else "undecided"
     text = f"In {100 * share:.0f} % of the frames the markers are not where a flat page has them; these are not judged"
-    text += "." if level == "note" else f", and at most {100 * MAX_STRAY_SHARE:.0f} % may be so."
-    return [Reason("pose_outliers", level, share, MAX_STRAY_SHARE, "share", text)]
+    text += "." if level == "note" else f", and at most {100 * limits.MAX_STRAY_SHARE:.0f} % may be so."
+    return [Reason("pose_outliers", level, share, limits.MAX_STRAY_SHARE, "share", text)]
 
 
 def _covered(share: float, held: float) -> list[Reason]:
@@ -118,15 +98,17 @@ def _covered(share: float, held: float) -> list[Reason]:
 
     Parameters: held: share of frames in which something covers a marker.
     """
-    if share < 0.005 and held < MIN_HELD_SHARE:
+    if share < 0.005 and held < limits.MIN_HELD_SHARE:
         return []
     if share < 0.005:
         text = f"Something covers an edge of the badge (a hand, a caption, glare) in {100 * held:.0f} % of the frames."
         return [Reason("covered", "note", held, None, "share", text)]
-    level: Level = "note" if share <= MAX_COVERED_SHARE else "undecided"
+    level: Level = "note" if share <= limits.MAX_COVERED_SHARE else "undecided"
     text = f"Something covers the badge (a hand, a caption, glare): {100 * share:.0f} % of its rows are not judged"
-    text += "." if level == "note" else f"; at most {100 * MAX_COVERED_SHARE:.0f} % are allowed. Film it uncovered."
-    return [Reason("covered", level, share, MAX_COVERED_SHARE, "share", text)]
+    text += (
+        "." if level == "note" else f"; at most {100 * limits.MAX_COVERED_SHARE:.0f} % are allowed. Film it uncovered."
+    )
+    return [Reason("covered", level, share, limits.MAX_COVERED_SHARE, "share", text)]
 
 
 def law_fits(compared: Sequence[GratingComparison]) -> list[Reason]:
@@ -153,15 +135,15 @@ def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison]) -> 
     allowed, and a share of the largest motion of any grating, as the camera's pose may turn the badge.
     """
     own, most = grating.figures, max(one.figures.excitation_rad for one in moved)
-    if own.excitation_rad >= MIN_EXCITATION_RAD:
+    if own.excitation_rad >= limits.MIN_EXCITATION_RAD:
         text = "One field of the badge moved, but its fringes are too unclear to say how. Film from nearer."
         limit = enough_motion_rad(own.expected_error_rad)
         return Reason("residual", "undecided", own.excitation_rad, limit, "rad", text)
     deviation = float(np.hypot((own.gain_ratio - 1) * own.excitation_rad, own.phase_residual_rad))
-    fixed = RESIDUAL_FLOOR_RAD * POSSIBLE_RESIDUAL_RATIO + 0.03 * most
-    fixed += (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
-    limit = float(np.hypot(fixed, EXPLAINED_SDS * min(own.expected_error_rad, MAX_STRIP_WANDER_RAD)))
-    good, possible = deviation <= limit, deviation <= POSSIBLE_RESIDUAL_RATIO * limit
+    fixed = limits.RESIDUAL_FLOOR_RAD * limits.POSSIBLE_RESIDUAL_RATIO + 0.03 * most
+    fixed += (limits.GAIN_TOLERANCE_SHARE + limits.GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
+    limit = float(np.hypot(fixed, limits.EXPLAINED_SDS * min(own.expected_error_rad, limits.MAX_STRIP_WANDER_RAD)))
+    good, possible = deviation <= limit, deviation <= limits.POSSIBLE_RESIDUAL_RATIO * limit
     text = "Fringes that should hardly move do so."
     if not good:
         text = "Fringes that should hardly move by the law do move, as if they were those of another grating."
@@ -177,15 +159,15 @@ def rows_agree(compared: Sequence[GratingComparison], code_apart: RowsApart) -> 
         halves of a row share that motion: small cells far away are noisy, and noise is no motion.
     """
     worst = max((one.figures for one in compared), key=lambda one: one.strip_wander_rad)
-    limit = float(np.hypot(MAX_STRIP_WANDER_RAD, 3 * worst.expected_error_rad))
+    limit = float(np.hypot(limits.MAX_STRIP_WANDER_RAD, 3 * worst.expected_error_rad))
     if worst.strip_wander_rad > limit:
         text = "The fringes of different rows of the badge move apart, as on a badge put together from pictures."
         return Reason("agreement", "fail", worst.strip_wander_rad, limit, "rad", text)
     excitation = max(one.figures.excitation_rad for one in compared)
-    limits = [floor + share * excitation for floor, share in MAX_CODE_WANDER]
-    figures = zip((code_apart.film, code_apart.second), limits, strict=True)
+    rooms = [floor + share * excitation for floor, share in limits.MAX_CODE_WANDER]
+    figures = zip((code_apart.film, code_apart.second), rooms, strict=True)
     apart, limit = max(figures, key=lambda one: one[0] / one[1])
-    broken = apart > POSSIBLE_RESIDUAL_RATIO * limit and code_apart.coherent > limits[0]
+    broken = apart > limits.POSSIBLE_RESIDUAL_RATIO * limit and code_apart.coherent > rooms[0]
     level: Level = "pass" if apart <= limit else "fail" if broken else "undecided"
     text = "The fringes of all rows of the badge move together."
     if level == "fail":
@@ -218,7 +200,9 @@ def with_nuisances(
         return [gain, laws, rows, _camera([signal for signal, _ in moved])]
     if small is not None and troubled:
         # Errors of poses lower a gain by their power over that of the motion; they take none away.
-        room = GAIN_TOLERANCE_SHARE + (SMALL_MARKER_DOUBT_RATIO / MIN_EXCITATION_TO_ERROR_RATIO) ** 2
+        room = (
+            limits.GAIN_TOLERANCE_SHARE + (limits.SMALL_MARKER_DOUBT_RATIO / limits.MIN_EXCITATION_TO_ERROR_RATIO) ** 2
+        )
         if any(abs(one.figures.gain_ratio - 1) > room for _, one in moved):
             return [gain, laws, rows]
         return [_softened(gain), _softened(laws), rows, small]
@@ -232,7 +216,7 @@ def _softened(reason: Reason) -> Reason:
 def _small(moved: Sequence[tuple[GratingSignal, GratingComparison]]) -> Reason | None:
     """The finding that markers are so small that the motion might not be enough."""
     for signal, one in moved:
-        needed = SMALL_MARKER_DOUBT_RATIO * enough_motion_rad(one.figures.expected_error_rad)
+        needed = limits.SMALL_MARKER_DOUBT_RATIO * enough_motion_rad(one.figures.expected_error_rad)
         if signal.doubt > 1 and one.figures.excitation_rad < needed:
             text = (
                 "The badge is so small in the picture that how it turned is uncertain, and the fringes prove nothing "
@@ -244,17 +228,17 @@ def _small(moved: Sequence[tuple[GratingSignal, GratingComparison]]) -> Reason |
 
 def _camera(signals: Sequence[GratingSignal]) -> Reason:
     mixed, lasting = max(s.mixed_share for s in signals), max(s.lasting_px for s in signals)
-    if mixed > MAX_MIXED_SHARE:
+    if mixed > limits.MAX_MIXED_SHARE:
         text = (
             "The fringes fade where they move, as in frames that are mixed with their neighbours by noise reduction or "
             "a changed frame rate. Film again with such functions off, or from nearer."
         )
-        return Reason("mixed_frames", "undecided", mixed, MAX_MIXED_SHARE, "share", text)
+        return Reason("mixed_frames", "undecided", mixed, limits.MAX_MIXED_SHARE, "share", text)
     text = (
         "No single camera explains how the badge appears in the picture, so it may have been zoomed, reframed or "
         "stabilised. Give the film as the camera took it, or film again with such functions off."
     )
-    return Reason("camera", "undecided", lasting, MAX_LASTING_PX, "px", text)
+    return Reason("camera", "undecided", lasting, limits.MAX_LASTING_PX, "px", text)
 
 
 def rivals(table: Sequence[Explanation], excitation_rad: float, *, law_fits: bool) -> list[Reason]:
@@ -274,7 +258,7 @@ def rivals(table: Sequence[Explanation], excitation_rad: float, *, law_fits: boo
     odds = float(best.log10_odds or 0.0)
     text = f"The law explains this film better than fringes that {WORDS[best.name][0]}, the best of {len(table)} rivals"
     text += f": by a factor of 10^{odds:.0f}." if odds >= 1 else "."
-    return [Reason("explanations", "pass", odds, -MAX_RIVAL_LOG10, "log10", text)]
+    return [Reason("explanations", "pass", odds, -limits.MAX_RIVAL_LOG10, "log10", text)]
 
 
 def _best_rival(better: Sequence[Explanation], excitation_rad: float) -> list[Explanation]:
@@ -287,7 +271,7 @@ def _best_rival(better: Sequence[Explanation], excitation_rad: float) -> list[Ex
     close = [one for one in better if one.parameters.get("residual_rad", 0.0) <= most]
     specific = [one for one in close if one.name not in CONTAINING] or list(better)
     least = min((one.log10_odds or 0.0 for one in specific), default=0.0)
-    return [one for one in specific if (one.log10_odds or 0.0) <= least + MAX_RIVAL_LOG10][:1]
+    return [one for one in specific if (one.log10_odds or 0.0) <= least + limits.MAX_RIVAL_LOG10][:1]
 
 
 def _remains(one: Explanation) -> Reason:
@@ -301,12 +285,12 @@ def _remains(one: Explanation) -> Reason:
             when = f" (by {one.parameters['late_s']:.2g} s)"
         text = f"Fringes that {words}{when} explain this film 10^{-odds:.0f} times better than the law does. "
         text += f"To exclude that, {remedy}."
-        level: Level = "fail" if one.name in ("rows", "places") and odds <= -REJECTED_LOG10 else "undecided"
-        return Reason(one.name, level, odds, -MAX_RIVAL_LOG10, "log10", text)
+        level: Level = "fail" if one.name in ("rows", "places") and odds <= -limits.REJECTED_LOG10 else "undecided"
+        return Reason(one.name, level, odds, -limits.MAX_RIVAL_LOG10, "log10", text)
     share = float(one.share or 0.0)
     text = f"On this motion, fringes that {words} would look as this film does in {100 * share:.0f} of 100 cases. To "
     text += f"exclude that, {remedy}."
-    return Reason(one.name, "undecided", share, MAX_RIVAL_SHARE, "share", text)
+    return Reason(one.name, "undecided", share, limits.MAX_RIVAL_SHARE, "share", text)
 
 
 def phase_gaps(moving: Sequence[GratingSignal]) -> list[Reason]:
@@ -314,11 +298,11 @@ def phase_gaps(moving: Sequence[GratingSignal]) -> list[Reason]:
     if not moving:
         return []
     share = max(signal.way.unseen_share for signal in moving)
-    level: Level = "pass" if share <= MAX_UNSEEN_WAY_SHARE else "undecided"
+    level: Level = "pass" if share <= limits.MAX_UNSEEN_WAY_SHARE else "undecided"
     text = "The fringes were seen all along their way."
     if level == "undecided":
         text = (
             "The fringes were seen at a few places of their way and not between, as in photographs that are shown in "
             "turn. Film again with more moves, slower ones, or more frames a second."
         )
-    return [Reason("phase_gaps", level, share, MAX_UNSEEN_WAY_SHARE, "share", text)]
+    return [Reason("phase_gaps", level, share, limits.MAX_UNSEEN_WAY_SHARE, "share", text)]

@@ -37,6 +37,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier import limits
 from moireid.verifier.decision import findings
 from moireid.verifier.decision.comparison import (
     Explanation,
@@ -56,7 +57,6 @@ from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS,
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart
-from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, MAX_SPACING_ERROR_RATIO, SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
 #: A row of the table, if there is one, and its finding.
@@ -93,7 +93,9 @@ def _at_one_distance(spacing: Spacing) -> RowAndReason:
         "pass": f"{seen} follows, which that of photographs from one distance does not.",
         "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
     }[level]
-    reason = Reason("spacing", level, None if level == "note" else spacing.gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
+    reason = Reason(
+        "spacing", level, None if level == "note" else spacing.gain, limits.MAX_SPACING_ERROR_RATIO, "ratio", text
+    )
     if level == "note":
         return None, reason
     parameters = {"spacing_gain": spacing.gain}
@@ -108,7 +110,7 @@ def _in_turn(fade: CrossFade) -> RowAndReason:
         text += "or one faded into the other. Film in even light, and keep the badge moving."
     parameters = {"photographs": float(fade.photographs), "form_share": fade.share}
     row = Explanation("photographs_in_turn", fade.log10_odds, parameters, None, fade.seen)
-    return row, Reason("cross_fade", level, fade.certain, MAX_CROSS_FADE_SHARE, "share", text)
+    return row, Reason("cross_fade", level, fade.certain, limits.MAX_CROSS_FADE_SHARE, "share", text)
 
 
 def _faded(waveform: Waveform) -> RowAndReason:
@@ -306,13 +308,13 @@ def judge_segments(measurement: Measurement, first: int = 0, sheet: SheetGain = 
     Returns: segments with at least one tracked frame; those with less than a window of frames are inconclusive.
     """
     times = measurement.times_s
-    number = np.floor((times - times[first]) / SEGMENT_S).astype(int)
+    number = np.floor((times - times[first]) / limits.SEGMENT_S).astype(int)
     found = []
     for k in np.unique(number[first:]):
         frames = np.flatnonzero(number == k)
-        start = float(times[first] + k * SEGMENT_S)
-        end = float(min(start + SEGMENT_S, times[-1]))
-        if len(frames) < WINDOW_FRAMES:
+        start = float(times[first] + k * limits.SEGMENT_S)
+        end = float(min(start + limits.SEGMENT_S, times[-1]))
+        if len(frames) < limits.WINDOW_FRAMES:
             found.append(Segment(start, end, len(frames), "inconclusive"))
             continue
         judged = judge_signals(tuple(signal.part(frames) for signal in measurement.gratings), sheet, whole=False)

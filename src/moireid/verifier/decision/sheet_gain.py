@@ -18,14 +18,7 @@ from typing import cast
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.sheets import possible_gains
-from moireid.verifier.limits import (
-    BUILT_GAIN_ROOM_SHARE,
-    BUILT_GAIN_SDS,
-    ENROLLED_GAINS,
-    GAIN_REJECTED_SDS,
-    GAIN_TOLERANCE_SHARE,
-    MAX_GAIN_SD_SHARE,
-)
+from moireid.verifier import limits
 from moireid.verifier.reasons import Level, Reason
 
 
@@ -41,7 +34,7 @@ class SheetGain:
 
     expected: float = 1.0
     sd: float = 0.0
-    room: tuple[float, float] = (1 - GAIN_TOLERANCE_SHARE, 1 + GAIN_TOLERANCE_SHARE)
+    room: tuple[float, float] = (1 - limits.GAIN_TOLERANCE_SHARE, 1 + limits.GAIN_TOLERANCE_SHARE)
     handled: tuple[float, float] | None = None
     measured: bool = False
     built: bool = False
@@ -56,7 +49,7 @@ class SheetGain:
         """Least and greatest gain that a film with that error bar may be accepted with."""
         if not self.built:
             return self.room
-        half = max(BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS * math.hypot(gain_sd, self.sd))
+        half = max(limits.BUILT_GAIN_ROOM_SHARE, limits.BUILT_GAIN_SDS * math.hypot(gain_sd, self.sd))
         return max(1 - half, self.room[0]), min(1 + half, self.room[1])
 
     def accepts(self, gain: float, gain_sd: float) -> bool:
@@ -66,11 +59,11 @@ class SheetGain:
 
     def explains(self, gain: float, gain_sd: float) -> bool:
         """Whether some sheet as sold gives this gain, within its error bar; a vague gain needs no sheet."""
-        if self.handled is None or gain_sd >= MAX_GAIN_SD_SHARE * abs(gain):
+        if self.handled is None or gain_sd >= limits.MAX_GAIN_SD_SHARE * abs(gain):
             return False
         return (
-            self.handled[0] <= gain + GAIN_REJECTED_SDS * gain_sd
-            and gain - GAIN_REJECTED_SDS * gain_sd <= self.handled[1]
+            self.handled[0] <= gain + limits.GAIN_REJECTED_SDS * gain_sd
+            and gain - limits.GAIN_REJECTED_SDS * gain_sd <= self.handled[1]
         )
 
     def span(self, half: float) -> str:
@@ -110,13 +103,13 @@ def as_built(badge: Badge, built: AsBuilt) -> SheetGain:
 
 def to_measure() -> SheetGain:
     """Of a badge that is being enrolled."""
-    return replace(DESIGNED, room=ENROLLED_GAINS, measured=True)
+    return replace(DESIGNED, room=limits.ENROLLED_GAINS, measured=True)
 
 
 def _handled(badge: Badge) -> tuple[float, float]:
     """What shops and assembly can do to a badge, as far as it can be enrolled."""
     low, high = possible_gains(badge.lens, badge.gratings[0].pitch_mm)
-    return max(low, ENROLLED_GAINS[0]), min(high, ENROLLED_GAINS[1])
+    return max(low, limits.ENROLLED_GAINS[0]), min(high, limits.ENROLLED_GAINS[1])
 
 
 def gain_reason(gain: float, gain_sd: float, sheet: SheetGain) -> Reason:
@@ -126,11 +119,11 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain) -> Reason:
     """
     sd = math.hypot(gain_sd, gain * sheet.sd)
     low, high = sheet.room_for(gain_sd)
-    beyond = GAIN_REJECTED_SDS * sd
+    beyond = limits.GAIN_REJECTED_SDS * sd
     shown, limit = sheet.expected * gain, (high - low) / 2
     words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"
     # With so wide an error bar even a wrong gain could be estimated as right, so the estimate does not count.
-    vague = sd >= MAX_GAIN_SD_SHARE * abs(gain)
+    vague = sd >= limits.MAX_GAIN_SD_SHARE * abs(gain)
     accepted, level = low <= gain <= high, "undecided"
     if accepted and not vague:
         level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."

@@ -26,18 +26,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier import limits
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.fringes.grating_signal import GratingSignal
-from moireid.verifier.limits import (
-    LEAST_SCALE_RAD,
-    LEAST_SEEN_S,
-    MAX_AXIS_DRIFT_RAD,
-    MAX_LAG_S,
-    MAX_LEAD_S,
-    MAX_SHAPE_SHARE,
-    MAX_ZOOM_DRIFT_SHARE,
-    MOST_BLOCKS,
-)
 from moireid.verifier.measuring import MAX_GAP_S
 
 Array = NDArray[np.float64]
@@ -119,7 +110,7 @@ def without_short_stretches(signal: GratingSignal) -> GratingSignal:
     _, own = np.unique(signal.stretch, return_inverse=True)
     starts = np.flatnonzero(np.diff(own, prepend=-1))
     ends = np.append(starts[1:], len(own)) - 1
-    short = (signal.times_s[ends] - signal.times_s[starts] < LEAST_SEEN_S)[own]
+    short = (signal.times_s[ends] - signal.times_s[starts] < limits.LEAST_SEEN_S)[own]
     if not short.any():
         return signal
     return replace(signal, phase_sd_rad=np.where(short, np.inf, signal.phase_sd_rad))
@@ -137,7 +128,7 @@ def phase_series(signal: GratingSignal) -> PhaseSeries | None:
         return None
     stretch = np.unique(signal.stretch[used], return_inverse=True)[1]
     sd = np.hypot(signal.phase_sd_rad[used], signal.pose_sd_rad)
-    weight = np.minimum(1.0, (max(float(np.median(sd)), LEAST_SCALE_RAD) / np.maximum(sd, 1e-9)) ** 2)
+    weight = np.minimum(1.0, (max(float(np.median(sd)), limits.LEAST_SCALE_RAD) / np.maximum(sd, 1e-9)) ** 2)
     predicted = signal.predicted_rad[used]
     columns = [signal.times_s[used] - signal.times_s[used[0]], signal.measured_rad[used], predicted]
     columns += [_rate(predicted, signal.times_s[used], stretch), weight]
@@ -146,7 +137,7 @@ def phase_series(signal: GratingSignal) -> PhaseSeries | None:
     if signal.covariates is not None:
         columns += list(signal.covariates[used].T)
     table, stretch = _evenly(np.column_stack(columns), stretch)
-    starts = _block_starts(stretch, -(-len(table) // MOST_BLOCKS))
+    starts = _block_starts(stretch, -(-len(table) // limits.MOST_BLOCKS))
     size = np.diff(np.append(starts, len(table)))
     means = np.add.reduceat(table, starts, axis=0) / size[:, None]
     apart = table[:, 1] - table[:, 2] - np.repeat(means[:, 1] - means[:, 2], size)
@@ -235,15 +226,15 @@ class HonestModel:
         time = time / max(float(np.abs(time).max()), 1e-9)
         law, excitation = series.law_rad, series.excitation_rad
         swing = float(np.sqrt(np.average(series.rate_rad_per_s**2, weights=series.weight)))
-        shape = MAX_SHAPE_SHARE * excitation
+        shape = limits.MAX_SHAPE_SHARE * excitation
         wanted = [
-            ("lag", -series.rate_rad_per_s, MAX_LAG_S * swing),
+            ("lag", -series.rate_rad_per_s, limits.MAX_LAG_S * swing),
             ("bend", law**2, shape),
             *([] if series.views is None else [("across", series.views[:, 0], shape)]),
             *([] if series.views is None else [("distance", series.views[:, 1], shape)]),
-            ("zoom", law * time, MAX_ZOOM_DRIFT_SHARE * excitation),
-            ("axis", time, MAX_AXIS_DRIFT_RAD),
-            ("axis_turn", time**2, MAX_AXIS_DRIFT_RAD),
+            ("zoom", law * time, limits.MAX_ZOOM_DRIFT_SHARE * excitation),
+            ("axis", time, limits.MAX_AXIS_DRIFT_RAD),
+            ("axis_turn", time**2, limits.MAX_AXIS_DRIFT_RAD),
         ]
         columns = [self._root * law / max(excitation, 1e-12)]
         self.names: list[str] = []
@@ -262,7 +253,7 @@ class HonestModel:
         self._columns, self._upper = np.array(columns).T, np.array(bounds)
         self._lower = -self._upper
         if "lag" in self.names:
-            self._lower[self.names.index("lag")] *= MAX_LEAD_S / MAX_LAG_S
+            self._lower[self.names.index("lag")] *= limits.MAX_LEAD_S / limits.MAX_LAG_S
 
     def robust_residual_rad(self) -> Array:
         """What the law leaves of the film, (N,), where blocks that deviate far hardly weigh.

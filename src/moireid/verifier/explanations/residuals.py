@@ -22,20 +22,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import (
-    EXPECTED,
-    EXPLAINED_SDS,
-    FORGED_MAX_SHARE,
-    FORGED_MIN_SHARE,
-    LASTING_S,
-    LEAST_SAMPLES,
-    MAX_ERROR_SHARE,
-    POSSIBLE_RESIDUAL_RATIO,
-    RESIDUAL_FLOOR_RAD,
-    RESIDUAL_MOTION_SHARE,
-    UNMODELLED_RAD,
-    GenuineStatistics,
-)
+from moireid.verifier import limits
+from moireid.verifier.limits import GenuineStatistics
 
 Array = NDArray[np.float64]
 #: Where the autocorrelation of a residual has fallen below this, it is taken as noise.
@@ -65,12 +53,12 @@ def deviation_rad(residual_rad: Array, step_s: float, within_rad: float = 0.0) -
     Convention: noise from frame to frame counts by one over `POSSIBLE_RESIDUAL_RATIO`.  Fringes that are no badge's
         differ from the law for longer; so short a deviation comes from codecs, mixed frames and single bad poses.
     """
-    width = max(1, round(LASTING_S / step_s))
+    width = max(1, round(limits.LASTING_S / step_s))
     window = np.ones(min(width, len(residual_rad)))
     frames = np.convolve(np.ones(len(residual_rad)), window, "same")
     lasting = np.convolve(residual_rad, window, "same") / frames
     whole = math.hypot(float(spread_rad(residual_rad[:, None])[0]), within_rad)
-    return max(float(spread_rad(lasting[:, None])[0]), whole / POSSIBLE_RESIDUAL_RATIO)
+    return max(float(spread_rad(lasting[:, None])[0]), whole / limits.POSSIBLE_RESIDUAL_RATIO)
 
 
 def independent_samples(residual_rad: Array) -> float:
@@ -84,10 +72,10 @@ def independent_samples(residual_rad: Array) -> float:
     power = np.abs(np.fft.rfft(left, 2 * count)) ** 2
     together = np.fft.irfft(power)[:count]
     if together[0] <= 0:
-        return LEAST_SAMPLES
+        return limits.LEAST_SAMPLES
     together = together / together[0]
     end = int(np.argmax(together < CORRELATED)) or count
-    return float(max(count / (1 + 2 * together[1:end].sum()), LEAST_SAMPLES))
+    return float(max(count / (1 + 2 * together[1:end].sum()), limits.LEAST_SAMPLES))
 
 
 def log10_odds(own: float, other: float, blocks: float, samples: float) -> float:
@@ -100,19 +88,19 @@ def log10_odds(own: float, other: float, blocks: float, samples: float) -> float
     Source: ratio of normal likelihoods whose standard deviation is fitted; each block has `UNMODELLED_RAD` of error
     that no explanation models.
     """
-    floor = blocks * UNMODELLED_RAD**2
+    floor = blocks * limits.UNMODELLED_RAD**2
     return float(samples / 2 * np.log10((other + floor) / (own + floor)))
 
 
 def residual_limit_rad(excitation_rad: float, expected_error_rad: float) -> float:
     """What an honest film may leave of the phase: a floor, a share of the motion, and its own expected error."""
-    fixed = RESIDUAL_FLOOR_RAD + RESIDUAL_MOTION_SHARE * excitation_rad
-    return math.hypot(fixed, EXPLAINED_SDS * expected_error_rad)
+    fixed = limits.RESIDUAL_FLOOR_RAD + limits.RESIDUAL_MOTION_SHARE * excitation_rad
+    return math.hypot(fixed, limits.EXPLAINED_SDS * expected_error_rad)
 
 
 def credible_error_rad(excitation_rad: float, expected_error_rad: float) -> float:
     """The expected error as far as it may excuse a deviation: a film that is made noisy must not buy room for a lie."""
-    return min(expected_error_rad, MAX_ERROR_SHARE * excitation_rad)
+    return min(expected_error_rad, limits.MAX_ERROR_SHARE * excitation_rad)
 
 
 def scale_rad(
@@ -142,7 +130,7 @@ def containing_odds(
         `strip_phase.rounding_rad`.
     """
     found = {}
-    for name, one in EXPECTED.items():
+    for name, one in limits.EXPECTED.items():
         unit = scale_rad(one, error_rad, excitation_rad, strip_sd_rad, rounding_rad)
         found[name] = _log10_odds(deviations_rad[name] / unit, excitation_rad / unit, one)
     return found
@@ -150,7 +138,7 @@ def containing_odds(
 
 def _log10_odds(deviation: float, motion: float, one: GenuineStatistics) -> float:
     """Of one rival; deviation and motion are in the deviation's unit."""
-    shares = np.geomspace(FORGED_MIN_SHARE, FORGED_MAX_SHARE, 24)
+    shares = np.geomspace(limits.FORGED_MIN_SHARE, limits.FORGED_MAX_SHARE, 24)
     forged = np.log(np.hypot(shares * motion, math.exp(one.mean_log)))
     # A deviation below the mean is not suspicious; both densities are then taken at the mean.
     place = max(math.log(max(deviation, 1e-6)), one.mean_log)

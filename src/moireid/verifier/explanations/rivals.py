@@ -39,23 +39,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier import limits
 from moireid.verifier.explanations.honest import HonestModel, PhaseSeries, Room
 from moireid.verifier.explanations.residuals import log10_odds, spread_rad
-from moireid.verifier.limits import (
-    ALIKE_RATIO,
-    DELAYS_S,
-    DRAWS,
-    FORGED_GAINS,
-    LATE_RANGE_S,
-    LEAST_SLIP_RAD,
-    MIN_SPELL_MOTION_RAD,
-    OWN_MOTION_S,
-    RESAMPLED_S,
-    RESAMPLED_SHARE,
-    SPELL_FREEDOM,
-    SPELL_GAINS,
-    SPELLS_S,
-)
 
 Array = NDArray[np.float64]
 
@@ -124,18 +110,18 @@ def _scaled(columns: Callable[[PhaseSeries], Array]) -> Callable[..., Array]:
     """Draws of a shape times any ratio to the best-fitting one."""
 
     def draws(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
-        return np.outer(_fitted(series, columns(series)), even(count, *FORGED_GAINS))
+        return np.outer(_fitted(series, columns(series)), even(count, *limits.FORGED_GAINS))
 
     return draws
 
 
 def _delays(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
-    late = even((count + 1) // 2, *LATE_RANGE_S)
+    late = even((count + 1) // 2, *limits.LATE_RANGE_S)
     return np.column_stack([delayed(series, delay) for delay in (*late, *-late)])
 
 
 def _gains(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
-    gains = even(count, *FORGED_GAINS)
+    gains = even(count, *limits.FORGED_GAINS)
     return np.outer(series.law_rad, gains[(gains < room[0]) | (gains > room[1])])
 
 
@@ -146,7 +132,7 @@ def _rest(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room)
 def _own_motions(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
     """Random walks, each smoothed over a time of its own, as wide as the law."""
     walks = np.cumsum(rng.normal(size=(len(series.times_s), count)), axis=0)
-    spans = rng.uniform(*OWN_MOTION_S, count)
+    spans = rng.uniform(*limits.OWN_MOTION_S, count)
     power = np.fft.rfft(walks - np.linspace(walks[0], walks[-1], len(walks)), axis=0)
     hz = np.fft.rfftfreq(len(walks), series.step_s)[:, None]
     smooth = np.fft.irfft(power * np.exp(-0.5 * (2 * np.pi * hz * spans / 4) ** 2), len(walks), axis=0)
@@ -166,7 +152,7 @@ RIVALS = (
     ),
     Rival(
         "late", "follow the motion late or early", "change speed and direction more often",
-        lambda series: [(way * s, delayed(series, way * s)[:, None]) for s in DELAYS_S for way in (1, -1)], _delays,
+        lambda series: [(s, delayed(series, s)[:, None]) for one in limits.DELAYS_S for s in (one, -one)], _delays,
     ),
     Rival(
         "place", "move with the badge's place in the picture", "turn the badge as well, or walk around it",
@@ -236,7 +222,7 @@ def lookalike_shares(
     room: Room,
     *,
     constant_room_rad: float | None = None,
-    draws: int = DRAWS,
+    draws: int = limits.DRAWS,
     seed: int = 0,
 ) -> dict[str, float]:
     """The share of each rival, by its name.
@@ -251,10 +237,10 @@ def lookalike_shares(
     """
     series, rng = model.series, np.random.default_rng(seed)
     noise = resampled(residual_rad, series.step_s, rng, draws)
-    most = ALIKE_RATIO * float(spread_rad(residual_rad[:, None])[0])
+    most = limits.ALIKE_RATIO * float(spread_rad(residual_rad[:, None])[0])
 
     def share(name: str, phases: Array) -> float:
-        fit = model.fit(series.centred(phases + RESAMPLED_SHARE * noise[:, : phases.shape[1]]))
+        fit = model.fit(series.centred(phases + limits.RESAMPLED_SHARE * noise[:, : phases.shape[1]]))
         alike = (room[0] <= fit.gain) & (fit.gain <= room[1])
         if constant_room_rad is not None and name == "late":
             alike &= np.abs(series.weight @ phases) <= constant_room_rad * series.weight.sum()
@@ -272,7 +258,7 @@ def lookalike_shares(
 def resampled(residual_rad: Array, step_s: float, rng: np.random.Generator, count: int) -> Array:
     """The residual (N,) in blocks from random places and with random signs, (N, count)."""
     length = len(residual_rad)
-    block = min(max(round(RESAMPLED_S / step_s), 3), length)
+    block = min(max(round(limits.RESAMPLED_S / step_s), 3), length)
     pieces = -(-length // block)
     begins = rng.integers(0, length - block + 1, (pieces, 1, count))
     signs = rng.choice((-1.0, 1.0), (pieces, 1, count))
@@ -299,7 +285,7 @@ def worst_spell(series: PhaseSeries, residual_rad: Array) -> Spell | None:
 
     Parameters: residual_rad (N,): measured phase less the whole film's fit of the law, whose gain is then 1 here.
     """
-    found = [spell for length in SPELLS_S if (spell := _worst_of(series, residual_rad, length)) is not None]
+    found = [spell for length in limits.SPELLS_S if (spell := _worst_of(series, residual_rad, length)) is not None]
     return min(found, key=lambda spell: spell.log10_odds, default=None)
 
 
@@ -316,16 +302,16 @@ def _worst_of(series: PhaseSeries, residual_rad: Array, length_s: float) -> Spel
     size = np.sqrt(np.maximum(moved, 1e-18))
     slip = along / size
     # A ramp over a range R has a standard deviation of R / sqrt(12).
-    tried = whole & (size >= MIN_SPELL_MOTION_RAD * math.sqrt(count / 12))
+    tried = whole & (size >= limits.MIN_SPELL_MOTION_RAD * math.sqrt(count / 12))
     if not tried.any():
         return None
-    usual = max(1.4826 * float(np.median(np.abs(slip[whole]))), LEAST_SLIP_RAD * math.sqrt(count))
-    by_law = np.log1p((slip[tried] / usual) ** 2 / SPELL_FREEDOM)
+    usual = max(1.4826 * float(np.median(np.abs(slip[whole]))), limits.LEAST_SLIP_RAD * math.sqrt(count))
+    by_law = np.log1p((slip[tried] / usual) ** 2 / limits.SPELL_FREEDOM)
     windows = max(float(tried.sum()) / count, 1.0)
     worst: Spell | None = None
-    for gain, unlikely in SPELL_GAINS.items():
-        by_lie = np.log1p(((slip[tried] - (gain - 1) * size[tried]) / usual) ** 2 / SPELL_FREEDOM)
-        odds = (SPELL_FREEDOM + 1) / 2 * (by_lie - by_law) / math.log(10) + math.log10(windows) + unlikely
+    for gain, unlikely in limits.SPELL_GAINS.items():
+        by_lie = np.log1p(((slip[tried] - (gain - 1) * size[tried]) / usual) ** 2 / limits.SPELL_FREEDOM)
+        odds = (limits.SPELL_FREEDOM + 1) / 2 * (by_lie - by_law) / math.log(10) + math.log10(windows) + unlikely
         k = int(np.argmin(odds))
         if worst is None or odds[k] < worst.log10_odds:
             at = np.flatnonzero(tried)[k]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.frames import OwnFrame, own_rect
+from moireid.verifier import limits, measuring
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
@@ -28,20 +29,6 @@ from moireid.verifier.fringes.sinusoid import joined_frames, numbered, unwrap
 from moireid.verifier.fringes.strip_law import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
 from moireid.verifier.fringes.strip_shape import places_apart_rad, strip_shape
-from moireid.verifier.limits import DOUBTED_MARKER_PX, MAX_VAGUENESS_RATIO, SMALL_MARKER_WORST_RATIO
-from moireid.verifier.measuring import (
-    COVERED_CORRELATION,
-    COVERED_CORRELATION_SDS,
-    COVERED_MISFIT_CONTRASTS,
-    COVERED_MISFIT_RATIO,
-    MAX_PHASE_SD_RAD,
-    PITCH_TOLERANCE_SHARE,
-    ROUNDING_ONLY_RAD,
-    SLOW_ERROR_RATIO,
-    SMALL_MARKER_POWER,
-    SMALL_MARKER_PX,
-    SMOOTHED_SHARE,
-)
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
 
@@ -118,7 +105,9 @@ def page_covered(correlations: Array) -> NDArray[np.bool_]:
     """
     usual = float(np.median(correlations))
     scatter = 1.4826 * float(np.median(np.abs(correlations - usual)))
-    return np.asarray(correlations < usual - max(COVERED_CORRELATION, COVERED_CORRELATION_SDS * scatter))
+    return np.asarray(
+        correlations < usual - max(measuring.COVERED_CORRELATION, measuring.COVERED_CORRELATION_SDS * scatter)
+    )
 
 
 @dataclass(frozen=True)
@@ -185,7 +174,7 @@ def _grating_signal(
         float(frame.spreads(pair)[0]) for pair in (poses.jitter, poses.removed, poses.camera.tangent_error)
     )
     # The larger of two estimates: from the reprojection errors, and from what smoothing removed.
-    slow = SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
+    slow = measuring.SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
     tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
     phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
     signal = _combine(phases, predictions, tangent_error, badge, grating, track.times_s, poses.stretch)
@@ -258,9 +247,9 @@ def _uncovered(strips: list[_Strip]) -> list[_Strip]:
     """
     vague = np.array([np.median(strip.phase.phase_sd_rad) for strip in strips])
     misfit = np.array([strip.phase.misfit for strip in strips])
-    covered = vague > MAX_VAGUENESS_RATIO * vague.min(initial=math.inf)
-    floor = max(misfit.min(initial=math.inf), COVERED_MISFIT_CONTRASTS / COVERED_MISFIT_RATIO)
-    covered |= misfit > COVERED_MISFIT_RATIO * floor
+    covered = vague > limits.MAX_VAGUENESS_RATIO * vague.min(initial=math.inf)
+    floor = max(misfit.min(initial=math.inf), measuring.COVERED_MISFIT_CONTRASTS / measuring.COVERED_MISFIT_RATIO)
+    covered |= misfit > measuring.COVERED_MISFIT_RATIO * floor
     return [strip for strip, hidden in zip(strips, covered, strict=True) if not hidden]
 
 
@@ -278,8 +267,8 @@ def _small_marker_factors(corners_px: Array) -> tuple[float, float]:
     """
     quads = corners_px.reshape(len(corners_px), 4, 4, 2)
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
-    enlarged = math.pow(max(1.0, SMALL_MARKER_PX / max(side, 1.0)), SMALL_MARKER_POWER)
-    return enlarged, SMALL_MARKER_WORST_RATIO if side < DOUBTED_MARKER_PX else 1.0
+    enlarged = math.pow(max(1.0, measuring.SMALL_MARKER_PX / max(side, 1.0)), measuring.SMALL_MARKER_POWER)
+    return enlarged, limits.SMALL_MARKER_WORST_RATIO if side < limits.DOUBTED_MARKER_PX else 1.0
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
@@ -287,7 +276,7 @@ def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float
 
     Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE_SHARE`.
     """
-    tolerance = PITCH_TOLERANCE_SHARE / badge.lens.pitch_mm
+    tolerance = measuring.PITCH_TOLERANCE_SHARE / badge.lens.pitch_mm
     if grating.code is None:
         own = 1 / grating.cells[cell].pitch_mm - 1 / badge.lens.pitch_mm
         return own - tolerance, own + tolerance
@@ -312,7 +301,7 @@ def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
     `strip_phase.rounding_rad`, since markers and lines are printed with the same ink.
     """
     slow = math.sqrt(max(whole**2 - wander**2, 0.0))
-    share = min(1.0, math.hypot(SMOOTHED_SHARE, rounding / ROUNDING_ONLY_RAD))
+    share = min(1.0, math.hypot(measuring.SMOOTHED_SHARE, rounding / measuring.ROUNDING_ONLY_RAD))
     return math.hypot(share * wander, slow)
 
 
@@ -332,7 +321,7 @@ def _combine(
     """
     phase = np.array([strip.phase_rad for strip in strips])
     sd = np.array([strip.phase_sd_rad for strip in strips])
-    weight = np.where(sd < MAX_PHASE_SD_RAD, 1.0 / np.maximum(sd, 1e-3) ** 2, 0.0)
+    weight = np.where(sd < measuring.MAX_PHASE_SD_RAD, 1.0 / np.maximum(sd, 1e-3) ** 2, 0.0)
     predicted = np.array(predictions)
     predicted = predicted - predicted.mean(axis=1, keepdims=True)
     common = predicted.mean(axis=0)
@@ -356,7 +345,10 @@ def _combine(
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
     slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
     strip_sd = np.array(
-        [np.median(own[own < MAX_PHASE_SD_RAD]) if (own < MAX_PHASE_SD_RAD).any() else 0.0 for own in sd]
+        [
+            np.median(own[own < measuring.MAX_PHASE_SD_RAD]) if (own < measuring.MAX_PHASE_SD_RAD).any() else 0.0
+            for own in sd
+        ]
     )
     numbers = numbered(segments, len(times_s))
     return GratingSignal(

@@ -18,20 +18,12 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.frames import own_rect
+from moireid.verifier import measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
 from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.cell_slip import CellSlip, cell_slip
 from moireid.verifier.identity.cell_waveform import learn_waveform, match_cost, match_phase, match_symbol
-from moireid.verifier.measuring import (
-    CELL_FLOOR_RAD,
-    CELL_NOISE_RATIO,
-    DOUBTFUL_AGREEMENT_SHARE,
-    LEAST_AGREEMENT,
-    MAX_TWIST_RAD,
-    UNUSUAL_TWIST_LESS,
-    USUAL_TWIST_RAD,
-)
 from moireid.verifier.tracking.brightness_profiles import Strip
 from moireid.verifier.tracking.track import Track
 
@@ -111,9 +103,9 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
         for cell in strip.cells:
             inside = _samples_of(badge, strip, cell)
             views[cell] = seen[:, inside], phase[:, inside]
-            costs[cell] = match_cost(seen[:, inside], phase[:, inside], shape, CELL_NOISE_RATIO)
+            costs[cell] = match_cost(seen[:, inside], phase[:, inside], shape, measuring.CELL_NOISE_RATIO)
             value, sd = match_phase(costs[cell])
-            sd = math.hypot(sd, CELL_FLOOR_RAD)
+            sd = math.hypot(sd, measuring.CELL_FLOOR_RAD)
             found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
     code = badge.gratings[grating].code
     levels = (code.phase_levels if code else None) or 4
@@ -126,7 +118,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
             found[cell],
             slip=cell_slip(*views[cell], shape, found[cell].phase_rad),
             phase_rad=value,
-            phase_sd_rad=math.hypot(sd, CELL_FLOOR_RAD),
+            phase_sd_rad=math.hypot(sd, measuring.CELL_FLOOR_RAD),
             free_rad=free,
             moved=moved,
             power=power,
@@ -209,8 +201,8 @@ def _twists(apart: Array, across: Array, weight: Array, slope: float) -> list[fl
     """
     if len(apart) < 2:
         return [0.0]
-    step = slope * USUAL_TWIST_RAD / TWIST_STEPS
-    count = round(slope * MAX_TWIST_RAD / step)
+    step = slope * measuring.USUAL_TWIST_RAD / TWIST_STEPS
+    count = round(slope * measuring.MAX_TWIST_RAD / step)
     grid = step * np.arange(-count, count + 1)
     some = np.unique(np.linspace(0, apart.shape[1] - 1, min(TWIST_FRAMES, apart.shape[1])).astype(int))
     turned = weight[:, some] * np.exp(1j * apart[:, some])
@@ -218,10 +210,11 @@ def _twists(apart: Array, across: Array, weight: Array, slope: float) -> list[fl
     usual = slice(count - TWIST_STEPS, count + TWIST_STEPS + 1)
     found = {float(grid[k]): float(agreement[k]) for k in _near_best(agreement)}
     likely = {
-        float(grid[usual][k]): float(agreement[usual][k]) + UNUSUAL_TWIST_LESS for k in _near_best(agreement[usual])
+        float(grid[usual][k]): float(agreement[usual][k]) + measuring.UNUSUAL_TWIST_LESS
+        for k in _near_best(agreement[usual])
     }
     score = found | likely
-    if agreement.max() < LEAST_AGREEMENT:
+    if agreement.max() < measuring.LEAST_AGREEMENT:
         # Such rows choose between no twists, and to read the cells under each would cost more than all else.
         return [max(score, key=lambda twist: score[twist])]
     return sorted(score, key=lambda twist: -score[twist])
@@ -231,7 +224,7 @@ def _near_best(agreement: Array) -> list[int]:
     """Peaks that are nearly as high as the highest one."""
     padded = np.concatenate([[-1.0], agreement, [-1.0]])
     peaks = np.flatnonzero((agreement >= padded[:-2]) & (agreement > padded[2:]))
-    return [int(k) for k in peaks if agreement[k] >= agreement.max() - DOUBTFUL_AGREEMENT_SHARE]
+    return [int(k) for k in peaks if agreement[k] >= agreement.max() - measuring.DOUBTFUL_AGREEMENT_SHARE]
 
 
 def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:

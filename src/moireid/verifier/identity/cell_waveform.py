@@ -14,17 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier import measuring
 from moireid.verifier.fringes.sinusoid import Complex, fit_series
-from moireid.verifier.measuring import (
-    CELL_CONTRAST_RANGE_RATIO,
-    CELL_CONTRAST_SD_RATIO,
-    CELL_LEVEL_SD_CONTRASTS,
-    CELL_MAX_LEVEL_CONTRASTS,
-    RIVAL_SD_RAD,
-    SHAPE_ERROR_CONTRASTS,
-    SHAPE_ERROR_PIECES,
-    SYMBOL_PLACE_SD_RAD,
-)
 
 Array = NDArray[np.float64]
 HARMONICS = 5
@@ -74,17 +65,22 @@ def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> A
     total_v, total_vv = float(values.sum()), float(values @ values)
     noise2 = 0.1
     for _ in range(3):
-        spread = noise2 * inflation**2 + SHAPE_ERROR_CONTRASTS**2 * count / SHAPE_ERROR_PIECES
-        a11, a22 = count + spread / CELL_LEVEL_SD_CONTRASTS**2, total_ww + spread / CELL_CONTRAST_SD_RATIO**2
-        b1, b2 = total_v, total_vw + spread / CELL_CONTRAST_SD_RATIO**2
+        spread = noise2 * inflation**2 + measuring.SHAPE_ERROR_CONTRASTS**2 * count / measuring.SHAPE_ERROR_PIECES
+        a11, a22 = (
+            count + spread / measuring.CELL_LEVEL_SD_CONTRASTS**2,
+            total_ww + spread / measuring.CELL_CONTRAST_SD_RATIO**2,
+        )
+        b1, b2 = total_v, total_vw + spread / measuring.CELL_CONTRAST_SD_RATIO**2
         determinant = a11 * a22 - total_w**2
-        contrast = np.clip((b2 * a11 - b1 * total_w) / determinant, *CELL_CONTRAST_RANGE_RATIO)
-        level = np.clip((b1 - contrast * total_w) / a11, -CELL_MAX_LEVEL_CONTRASTS, CELL_MAX_LEVEL_CONTRASTS)
+        contrast = np.clip((b2 * a11 - b1 * total_w) / determinant, *measuring.CELL_CONTRAST_RANGE_RATIO)
+        level = np.clip(
+            (b1 - contrast * total_w) / a11, -measuring.CELL_MAX_LEVEL_CONTRASTS, measuring.CELL_MAX_LEVEL_CONTRASTS
+        )
         # Least squares within bounds: if the level is clipped, the contrast is estimated again for it.
-        contrast = np.clip((b2 - level * total_w) / a22, *CELL_CONTRAST_RANGE_RATIO)
+        contrast = np.clip((b2 - level * total_w) / a22, *measuring.CELL_CONTRAST_RANGE_RATIO)
         misfit = (
             total_vv
-            + spread / CELL_CONTRAST_SD_RATIO**2
+            + spread / measuring.CELL_CONTRAST_SD_RATIO**2
             + level * (a11 * level - 2 * b1)
             + contrast * (a22 * contrast + 2 * total_w * level - 2 * b2)
         )
@@ -107,7 +103,9 @@ def match_phase(cost: Array) -> tuple[float, float]:
     value = TURNS[best] + step * float(before - after) / (2 * bend)
     away = np.abs(np.angle(np.exp(1j * (TURNS - TURNS[best])))) > np.pi / 4
     rival = rival_sd(float(cost[away].min() - here))
-    return math.remainder(float(value), 2 * np.pi), max(step / math.sqrt(bend), rival if rival > RIVAL_SD_RAD else 0.0)
+    return math.remainder(float(value), 2 * np.pi), max(
+        step / math.sqrt(bend), rival if rival > measuring.RIVAL_SD_RAD else 0.0
+    )
 
 
 def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]:
@@ -120,7 +118,7 @@ def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]
     off = TURNS - offset
     step = 2 * np.pi / levels
     wander = np.abs(off - step * np.round(off / step))
-    total = cost + 0.5 * (wander / SYMBOL_PLACE_SD_RAD) ** 2
+    total = cost + 0.5 * (wander / measuring.SYMBOL_PLACE_SD_RAD) ** 2
     place = np.round(off / step).astype(int) % levels
     least = np.array([total[place == k].min() for k in range(levels)])
     chosen = int(np.argmin(least))
@@ -134,7 +132,7 @@ def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]
     shift = float(np.clip((before - after) / (2 * bend), -0.5, 0.5)) if bend > 0 else 0.0
     value = TURNS[at] + (2 * np.pi / GRID) * shift - offset
     curve_sd = 2 * np.pi / GRID / math.sqrt(bend)
-    return math.remainder(float(value), 2 * np.pi), max(curve_sd, rival if rival > RIVAL_SD_RAD else 0.0)
+    return math.remainder(float(value), 2 * np.pi), max(curve_sd, rival if rival > measuring.RIVAL_SD_RAD else 0.0)
 
 
 def rival_sd(nats: float) -> float:

@@ -25,23 +25,11 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
 from moireid.frames import own_rect
+from moireid.verifier import measuring
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import INDEPENDENT_PER_S
-from moireid.verifier.measuring import (
-    AGREES_SDS,
-    DIFFERS_SDS,
-    KNOWN_SDS,
-    LEAST_STRETCH_S,
-    MIN_FREQUENCY_SD_PER_MM,
-    OFFSET_REPEATS_RAD,
-    PAPER_GROWTH_SHARE,
-    ROW_OFFSET_SD_RAD,
-    SHEET_GROWTH_PER_K,
-    TWIST_REPEATS_RAD,
-    WEATHER_K,
-)
 from moireid.verifier.reasons import Reason
 from moireid.verifier.tracking.track import Track
 
@@ -119,7 +107,7 @@ def filmed_built(track: Track, measurement: Measurement, gain: float, gain_sd: f
         offset_rad=float(np.angle(mean_turn)),
         offset_sd=offset_sd,
         twist_rad_per_mm=field.twist_rad_per_mm,
-        twist_sd=ROW_OFFSET_SD_RAD / (bottom - top),
+        twist_sd=measuring.ROW_OFFSET_SD_RAD / (bottom - top),
         gain_ratio=gain,
         gain_sd=gain_sd,
     )
@@ -141,10 +129,10 @@ def _worst_stretch(apart: Array, law_rad: Array, signal: GratingSignal, gain_sd:
     for number in np.unique(signal.stretch[used]):
         part = used & (signal.stretch == number)
         seconds = float(np.ptp(signal.times_s[part]))
-        if seconds < LEAST_STRETCH_S:
+        if seconds < measuring.LEAST_STRETCH_S:
             continue
         scatter = float(apart[part].std()) / math.sqrt(max(INDEPENDENT_PER_S * seconds, 1.0))
-        sd = math.hypot(scatter, abs(float(aside[part].mean())) * gain_sd, OFFSET_REPEATS_RAD)
+        sd = math.hypot(scatter, abs(float(aside[part].mean())) * gain_sd, measuring.OFFSET_REPEATS_RAD)
         worst = max(worst, (abs(float(apart[part].mean())), sd), key=lambda found: found[0] / found[1])
     return worst
 
@@ -165,14 +153,17 @@ def compare_built(
     half_mm = (high - low) / 2
     lines_per_mm = 1.0 / badge.lens.pitch_mm
     beat = found.beat_frequency_per_mm - enrolled.beat_frequency_per_mm
-    beat_sd = math.hypot(found.beat_frequency_sd, enrolled.beat_frequency_sd, MIN_FREQUENCY_SD_PER_MM)
-    paper, sheet = float(badge.frame_of(grating).growths(PAPER_GROWTH_SHARE)[0]), SHEET_GROWTH_PER_K * WEATHER_K
+    beat_sd = math.hypot(found.beat_frequency_sd, enrolled.beat_frequency_sd, measuring.MIN_FREQUENCY_SD_PER_MM)
+    paper, sheet = (
+        float(badge.frame_of(grating).growths(measuring.PAPER_GROWTH_SHARE)[0]),
+        measuring.SHEET_GROWTH_PER_K * measuring.WEATHER_K,
+    )
     usual, most = math.hypot(paper, sheet) * lines_per_mm, (paper + sheet) * lines_per_mm
     slide_rad = 2 * math.pi * half_mm * min(abs(beat), most)
     offset = abs(math.remainder(found.offset_rad - enrolled.offset_rad, 2 * math.pi))
-    offset_sd = math.hypot(found.offset_sd, enrolled.offset_sd, OFFSET_REPEATS_RAD)
+    offset_sd = math.hypot(found.offset_sd, enrolled.offset_sd, measuring.OFFSET_REPEATS_RAD)
     twist = abs(found.twist_rad_per_mm - enrolled.twist_rad_per_mm)
-    twist_sd = math.hypot(found.twist_sd, enrolled.twist_sd, 2 * math.pi * TWIST_REPEATS_RAD * lines_per_mm)
+    twist_sd = math.hypot(found.twist_sd, enrolled.twist_sd, 2 * math.pi * measuring.TWIST_REPEATS_RAD * lines_per_mm)
     checks = (
         ("as_built_beat", abs(beat), (usual, most), beat_sd, "cycles/mm", "the spacing of the fringes"),
         ("as_built_offset", offset, (slide_rad, slide_rad), offset_sd, "rad", "the place of the lens sheet"),
@@ -180,20 +171,20 @@ def compare_built(
     )
     reasons, levels = [], []
     for code, difference, (room, widest), sd, unit, words in checks:
-        limit, far = room + AGREES_SDS * sd, widest + DIFFERS_SDS * sd
+        limit, far = room + measuring.AGREES_SDS * sd, widest + measuring.DIFFERS_SDS * sd
         level: Built = "agrees" if difference <= limit else "differs" if difference > far else "not_known"
         levels.append(level)
         text = f"Compared with its enrolment, {words} {SEEN[level]}."
         reasons.append(Reason(code, "note", difference, limit, unit, text))
-    if apart_rad > AGREES_SDS * apart_sd:
+    if apart_rad > measuring.AGREES_SDS * apart_sd:
         levels.append("not_known")
-        limit = AGREES_SDS * apart_sd
+        limit = measuring.AGREES_SDS * apart_sd
         text = "Between parts of the film the lens sheet seems to lie in different places."
         reasons.append(Reason("as_built_stretches", "note", apart_rad, limit, "rad", text))
     built: Built = "differs" if "differs" in levels else "not_known" if "not_known" in levels else "agrees"
     if built != "agrees":
         return Comparison(built, tuple(reasons))
     gain_sd = math.hypot(found.gain_sd, enrolled.gain_sd)
-    room = slide_rad + KNOWN_SDS * offset_sd
-    sure = abs(found.gain_ratio - enrolled.gain_ratio) <= KNOWN_SDS * gain_sd and offset <= room
+    room = slide_rad + measuring.KNOWN_SDS * offset_sd
+    sure = abs(found.gain_ratio - enrolled.gain_ratio) <= measuring.KNOWN_SDS * gain_sd and offset <= room
     return Comparison(built, tuple(reasons), room if sure else None)

@@ -13,18 +13,10 @@ import numpy as np
 from moireid.idcodes import CellReading, DecodeResult, PartialWord, family_named, specimen_of
 from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
+from moireid.verifier import limits, measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart, greatest, rows_apart
-from moireid.verifier.limits import MAX_VAGUENESS_RATIO
-from moireid.verifier.measuring import (
-    CELLS_MOST_RATIO,
-    CELLS_MOVE_RATIO,
-    CELLS_STILL_RATIO,
-    MIN_CELL_CHANGE_CONTRASTS2,
-    MIN_FREQUENCY_SD_PER_MM,
-    MOST_FIELDS,
-)
 from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.tracking.track import Track
 
@@ -104,7 +96,7 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
 
     options = {index: uniform_fields(track, measurement, index) for index in coded}
     first: CellReadings | None = None
-    for chosen in itertools.islice(itertools.product(*(range(len(options[k])) for k in coded)), MOST_FIELDS):
+    for chosen in itertools.islice(itertools.product(*(range(len(options[k])) for k in coded)), measuring.MOST_FIELDS):
         picked = dict(zip(coded, chosen, strict=True))
         fields = {index: options[index][option] for index, option in picked.items()}
         shifted = {index: read(index, option)[0] for index, option in picked.items()}
@@ -114,7 +106,7 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
         # If the rows hardly move, so should the cells, and the comparison means nothing.
         motion = (
             sum(cell.moved for cell in every) / power
-            if power > MIN_CELL_CHANGE_CONTRASTS2 * max(len(every), 1)
+            if power > measuring.MIN_CELL_CHANGE_CONTRASTS2 * max(len(every), 1)
             else None
         )
         gratings = tuple(badge.gratings[index] for index in coded)
@@ -177,8 +169,8 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
     """
     if motion is None or found is None:
         return ()
-    level: Level = "fail" if motion <= CELLS_STILL_RATIO else "undecided"
-    if CELLS_MOVE_RATIO <= motion <= CELLS_MOST_RATIO:
+    level: Level = "fail" if motion <= measuring.CELLS_STILL_RATIO else "undecided"
+    if measuring.CELLS_MOVE_RATIO <= motion <= measuring.CELLS_MOST_RATIO:
         level = "pass"
     text = {
         "pass": "The fringes in the badge's code move together with those of its rows.",
@@ -187,7 +179,7 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
         "fail": "The fringes in the badge's code stay still while those of its rows move, as in a picture that was "
         "pasted in.",
     }[level]
-    return (Reason("cells_move", level, motion, CELLS_MOVE_RATIO, "", text),)
+    return (Reason("cells_move", level, motion, measuring.CELLS_MOVE_RATIO, "", text),)
 
 
 def _compare(
@@ -245,8 +237,10 @@ def _cell_readings(
             for strip, phase in zip(track.strips, measurement.strips, strict=True)
             if strip.grating == index and strip.cells == (cell,) and phase is not None
         ]
-        covered = min(float(np.median(phase.phase_sd_rad)) for phase in own) > MAX_VAGUENESS_RATIO * max(clearest, 1e-3)
-        sd = np.array([max(phase.frequency_sd, MIN_FREQUENCY_SD_PER_MM) for phase in own])
+        covered = min(float(np.median(phase.phase_sd_rad)) for phase in own) > limits.MAX_VAGUENESS_RATIO * max(
+            clearest, 1e-3
+        )
+        sd = np.array([max(phase.frequency_sd, measuring.MIN_FREQUENCY_SD_PER_MM) for phase in own])
         weight = 1 / sd**2 if np.all(np.isfinite(sd)) else np.ones(len(own))
         frequency = float(np.average([phase.frequency_per_mm for phase in own], weights=weight))
         frequency_sd = math.sqrt(1 / weight.sum()) if np.all(np.isfinite(sd)) and not covered else math.inf

@@ -22,6 +22,7 @@ Entry = Mapping[str, Any]
 DOES = {
     LAW: "follow the law of optics, with errors that every film has",
     **{rival.name: rival.words for rival in RIVALS},
+    "place": "go with the badge's place in the picture",
     "spell": "leave the law for a while",
     "wander": "follow the law, and wander on top of it",
     "rows": "follow the law, but each row a little differently",

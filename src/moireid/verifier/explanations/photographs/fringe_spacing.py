@@ -19,14 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier import limits
 from moireid.verifier.fringes.grating_signal import GratingSignal
-from moireid.verifier.limits import (
-    INDEPENDENT_PER_S,
-    MAX_SPACING_ERROR_RATIO,
-    PHOTOGRAPH_SDS,
-    SPACING_FLOOR_RAD,
-    ZOOM_ERROR_SHARE,
-)
 
 #: Independent times below which the scatter of the spacing means nothing.
 LEAST_PIECES = 2.0
@@ -46,7 +40,7 @@ class Spacing:
     @property
     def tested(self) -> bool:
         """Whether the distance changed enough to distinguish a badge from photographs."""
-        return PHOTOGRAPH_SDS * self.sd <= 1.0
+        return limits.PHOTOGRAPH_SDS * self.sd <= 1.0
 
     @property
     def few(self) -> float:
@@ -56,8 +50,8 @@ class Spacing:
         # SciPy takes longer to load than a short film to verify, and few films need this.
         from scipy.special import ndtr, stdtrit
 
-        student = float(stdtrit(self.pieces - 1, ndtr(PHOTOGRAPH_SDS)))
-        return student / PHOTOGRAPH_SDS * math.sqrt(self.pieces / (self.pieces - 1))
+        student = float(stdtrit(self.pieces - 1, ndtr(limits.PHOTOGRAPH_SDS)))
+        return student / limits.PHOTOGRAPH_SDS * math.sqrt(self.pieces / (self.pieces - 1))
 
     @property
     def log10_odds(self) -> float:
@@ -74,8 +68,8 @@ class Spacing:
         Photographs give too small a gain, so the limit is strict there.  Too great a gain comes from chance or from a
         zoom, so a short film has more room there.
         """
-        error, sds = abs(self.gain - 1), PHOTOGRAPH_SDS * self.sd
-        return error > max(MAX_SPACING_ERROR_RATIO, sds) and (self.gain < 1 or error > self.few * sds)
+        error, sds = abs(self.gain - 1), limits.PHOTOGRAPH_SDS * self.sd
+        return error > max(limits.MAX_SPACING_ERROR_RATIO, sds) and (self.gain < 1 or error > self.few * sds)
 
 
 def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
@@ -95,13 +89,13 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     error = float(np.sum(score)) / whole
     # Numbered anew, as a film's times may leave out a thousand years, and sums take memory for each number.
     times = signals[0].times_s
-    _, piece = np.unique(np.floor((times - times[0]) * INDEPENDENT_PER_S), return_inverse=True)
+    _, piece = np.unique(np.floor((times - times[0]) * limits.INDEPENDENT_PER_S), return_inverse=True)
     by_piece = np.bincount(piece, weights=information)
     # Times without information do not count.
     pieces = whole**2 / float(np.sum(by_piece**2))
     scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
     change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
-    floor = SPACING_FLOOR_RAD / max(change, 1e-12)
+    floor = limits.SPACING_FLOOR_RAD / max(change, 1e-12)
     return Spacing(1 + error, math.hypot(scatter, floor, max(_by_zoom(signal) for signal in signals)), pieces)
 
 
@@ -116,7 +110,7 @@ def _by_zoom(signal: GratingSignal) -> float:
         return math.inf
     near = signal.covariates[np.isfinite(signal.phase_sd_rad), 1]
     # A steady motion over a range has a standard deviation of the range over sqrt(12).
-    zoom = ZOOM_ERROR_SHARE * math.log(signal.zoom) / math.sqrt(12)
+    zoom = limits.ZOOM_ERROR_SHARE * math.log(signal.zoom) / math.sqrt(12)
     return zoom * float(np.mean(near)) / max(float(np.std(near)), 1e-12) if len(near) else math.inf
 
 
