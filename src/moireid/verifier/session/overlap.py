@@ -80,16 +80,6 @@ class OverlapWatch:
         return Overlap((long_enough, reason), self._faces, overlaps, agreeing)
 
 
-class NoWatch(OverlapWatch):
-    """Searches for no face, for checks that need none: the detector is an optional package, and takes time."""
-
-    def __init__(self) -> None:
-        self.face, self.over = None, []
-
-    def push(self, frame: Frame, in_view: Sequence[tuple[BadgeTracker, Array]]) -> None:
-        """Ignore the frame."""
-
-
 def overlap_share(corners: Array, face: Face) -> float:
     """Common area of a badge (corners (4, 2) px, convex) and a face, over the smaller area; 0 to 1.
 

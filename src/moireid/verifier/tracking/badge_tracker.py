@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, TypeVar
+from typing import NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -47,6 +47,15 @@ SNAPSHOT_PX_PER_MM = 3.0
 #: A lost badge of less contrast is searched as faded print is: OpenCV's usual limits need 10 counts between black and
 #: white, and light may change by half.
 FAINT_BELOW_COUNTS = 20.0
+
+
+class MeasuredFrame(NamedTuple):
+    """What is kept of a frame: its number, its time, s, the page, and the profiles of the uniform rows, (S, N)."""
+
+    number: int
+    time_s: float
+    registration: Registration
+    rows: NDArray[np.float32]
 
 
 class BadgeTracker:
@@ -87,12 +96,7 @@ class BadgeTracker:
         #: Size and duration of view: its scale squared, summed over all frames that show it, (px / mm)^2.
         self.shown = 0.0
         self.frames_read = 0
-        self._numbers: list[int] = []
-        self._times: list[float] = []
-        self._homographies: list[Array] = []
-        self._correlations: list[float] = []
-        self._vague: list[tuple[float, float]] = []
-        self._rows: list[NDArray[np.float32]] = []
+        self._measured: list[MeasuredFrame] = []
         self._cells = EvenSample()
         self._snapshot: NDArray[np.uint8] | None = None
         self._best, self._clock = 0.0, 0.0
@@ -101,7 +105,7 @@ class BadgeTracker:
     @property
     def tracked(self) -> int:
         """Frames of the present track in which the badge was found and registered."""
-        return len(self._times)
+        return len(self._measured)
 
     def passes(self, frame: Frame, luma: Picture) -> bool:
         """Pass by a frame that shows the badge as the last measured one did; returns whether that is so."""
@@ -220,12 +224,7 @@ class BadgeTracker:
             self._watch.forget()
         self.ends.follow(FrameSighting(frame.index, frame.time_s, registration.homography))
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
-        self._numbers.append(frame.index)
-        self._times.append(frame.time_s)
-        self._homographies.append(registration.homography)
-        self._correlations.append(registration.correlation)
-        self._vague.append(registration.vague)
-        self._rows.append(seen[self._uniform])
+        self._measured.append(MeasuredFrame(frame.index, frame.time_s, registration, seen[self._uniform]))
         self._cells.offer(seen[~self._uniform])
         self._lap("profiles")
         # Only a clearly better frame is straightened again, or a steady film would do it all the time.
@@ -260,21 +259,15 @@ class BadgeTracker:
         if calm < CALM_FRAMES:
             return
         first, stride = self.tracked - calm, 2 * self._stride
-        kept = [k for k, number in enumerate(self._numbers) if k < first or number % stride == 0]
+        kept = [k for k, one in enumerate(self._measured) if k < first or one.number % stride == 0]
         # A few times that are close together must not thin out all that were apart before them.
-        if np.diff([self._times[k] for k in kept if k >= first]).max(initial=0.0) > LONGEST_GAP_S:
+        if np.diff([self._measured[k].time_s for k in kept if k >= first]).max(initial=0.0) > LONGEST_GAP_S:
             self._calm = 0
             return
         self._stride, self._calm = stride, calm // 2
         self.passed += self.tracked - len(kept)
-        for series in self._series:
-            series[:] = [series[k] for k in kept]
+        self._measured = [self._measured[k] for k in kept]
         self._cells.thin(kept)
-
-    @property
-    def _series(self) -> tuple[list[Any], ...]:
-        """What is kept of each measured frame."""
-        return self._numbers, self._times, self._homographies, self._correlations, self._rows, self._vague
 
     def outline_px(self) -> Array | None:
         """Corners of the board in the first frame that shows it, as `corners_px`; None if no frame does."""
@@ -293,22 +286,23 @@ class BadgeTracker:
         """The track since the last `take`, or its last `last` frames; the tracker goes on."""
         first = 0 if last is None else max(self.tracked - last, 0)
         places = self._cells.places
-        kept = places >= first
+        kept, seen = places >= first, self._measured[first:]
+        vague = [one.registration.vague for one in seen]
         cells = [item for item, keep in zip(self._cells.items, kept, strict=True) if keep]
         return Track(
             badge=self._badge,
             frames_read=self.frames_read,
-            frame_numbers=np.array(self._numbers[first:], np.int64),
-            times_s=np.array(self._times[first:], float),
-            homographies=np.array(self._homographies[first:], float).reshape(-1, 3, 3),
-            correlations=np.array(self._correlations[first:], float),
-            profiles=_by_strip(self._uniform, self._rows[first:], cells, self._reader.samples),
+            frame_numbers=np.array([one.number for one in seen], np.int64),
+            times_s=np.array([one.time_s for one in seen], float),
+            homographies=np.array([one.registration.homography for one in seen], float).reshape(-1, 3, 3),
+            correlations=np.array([one.registration.correlation for one in seen], float),
+            profiles=_by_strip(self._uniform, [one.rows for one in seen], cells, self._reader.samples),
             cell_frames=places[kept] - first,
             strips=tuple(self._reader.strips),
             image_px=self._image_px,
             mirrored=self._mirrored,
             snapshot=self._snapshot,
-            vague=np.array(self._vague[first:]) if any(max(pair) > 1 for pair in self._vague[first:]) else None,
+            vague=np.array(vague) if any(max(pair) > 1 for pair in vague) else None,
             stages_s=dict(self._stages),
             passed=self.passed,
         )
@@ -320,8 +314,7 @@ class BadgeTracker:
         """
         track = self.look()
         gone = max(self.tracked - keep, 0)
-        for series in self._series:
-            del series[:gone]
+        del self._measured[:gone]
         self._cells.drop(gone)
         self.frames_read, self.passed, self._best = 0, 0, 0.0
         self._stages = dict.fromkeys(self._stages, 0.0)

@@ -8,7 +8,7 @@ say how the badge moved, and no prompts can be answered through it.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.provenance import Exclusion
-from moireid.verifier.picture import Picture
+from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.claim import Claim, with_photographs
 from moireid.verifier.session.cover import cover_findings
-from moireid.verifier.session.overlap import NoWatch, OverlapWatch
+from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
+from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.track import no_track
 from moireid_studio.challenge.challenge import draw_prompts
 from moireid_studio.challenge.clock import BoundedClock, StreamClock
@@ -30,6 +31,16 @@ from moireid_studio.challenge.session import Draw, Event, LiveCheck
 
 #: What is not looked at in any stream.
 LEFT_OUT = ("colour", "the picture away from the badge once it is found")
+
+
+class NoWatch(OverlapWatch):
+    """Searches for no face, for checks that need none: the detector is an optional package, and takes time."""
+
+    def __init__(self) -> None:
+        self.face, self.over = None, []
+
+    def push(self, frame: Frame, in_view: Sequence[tuple[BadgeTracker, NDArray[np.float64]]]) -> None:
+        """Ignore the frame."""
 
 
 class StreamCheck(LiveCheck):

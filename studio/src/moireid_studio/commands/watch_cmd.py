@@ -314,7 +314,7 @@ def _stopped() -> Iterator[threading.Event]:
 
 def _show(document: dict[str, Any], known: Circumstances, source: Source) -> None:
     """The last verdict; what ended the stream, where it did not end as it should."""
-    from moireid.verifier.report.headline import live_headline_of
+    from moireid_studio.challenge.live_headline import live_headline_of
 
     if document["end"]["text"]:
         frames = document["frames"]

@@ -21,10 +21,10 @@ from moireid import __version__
 from moireid.names import CLAIM_LIMIT
 from moireid.registry import holder_of
 from moireid.verifier.report.circumstances import Circumstances, read_id
-from moireid.verifier.report.headline import live_headline_of, shown
 from moireid_studio.auth.guard import Visitor, anyone, require
 from moireid_studio.challenge.challenge import FACE
 from moireid_studio.challenge.clock import MOVES
+from moireid_studio.challenge.live_headline import live_headline_of, shown
 from moireid_studio.forms import ShortRoute
 from moireid_studio.jobs.claims import sealed
 from moireid_studio.links import KEEP_DAYS, LASTS_MIN, MOST_PICTURES, MOST_WAITING, Links, OneTimeLink

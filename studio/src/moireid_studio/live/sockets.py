@@ -32,9 +32,9 @@ from moireid.registry import ClaimedBadge, holder_of
 from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.verifier.report.circumstances import Circumstances, read_id
-from moireid.verifier.report.headline import live_headline_of, shown
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.clock import CALL, HERE
+from moireid_studio.challenge.live_headline import live_headline_of, shown
 from moireid_studio.http.connections import neighbourhood
 from moireid_studio.live.worker import LIMITS, Ask, LivePicture, PictureEnd, Start
 from moireid_studio.problems import Refusal

@@ -9,7 +9,8 @@ import pytest
 
 from moireid.provenance import BadgeHolder, Standing
 from moireid.verifier.report.circumstances import Circumstances
-from moireid.verifier.report.headline import LIVE, Headline, live_headline_of, shown
+from moireid.verifier.report.headline import Headline
+from moireid_studio.challenge.live_headline import LIVE, live_headline_of, shown
 
 ASKED = Circumstances(datetime(2026, 5, 7, tzinfo=UTC), standing=Standing("c0ffee" * 5, "3:" + "ab" * 32))
 ADA, SARAH = "aa" * 8, "bb" * 8
