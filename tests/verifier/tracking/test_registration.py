@@ -239,8 +239,8 @@ def test_the_finder_puts_the_page_within_a_pixel(page, rng):
     finder = MarkerFinder(MARKERS)
     assert apart_px(finder.pages(luma)[0], truth) < 1.2
     for before in (truth, nudged(truth, 60.0, -40.0)):
-        assert apart_px(finder.pages_near(luma, before)[0], truth) < 1.2
-    assert finder.pages_near(luma, nudged(truth, 5000.0, 0.0)) == []
+        assert apart_px(finder.near(luma, before)[0][0], truth) < 1.2
+    assert finder.near(luma, nudged(truth, 5000.0, 0.0))[0] == []
 
 
 def test_a_course_expects_the_page_to_move_on(page):
@@ -263,7 +263,7 @@ def test_small_markers_are_enlarged_without_a_shift(rng):
     """Catches: half a pixel lost in enlarging (0.25 px of bias, the same in all corners)."""
     truth = seen_from(px_per_mm=0.62, turn_deg=0.0, tilt=(0.0, 0.0), at=(150.3, 90.7))
     luma = filmed(draw(truth), rng, noise=1.0)
-    found = MarkerFinder(MARKERS).pages_near(luma, truth)[0]
+    found = MarkerFinder(MARKERS).near(luma, truth)[0][0]
     assert np.abs((corners_px(found) - corners_px(truth)).mean(axis=0)).max() < 0.2
 
 

@@ -52,11 +52,6 @@ class SheetGain:
         half = max(limits.BUILT_GAIN_ROOM_SHARE, limits.BUILT_GAIN_SDS * math.hypot(gain_sd, self.sd))
         return max(1 - half, self.room[0]), min(1 + half, self.room[1])
 
-    def accepts(self, gain: float, gain_sd: float) -> bool:
-        """Whether a gain may be accepted."""
-        low, high = self.room_for(gain_sd)
-        return low <= gain <= high
-
     def explains(self, gain: float, gain_sd: float) -> bool:
         """Whether some sheet as sold gives this gain, within its error bar; a vague gain needs no sheet."""
         if self.handled is None or gain_sd >= limits.MAX_GAIN_SD_SHARE * abs(gain):

@@ -174,7 +174,7 @@ class BadgeTracker:
         def found() -> bool:
             # A search for faded print costs ten times as much, so it is left out where little is saved and the print
             # clear.
-            near = self._finder.pages_near(luma, last.page, faint=next(self._faint) and (self.faint or purse.ample))
+            near = self._finder.near(luma, last.page, faint=next(self._faint) and (self.faint or purse.ample))[0]
             pages = [page for page in near if not self._is_one_of(page, taken)]
             self._lap("find")
             # The largest first, but before all the page at this badge's own place.

@@ -83,10 +83,6 @@ class PageFinder(ABC):
         box = self._neighbourhood(luma.shape, page)
         return self._find_in(luma, box, self._small, enlarge=self._is_small(page), before=page)
 
-    def pages_near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> list[Array]:
-        """As `pages`, but only in the neighbourhood of the page in the last frame."""
-        return self.near(luma, page, faint=faint)[0]
-
     def near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> EitherWay:
         """As `either_way`, but only in the neighbourhood of the page in a recent frame."""
         x0, y0, x1, y1 = box = self._neighbourhood(luma.shape, page)
