@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from moireid.verifier.fringes.beyond_phase import depth_law
-from moireid.verifier.fringes.grating_signal import DepthLaw
+from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw
 from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, measure_strip
 from moireid.verifier.fringes.strip_shape import strip_shape
 
@@ -139,11 +139,12 @@ def test_a_strip_without_fringes_is_no_evidence():
 def test_sums_and_parts_are_evidence_too():
     """Catches: gains that are averaged where evidence adds up; parts by another series' frames."""
     one, two = evidence(NEAR, noise=2.0)[0], evidence(NEAR, noise=6.0, seed=1)[0]
-    both = one + two
+    both = DepthLaw(*(a + b for a, b in zip(one, two, strict=True)))
     weights = one.information.sum(), two.information.sum()
     assert weights[0] > 4 * weights[1]
     assert gain_of(both)[0] == pytest.approx(np.average([gain_of(one)[0], gain_of(two)[0]], weights=weights))
-    early, late = both.part(slice(0, 100)), both.part(np.arange(100, FRAMES))
+    whole = BeyondPhase(PARALLAX, both, PARALLAX.astype(complex), np.zeros((FRAMES, 2)))
+    early, late = (whole.part(frames).depth for frames in (slice(0, 100), np.arange(100, FRAMES)))
     for name in ("score", "information", "power"):
         apart = np.concatenate([getattr(early, name), getattr(late, name)])
         assert apart == pytest.approx(getattr(both, name))
