@@ -90,11 +90,12 @@ def delayed(series: PhaseSeries, delay_s: float) -> Array:
     return np.asarray(law_at(wanted, series.stretch) + early * before + late * after)
 
 
-def _fitted(series: PhaseSeries, columns: Array) -> Array:
-    """The sum of columns (N, K) that is nearest to the law, (N,)."""
-    root = np.sqrt(series.weight)
-    table = series.centred(columns)
-    found = np.linalg.lstsq(root[:, None] * table, root * series.law_rad, rcond=1e-9)[0]
+def nearest(series: PhaseSeries, columns: Array, phase_rad: Array) -> Array:
+    """The weighted sum of columns (N, K) that is nearest to a phase (N,), by weighted least squares, rad (N,)."""
+    if not columns.shape[1]:
+        return np.zeros(len(series.times_s))
+    root, table = np.sqrt(series.weight), series.centred(columns)
+    found = np.linalg.lstsq(root[:, None] * table, root * phase_rad, rcond=1e-9)[0]
     return np.asarray(table @ found)
 
 
@@ -110,7 +111,7 @@ def _scaled(columns: Callable[[PhaseSeries], Array]) -> Callable[..., Array]:
     """Draws of a shape times any ratio to the best-fitting one."""
 
     def draws(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
-        return np.outer(_fitted(series, columns(series)), even(count, *limits.FORGED_GAINS))
+        return np.outer(nearest(series, columns(series), series.law_rad), even(count, *limits.FORGED_GAINS))
 
     return draws
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from moireid.verifier.decision.comparison import Explanation
 from moireid.verifier.explanations.honest import PhaseSeries, phase_series
-from moireid.verifier.explanations.rivals import RIVALS
+from moireid.verifier.explanations.rivals import RIVALS, nearest
 from moireid.verifier.report.plots import BY_LAW, MEASURED, NARROW, RIVAL, WIDE, Array, broken, figure_of, label, svg_of
 from moireid.verifier.report.rival_table import DOES, simplest
 from moireid.verifier.session.result import Report
@@ -68,14 +68,5 @@ def best_fit(one: Explanation, series: PhaseSeries) -> Array:
     if one.name == "another_gain":
         return one.parameters["gain"] * series.law_rad
     root = np.sqrt(series.weight)
-    fits = [_fitted(series, columns, root) for _, columns in SHAPED[one.name](series)]
+    fits = [nearest(series, columns, series.measured_rad) for _, columns in SHAPED[one.name](series)]
     return min(fits, key=lambda fit: float(np.sum((root * (series.measured_rad - fit)) ** 2)))
-
-
-def _fitted(series: PhaseSeries, columns: Array, root: Array) -> Array:
-    """The sum of columns (N, K) that is nearest to the measured phase, (N,)."""
-    if not columns.shape[1]:
-        return np.zeros(len(series.times_s))
-    table = series.centred(columns)
-    found = np.linalg.lstsq(root[:, None] * table, root * series.measured_rad, rcond=1e-9)[0]
-    return np.asarray(table @ found)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,11 +57,7 @@ def waveform_of(signal: GratingSignal) -> Waveform | None:
     square, sd = model.ripple2(seen)
     limit = math.hypot(MAX_RIPPLE_CONTRASTS, math.sqrt(PHOTOGRAPH_SDS * sd))
     typical = float(np.median(np.abs(seen)))
-    passes = _law_like(signal)
-
-    def hidden(nodes: Array) -> bool:
-        return _hidden(nodes, signal, model, typical, limit, passes)
-
+    hidden = partial(_hidden, signal=signal, model=model, typical=typical, limit=limit, passes=_law_like(signal))
     counts = [
         next((n for n in range(2, MOST_PHOTOGRAPHS) if hidden(taken(n, model.place_rad))), MOST_PHOTOGRAPHS)
         for taken in (evenly, seen_most)
