@@ -136,9 +136,23 @@ def compare(
 ) -> GratingComparison:
     """The comparison of one grating.
 
-    Parameters: sheet: gains that the badge may have; constant_room_rad: as `lookalike_shares`; shares: whether to ask
-        how often rivals would look alike, which takes most of the time; doubted: whether something else than this
-        grating shows that the camera changed.
+    Parameters
+    ----------
+    signal : GratingSignal
+        Under the gain that `sheet` expects.
+    sheet : SheetGain
+        Gains that the badge may have.
+    constant_room_rad : float, optional
+        As `lookalike_shares`, rad.
+    shares : bool
+        Whether to ask how often rivals would look alike, which takes most of the time.
+    doubted : bool
+        Whether something else than this grating shows that the camera changed.
+
+    Returns
+    -------
+    GratingComparison
+        Without rivals if the grating hardly moved, or no frame can be read.
     """
     figures = figures_of(signal)
     moved = figures.excitation_rad >= enough_motion_rad(figures.expected_error_rad)

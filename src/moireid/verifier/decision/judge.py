@@ -211,11 +211,29 @@ def judge_signals(
 ) -> Invariant:
     """Compare explanations of one signal per grating.
 
-    Parameters: signals: under the gain that `sheet` expects; constant_room_rad: how far the phase constant may be from
-        that at enrolment, None where none is known; code_apart: as `findings.rows_agree`; whole: False leaves out
-        what a few seconds do not need, the rivals' shares and photographs; chapters: comparisons of the film's
-        chapters, of which the signals are the whole.
-    Source: module docstring; gratings are combined by their Fisher information.
+    Parameters
+    ----------
+    signals : sequence of GratingSignal
+        Under the gain that `sheet` expects, one for each grating.
+    sheet : SheetGain
+        Gains that the badge may have.
+    constant_room_rad : float, optional
+        How far the phase constant may be from that at enrolment, rad; None where none is known.
+    code_apart : RowsApart
+        As `findings.rows_agree`.
+    whole : bool
+        False leaves out what a few seconds do not need, the rivals' shares and photographs.
+    chapters : sequence of sequences of GratingComparison
+        Comparisons of the film's chapters, of which the signals are the whole.
+
+    Returns
+    -------
+    Invariant
+        Gratings are combined by their Fisher information.
+
+    Notes
+    -----
+    Source: module docstring.
     """
     signals = [without_short_stretches(signal) for signal in signals]
     # Fringes whose spacing does not follow the distance may be seen through a zoom.

@@ -58,9 +58,20 @@ class Measurement:
 def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     """Measure a track of at least a few frames.
 
-    Parameters: focal_px: focal length in pixels if it is known; otherwise it is estimated.
-    Convention: phases as `strip_phase`; of a badge with a code only the layout is used.
-    Returns: Measurement.
+    Parameters
+    ----------
+    track : Track
+        Of one badge; of its code only the layout is used.
+    focal_px : float, optional
+        Focal length, px, if it is known; otherwise it is estimated.
+
+    Returns
+    -------
+    Measurement
+
+    Notes
+    -----
+    Convention: phases as `strip_phase`.
     Source: `camera.fit`, `strip_phase`, `strip_law`, and the combination in `_combine`.
     """
     clock, badge = time.perf_counter(), track.badge

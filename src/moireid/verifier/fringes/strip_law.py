@@ -31,9 +31,18 @@ Array = NDArray[np.float64]
 
 
 def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
-    """Frames in which every strip is seen within the table of the law, (T,); beyond it only the edge value is known.
+    """Frames in which every strip is seen within the table of the law; beyond it only the edge value is known.
 
-    Convention: camera_mm (T, 3), page millimetres.
+    Parameters
+    ----------
+    strips : sequence of Strip
+        Of one badge.
+    camera_mm : array (T, 3)
+        Camera centres, page mm, z < 0.
+
+    Returns
+    -------
+    array (T,) of bool
     """
     known = np.ones(len(camera_mm), bool)
     reach = MAX_TANGENT * np.abs(camera_mm[:, 2])
@@ -46,10 +55,26 @@ def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
 
 
 def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
-    """The law of one strip for camera centres (T, 3).
+    """The law of one strip.
 
-    Convention and source: module docstring.  The table is traced for the grating's nominal pitch; over the pitches
-    of one badge s changes by 0.5 %.
+    Parameters
+    ----------
+    badge : Badge
+        Its lens and grating pitch are used, and no pitch of a cell.
+    strip : Strip
+        Where it is sampled, own mm.
+    camera_mm : array (T, 3)
+        Camera centres, page mm, z < 0.
+
+    Returns
+    -------
+    StripLaw
+        Linear in the beat frequency, 1/mm.
+
+    Notes
+    -----
+    Convention and source: module docstring.  The table is traced for the grating's nominal pitch; over the pitches of
+    one badge s changes by 0.5 %.
     """
     grating = badge.gratings[strip.grating]
     pitch_mm = grating.pitch_mm

@@ -89,11 +89,25 @@ class StripPhase:
 def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm: tuple[float, float]) -> StripPhase:
     """Measure one strip.
 
-    Parameters: profiles (T, N) counts; law: view geometry of the same frames and samples; band_per_mm: the lowest
-        and highest signed beat frequency (camera far away) to look for.
+    Parameters
+    ----------
+    profiles : array (T, N)
+        Brightness along the strip, `picture.LINEAR_COUNTS`.
+    law : StripLaw
+        View geometry of the same frames and samples.
+    length_mm : float
+        Of the strip.
+    band_per_mm : (float, float)
+        Lowest and highest signed beat frequency (camera far away) to look for, 1/mm.
+
+    Returns
+    -------
+    StripPhase
+
+    Notes
+    -----
     Convention: brightness = level + contrast cos(2 pi f (X - middle) + phase).
-    Returns: StripPhase.
-    Source: nonlinear least squares with the linear part solved exactly (variable projection).
+    Source: nonlinear least squares with the linear part solved exactly (variable projection; Golub and Pereyra 1973).
     """
     frequency = _search(profiles, law, length_mm, band_per_mm)
     frequency = _refine(profiles, law, frequency, 0.4 / length_mm, REFINE_FRAMES)

@@ -45,10 +45,21 @@ class StripShape:
 
 
 def strip_shape(profiles: Array, law: StripLaw, found: StripPhase) -> StripShape | None:
-    """The shape of one strip; None if no frame is clear.
+    """The shape of one strip.
 
-    Parameters: profiles (T, N) counts; law: of the same frames and samples; found: the strip as it was measured.
-    Source: module docstring.
+    Parameters
+    ----------
+    profiles : array (T, N)
+        Brightness along the strip, `picture.LINEAR_COUNTS`.
+    law : StripLaw
+        Of the same frames and samples.
+    found : StripPhase
+        The strip as it was measured.
+
+    Returns
+    -------
+    StripShape or None
+        None if no frame is clear (`PLACE_CLEAR_RAD`).
     """
     clear = found.phase_sd_rad < PLACE_CLEAR_RAD
     if not clear.any():
@@ -74,11 +85,19 @@ BLOCKS = 12
 
 
 def places_apart_rad(shape: StripShape | None, times_s: Array) -> float:
-    """Deviation of the blocks from their strip, root mean square over blocks and time, rad.
+    """Deviation of the blocks from their strip.
 
-    Parameters: shape: of the strip, None if there are no fringes; times_s (T,).
-    Returns: 0 if there are no fringes.
-    Source: module docstring.
+    Parameters
+    ----------
+    shape : StripShape or None
+        None if there are no fringes.
+    times_s : array (T,)
+        Of all frames, s.
+
+    Returns
+    -------
+    float
+        Root mean square over blocks and time, rad; 0 if there are no fringes.
     """
     if shape is None:
         return 0.0
