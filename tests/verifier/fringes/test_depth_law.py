@@ -143,7 +143,7 @@ def test_sums_and_parts_are_evidence_too():
     weights = one.information.sum(), two.information.sum()
     assert weights[0] > 4 * weights[1]
     assert gain_of(both)[0] == pytest.approx(np.average([gain_of(one)[0], gain_of(two)[0]], weights=weights))
-    whole = BeyondPhase(PARALLAX, both, PARALLAX.astype(complex), np.zeros((FRAMES, 2)))
+    whole = BeyondPhase(PARALLAX, both, 0j * PARALLAX, np.zeros((FRAMES, 2)), 1 + 0j * PARALLAX)
     early, late = (whole.part(frames).depth for frames in (slice(0, 100), np.arange(100, FRAMES)))
     for name in ("score", "information", "power"):
         apart = np.concatenate([getattr(early, name), getattr(late, name)])
