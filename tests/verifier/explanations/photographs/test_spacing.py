@@ -44,7 +44,8 @@ def test_few_times_leave_doubt_where_no_photograph_would_be(gain, frames, wrong)
     """
     slow = np.tile(np.repeat([1.0, -1.0], 15), FRAMES)[:FRAMES]
     clear = depth_of(gain, change_rad=0.02)
-    depth = replace(clear, score=clear.score + 0.5 * clear.information * slow).part(slice(frames))
+    depth = clear._replace(score=clear.score + 0.5 * clear.information * slow)
+    depth = DepthLaw(*(series[:frames] for series in depth))
     one = signal(depth=depth)
     found = spacing_of([replace(one, times_s=one.times_s[:frames])])
     assert found is not None and found.wrong == wrong and found.tested
@@ -68,7 +69,7 @@ def test_the_error_bar_is_honest_where_errors_last():
     for seed in range(60):
         slow = np.repeat(np.random.default_rng(seed).standard_normal(FRAMES // 15), 15)
         clear = depth_of(1.0, seed=seed)
-        known = replace(clear, score=clear.score + 0.5 * clear.information * slow)
+        known = clear._replace(score=clear.score + 0.5 * clear.information * slow)
         found = spacing_of([signal(depth=known)])
         assert found is not None
         off.append(found.gain - 1)
