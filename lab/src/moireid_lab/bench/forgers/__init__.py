@@ -3,7 +3,6 @@
 cases.py          the attacks and the mishaps
 photographs.py    a table of photographs as fringes
 motions.py        sweeps, views in turns, cuts and gaps
-reposed.py        photographs on a trajectory that the forger did not choose
 edits.py          hands, captions, moved markers
 forgers_suite.py  the forgers suite, with its table and plot
 """
