@@ -16,10 +16,11 @@ from moireid_lab.archive.isolated import LostJob
 from moireid_lab.archive.worker import Done
 from moireid_lab.bench import bench_rows
 from moireid_lab.bench import stability as stability
+from moireid_lab.bench.bench_frame import Wish
 from moireid_lab.bench.identity import identity_suite as identity
 from moireid_lab.bench.identity.identity_suite import shorter_figures
 from moireid_lab.bench.identity.matching import WORD, matching_figures
-from moireid_lab.bench.output import PLOTS, TABLES
+from moireid_lab.bench.suites import SUITES
 from moireid_lab.commands.bench_cmd import bench_command
 
 
@@ -57,12 +58,12 @@ def test_rows_that_are_kept_are_not_filmed_again(tmp_path, monkeypatch, rng):
     lines = [json.dumps({"key": identity._key(clip), "row": row}) for clip, row in zip(clips, bench_rows, strict=True)]
     kept.write_text("\n".join([*lines[:3], lines[0][:40], *lines[3:]]) + "\n", encoding="utf-8")
     monkeypatch.setattr(identity, "read_clip", None)
-    assert identity._read_all(clips, kept, lambda done, of: None) == bench_rows
+    assert identity._read_all(clips, Wish(kept=kept)) == bench_rows
 
 
 def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
     """Catches: rows out of order, rows thrown away with one that was lost, a lost one that holds as a row, a step that
-    is not reported.
+    is not reported as it comes.
     """
     lost = {"b"}
 
@@ -72,13 +73,14 @@ def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
             yield place, Done((LostJob("gone", 1.0, "crash") if job in lost else work(job),), "here")
 
     monkeypatch.setattr(bench_rows, "run_tasks", backwards)
-    steps: list[int] = []
+    steps: list[dict] = []
     kept, jobs = tmp_path / "kept.jsonl", [(f"key {name}", name) for name in "abc"]
 
     def made() -> list[dict]:
         steps.clear()
-        given = {"kept": kept, "where": bench_rows.Where(), "step": lambda: steps.append(1)}
-        return bench_rows.made_rows(lambda name: {"name": name}, jobs, **given)
+        for row in bench_rows.made_rows(lambda name: {"name": name}, jobs, kept=kept, where=bench_rows.Where()):
+            steps.append(row)
+        return steps
 
     with pytest.raises(MoireIdError, match="gone; run again"):
         made()
@@ -92,7 +94,7 @@ def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
 def test_every_suite_of_the_command_has_its_table_and_plots():
     """Catches: a suite that ends in a KeyError once its films are made; a table that no command prints."""
     (suite,) = [one for one in bench_command.params if one.name == "suite"]
-    assert set(suite.type.choices) == set(TABLES) == set(PLOTS)
+    assert set(suite.type.choices) == set(SUITES)
 
 
 def test_every_clip_of_a_bench_has_chance_of_its_own():
@@ -157,7 +159,7 @@ def test_stiff_cases_are_right_or_say_why_not(name):
     row = stability.read_case(case, 0, 75)
     assert row["outcome"] == ("right" if "twist" in name else "unreadable")
     assert row["why"] or row["verdict"] == "accept"
-    assert case.name in TABLES["stability"]({"rows": [row]})
+    assert case.name in SUITES["stability"].table({"rows": [row]})
 
 
 @pytest.mark.slow
@@ -171,13 +173,13 @@ def test_the_fabricate_suite_writes_its_table(tmp_path):
     assert {row["outcome"] for row in bench_rows} == {"whole", "printed", "refused"} and sum(
         row["built"] for row in bench_rows
     ) == 1
-    assert "board 30x40 mm" in TABLES["fabricate"](document)
+    assert "board 30x40 mm" in SUITES["fabricate"].table(document)
     assert all(row["poppler"]["read"] == row["poppler"]["badges"] == 2 for row in document["pages"])
     assert not [row for row in document["page_extremes"] if row["outcome"] == "wrong"]
     coarse, usual = document["mounts"]
     assert usual["default"] and not coarse["default"]
     assert usual["chord_error_mm"] < 0.005 < coarse["chord_error_mm"] and usual["triangles"] > coarse["triangles"]
-    assert document["calibration"]["read"] == 2 and "photographs" in TABLES["fabricate"](document)
+    assert document["calibration"]["read"] == 2 and "photographs" in SUITES["fabricate"].table(document)
     assert (tmp_path / "fabricate.json").exists() and (tmp_path / "fabricate.svg").stat().st_size > 1000
     again = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path)])
     assert again.exit_code == 2 and "--overwrite" in again.stderr

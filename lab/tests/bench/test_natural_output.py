@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from moireid_lab.bench.natural import accepted_share, groups, median_odds, nested_pairs, with_enough_motion
-from moireid_lab.bench.output import PLOTS, TABLES
+from moireid_lab.bench.suites import SUITES
 
 
 def row(seconds: int, start_s: int, verdict: str, *why: str, **more: Any) -> dict[str, Any]:
@@ -56,7 +56,7 @@ def test_nested_pairs_are_of_one_film(result):
 
 def test_the_table_has_a_line_for_each_group(result):
     """Catches: columns of another verdict; seconds for milliseconds; pairs that are not counted."""
-    lines = [" ".join(line.split()) for line in TABLES["natural"](result).splitlines()]
+    lines = [" ".join(line.split()) for line in SUITES["natural"].table(result).splitlines()]
     assert lines[1] == "walk 1 m 4 s 2 1 1 0 0 of 0 2.00 600 5.00 motion"
     assert lines[2] == "walk 1 m 10 s 2 1 1 0 1 of 2 2.50 900 3.00 spacing"
     assert lines[3] == "walk 2 m 4 s 1 0 0 1 0 of 1 2.00 600 5.00"
@@ -65,7 +65,7 @@ def test_the_table_has_a_line_for_each_group(result):
 
 def test_the_plot_has_a_line_for_each_motion_and_distance(result):
     """Catches: distances in one line; lengths that are not in order; odds drawn as shares."""
-    shares, odds = PLOTS["natural"](result).axes
+    shares, odds = SUITES["natural"].plot(result).axes
     drawn = {line.get_label(): (list(line.get_xdata()), list(line.get_ydata())) for line in shares.lines}
     assert drawn == {"walk 1 m": ([4, 10], [0.5, 0.5]), "walk 2 m": ([4], [0.0]), "sway 1 m": ([4], [1.0])}
     assert list(odds.lines[0].get_ydata()) == [2.0, 2.5]

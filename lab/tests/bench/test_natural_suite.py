@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from moireid.errors import SpecError
 from moireid.simulate.motion import NAMED
 from moireid.verifier.session.chapters import CHAPTER_FRAMES
 from moireid_lab.bench import natural
+from moireid_lab.bench.bench_frame import Wish
 from moireid_lab.bench.natural import DISTANCES_M, LENGTHS_S, MOTIONS, QUICK_LENGTHS_S, cases, usual
 
 
@@ -36,17 +38,17 @@ def test_rows_are_of_the_parts_of_each_film(tmp_path: Path, monkeypatch: pytest.
             for _, (name, seed, _) in jobs
         ]
 
-    monkeypatch.setattr("moireid_lab.bench.bench_rows.made_rows", films)
-    asked = {"seed": 4, "kept": tmp_path / "natural.jsonl", "progress": lambda done, of: None}
-    result = natural.run(quick=False, clips=2, only="^sway 2 m$", **asked)
+    monkeypatch.setattr("moireid_lab.bench.bench_frame.made_rows", films)
+    asked = Wish(seed=4, kept=tmp_path / "natural.jsonl")
+    result = natural.run(replace(asked, clips=2, only="^sway 2 m$"))
     assert made == [("sway 2 m", seed, natural.FRAMES) for seed in (4, 5)]
     assert result["rows"][-1] == {"motion": "sway", "distance_m": 2.0, "seed": 5, "seconds": 40}
     assert len(result["rows"]) == 2 * len(LENGTHS_S) and (result["suite"], result["seed"]) == ("natural", 4)
     made.clear()
-    result = natural.run(quick=True, clips=None, **asked)
+    result = natural.run(replace(asked, quick=True))
     assert made == [("walk 1 m", 4, natural.FRAMES)] and [row["seconds"] for row in result["rows"]] == [4, 10]
     with pytest.raises(SpecError, match="no case's name holds 'run'"):
-        natural.run(quick=False, clips=None, only="run", **asked)
+        natural.run(replace(asked, only="run"))
 
 
 @pytest.mark.slow

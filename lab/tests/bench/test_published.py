@@ -14,8 +14,8 @@ from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.simulate.motion import motion_named
 from moireid_lab.bench import published
-from moireid_lab.bench.output import PLOTS, TABLES
 from moireid_lab.bench.published import COURSES, DISTANCES_M, FIGURES, SWEEP, _figures, _planned, conditions
+from moireid_lab.bench.suites import SUITES
 from moireid_lab.evaluation.collect import ScoredFilm
 from moireid_lab.evaluation.summary import PAPER
 
@@ -80,7 +80,7 @@ def test_films_without_a_published_score_are_counted_and_in_no_mean(tmp_path: Pa
         for a, b in ((found, found), (nothing, nothing))
     ]
     result = {"suite": "published", "courses": 3, "paper": PAPER, "rows": rows}
-    text = TABLES["published"](result)
+    text = SUITES["published"].table(result)
     assert "0.950 ± 0.071" in text and "1/1/1" in text and "(0 in the paper): 2;" in text and "nan" not in text
     assert max(map(len, text.splitlines())) <= 125
-    PLOTS["published"](result).savefig(tmp_path / "plot.svg")
+    SUITES["published"].plot(result).savefig(tmp_path / "plot.svg")

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from moireid_lab.bench.output import PLOTS, TABLES
 from moireid_lab.bench.reality import gain_error, residual
+from moireid_lab.bench.suites import SUITES
 
 
 def row(effect: str, verdict: str, *why: str, gain: float | None = 1.0, **more: Any) -> dict[str, Any]:
@@ -40,7 +40,7 @@ def test_errors_are_those_of_the_films_that_have_a_gain():
 
 def test_the_table_separates_true_and_forged_films(result):
     """Catches: forged films among the true ones; strengths or distances thrown together; the first row elsewhere."""
-    lines = TABLES["reality"](result).splitlines()
+    lines = SUITES["reality"].table(result).splitlines()
     assert lines[0].startswith("true badge") and lines[1].split()[:3] == ["none", "1", "m"]
     cells = {tuple(line.split()[:3]): line.split()[4:] for line in lines if line.startswith("zoom")}
     assert cells["zoom", "light", "1"] == ["0", "1", "0", "nan", "nan", "2.0", "motion"]
@@ -49,13 +49,13 @@ def test_the_table_separates_true_and_forged_films(result):
     assert ordinary[0] == ["1", "0", "1", "0.141", "0.020", "3.0", "gain,", "spacing"]
     assert ordinary[1][:3] == ["1", "0", "1"]
     # Films without an effect, and those of other strengths, are not in the sum.
-    assert lines[-2] == "true films at ordinary strength: 2 (accept 1, open 0, reject 1)"
-    assert lines[-1] == "forged films at ordinary strength: 2 (accept 1, open 0, reject 1)"
+    assert lines[-2] == "true films at ordinary strength: 2 (accept 1, inconclusive 0, reject 1)"
+    assert lines[-1] == "forged films at ordinary strength: 2 (accept 1, inconclusive 0, reject 1)"
 
 
 def test_the_plot_has_three_bars_for_each_effect_of_the_true_films(result):
     """Catches: bars that are not of one; strengths in one place; forged films drawn as true ones."""
-    shares, errors, residuals, seconds = PLOTS["reality"](result).axes
+    shares, errors, residuals, seconds = SUITES["reality"].plot(result).axes
     assert [label.get_text() for label in shares.get_yticklabels()] == ["none", "zoom"]
     widths: dict[float, float] = {}
     for bar in shares.patches:
@@ -70,4 +70,4 @@ def test_the_plot_has_three_bars_for_each_effect_of_the_true_films(result):
 def test_true_films_alone_are_reported_too(result):
     """Catches: a crash on a quick run."""
     part = {"rows": [one for one in result["rows"] if one["badge"] == "true" and one["effect"] == "zoom"]}
-    assert "forged" not in TABLES["reality"](part) and PLOTS["reality"](part)
+    assert "forged" not in SUITES["reality"].table(part) and SUITES["reality"].plot(part)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from moireid.simulate.effects.table import KINDS, STRENGTHS
 from moireid.simulate.forgeries.trajectories import KINDS as FORGED
 from moireid.simulate.motion import NAMED
 from moireid_lab.bench import reality
+from moireid_lab.bench.bench_frame import Wish
 from moireid_lab.bench.reality import DISTANCES_M, FORGERIES, NOTHING, cases, usual
 
 
@@ -44,19 +46,19 @@ def test_rows_are_kept_and_only_finds_what_is_not_usual(tmp_path: Path, monkeypa
         assert how["kept"] == tmp_path / "reality.jsonl" and all(key == f"{job[0]}|{job[1]}" for key, job in jobs)
         return []
 
-    monkeypatch.setattr("moireid_lab.bench.bench_rows.made_rows", rows)
-    options = {"quick": False, "seed": 4, "kept": tmp_path / "reality.jsonl", "progress": lambda done, of: None}
-    assert reality.run(clips=2, only="^zoom:strong 2 m gain_low$", **options) == {
+    monkeypatch.setattr("moireid_lab.bench.bench_frame.made_rows", rows)
+    asked = Wish(seed=4, kept=tmp_path / "reality.jsonl")
+    assert reality.run(replace(asked, clips=2, only="^zoom:strong 2 m gain_low$")) == {
         "suite": "reality",
         "seed": 4,
         "rows": [],
     }
     assert made == [("zoom:strong 2 m gain_low", seed, reality.FRAMES) for seed in (4, 5)]
     made.clear()
-    reality.run(clips=None, **options | {"quick": True})
+    reality.run(replace(asked, quick=True))
     assert len(made) == 1 + len(KINDS)
     with pytest.raises(SpecError, match="no case's name holds 'zooom'"):
-        reality.run(clips=None, only="zooom", **options)
+        reality.run(replace(asked, only="zooom"))
 
 
 @pytest.mark.slow

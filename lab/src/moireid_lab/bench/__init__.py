@@ -6,9 +6,11 @@ simulate/      simulate_suite.py: error against run time of the renderers, and w
 verify/        verify_suite.py: error against run time of the verifier; stiff and extreme motions
 forgers/       forgers_suite.py: attacks by those who read this code, and everyday mishaps
 film_set.py    films by the engine of collections, with the list that `evaluate` reads
-bench_rows.py  films of a suite made and read by the engine of collections (moireid_lab.archive)
+bench_frame.py what is asked of a bench, its cases, rows and table; runs the scripts of benchmarks/
+bench_rows.py  rows made by the engine of collections (moireid_lab.archive), kept between runs
+bench_plots.py bars of verdicts, and error against run time
 verdicts.py    what a row keeps of a report
-output.py      JSON, table and plot of a suite
+suites.py      the suites, each with its table and plot, and the files that one writes
 live.py        simulated challenges and calls, and replays of earlier answers
 natural.py     the natural suite: films with measured motions
 published.py   the paper's tables next to ours: films, figures and plot

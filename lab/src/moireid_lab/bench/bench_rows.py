@@ -1,10 +1,9 @@
-"""Rows of a suite, one for each film that it makes and reads; made by the engine of collections, kept between runs."""
+"""Rows of a bench, one for each job; made by the engine of collections, kept between runs."""
 
 from __future__ import annotations
 
-import itertools
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,53 +38,31 @@ def chosen_names(names: Sequence[str], only: str | None) -> list[str]:
     return chosen
 
 
-def rows_of_cases(
-    work: Callable[[Any], Row],
-    names: Sequence[str],
-    numbers: range,
-    frames: int,
-    *,
-    kept: Path | None,
-    where: Where,
-    progress: Callable[[int, int | None], None],
-) -> list[Row]:
-    """One row for each case and seed; work: of a case's name, a seed, and the frames of its film.
-
-    Convention: film after film of all cases, so that an interrupted run has some of each.  Otherwise as `made_rows`.
-    """
-    jobs = [(f"{name}|{number}", (name, number, frames)) for number in numbers for name in names]
-    done = itertools.count(1)
-    return made_rows(work, jobs, kept=kept, where=where, step=lambda: progress(next(done), len(jobs)))
-
-
 def made_rows(
-    work: Callable[[Any], Row],
-    jobs: Sequence[tuple[str, Any]],
-    *,
-    kept: Path | None,
-    where: Where,
-    step: Callable[[], None],
-) -> list[Row]:
-    """One row a job, in their order.
+    work: Callable[[Any], Row], jobs: Sequence[tuple[str, Any]], *, kept: Path | None, where: Where
+) -> Iterator[Row]:
+    """One row a job, in their order, each as soon as it and those before it are there.
 
     Parameters: work: a function at the top of a module; jobs: (key, what the work is done with), where the key names
-        all that the row depends on; kept: a file that rows are added to, those in it are not made again; step: called
-        as each row is there.
+        all that the row depends on; kept: a file that rows are added to, those in it are not made again.
     Raises: MoireIdError where a job gave no row; the others of the run so far are kept.
     """
     rows = kept_rows(kept)
     todo = [(key, job) for key, job in jobs if key not in rows]
-    for _ in range(len(jobs) - len(todo)):
-        step()
+    keys = iter([key for key, _ in jobs])
+    at = next(keys, None)
     running = run_tasks(
         work, [Task((job,)) for _, job in todo], scheduler=where.scheduler, workers=where.workers, limits=LIMITS
     )
     with closing(running) as ended:
-        for place, done in ended:
+        while at is not None:
+            if at in rows:
+                yield rows[at]
+                at = next(keys, None)
+                continue
+            place, done = next(ended)
             key, (row,) = todo[place][0], done.outcomes
             if isinstance(row, LostJob):
-                raise MoireIdError(f"a film of the suite gave no figures: {row.why}; run again, the others are kept")
+                raise MoireIdError(f"a film of the bench gave no figures: {row.why}; run again, the others are kept")
             rows[key] = row
             keep_row(kept, key, row)
-            step()
-    return [rows[key] for key, _ in jobs]

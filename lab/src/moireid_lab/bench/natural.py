@@ -8,25 +8,22 @@ is cut, and each part is judged as a chapter of its own.  The verdict of a row i
 
 from __future__ import annotations
 
-import tempfile
 import time
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from moireid.designer import Request, design_badge
-from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid.verifier.session.chapters import judge_chapter
 from moireid.verifier.tracking.track import Track
-from moireid_lab.bench.bench_rows import Where, chosen_names, rows_of_cases
+from moireid_lab.bench.bench_frame import Wish, counted_verdicts, film_cases, grouped, temporary_film, text_table
+from moireid_lab.bench.bench_plots import figure_of, plain
 
 #: Two measured motions, and one that is made.
 MOTIONS = ("walk", "handheld", "sway")
@@ -136,7 +133,6 @@ PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FPS = 30
 FRAMES = max(LENGTHS_S) * FPS
 CAMERA = Camera(1280, 720, 966.7)
-HERE = Where()
 
 
 def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
@@ -145,10 +141,9 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     case = next(case for case in cases() if case.name == name)
     badge = design_badge(Request("Bench"), PAYLOAD)
     claim = Claim(badge, badge.id)
-    with tempfile.TemporaryDirectory() as folder:
-        video = Path(folder) / "film.mp4"
-        motion = motion_named(case.motion, distance_mm=1000 * case.distance_m, seed=seed)
-        film(Scene(badge, Build.typical(seed), CAMERA), motion, video, frames=frames, fps=float(FPS), seed=seed)
+    motion = motion_named(case.motion, distance_mm=1000 * case.distance_m, seed=seed)
+    scene = Scene(badge, Build.typical(seed), CAMERA)
+    with temporary_film(scene, motion, frames=frames, fps=float(FPS), seed=seed) as video:
         track = verify(video, claim).track
     starts = part_starts(LENGTHS_S, frames / FPS)
     parts = [judge_part(track, claim, start, seconds) for seconds in starts for start in starts[seconds]]
@@ -185,25 +180,16 @@ def rows_of_film(found: dict[str, Any], lengths_s: tuple[int, ...]) -> list[dict
     return [film_row | part for part in found["parts"] if part["seconds"] in lengths_s]
 
 
-def run(
-    *,
-    quick: bool,
-    seed: int,
-    clips: int | None,
-    only: str | None = None,
-    kept: Path | None,
-    where: Where = HERE,
-    progress: Callable[[int, int | None], None],
-) -> dict[str, Any]:
-    """The usual cases as one JSON object, or of all cases those whose name holds the regular expression `only`.
+def run(wish: Wish) -> dict[str, Any]:
+    """The usual cases as one JSON object, or of all cases those that are asked for.
 
     Raises: SpecError where no case is left.
     """
-    chosen = chosen_names([case.name for case in cases() if only is not None or usual(case, quick=quick)], only)
-    numbers = range(seed, seed + (clips or (1 if quick else 5)))
-    films = rows_of_cases(run_case, chosen, numbers, FRAMES, kept=kept, where=where, progress=progress)
-    lengths = QUICK_LENGTHS_S if quick else LENGTHS_S
-    return {"suite": "natural", "seed": seed, "rows": [row for found in films for row in rows_of_film(found, lengths)]}
+    names = [case.name for case in cases() if wish.only is not None or usual(case, quick=wish.quick)]
+    films = film_cases(run_case, names, FRAMES, wish.seeds(5), wish)
+    lengths = QUICK_LENGTHS_S if wish.quick else LENGTHS_S
+    rows = [row for found in films for row in rows_of_film(found, lengths)]
+    return {"suite": "natural", "seed": wish.seed, "rows": rows}
 
 
 Row = dict[str, Any]
@@ -215,31 +201,50 @@ COLOURS = dict(zip(MOTIONS, ("#22577a", "#d98a3d", "#7a8a5a"), strict=True))
 STYLES = dict(zip(DISTANCES_M, ("-", "--"), strict=True))
 
 
+COLUMNS = {"true badge": "<16", "length": ">8", "films": ">7", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
+COLUMNS |= {f"of >= {ENOUGH_RAD:g} rad": ">15", "log10 odds": ">12.2f", "ms a film": ">11.0f", "ms a frame": ">12.2f"}
+COLUMNS |= {"reasons": "<1"}
+
+
 def natural_table(result: dict[str, Any]) -> str:
     """Verdicts, log odds and judge time for each motion, distance and length; then the nested pairs."""
-    head = (
-        f"{'true badge':<18}{'length':>6}{'films':>7}{'accepted':>10}{'inconclusive':>14}{'rejected':>10}"
-        f"{f'of >= {ENOUGH_RAD:g} rad':>15}{'log10 odds':>12}{'ms a film':>11}{'ms a frame':>12}  reasons"
-    )
-    lines = [_line(key, rows) for key, rows in groups(result).items()]
-    worse, count = nested_pairs(result["rows"])
-    pairs = f"the longer part's verdict is worse than that of a part inside it: {worse} of {count} pairs"
-    return "\n".join([head, *lines, "", pairs])
+    rows = [
+        {"true badge": f"{motion:<12}{distance:>2g} m", "length": f"{seconds} s"} | part_figures(rows)
+        for (motion, distance, seconds), rows in groups(result).items()
+    ]
+    return "\n".join([text_table(rows, COLUMNS), "", pairs_sentence(result["rows"])])
+
+
+def part_figures(rows: list[Row]) -> Row:
+    """Verdicts, odds and times of parts of one length; "of": those accepted of the ones that move enough."""
+    counted, enough = counted_verdicts(rows), with_enough_motion(rows)
+    judge_s, frames = sum(row["judge_s"] for row in rows), sum(row["frames"] for row in rows)
+    return {
+        "films": len(rows),
+        **{verdict: counted[verdict] for verdict in reversed(ORDER)},
+        f"of >= {ENOUGH_RAD:g} rad": f"{sum(row['verdict'] == 'accept' for row in enough)} of {len(enough)}",
+        "log10 odds": median_odds(rows),
+        "ms a film": 1e3 * judge_s / len(rows),
+        "ms a frame": 1e3 * judge_s / max(frames, 1),
+        "reasons": counted["reasons"],
+    }
+
+
+def pairs_sentence(rows: list[Row]) -> str:
+    """In how many nested pairs the longer part's verdict is the worse one."""
+    worse, count = nested_pairs(rows)
+    return f"the longer part's verdict is worse than that of a part inside it: {worse} of {count} pairs"
 
 
 def groups(result: dict[str, Any]) -> dict[tuple[str, float, int], list[Row]]:
     """Rows by motion, distance and length, in the order of the motions."""
-    found: dict[tuple[str, float, int], list[Row]] = {}
-    for row in result["rows"]:
-        found.setdefault((row["motion"], row["distance_m"], row["seconds"]), []).append(row)
+    found = grouped(result["rows"], "motion", "distance_m", "seconds")
     return dict(sorted(found.items(), key=lambda one: (MOTIONS.index(one[0][0]), *one[0][1:])))
 
 
 def nested_pairs(rows: list[Row]) -> tuple[int, int]:
     """Pairs of a part and a longer one around it: how many have a worse verdict on the longer one, and how many are."""
-    films: dict[tuple[str, float, int], list[Row]] = {}
-    for row in rows:
-        films.setdefault((row["motion"], row["distance_m"], row["seed"]), []).append(row)
+    films = grouped(rows, "motion", "distance_m", "seed")
     pairs = [(inner, outer) for parts in films.values() for inner in parts for outer in parts if _inside(inner, outer)]
     worse = sum(ORDER.index(outer["verdict"]) < ORDER.index(inner["verdict"]) for inner, outer in pairs)
     return worse, len(pairs)
@@ -268,29 +273,10 @@ def with_enough_motion(rows: list[Row]) -> list[Row]:
     return [row for row in rows if (row["excitation_rad"] or 0.0) >= ENOUGH_RAD]
 
 
-def _line(key: tuple[str, float, int], rows: list[Row]) -> str:
-    motion, distance, seconds = key
-    counts = Counter(row["verdict"] for row in rows)
-    enough = with_enough_motion(rows)
-    moved = f"{sum(row['verdict'] == 'accept' for row in enough)} of {len(enough)}"
-    judge_s = sum(row["judge_s"] for row in rows)
-    a_frame = 1e3 * judge_s / max(sum(row["frames"] for row in rows), 1)
-    why = Counter(code for row in rows for code in row["why"]).most_common(3)
-    return (
-        f"{motion:<12}{distance:>4g} m{seconds:>6} s{len(rows):>7}{counts['accept']:>10}{counts['inconclusive']:>14}"
-        f"{counts['reject']:>10}{moved:>15}{median_odds(rows):>12.2f}{1e3 * judge_s / len(rows):>11.0f}{a_frame:>12.2f}"
-        f"  {', '.join(code for code, _ in why)}"
-    ).rstrip()
-
-
 def natural_plot(result: dict[str, Any]) -> Any:
     """Share of accepted parts and median log10 odds against the parts' length, a line for each motion and distance."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
     found = groups(result)
-    figure = Figure(figsize=(9, 3.6), layout="constrained")
-    FigureCanvasSVG(figure)
+    figure = figure_of(9, 3.6)
     shares, odds = figure.subplots(1, 2)
     lengths = sorted({seconds for _, _, seconds in found})
     for motion, distance in dict.fromkeys((motion, distance) for motion, distance, _ in found):
@@ -302,8 +288,7 @@ def natural_plot(result: dict[str, Any]) -> Any:
         axes.set(xlabel="length, s", ylabel=label, xscale="log")
         axes.set_xticks(lengths, [str(seconds) for seconds in lengths])
         axes.minorticks_off()
-        axes.grid(alpha=0.2)
-        axes.spines[["top", "right"]].set_visible(False)
+        plain(axes)
     shares.set_ylim(-0.05, 1.05)
     figure.legend(handles=shares.lines, frameon=False, ncols=6, loc="outside upper center", fontsize=8)
     return figure

@@ -13,16 +13,15 @@ turning about all axes at once, each for 6 s from 1.2 m.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from moireid.badge import Badge, Cell, Grating, Lens, Markers
 from moireid.simulate.filming import FilmOptions
-from moireid_lab.bench.bench_rows import Where
+from moireid_lab.bench.bench_frame import Wish
 from moireid_lab.bench.film_set import PlannedFilm, make_film_set
 from moireid_lab.evaluation.collect import ScoredFilm, collect
 from moireid_lab.evaluation.film_rows import PIPELINES
@@ -96,42 +95,34 @@ FIGURES = (
 )
 
 
-def run(
-    *,
-    quick: bool,
-    seed: int,
-    folder: Path,
-    overwrite: bool,
-    where: Where,
-    clips: int | None,
-    progress: Callable[[int, int | None], None],
-) -> dict[str, Any]:
-    """Film, score and sum up; clips: courses of each condition.
+def run(wish: Wish) -> dict[str, Any]:
+    """Film, score and sum up; the wish's clips are courses of each condition.
 
     Films and scores of an earlier run in the folder are kept.  Raises: as `make_film_set` and `collect`.
     """
-    courses = clips or (2 if quick else COURSES)
-    rows = list(conditions(quick=quick))
-    films = [one for row in rows for one in _planned(row, courses, seed)]
+    assert wish.folder is not None
+    courses, progress, where = len(wish.seeds(COURSES, quick=2)), wish.progress, wish.where
+    rows = list(conditions(quick=wish.quick))
+    films = [one for row in rows for one in _planned(row, courses, wish.seed)]
     manifest = make_film_set(
         films,
-        folder / "films",
+        wish.folder / "films",
         where=where,
-        overwrite=overwrite,
+        overwrite=wish.overwrite,
         progress=lambda done, of, *_: progress(done, 2 * of),
     )
     scored = collect(
         read_manifest(manifest).entries,
         PIPELINES,
-        kept=folder / "results",
+        kept=wish.folder / "results",
         scheduler=where.scheduler,
         workers=where.workers,
         progress=lambda done, of, *_: progress(of + done, 2 * of),
     )
     return {
         "suite": "published",
-        "quick": quick,
-        "seed": seed,
+        "quick": wish.quick,
+        "seed": wish.seed,
         "courses": courses,
         "paper": PAPER,
         "rows": [_row(row, [one for one in scored if one.entry.group == row.group]) for row in rows],
@@ -177,7 +168,7 @@ def published_table(result: Document) -> str:
     lines = [
         f"{'|rho|, windows of 30 frames':<28}{'published pipeline':<55}ours",
         f"{'mean ± deviation of films':<26}{'greatest':>15}{'mean':>15}{'sd':>7}{'range':>14}{'acc.':>6}{'mean':>15}"
-        f"{'acc./open/rej.':>16}   paper",
+        f"{'acc./inc./rej.':>16}   paper",
     ]
     for row in result["rows"]:
         theirs, ours = row["published"], row["moireid"]

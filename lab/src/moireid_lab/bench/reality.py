@@ -8,24 +8,21 @@ Convention: a film is judged by `verify` with the badge as claim and its identit
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from moireid.designer import Request, design_badge
 from moireid.simulate.effects.table import KINDS, STRENGTHS, effect_named
-from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_rows import Where, chosen_names, rows_of_cases
-from moireid_lab.bench.verdicts import COLOURS, VERDICTS, verdict_row
+from moireid_lab.bench.bench_frame import Wish, counted_verdicts, film_cases, grouped, temporary_film, text_table
+from moireid_lab.bench.bench_plots import figure_of, verdict_bars
+from moireid_lab.bench.verdicts import verdict_row
 
 #: The first row: a film to which nothing was done.
 NOTHING = "none"
@@ -75,7 +72,6 @@ PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FRAMES, FPS = 240, 30.0
 MOTIONS = ("sway", "handheld", "linear")
 CAMERA = Camera(1280, 720, 966.7)
-HERE = Where()
 
 
 def motion_of(case: EffectCase, seed: int) -> Motion:
@@ -88,18 +84,12 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     name, seed, frames = job
     case = next(case for case in cases() if case.name == name)
     badge = design_badge(Request("Bench"), PAYLOAD)
-    with tempfile.TemporaryDirectory() as folder:
-        video = Path(folder) / "film.mp4"
-        film(
-            Scene(badge, Build.typical(seed), CAMERA),
-            motion_of(case, seed),
-            video,
-            frames=frames,
-            fps=FPS,
-            forge=None if case.badge == TRUE else case.badge,
-            effects=[] if case.effect == NOTHING else [effect_named(f"{case.effect}:{case.strength}")],
-            seed=seed,
-        )
+    scene = Scene(badge, Build.typical(seed), CAMERA)
+    how = {
+        "forge": None if case.badge == TRUE else case.badge,
+        "effects": [] if case.effect == NOTHING else [effect_named(f"{case.effect}:{case.strength}")],
+    }
+    with temporary_film(scene, motion_of(case, seed), frames=frames, fps=FPS, seed=seed, **how) as video:
         clock = time.perf_counter()
         report = verify(video, Claim(badge, badge.id))
         seconds = time.perf_counter() - clock
@@ -111,53 +101,42 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     return row | {"seed": seed, "frames": frames, "seconds": seconds} | verdict_row(report) | more
 
 
-def run(
-    *,
-    quick: bool,
-    seed: int,
-    clips: int | None,
-    only: str | None = None,
-    kept: Path | None,
-    where: Where = HERE,
-    progress: Callable[[int, int | None], None],
-) -> dict[str, Any]:
-    """The usual cases as one JSON object, or of all cases those whose name holds the regular expression `only`.
+def run(wish: Wish) -> dict[str, Any]:
+    """The usual cases as one JSON object, or of all cases those that are asked for.
 
     Raises: SpecError where no case is left.
     """
-    chosen = chosen_names([case.name for case in cases() if only is not None or usual(case, quick=quick)], only)
-    count = clips or (1 if quick else 10)
-    numbers = range(seed, seed + count)
-    rows = rows_of_cases(run_case, chosen, numbers, FRAMES, kept=kept, where=where, progress=progress)
-    return {"suite": "reality", "seed": seed, "rows": rows}
+    names = [case.name for case in cases() if wish.only is not None or usual(case, quick=wish.quick)]
+    return {"suite": "reality", "seed": wish.seed, "rows": film_cases(run_case, names, FRAMES, wish.seeds(10), wish)}
 
 
 Row = dict[str, Any]
 #: Shades of the strengths, from light to strong.
 SHADES = {"light": "#9fb4c7", "ordinary": "#22577a", "strong": "#0b2239"}
-WIDTH = 34
+VERDICT_COLUMNS = {"accept": ">8", "inconclusive": ">13", "reject": ">8"}
+FIGURE_COLUMNS = {"gain error": ">12.3f", "residual": ">10.3f", "s a film": ">10.1f", "reasons": "<1"}
+COLUMNS = {"true badge": "<34", "forged badge": "<34"} | VERDICT_COLUMNS | FIGURE_COLUMNS
 
 
 def reality_table(result: dict[str, Any]) -> str:
     """Verdicts, gain error, residual and time of every effect, strength and distance; then the forged films."""
-    head = f"{'accept':>8}{'open':>6}{'reject':>8}{'gain error':>12}{'residual':>10}{'s a film':>10}  reasons"
-    lines = [f"{'true badge':<{WIDTH}}{head}"]
-    lines += [_line(key, rows) for key, rows in groups(result, true=True).items()]
-    if forged := groups(result, true=False):
-        lines += ["", f"{'forged badge':<{WIDTH}}{head}"]
-        lines += [_line(key, rows) for key, rows in forged.items()]
-    return "\n".join([*lines, "", *summary(result)])
+    rows = [
+        _figures(f"{'true' if true else 'forged'} badge", key, films)
+        for true in (True, False)
+        for key, films in groups(result, true=true).items()
+    ]
+    return "\n".join([text_table(rows, COLUMNS), "", *summary(result)])
 
 
 def groups(result: dict[str, Any], *, true: bool) -> dict[tuple[str, str, float], list[Row]]:
     """Rows by effect, strength and distance, in the order of the effects; forged ones of all kinds together."""
-    found: dict[tuple[str, str, float], list[Row]] = {}
-    for row in result["rows"]:
-        if (row["badge"] == TRUE) == true:
-            found.setdefault((row["effect"], row["strength"], row["distance_m"]), []).append(row)
+    own = [row for row in result["rows"] if (row["badge"] == TRUE) == true]
     effects = [NOTHING, *KINDS]
     return dict(
-        sorted(found.items(), key=lambda one: (effects.index(one[0][0]), STRENGTHS.index(one[0][1]), one[0][2]))
+        sorted(
+            grouped(own, "effect", "strength", "distance_m").items(),
+            key=lambda one: (effects.index(one[0][0]), STRENGTHS.index(one[0][1]), one[0][2]),
+        )
     )
 
 
@@ -168,7 +147,7 @@ def summary(result: dict[str, Any]) -> list[str]:
     for true in (True, False):
         verdicts = Counter(row["verdict"] for row in rows if (row["badge"] == TRUE) == true)
         if count := sum(verdicts.values()):
-            shares = ", ".join(f"{label} {verdicts[key]}" for key, label in VERDICTS.items())
+            shares = ", ".join(f"{verdict} {verdicts[verdict]}" for verdict in VERDICT_COLUMNS)
             lines.append(f"{'true' if true else 'forged'} films at ordinary strength: {count} ({shares})")
     return lines
 
@@ -185,33 +164,28 @@ def residual(rows: list[Row]) -> float:
     return float(np.median(found)) if found else float("nan")
 
 
-def _line(key: tuple[str, str, float], rows: list[Row]) -> str:
+def _seconds(rows: list[Row]) -> float:
+    return float(np.mean([row["seconds"] for row in rows]))
+
+
+def _figures(heading: str, key: tuple[str, str, float], rows: list[Row]) -> Row:
     effect, strength, distance = key
-    counts = Counter(row["verdict"] for row in rows)
-    why = Counter(code for row in rows for code in row["why"]).most_common(3)
-    seconds = sum(row["seconds"] for row in rows) / len(rows)
     name = f"{effect} {strength if effect != NOTHING else ''}".strip()
-    return (
-        f"{name:<{WIDTH - 5}}{distance:>3g} m{counts['accept']:>8}{counts['inconclusive']:>6}{counts['reject']:>8}"
-        f"{gain_error(rows):>12.3f}{residual(rows):>10.3f}{seconds:>10.1f}  {', '.join(code for code, _ in why)}"
-    ).rstrip()
+    figures = {"gain error": gain_error(rows), "residual": residual(rows), "s a film": _seconds(rows)}
+    return {heading: f"{name:<29}{distance:>3g} m"} | counted_verdicts(rows) | figures
 
 
 def reality_plot(result: dict[str, Any]) -> Any:
     """For each effect: the verdicts on true films by strength, and gain error, residual and run time."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
     found = groups(result, true=True)
     effects = list(dict.fromkeys(effect for effect, _, _ in found))
-    figure = Figure(figsize=(11, 0.36 * max(len(effects), 1) + 1.4), layout="constrained")
-    FigureCanvasSVG(figure)
+    figure = figure_of(11, 0.36 * max(len(effects), 1) + 1.4)
     shares, *others = figure.subplots(1, 4, sharey=True, width_ratios=(2, 1, 1, 1))
     for place, strength in enumerate(STRENGTHS):
-        rows = {effect: _both(found, effect, strength) for effect in effects}
-        _bars(shares, [rows[effect] for effect in effects], 0.27 * (place - 1), label=place == 0)
+        films = [_both(found, effect, strength) for effect in effects]
+        verdict_bars(shares, films, offset=0.27 * (place - 1), height=0.24, label=place == 0)
         for axes, measure in zip(others, (gain_error, residual, _seconds), strict=True):
-            values = [measure(rows[effect]) if rows[effect] else float("nan") for effect in effects]
+            values = [measure(rows) if rows else float("nan") for rows in films]
             axes.plot(values, range(len(effects)), "o", ms=4, color=SHADES[strength], label=strength)
     shares.set_yticks(range(len(effects)), effects, fontsize=8)
     shares.set(xlabel="share of true films", xlim=(0, 1), ylim=(len(effects) - 0.5, -0.5))
@@ -219,26 +193,11 @@ def reality_plot(result: dict[str, Any]) -> Any:
     for axes, label in zip(others, ("gain error", "residual, rad", "verify, s a film"), strict=True):
         axes.set(xlabel=label)
         axes.grid(axis="y", alpha=0.2)
-    figure.legend(
-        handles=others[0].lines[: len(STRENGTHS)], frameon=False, ncols=3, loc="outside upper right", fontsize=8
-    )
+    lines = others[0].lines[: len(STRENGTHS)]
+    figure.legend(handles=lines, frameon=False, ncols=3, loc="outside upper right", fontsize=8)
     return figure
 
 
 def _both(found: dict[tuple[str, str, float], list[Row]], effect: str, strength: str) -> list[Row]:
     """Rows of all distances."""
     return [row for (one, how, _), rows in found.items() if (one, how) == (effect, strength) for row in rows]
-
-
-def _bars(axes: Any, films: list[list[Row]], offset: float, *, label: bool) -> None:
-    """One thin bar an effect: share of its films by verdict."""
-    begins = np.zeros(len(films))
-    for verdict, name in VERDICTS.items():
-        shares = [sum(row["verdict"] == verdict for row in rows) / max(len(rows), 1) for rows in films]
-        places = np.arange(len(films)) + offset
-        axes.barh(places, shares, 0.24, left=begins, color=COLOURS[verdict], label=name if label else None)
-        begins += shares
-
-
-def _seconds(rows: list[Row]) -> float:
-    return float(np.mean([row["seconds"] for row in rows]))

@@ -6,30 +6,25 @@ edge of what a badge, its building or its picture can be, and beyond it.
 
 from __future__ import annotations
 
-import itertools
 import math
-import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, Literal
 
 from moireid.badge import Badge, Rect
 from moireid.designer import Request, design_badge
-from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
-from moireid_lab.bench.bench_rows import Where, made_rows
+from moireid_lab.bench.bench_frame import Wish, temporary_film, text_table
+from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.identity.clips import CRF, FOCAL_PX, FPS
 from moireid_lab.bench.simulate.stiff_scenes import run_scenes
 
 Outcome = Literal["right", "unreadable", "refused", "wrong"]
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FRAMES, QUICK_FRAMES = 150, 90
-HERE = Where()
 
 
 @dataclass(frozen=True)
@@ -74,12 +69,11 @@ def cases() -> list[StabilityCase]:
     ]
 
 
-def run(*, quick: bool, seed: int, where: Where = HERE, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
-    """All cases as one JSON object."""
-    jobs = [(case.name, (case, seed, QUICK_FRAMES if quick else FRAMES)) for case in cases()]
-    done = itertools.count(1)
-    rows = made_rows(_read, jobs, kept=None, where=where, step=lambda: progress(next(done), len(jobs)))
-    return {"suite": "stability", "seed": seed, "rows": rows, "scenes": run_scenes()}
+def run(wish: Wish) -> dict[str, Any]:
+    """All cases as one JSON object, or those that are asked for."""
+    frames = QUICK_FRAMES if wish.quick else FRAMES
+    rows = list(wish.each(_read, {case.name: (case, wish.seed, frames) for case in cases()}))
+    return {"suite": "stability", "seed": wish.seed, "rows": rows, "scenes": run_scenes()}
 
 
 def _read(job: tuple[StabilityCase, int, int]) -> dict[str, Any]:
@@ -98,9 +92,7 @@ def read_case(case: StabilityCase, seed: int, frames: int) -> dict[str, Any]:
     if case.contrast is not None:
         scene = replace(scene, paper=0.5, ink=0.5 * (1 - case.contrast) / (1 + case.contrast))
     motion = motion_named(case.motion, distance_mm=1000 * case.distance_m, seed=seed)
-    with tempfile.TemporaryDirectory() as folder:
-        video = Path(folder) / "case.mp4"
-        film(scene, motion, video, frames=frames, fps=FPS, seed=seed, crf=CRF)
+    with temporary_film(scene, motion, frames=frames, fps=FPS, seed=seed, crf=CRF) as video:
         report = verify(video, Claim(badge, badge.id, focal_px=FOCAL_PX))
     return {
         "name": case.name,
@@ -142,22 +134,28 @@ def _part_of(badge: Badge, shares: tuple[float, float, float, float] | None) -> 
     return (x0 + left * (x1 - x0), y0 + top * (y1 - y0), x0 + right * (x1 - x0), y0 + bottom * (y1 - y0))
 
 
+COLUMNS = {"case": "name <36", "outcome": "<11", "verdict": "<13", "fixed": "symbols_corrected >6", "tracked": ">8"}
+COLUMNS |= {"frames": ">7", "why": "<1"}
+SCENE_COLUMNS = {
+    "renderer on": "name <38",
+    "outcome": "<9",
+    "phase, rad (bar)": ">18",
+    "image (bar)": ">17",
+    "why": "<1",
+}
+
+
 def stability_table(result: dict[str, Any]) -> str:
     """The stability suite as text."""
-    lines = [f"{'case':<36}{'outcome':<12}{'verdict':<14}{'fixed':>7}{'tracked':>9}  why"]
-    lines += [
-        f"{row['name']:<36}{row['outcome']:<12}{row['verdict']:<14}{row['symbols_corrected']:>7}"
-        f"{row['tracked']:>5}/{row['frames']:<3}  {row['why']}"
-        for row in result["rows"]
+    scenes = [
+        row
+        | {
+            "phase, rad (bar)": _with_bar(row, "phase_rad", "bar_rad"),
+            "image (bar)": _with_bar(row, "image", "bar_image"),
+        }
+        for row in result.get("scenes", [])
     ]
-    if result.get("scenes"):
-        lines += ["", f"{'renderer on':<38}{'outcome':<10}{'phase, rad (bar)':>19}{'image (bar)':>18}  why"]
-        lines += [
-            f"{row['name']:<38}{row['outcome']:<10}{_with_bar(row, 'phase_rad', 'bar_rad'):>19}"
-            f"{_with_bar(row, 'image', 'bar_image'):>18}  {row['why']}"
-            for row in result["scenes"]
-        ]
-    return "\n".join(lines)
+    return "\n".join([text_table(result["rows"], COLUMNS), "", text_table(scenes, SCENE_COLUMNS)])
 
 
 def _with_bar(row: dict[str, Any], figure: str, bar: str) -> str:
@@ -167,13 +165,9 @@ def _with_bar(row: dict[str, Any], figure: str, bar: str) -> str:
 
 def stability_plot(result: dict[str, Any]) -> Any:
     """One bar a case: frames in which the badge was followed, coloured by outcome."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
     rows = result["rows"][::-1]
     colours = {"right": "#2e7d4f", "unreadable": "#8a97a6", "refused": "#c9a227", "wrong": "#c0392b"}
-    figure = Figure(figsize=(7, 0.24 * len(rows) + 1), layout="constrained")
-    FigureCanvasSVG(figure)
+    figure = figure_of(7, 0.24 * len(rows) + 1)
     axes = figure.add_subplot()
     for outcome, colour in colours.items():
         some = [(k, row["tracked"] / row["frames"]) for k, row in enumerate(rows) if row["outcome"] == outcome]
@@ -181,5 +175,5 @@ def stability_plot(result: dict[str, Any]) -> Any:
     axes.set_yticks(range(len(rows)), [row["name"] for row in rows], fontsize=8)
     axes.set_xlabel("share of frames in which the badge was followed")
     axes.legend(frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0, 1))
-    axes.spines[["top", "right"]].set_visible(False)
+    plain(axes)
     return figure

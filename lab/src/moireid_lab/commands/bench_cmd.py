@@ -9,14 +9,14 @@ import click
 from moireid.cli.common import FolderPath, fail, friendly, json_option, overwrite_option, progress_bar, say, show_json
 from moireid_lab.commands.rate import scheduler_option, workers_option
 
+#: The names of `bench.suites.SUITES`, written again because importing them takes seconds.
+NAMES = ("identity", "stability", "fabricate", "simulate", "verify", "forgers", "reality", "natural", "published")
+#: Suites whose cases can be chosen; the file of rows of one whose name it has not.
+WITH_CASES, KEPT = ("forgers", "reality", "natural", "stability"), {"identity": "clips.jsonl"}
+
 
 @click.command("bench")
-@click.argument(
-    "suite",
-    type=click.Choice(
-        ["identity", "stability", "fabricate", "simulate", "verify", "forgers", "reality", "natural", "published"]
-    ),
-)
+@click.argument("suite", type=click.Choice(NAMES))
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the figures and plots.")
 @click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
 @click.option(
@@ -37,7 +37,7 @@ from moireid_lab.commands.rate import scheduler_option, workers_option
 @click.option(
     "--only",
     metavar="REGEX",
-    help="Only the cases whose name holds this regular expression (forgers, reality, natural).",
+    help="Only the cases whose name holds this regular expression (forgers, reality, natural, stability).",
 )
 @workers_option
 @scheduler_option
@@ -79,60 +79,24 @@ def bench_command(
     a run that was interrupted goes on there.
     """
     from moireid.files import planned
-    from moireid_lab.bench import stability as stability
+    from moireid_lab.bench.bench_frame import Wish
     from moireid_lab.bench.bench_rows import Where
-    from moireid_lab.bench.identity import identity_suite as identity
-    from moireid_lab.bench.output import TABLES, outputs, write
+    from moireid_lab.bench.suites import SUITES, outputs, write
 
     if suite in ("fabricate", "simulate") and (workers or scheduler):
         fail(f"{suite} has no films to share out; leave out --workers and --scheduler")
-    if only is not None and suite not in ("forgers", "reality", "natural"):
-        fail(f"--only chooses cases of forgers, reality or natural, and {suite} has none; leave it out")
-    where = Where(scheduler, workers)
+    if only is not None and suite not in WITH_CASES:
+        fail(f"--only chooses cases of {', '.join(WITH_CASES)}, and {suite} has none; leave it out")
     planned(outputs(folder, suite), overwrite=overwrite)
+    kept = None if suite in ("stability", "published") else folder / KEPT.get(suite, f"{suite}.jsonl")
     with progress_bar("clips") as progress:
         folder.mkdir(parents=True, exist_ok=True)
-        if suite == "stability":
-            result = stability.run(quick=quick, seed=seed, where=where, progress=progress)
-        elif suite == "fabricate":
-            from moireid_lab.bench.fabricate import fabricate_suite as fabricate
-
-            result = fabricate.run(quick=quick, seed=seed, progress=progress)
-        elif suite == "simulate":
-            from moireid_lab.bench.simulate import simulate_suite as simulate
-
-            result = simulate.run(quick=quick, seed=seed, progress=progress)
-        elif suite == "verify":
-            from moireid_lab.bench.verify import verify_suite as verify
-
-            result = verify.run(quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress)
-        elif suite in ("forgers", "reality", "natural"):
-            from moireid_lab.bench import natural as natural
-            from moireid_lab.bench import reality as reality
-            from moireid_lab.bench.forgers import forgers_suite as forgers
-
-            kept = folder / f"{suite}.jsonl"
-            films = {"forgers": forgers.run, "reality": reality.run, "natural": natural.run}[suite]
-            result = films(quick=quick, seed=seed, clips=clips, only=only, kept=kept, where=where, progress=progress)
-        elif suite == "published":
-            from moireid_lab.bench import published as published
-
-            result = published.run(
-                quick=quick,
-                seed=seed,
-                folder=folder,
-                overwrite=overwrite,
-                where=where,
-                clips=clips,
-                progress=progress,
-            )
-        else:
-            result = identity.run(
-                quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", where=where, progress=progress
-            )
+        where = Where(scheduler, workers)
+        wish = Wish(quick, seed, clips, only, kept, folder, overwrite, where, progress)
+        result = SUITES[suite].run(wish)
     for path in write(folder, result, overwrite=overwrite):
         say(f"written: {path}")
     if as_json:
         show_json(result)
     else:
-        click.echo(TABLES[suite](result))
+        click.echo(SUITES[suite].table(result))

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from moireid_lab.bench.forgers.cases import cases
-from moireid_lab.bench.output import PLOTS, TABLES
+from moireid_lab.bench.suites import SUITES
 
 
 def row(case: str, verdict: str, *why: str, genuine: bool = False, seconds: float = 2.0) -> dict[str, Any]:
@@ -29,8 +29,8 @@ def result() -> dict[str, Any]:
 
 
 def test_the_table_counts_verdicts_of_each_case_under_its_heading(result):
-    """Catches: open films among the rejected, a genuine case under the forgeries, a reason that is rare."""
-    lines = TABLES["forgers"](result).splitlines()
+    """Catches: inconclusive films among the rejected, a genuine case under the forgeries, a reason that is rare."""
+    lines = SUITES["forgers"].table(result).splitlines()
     cells = {line[:58].strip(): line[58:].split() for line in lines}
     assert cells["8 photographs"] == ["1", "2", "0", "3.0", "spacing"]
     assert cells["frozen"] == ["0", "0", "1", "2.0", "gain"]
@@ -41,7 +41,7 @@ def test_the_table_counts_verdicts_of_each_case_under_its_heading(result):
 
 def test_the_plot_has_a_bar_of_one_for_each_case_in_the_table_s_order(result):
     """Catches: bars that are left out or turned round, verdicts drawn over one another, headings taken for cases."""
-    (axes,) = PLOTS["forgers"](result).axes
+    (axes,) = SUITES["forgers"].plot(result).axes
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert [name for name in names if not name.startswith("genuine") and name != "forged"] == [
         "8 photographs",
@@ -50,10 +50,10 @@ def test_the_plot_has_a_bar_of_one_for_each_case_in_the_table_s_order(result):
         "a hand",
     ]
     shares = {bars.get_label(): dict(zip(names, bars, strict=True)) for bars in axes.containers}
-    assert [shares[label]["8 photographs"].get_width() for label in ("accept", "open", "reject")] == pytest.approx(
-        [1 / 3, 2 / 3, 0]
-    )
-    assert shares["open"]["8 photographs"].get_x() == pytest.approx(1 / 3)
+    assert [
+        shares[label]["8 photographs"].get_width() for label in ("accept", "inconclusive", "reject")
+    ] == pytest.approx([1 / 3, 2 / 3, 0])
+    assert shares["inconclusive"]["8 photographs"].get_x() == pytest.approx(1 / 3)
     assert shares["reject"]["frozen"].get_width() == shares["accept"]["plain"].get_width() == 1
     # From the top.
     assert axes.get_ylim()[0] > axes.get_ylim()[1]
@@ -63,10 +63,10 @@ def test_the_plot_has_a_bar_of_one_for_each_case_in_the_table_s_order(result):
 def test_a_result_of_one_kind_alone_is_reported_too(result, genuine):
     """Catches: a crash on a partial run, an empty heading in the plot."""
     part = {"rows": [one for one in result["rows"] if one["genuine"] == genuine]}
-    (axes,) = PLOTS["forgers"](part).axes
+    (axes,) = SUITES["forgers"].plot(part).axes
     bold = [label.get_text() for label in axes.get_yticklabels() if label.get_fontweight() == "bold"]
     assert bold == ["genuine, as hands and editors spoil it" if genuine else "forged"]
-    assert TABLES["forgers"](part)
+    assert SUITES["forgers"].table(part)
 
 
 def test_no_two_cases_have_one_name_and_all_fit_the_table():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,7 +25,7 @@ def test_every_case_can_be_filmed():
             assert camera.shape == (8, 3) and (camera[:, 2] < -500).all(), case.name
 
 
-def test_a_film_has_the_frames_and_the_edit_of_its_case(tmp_path: Path):
+def test_a_film_has_the_frames_and_the_edit_of_its_case():
     """Catches: a film longer by its own factor; an edit or a show that never reaches the film."""
     badge, seen = badge_of("x"), []
 
@@ -37,8 +36,8 @@ def test_a_film_has_the_frames_and_the_edit_of_its_case(tmp_path: Path):
 
         return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), edit=edit, seconds_times=1.5)
 
-    film_case(ForgeryCase("made up", True, make), Shoot(badge, 1000.0, 1, 4), tmp_path / "a.mp4")
-    frames = list(Film(tmp_path / "a.mp4").frames())
+    with film_case(ForgeryCase("made up", True, make), Shoot(badge, 1000.0, 1, 4)) as video:
+        frames = list(Film(video).frames())
     assert seen == [(k, (720, 1280), (3, 3)) for k in range(6)] and len(frames) == 6
     assert [float(frame.luma.mean()) for frame in frames] == pytest.approx([40 + 20 * k for k in range(6)], abs=3)
 

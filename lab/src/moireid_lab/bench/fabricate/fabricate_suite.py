@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,8 @@ import numpy as np
 from moireid.designer import Request, design_badge
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import FORMS
+from moireid_lab.bench.bench_frame import Wish, table_lines, text_table
+from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.fabricate.calibration import calibration_figures
 from moireid_lab.bench.fabricate.mount_extremes import BUILT, extremes, extremes_table
 from moireid_lab.bench.fabricate.page_extremes import extreme_rows
@@ -42,8 +44,9 @@ ANGLES_RAD = (0.5, 0.2, 0.1, 0.05, 0.02)
 MOST_POINTS = 150
 
 
-def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
+def run(wish: Wish) -> dict[str, Any]:
     """All figures as one JSON object."""
+    quick, seed, progress = wish.quick, wish.seed, wish.progress
     cases = [(form, dpi) for form in FORMS for dpi in (QUICK_DPI if quick else DPI)]
     total = len(cases) + 3
     pages = []
@@ -188,43 +191,55 @@ def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, An
     return found
 
 
+COLUMNS = {"page": "form <8", "dpi": ">5", "raster": "<13", "edges off, dots RMS": "rms_dots >20.2f"}
+COLUMNS |= {"worst": "worst_dots >6.2f", "um": "worst_um >6.1f", "pitch, ppm": "pitch_ppm >11.1f"}
+COLUMNS |= {"badges": ">7", "markers": "all_markers >8", "read": ">5", "wrong": "wrong_payloads >6", "ms": ">7.0f"}
+COLUMNS |= {"kB": "kilobytes >7.0f"}
+EXTREME_COLUMNS = {"page at the edge": "case <40", "outcome": "<8", "edge, dots": ">10.2f", "cell, rad": ">10.3f"}
+EXTREME_COLUMNS |= {"granted": "asked <1"}
+MOUNT_COLUMNS = {"mount, facets rad": "angle_rad <22g", "seconds": ">9.2f", "kB": "kilobytes >7.0f", "triangles": ">10"}
+MOUNT_COLUMNS |= {"chord error, mm": "chord_error_mm >16.4f", "default": ">8"}
+
+
 def fabricate_table(result: dict[str, Any]) -> str:
     """The fabricate suite as text."""
-    lines = [
-        f"{'page':<8}{'dpi':>5} {'raster':<13}{'edges off, dots RMS / worst':>28}{'um':>6}{'pitch, ppm':>12}"
-        f"{'markers':>10}{'read':>8}{'wrong':>7}{'ms':>7}{'kB':>6}"
+    pages = [
+        row | {"raster": raster, "ms": 1e3 * row["seconds"]} | row[raster]
+        for row in result["pages"]
+        for raster in RASTERS
+        if raster in row
     ]
-    for row in result["pages"]:
-        for raster in ("poppler", "poppler-grey", "ghostscript"):
-            if (seen := row.get(raster)) is None:
-                continue
-            lines.append(
-                f"{row['form']:<8}{row['dpi']:>5} {raster:<13}{seen['rms_dots']:>21.2f} / {seen['worst_dots']:.2f}"
-                f"{seen['worst_um']:>7.1f}{seen['pitch_ppm']:>12.1f}{seen['all_markers']:>7}/{seen['badges']:<2}"
-                f"{seen['read']:>5}/{seen['badges']:<2}{seen['wrong_payloads']:>7}{1e3 * row['seconds']:>7.0f}"
-                f"{row['kilobytes']:>6.0f}"
-            )
     alone = result["pdf_alone"]
-    lines += [
-        "",
-        "PDF, preview and assembly sheet alone (print NAME --mount none, interpreter and all): "
-        f"{alone['seconds']:.2f} s, of which {alone['cpu_seconds']:.2f} s of processor time; "
-        f"{alone['ratio']:.1f} times an interpreter that imports numpy and reportlab",
-        "",
-        f"{'page at the edge':<40}{'outcome':<9}{'edge, dots':>11}{'cell, rad':>11}  granted",
-    ]
-    for row in result["page_extremes"]:
+    return "\n".join(
+        [
+            text_table(pages, COLUMNS),
+            "",
+            "PDF, preview and assembly sheet alone (print NAME --mount none, interpreter and all): "
+            f"{alone['seconds']:.2f} s, of which {alone['cpu_seconds']:.2f} s of processor time; "
+            f"{alone['ratio']:.1f} times an interpreter that imports numpy and reportlab",
+            "",
+            *_page_extremes(result["page_extremes"]),
+            "",
+            text_table(result["mounts"], MOUNT_COLUMNS),
+            "",
+            extremes_table(result["mount_extremes"]),
+            "",
+            _calibration(result["calibration"]),
+        ]
+    )
+
+
+def _page_extremes(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """A line for each page at the edge, with the refusals on the way to it."""
+    shown = []
+    for row in rows:
         seen = [row[raster] for raster in ("poppler", "ghostscript") if raster in row]
         worst, phase = (max((one[name] for one in seen), default=0.0) for name in ("worst_dots", "cell_phase_rad"))
-        lines.append(f"{row['case']:<40}{row['outcome']:<9}{worst:>11.2f}{phase:>11.3f}  {row['asked']}")
-        lines += [f"{'':<4}{said}" for said in row["said"]]
-    lines += ["", f"{'mount, facets rad':<22}{'seconds':>9}{'kB':>8}{'triangles':>11}{'chord error, mm':>17}"]
-    lines += [
-        f"{row['angle_rad']:<22g}{row['seconds']:>9.2f}{row['kilobytes']:>8.0f}{row['triangles']:>11}"
-        f"{row['chord_error_mm']:>17.4f}{'  default' if row['default'] else ''}"
-        for row in result["mounts"]
-    ]
-    return "\n".join([*lines, "", extremes_table(result["mount_extremes"]), "", _calibration(result["calibration"])])
+        shown.append(row | {"edge, dots": worst, "cell, rad": phase})
+    head, *lines = table_lines(shown, EXTREME_COLUMNS)
+    yield head
+    for line, row in zip(lines, rows, strict=True):
+        yield from (line, *(f"    {refusal}" for refusal in row["said"]))
 
 
 def _calibration(found: dict[str, Any]) -> str:
@@ -240,11 +255,7 @@ def _calibration(found: dict[str, Any]) -> str:
 
 def fabricate_plot(result: dict[str, Any]) -> Any:
     """Edge error against resolution for each form of the page; chord error against seconds and size of the mesh."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 3.6), layout="constrained")
-    FigureCanvasSVG(figure)
+    figure = figure_of(11, 3.6)
     pages, *meshes = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
     _plot_edges(pages, result["pages"])
     for axes, key, label in zip(
@@ -262,8 +273,7 @@ def fabricate_plot(result: dict[str, Any]) -> Any:
         axes.set_ylabel("worst chord error of the mount, um")
         axes.margins(x=0.3, y=0.15)
     for axes in (pages, *meshes):
-        axes.grid(color="#e4e8ed", which="major")
-        axes.spines[["top", "right"]].set_visible(False)
+        plain(axes)
     return figure
 
 

@@ -19,6 +19,7 @@ from moireid.errors import MoireIdError
 from moireid.fabrication.package import Parts, plan_parts, write_parts
 from moireid.fabrication.process_figures import mount_figures
 from moireid.profiles import LensProfile, lens_named, save_lens_profile
+from moireid_lab.bench.bench_frame import grouped, text_table
 
 KINDS = ("lanyard", "clip", "stand", "holder")
 PAYLOAD = bytes(range(8))
@@ -127,14 +128,14 @@ def outcome_of(parts: Parts) -> str:
     return "printed" if parts.printed != "none" else "acrylic"
 
 
+COLUMNS = {"mount at its extreme": "<21", "front": "<7", **dict.fromkeys(KINDS, "<10"), "why not whole": "<1"}
+
+
 def extremes_table(rows: list[dict[str, Any]]) -> str:
     """A line a case, with the outcome for each mount (an asterisk where it was built and checked), and why."""
-    lines = [f"{'mount at its extreme':<20}{'front':<7}" + "".join(f"{kind:<10}" for kind in KINDS) + "why not whole"]
-    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
-    for entry in rows:
-        groups.setdefault((entry["case"], entry["front"]), []).append(entry)
-    for (case, front), group in groups.items():
-        marks = "".join(f"{entry['outcome'] + ('*' if entry['built'] else ''):<10}" for entry in group)
+    shown = []
+    for (case, front), group in grouped(rows, "case", "front").items():
+        marks = {entry["mount"]: entry["outcome"] + "*" * entry["built"] for entry in group}
         why = " | ".join(dict.fromkeys(entry["why"] for entry in group if entry["why"]))
-        lines.append(f"{case:<20}{front:<7}{marks}{why}".rstrip())
-    return "\n".join(lines)
+        shown.append({"mount at its extreme": case, "front": front} | marks | {"why not whole": why})
+    return text_table(shown, COLUMNS)

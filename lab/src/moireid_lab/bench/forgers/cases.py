@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -278,96 +278,67 @@ def jump_cut(skip_s: float) -> Make:
     return lambda shoot: Filming(with_jump(moving(shoot), shoot.length_s / 2, skip_s=skip_s))
 
 
+def attacks() -> Iterator[tuple[str, Make]]:
+    """What forgers film, by name; the counts of photographs are swept."""
+    yield "one photograph in turns, plain cuts", still_in_turns(0.0)
+    yield "one photograph in turns, gaps", still_in_turns(0.5)
+    for hold_s, fps in ((0.2, 30.0), (0.25, 12.0), (0.5, 12.0), (0.5, 8.0)):
+        yield f"photographs for {hold_s:g} s each, {fps:g} frames a second", slides(hold_s, fps)
+    for counts, words, how in (
+        ((3, 5, 8, 12, 18, 24, 36, 48, 64, 96), "photographs, cross-faded", {}),
+        ((8, 16, 24, 48, 96, 192), "photographs, nearest", {"blend": False}),
+        ((12, 24, 48), "photographs, cross-faded, from 1.4 times as far", {"distance_mm": 1.4}),
+        ((3, 5, 8, 12, 18, 24, 36), "photographs from each of two distances, cross-faded", {"distances": 2}),
+    ):
+        for count in counts:
+            yield f"{count} {words}", photographs(count, **how)
+    yield "one photograph, slid by the law", slid()
+    yield "one photograph, slid by the law, level course", slid(level)
+    for count in (3, 5, 8, 12, 18, 24, 36):
+        yield f"{count} photographs, cross-faded, level course", photographs(count, course=level)
+    yield "24 photographs, cross-faded, 1.5 frames late", photographs(24, late_s=0.05)
+    for share in (0.25, 0.5):
+        yield f"frozen for {100 * share:.0f} % of the frames, markers shifted", frozen_in_spells(share, 0.8)
+    for seconds in (0.5, 1.0, 2.0):
+        yield f"frozen for {seconds:g} s", spell(seconds)
+    yield "2 s of badge in a film five times as long", short_of_film(2.0, 2.5)
+    yield "a frozen badge next to a decoy after a true spell", decoy
+    yield "half a second late on one sweep", late_on_sweep(0.5)
+    yield "drift on one sweep", drift_on_sweep
+    for count in (12, 48):
+        yield f"{count} photographs, cross-faded, two axes, whole", photographs(count)
+    for count in (12, 24, 48, 96):
+        yield f"{count} photographs, cross-faded, two axes, by grating", photographs(count, by_grating=True)
+
+
+def mishaps() -> Iterator[tuple[str, Make]]:
+    """Honest films, plain and as hands and editors spoil them, by name."""
+    yield "plain", lambda shoot: Filming(moving(shoot))
+    yield "plain, two axes", lambda shoot: Filming(moving(shoot))
+    yield "level course", lambda shoot: Filming(level(shoot))
+    yield "one sweep", lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))
+    yield "a hand over 60 % for 0.4 s", hand(0.6, 0.4)
+    yield "a hand over 60 % for 1.5 s", hand(0.6, 1.5)
+    yield "fingers over 15 %", lambda shoot: Filming(moving(shoot), edit=fingers_on(shoot.badge, 0.15, shoot.seed))
+    yield "a caption over one row", row_caption
+    yield "a sticker", sticker
+    subtitle = caption("Live from the conference", (0.5, 0.55), 34)
+    yield "a subtitle in the picture", lambda shoot: Filming(moving(shoot), edit=subtitle)
+    yield "a jump cut of 1 s", jump_cut(1.0)
+    yield "a jump cut of 3 s", jump_cut(3.0)
+    yield "a gap of 1 s", gap_of_1_s
+
+
+def gap_of_1_s(shoot: Shoot) -> Filming:
+    """The badge leaves the picture for a second in the middle."""
+    middle = shoot.length_s / 2
+    return Filming(seen_only(moving(shoot), [(0, middle - 0.5), (middle + 0.5, 99)]))
+
+
 def cases() -> list[ForgeryCase]:
-    """All of them; the counts of photographs are swept."""
-    attacks = [
-        ForgeryCase("one photograph in turns, plain cuts", False, still_in_turns(0.0)),
-        ForgeryCase("one photograph in turns, gaps", False, still_in_turns(0.5)),
-        *(
-            ForgeryCase(f"photographs for {hold_s:g} s each, {fps:g} frames a second", False, slides(hold_s, fps))
-            for hold_s, fps in ((0.2, 30.0), (0.25, 12.0), (0.5, 12.0), (0.5, 8.0))
-        ),
-        *(
-            ForgeryCase(f"{count} photographs, cross-faded", False, photographs(count))
-            for count in (3, 5, 8, 12, 18, 24, 36, 48, 64, 96)
-        ),
-        *(
-            ForgeryCase(f"{count} photographs, nearest", False, photographs(count, blend=False))
-            for count in (8, 16, 24, 48, 96, 192)
-        ),
-        *(
-            ForgeryCase(
-                f"{count} photographs, cross-faded, from 1.4 times as far", False, photographs(count, distance_mm=1.4)
-            )
-            for count in (12, 24, 48)
-        ),
-        *(
-            ForgeryCase(
-                f"{count} photographs from each of two distances, cross-faded", False, photographs(count, distances=2)
-            )
-            for count in (3, 5, 8, 12, 18, 24, 36)
-        ),
-        ForgeryCase("one photograph, slid by the law", False, slid()),
-        ForgeryCase("one photograph, slid by the law, level course", False, slid(level)),
-        *(
-            ForgeryCase(f"{count} photographs, cross-faded, level course", False, photographs(count, course=level))
-            for count in (3, 5, 8, 12, 18, 24, 36)
-        ),
-        ForgeryCase("24 photographs, cross-faded, 1.5 frames late", False, photographs(24, late_s=0.05)),
-        *(
-            ForgeryCase(
-                f"frozen for {100 * share:.0f} % of the frames, markers shifted", False, frozen_in_spells(share, 0.8)
-            )
-            for share in (0.25, 0.5)
-        ),
-        *(ForgeryCase(f"frozen for {seconds:g} s", False, spell(seconds)) for seconds in (0.5, 1.0, 2.0)),
-        ForgeryCase("2 s of badge in a film five times as long", False, short_of_film(2.0, 2.5)),
-        ForgeryCase("a frozen badge beside a decoy after a true spell", False, decoy),
-        ForgeryCase("half a second late on one sweep", False, late_on_sweep(0.5)),
-        ForgeryCase("drift on one sweep", False, drift_on_sweep),
-        *(
-            ForgeryCase(f"{count} photographs, cross-faded, two axes, whole", False, photographs(count), "xy")
-            for count in (12, 48)
-        ),
-        *(
-            ForgeryCase(
-                f"{count} photographs, cross-faded, two axes, by grating",
-                False,
-                photographs(count, by_grating=True),
-                "xy",
-            )
-            for count in (12, 24, 48, 96)
-        ),
+    """All of them; those of two axes say so in their name."""
+    return [
+        ForgeryCase(name, genuine, make, "xy" if "two axes" in name else "x")
+        for genuine, some in ((False, attacks()), (True, mishaps()))
+        for name, make in some
     ]
-    honest = [
-        ForgeryCase("plain", True, lambda shoot: Filming(moving(shoot))),
-        ForgeryCase("plain, two axes", True, lambda shoot: Filming(moving(shoot)), "xy"),
-        ForgeryCase("level course", True, lambda shoot: Filming(level(shoot))),
-        ForgeryCase(
-            "one sweep", True, lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))
-        ),
-        ForgeryCase("a hand over 60 % for 0.4 s", True, hand(0.6, 0.4)),
-        ForgeryCase("a hand over 60 % for 1.5 s", True, hand(0.6, 1.5)),
-        ForgeryCase(
-            "fingers over 15 %",
-            True,
-            lambda shoot: Filming(moving(shoot), edit=fingers_on(shoot.badge, 0.15, shoot.seed)),
-        ),
-        ForgeryCase("a caption over one row", True, row_caption),
-        ForgeryCase("a sticker", True, sticker),
-        ForgeryCase(
-            "a subtitle in the picture",
-            True,
-            lambda shoot: Filming(moving(shoot), edit=caption("Live from the conference", (0.5, 0.55), 34)),
-        ),
-        ForgeryCase("a jump cut of 1 s", True, jump_cut(1.0)),
-        ForgeryCase("a jump cut of 3 s", True, jump_cut(3.0)),
-        ForgeryCase(
-            "a gap of 1 s",
-            True,
-            lambda shoot: Filming(
-                seen_only(moving(shoot), [(0, shoot.length_s / 2 - 0.5), (shoot.length_s / 2 + 0.5, 99)])
-            ),
-        ),
-    ]
-    return attacks + honest

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import tempfile
 import time
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,21 +59,20 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     """Film the clip, read it back, and compare with what was printed; one row of figures."""
     from moireid.designer import Request, design_badge
     from moireid.idcodes.spacing import true_phases_rad
-    from moireid.simulate.filming import film
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Camera, Scene
     from moireid.verifier.identity.compare_built import filmed_built
     from moireid.verifier.identity.decode import read_identity
     from moireid.verifier.session.claim import Claim
     from moireid.verifier.session.film import verify
+    from moireid_lab.bench.bench_frame import temporary_film
 
     badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), clip.payload)
     build = build_of(clip)
     scene = Scene(badge, build, Camera(WIDTH, HEIGHT, FOCAL_PX))
     motion = motion_named("sway", distance_mm=clip.distance_mm, seed=clip.motion_seed)
-    with tempfile.TemporaryDirectory() as folder:
-        video = Path(folder) / "clip.mp4"
-        film(scene, motion, video, frames=clip.frames, fps=FPS, seed=clip.motion_seed, crf=CRF)
+    how = {"frames": clip.frames, "fps": FPS, "seed": clip.motion_seed, "crf": CRF}
+    with temporary_film(scene, motion, **how) as video:
         report = verify(video, Claim(badge, badge.id, focal_px=FOCAL_PX))
     row: dict[str, Any] = {
         "payload": clip.payload.hex(),
@@ -119,20 +116,9 @@ def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
     from moireid.idcodes.spacing import decode_phases, true_phases_rad, word_of
     from moireid.verifier.fringes.signals import measure
     from moireid.verifier.identity.decode import read_identity
+    from moireid_lab.bench.natural import cut_track
 
-    kept = track.cell_frames < frames
-    short = replace(
-        track,
-        frame_numbers=track.frame_numbers[:frames],
-        times_s=track.times_s[:frames],
-        homographies=track.homographies[:frames],
-        correlations=track.correlations[:frames],
-        profiles=tuple(
-            profile[:frames] if strip.uniform else profile[kept]
-            for strip, profile in zip(track.strips, track.profiles, strict=True)
-        ),
-        cell_frames=track.cell_frames[kept],
-    )
+    short = cut_track(track, 0, frames)
     clock = time.perf_counter()
     measurement = measure(short, focal_px=FOCAL_PX)
     measured = time.perf_counter()

@@ -7,10 +7,7 @@ H.264 crf 28.  The clips are few enough for a morning; confidence intervals show
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +17,8 @@ from moireid.asbuilt import as_built_from_json
 from moireid.designer import Request, design_badge
 from moireid.result_cache import program_digest
 from moireid.verifier.identity.compare_built import compare_built
-from moireid_lab.bench.bench_rows import Where, made_rows
+from moireid_lab.bench.bench_frame import Wish, text_table
+from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.identity.clips import CRF, FOCAL_PX, FPS, HEIGHT, WIDTH, Clip, read_clip
 from moireid_lab.bench.identity.matching import matching_figures
 from moireid_lab.evaluation.statistics import interval
@@ -62,27 +60,14 @@ CLIPS, QUICK_CLIPS = 100, 4
 #: Clips of a condition that are also read shortened.
 SHORTER_CLIPS = 20
 BUILT_DISTANCE_MM = 1000.0
-HERE = Where()
 
 
-def run(
-    *,
-    quick: bool,
-    seed: int,
-    clips: int | None = None,
-    kept: Path | None = None,
-    where: Where = HERE,
-    progress: Callable[[int, int | None], None],
-) -> dict[str, Any]:
-    """All figures of the suite as one JSON object.
-
-    Parameters: kept: a file that rows are added to as clips are read; those in it already are not filmed again.
-    """
-    count = clips or (QUICK_CLIPS if quick else CLIPS)
+def run(wish: Wish) -> dict[str, Any]:
+    """All figures of the suite as one JSON object."""
+    count, seed = len(wish.seeds(CLIPS, QUICK_CLIPS)), wish.seed
     jobs = _jobs(count, seed)
-    rows = _read_all([clip for _, clip in jobs], kept, progress, where)
     groups: dict[str, list[dict[str, Any]]] = {}
-    for (name, _), row in zip(jobs, rows, strict=True):
+    for (name, _), row in zip(jobs, _read_all([clip for _, clip in jobs], wish), strict=True):
         groups.setdefault(name, []).append(row)
     built = {name: groups.pop(name) for name in ("enrolled", "original", "copy")}
     return {
@@ -92,7 +77,7 @@ def run(
         "conditions": [_condition(name, found) for name, found in groups.items()],
         "shorter": shorter_figures(groups),
         "built": _built(built),
-        "matching": matching_figures(groups, quick=quick, seed=seed),
+        "matching": matching_figures(groups, quick=wish.quick, seed=seed),
     }
 
 
@@ -112,13 +97,9 @@ def _jobs(count: int, seed: int) -> list[tuple[str, Clip]]:
     return jobs
 
 
-def _read_all(
-    clips: list[Clip], kept: Path | None, progress: Callable[[int, int | None], None], where: Where = HERE
-) -> list[dict[str, Any]]:
-    """One row a clip, in their order."""
-    done = itertools.count(1)
-    jobs = [(_key(clip), clip) for clip in clips]
-    return made_rows(read_clip, jobs, kept=kept, where=where, step=lambda: progress(next(done), len(clips)))
+def _read_all(clips: list[Clip], wish: Wish) -> list[dict[str, Any]]:
+    """One row a clip, in their order; those that are kept are not filmed again."""
+    return list(wish.each(read_clip, {_key(clip): clip for clip in clips}))
 
 
 def _key(clip: Clip) -> str:
@@ -178,32 +159,26 @@ def _built(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
     return counts
 
 
+COLUMNS = {"clips": "name <18", "read": "of >9", "wrong": "wrong_payloads >7", "accepted": ">10"}
+COLUMNS |= {"cell errors": "wrong_cells >13.5f", "phase rms": "phase_rms_rad >12.4f"}
+COLUMNS |= {"beat error": "beat_error_worst >12.5f", "decode s": "identity_s >12.3f"}
+SHORTER_COLUMNS = {"clips cut short": "name <18", "frames": ">7", "cell errors": "cells_wrong >13.5f"}
+SHORTER_COLUMNS |= {"soft": "soft_read >7.2f", "hard": "hard_read >7.2f", "measure ms": "measure_ms >12.0f"}
+SHORTER_COLUMNS |= {"decode ms": "identity_ms >12.0f"}
+
+
 def identity_table(result: dict[str, Any]) -> str:
     """The identity suite as text."""
-    names = ("cell errors", "phase rms", "beat error", "decode s")
-    head = f"{'clips':<18}{'read':>9}{'wrong':>7}{'accepted':>10}" + "".join(f"{name:>13}" for name in names)
-    lines = [head]
-    for row in result["conditions"]:
-        lines.append(
-            f"{row['name']:<18}{row['read']:>5}/{row['clips']:<3}{row['wrong_payloads']:>7}{row['accepted']:>10}"
-            f"{row['wrong_cells']:>13.5f}{row['phase_rms_rad']:>13.4f}{row['beat_error_worst']:>13.5f}{row['identity_s']:>13.3f}"
-        )
-    lines.append("")
-    for kind, counts in result["built"].items():
-        summary = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
-        lines.append(f"films of the {kind:<9} judged as: {summary}")
-    lines.append("")
-    lines += _matching_lines(result["matching"])
-    lines.append("")
-    lines.append(
-        f"{'clips cut short':<18}{'frames':>7}{'cell errors':>13}{'soft':>7}{'hard':>7}{'measure':>10}{'decode ms':>11}"
+    conditions = [row | {"of": f"{row['read']}/{row['clips']}"} for row in result["conditions"]]
+    built = [
+        f"films of the {kind:<9} judged as: "
+        + ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
+        for kind, counts in result["built"].items()
+    ]
+    shorter = text_table(result["shorter"], SHORTER_COLUMNS)
+    return "\n".join(
+        [text_table(conditions, COLUMNS), "", *built, "", *_matching_lines(result["matching"]), "", shorter]
     )
-    for row in result["shorter"]:
-        lines.append(
-            f"{row['name']:<18}{row['frames']:>12}{row['cells_wrong']:>12.5f}{row['soft_read']:>12.2f}"
-            f"{row['hard_read']:>12.2f}{row['measure_ms']:>12.0f}{row['identity_ms']:>12.0f}"
-        )
-    return "\n".join(lines)
 
 
 def _matching_lines(matching: dict[str, Any]) -> list[str]:
@@ -240,11 +215,7 @@ def _matching_lines(matching: dict[str, Any]) -> list[str]:
 
 def identity_plot(result: dict[str, Any]) -> Any:
     """Scatter of the cells' phase against distance, with the point of confusion."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6, 3.6), layout="constrained")
-    FigureCanvasSVG(figure)
+    figure = figure_of(6, 3.6)
     axes = figure.add_subplot()
     for bits, colour in ((64, "#1f6fb2"), (128, "#c2571a")):
         rows = [row for row in result["conditions"] if row["name"].startswith(f"{bits} ")]
@@ -253,7 +224,6 @@ def identity_plot(result: dict[str, Any]) -> Any:
     axes.axhline(3.14159 / 4, color="#8a97a6", linestyle=":", label="point of confusion")
     axes.set_xlabel("distance, m")
     axes.set_ylabel("phase error of a cell, rad (RMS)")
-    axes.grid(color="#e4e8ed")
     axes.legend(frameon=False)
-    axes.spines[["top", "right"]].set_visible(False)
+    plain(axes)
     return figure

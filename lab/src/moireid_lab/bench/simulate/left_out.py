@@ -24,6 +24,7 @@ from moireid.simulate.light import light_named
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor, averaged, opened
 from moireid.simulate.scene import Instant, Need, Scene
+from moireid_lab.bench.bench_frame import text_table
 from moireid_lab.bench.simulate.scenes import eleven
 
 Frame = Callable[[], BoardRadiance | None]
@@ -230,15 +231,16 @@ def _timed(frame: Frame, runs: int) -> tuple[BoardRadiance | None, float]:
     return first, float(np.median(took))
 
 
-def left_out_table(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """The rows as lines of text."""
-    columns = "".join(f"{word:>10}" for word in ("with, ms", "without", "saved", "phase", "bar", "image", "within"))
-    lines = [f"{'left out of a frame':<58}{columns}"]
+COLUMNS = {"left out of a frame": "name <58", "with, ms": ">9.2f", "without": ">9.2f", "saved": ">9.2f"}
+COLUMNS |= {"phase": "phase_rad >9.4f", "bar": "bar_rad >9.4f", "image": ">9.2%", "within": "bar_kept >9"}
+
+
+def left_out_table(rows: Sequence[dict[str, Any]]) -> str:
+    """The rows as text."""
+    shown = []
     for row in rows:
-        seconds = (row["with_s"], row["without_s"], row["with_s"] - row["without_s"])
-        words = [f"{1e3 * figure:.2f}" for figure in seconds]
-        words += ["-" if row[name] is None else f"{row[name]:.4f}" for name in ("phase_rad", "bar_rad")]
-        words += ["-" if row["image"] is None else f"{100 * row['image']:.2f}%"]
-        words += [{True: "yes", False: "no", None: "-"}[row["within"]]]
-        lines.append(f"{row['renderer'] + ': ' + row['what']:<58}{''.join(f'{word:>10}' for word in words)}")
-    return lines
+        one, other = 1e3 * row["with_s"], 1e3 * row["without_s"]
+        kept = {True: "yes", False: "no", None: None}[row["within"]]
+        name = {"name": f"{row['renderer']}: {row['what']}", "bar_kept": kept}
+        shown.append(row | name | {"with, ms": one, "without": other, "saved": one - other})
+    return text_table(shown, COLUMNS)

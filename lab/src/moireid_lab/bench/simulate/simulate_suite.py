@@ -13,6 +13,7 @@ Phase is measured as in `simulate.analytic.accuracy`; the truth is the independe
 
 from __future__ import annotations
 
+import math
 import textwrap
 import time
 from collections.abc import Callable
@@ -27,6 +28,8 @@ from numpy.typing import NDArray
 from moireid.simulate.analytic.accuracy import Difference, PixelStrip, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.scene import Camera, Instant, Scene
+from moireid_lab.bench.bench_frame import Wish, grouped, text_table
+from moireid_lab.bench.bench_plots import error_against_time
 from moireid_lab.bench.simulate import left_out
 from moireid_lab.bench.simulate.left_out import left_out_table, rms
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
@@ -40,6 +43,8 @@ SETTINGS = ((2, 1), (4, 1), (8, 1), (16, 1), (32, 1), (32, 2), (64, 4))
 MITSUBA_SETTINGS = ((16, 4), (16, 16), (64, 16), (256, 16), (64, 4), (64, 32))
 CAMERAS = {"1080p": Camera(), "720p": Camera(1280, 720, 966.7), "2160p": Camera(3840, 2160, 2900.0)}
 RUNS, QUICK_RUNS = 15, 5
+#: Keys of a frame's times: median, least and spread.
+SECONDS = ("seconds", "seconds_least", "seconds_spread")
 WORK_TANGENTS = (-0.3, 0.05, 0.35)
 
 
@@ -53,9 +58,9 @@ class SceneTruth:
     escaped: float
 
 
-def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
+def run(wish: Wish) -> dict[str, Any]:
     """All figures as one JSON object."""
-    settings = eleven()
+    settings, quick, seed, progress = eleven(), wish.quick, wish.seed, wish.progress
     cameras = {"1080p": CAMERAS["1080p"]} if quick else CAMERAS
     total = len(settings) + len(cameras) + 1
     against = []
@@ -274,36 +279,27 @@ def _versions() -> dict[str, str]:
     return found
 
 
-#: Colours of the renderers in plots.
-_COLOURS = ("#1f6fb2", "#7fb3d9", "#c2571a", "#e0a070")
+COLUMNS = {"against the outside tracer": "name <36", "phase": "fine.phase_rad >8.4f"}
+COLUMNS |= {
+    "at 60": "fine.steep_phase_rad >8.4f",
+    "image": "fine.image >7.2%",
+    "image at 60": "fine.steep_image >11.2%",
+}
+COLUMNS |= {"usual": "usual.phase_rad >8.4f", "estimate": "estimate_rad >9.4f", "usual image": "usual.image >11.2%"}
+WORK_COLUMNS = {"renderer": "<24", "camera": ">8", "setting": ">10", "ms": ">9.2f", "least": ">8.2f", "spread": ">8.2f"}
+WORK_COLUMNS |= {"phase": "phase_rad >8.4f", "image": ">7.2%"}
 
 
 def simulate_table(result: dict[str, Any]) -> str:
     """The simulate suite as text."""
-    lines = [
-        f"{'against the outside tracer':<37}{'phase':>8}{'at 60':>8}{'image':>8}{'at 60':>8}"
-        f"{'usual':>9}{'estimate':>10}{'image':>8}"
+    work = [
+        row
+        | {name: 1e3 * row[key] for name, key in zip(("ms", "least", "spread"), SECONDS, strict=True)}
+        | {"setting": " x ".join(map(str, row["setting"]))}
+        for row in result["work"]
     ]
-    for row in result["against"]:
-        fine, usual = row["fine"], row["usual"]
-        lines.append(
-            f"{row['name']:<37}{_rad(fine['phase_rad']):>8}{_rad(fine['steep_phase_rad']):>8}"
-            f"{_percent(fine['image']):>8}{_percent(fine['steep_image']):>8}{_rad(usual['phase_rad']):>9}"
-            f"{_rad(row['estimate_rad']):>10}{_percent(usual['image']):>8}"
-        )
-    lines += [
-        "",
-        f"{'renderer':<24}{'camera':>8}{'setting':>12}{'ms':>10}{'least':>9}{'spread':>9}{'phase':>9}{'image':>8}",
-    ]
-    for row in result["work"]:
-        setting = " x ".join(map(str, row["setting"]))
-        lines.append(
-            f"{row['renderer']:<24}{row['camera']:>8}{setting:>12}{1e3 * row['seconds']:>10.2f}"
-            f"{1e3 * row['seconds_least']:>9.2f}{1e3 * row['seconds_spread']:>9.2f}{_rad(row['phase_rad']):>9}"
-            f"{_percent(row['image']):>8}"
-        )
-    lines += ["", speed_sentence(result), "", *left_out_table(result["left_out"])]
-    return "\n".join(lines)
+    tables = [text_table(result["against"], COLUMNS), "", text_table(work, WORK_COLUMNS)]
+    return "\n".join([*tables, "", speed_sentence(result), "", left_out_table(result["left_out"])])
 
 
 def speed_sentence(result: dict[str, Any]) -> str:
@@ -320,44 +316,15 @@ def speed_sentence(result: dict[str, Any]) -> str:
 
 def simulate_plot(result: dict[str, Any]) -> Any:
     """Seconds a frame against phase error, and against image error, both log."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-    from matplotlib.ticker import NullFormatter
-
-    figure = Figure(figsize=(11, 4.2), layout="constrained")
-    FigureCanvasSVG(figure)
-    plots = figure.subplots(1, 2, sharey=True)
-    rows = [row for row in result["work"] if row["phase_rad"]]
-    renderers = list(dict.fromkeys(row["renderer"] for row in rows))
-    marks = dict(zip(dict.fromkeys(row["camera"] for row in rows), "os^", strict=False))
-    for axes, error in zip(plots, ("phase_rad", "image"), strict=True):
-        for renderer, colour in zip(renderers, _COLOURS, strict=False):
-            for camera, mark in marks.items():
-                some = [row for row in rows if row["renderer"] == renderer and row["camera"] == camera]
-                some.sort(key=lambda row: row["setting"][0] * row["setting"][1])
-                line = "-" if renderer == "analytic" else ""
-                axes.loglog(
-                    [row[error] for row in some],
-                    [row["seconds"] for row in some],
-                    mark + line,
-                    color=colour,
-                    label=f"{renderer}, {camera}" if some else None,
-                    alpha=0.85,
-                )
-        axes.grid(color="#e4e8ed", which="both")
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.spines[["top", "right"]].set_visible(False)
-    plots[0].set_xlabel("phase error, rad (RMS)")
-    plots[1].set_xlabel("brightness error, share of the contrast (RMS)")
-    plots[0].set_ylabel("seconds a frame")
-    figure.legend(*plots[0].get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8)
+    rows = sorted((row for row in result["work"] if row["phase_rad"]), key=lambda row: math.prod(row["setting"]))
+    figure = error_against_time(
+        {", ".join(key): own for key, own in grouped(rows, "renderer", "camera").items()},
+        {
+            "phase error, rad (RMS)": lambda row: row["phase_rad"],
+            "brightness error, share of the contrast (RMS)": lambda row: row["image"],
+        },
+        lambda row: row["seconds"],
+        "seconds a frame",
+    )
     figure.suptitle(textwrap.fill(speed_sentence(result), 100), fontsize=9)
     return figure
-
-
-def _rad(figure: float | None) -> str:
-    return "-" if figure is None else f"{figure:.4f}"
-
-
-def _percent(figure: float | None) -> str:
-    return "-" if figure is None else f"{100 * figure:.2f}%"

@@ -3,7 +3,7 @@
 Each case is one film with the outcome that physics expects: it is accepted, or it is inconclusive for a stated reason,
 because its motion cannot test the law.  A true film must never be rejected.
 
-right: as expected.  open: inconclusive although the film shows enough: a shortfall.  wrong: a true film is rejected, a
+right: as expected.  inconclusive: although the film shows enough: a shortfall.  wrong: a true film is rejected, a
 film that shows nothing is accepted, a figure is not finite, or the program crashes.
 """
 
@@ -33,13 +33,13 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film
-from moireid_lab.bench.bench_rows import Where, made_rows
+from moireid_lab.bench.bench_frame import Wish
 from moireid_lab.bench.verify.judged import JudgedFrames, judge_frames
 
 Array = NDArray[np.float64]
-Outcome = Literal["right", "open", "wrong"]
+Outcome = Literal["right", "inconclusive", "wrong"]
 #: What physics expects: a verdict of the film, or the code of the reason for which it must be inconclusive.
-Expected = Literal["accept", "accept or open", "motion", "gain", "badge_absent"]
+Expected = Literal["accept", "accept or inconclusive", "motion", "gain", "badge_absent"]
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FPS, FRAMES = 30.0, 150
 #: A phone's camera zoomed in 1.5 times, or cut to its middle: a focal length that no verifier would guess.
@@ -48,6 +48,10 @@ ZOOMED = Camera(1280, 720, 1450.0)
 NARROW = Camera(640, 360, 483.0)
 #: Phase of the fringes by parallax at the first order, rad: 2 pi g_eff / p_r of the default sheet.
 SLOPE_RAD = 7.25
+
+
+#: Figures of a row that a case may lack.
+FIGURES = ("verdict", "true_excitation_rad", "correlation", "gain_ratio", "gain_sd", "residual_rad")
 
 
 def held(
@@ -118,12 +122,14 @@ def cases() -> list[Extreme]:
         Extreme("frontal, slid 8 cm sideways", held(1.4, slide_mm=swing(0, 80, 0.4))),
         Extreme("turned about its upright axis", held(1.4, turn_deg=swing(0, 12, 0.4))),
         Extreme("turned in the picture's plane", held(1.4, turn_deg=swing(2, 25, 0.4)), "motion", quick=True),
-        Extreme("camera pans on a stand", panned(1.4, swing(0, 6, 0.4)), "motion"),
+        Extreme("camera pans on a tripod", panned(1.4, swing(0, 6, 0.4)), "motion"),
         Extreme("slid along the lines only", held(1.4, slide_mm=swing(1, 150, 0.4)), "motion"),
         Extreme("half a fringe", held(1.4, slide_mm=swing(0, half_fringe_mm, 0.3))),
         Extreme("a sixteenth of a fringe", held(1.4, slide_mm=swing(0, half_fringe_mm / 8, 0.3)), "motion"),
         Extreme("a quarter of a turn of phase a frame", held(1.4, turn_deg=swing(0, 30, 2.0))),
-        Extreme("over half a turn a frame", held(1.4, turn_deg=swing(0, 35, 4.0)), "accept or open", quick=True),
+        Extreme(
+            "over half a turn a frame", held(1.4, turn_deg=swing(0, 35, 4.0)), "accept or inconclusive", quick=True
+        ),
         *(
             Extreme(f"{fps} frames a second", sway[0], fps=fps, frames=frames)
             for fps, frames in ((24, 150), (60, 300), (120, 360), (240, 720))
@@ -142,12 +148,10 @@ def cases() -> list[Extreme]:
     ]
 
 
-def run_extremes(
-    *, quick: bool, seed: int, program: str, kept: Path | None, where: Where, step: Callable[[], None]
-) -> list[dict[str, Any]]:
+def run_extremes(wish: Wish, program: str) -> list[dict[str, Any]]:
     """All cases as rows; those that are kept are not filmed again; program: digest of what made them."""
-    jobs = [(f"{program} extreme {case.name} {seed}", (case.name, seed)) for case in chosen(quick=quick)]
-    return made_rows(_read, jobs, kept=kept, where=where, step=step)
+    jobs = {f"{program} extreme {case.name} {wish.seed}": (case.name, wish.seed) for case in chosen(quick=wish.quick)}
+    return list(wish.each(_read, jobs))
 
 
 def _read(job: tuple[str, int]) -> dict[str, Any]:
@@ -164,21 +168,8 @@ def chosen(*, quick: bool) -> list[Extreme]:
 def read_extreme(case: Extreme, seed: int) -> dict[str, Any]:
     """Film one case and judge it; one row."""
     badge = design_badge(Request("Bench"), PAYLOAD)
-    row: dict[str, Any] = {
-        "name": case.name,
-        "expected": case.expected,
-        "verdict": None,
-        "outcome": "wrong",
-        "reasons": [],
-        "why": "",
-        "true_excitation_rad": None,
-        "correlation": None,
-        "gain_ratio": None,
-        "gain_sd": None,
-        "residual_rad": None,
-        "tracked": 0,
-        "frames": case.frames,
-    }
+    row: dict[str, Any] = {"name": case.name, "expected": case.expected, "outcome": "wrong", "reasons": [], "why": ""}
+    row |= {"tracked": 0, "frames": case.frames} | dict.fromkeys(FIGURES)
     with tempfile.TemporaryDirectory() as folder:
         try:
             if case.motion is None:
@@ -221,12 +212,12 @@ def _figures(case: Extreme, found: JudgedFrames, badge: Badge) -> dict[str, Any]
 
 
 def outcome_of(expected: Expected, verdict: str, codes: list[str]) -> Outcome:
-    """Right, open or wrong, as defined in the module docstring; codes: of the reasons against acceptance."""
+    """Right, inconclusive or wrong, as defined in the module docstring; codes: of the reasons against acceptance."""
     if verdict == "reject" or (verdict == "accept" and not expected.startswith("accept")):
         return "wrong"
-    if verdict == "accept" or expected == "accept or open" or expected in codes:
+    if verdict == "accept" or expected == "accept or inconclusive" or expected in codes:
         return "right"
-    return "open"
+    return "inconclusive"
 
 
 def _shoot(case: Extreme, motion: Motion, badge: Badge, video: Path, seed: int) -> None:

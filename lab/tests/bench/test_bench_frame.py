@@ -1,0 +1,85 @@
+"""The frame of benches: tables, choice of cases, output.  Each test states the wrong implementation that it catches."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from kit.in_place import in_place
+from moireid.errors import SpecError
+from moireid_lab.bench import bench_rows
+from moireid_lab.bench.bench_frame import Bench, Wish, counted_verdicts, grouped, run_bench, table_lines
+
+COLUMNS = {"film": "name <6", "gain": ">7.2f", "share": "fine.share >6.0%", "why": "<1", "sum": ">4"}
+
+
+def test_a_row_shows_what_it_has_of_the_columns():
+    """Catches: columns in a row's own order, a heading that is no key of the row, a table that goes on under others."""
+    rows = [
+        {"gain": 1.234, "name": "a", "why": ["x", "y"], "hidden": 1},
+        {"gain": None, "name": "long name", "why": []},
+        {"sum": 2},
+        {"fine": {"share": 0.5}, "name": "b"},
+    ]
+    assert list(table_lines(rows, COLUMNS)) == [
+        "film      gain why",
+        "a         1.23 x y",
+        "long name       -",
+        "",
+        " sum",
+        "   2",
+        "",
+        "film    share",
+        "b         50%",
+    ]
+
+
+def test_seeds_and_names_are_those_that_are_asked_for():
+    """Catches: clips that a quick run overrides, a seed that is left out, a name that no case has taken for all."""
+    assert Wish(seed=4).seeds(3) == range(4, 7) and Wish(quick=True).seeds(3, quick=2) == range(2)
+    assert Wish(quick=True, clips=5).seeds(3) == range(5)
+    assert Wish(only="^b").chosen(["ab", "ba"]) == ["ba"]
+    with pytest.raises(SpecError, match="no case's name holds 'z'"):
+        Wish(only="z").chosen(["a"])
+
+
+def test_each_gives_rows_by_name_and_keeps_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Catches: a kept row that is made again, rows of cases that were not wanted, progress that is not reported."""
+    monkeypatch.setattr(bench_rows, "run_tasks", in_place)
+    made, steps = list[int](), list[tuple[int, int | None]]()
+    wish = Wish(only="[ab]", kept=tmp_path / "rows.jsonl", progress=lambda *step: steps.append(step))
+
+    def work(job: int) -> dict[str, int]:
+        made.append(job)
+        return {"value": job}
+
+    for _ in range(2):
+        assert [row["value"] for row in wish.each(work, {"a": 1, "b": 2, "c": 3})] == [1, 2]
+    assert made == [1, 2] and steps == [(1, 2), (2, 2)] * 2
+
+
+def test_verdicts_are_counted_with_the_reasons_that_are_most_frequent():
+    """Catches: an inconclusive film among the rejected; a reason that is rare; a group that loses rows."""
+    rows = [{"verdict": "reject", "why": ["b", "a"]}, {"verdict": "inconclusive", "why": ["a"]}]
+    assert counted_verdicts(rows, 1) == {"accept": 0, "inconclusive": 1, "reject": 1, "reasons": "a"}
+    assert grouped(rows, "verdict") == {"reject": rows[:1], "inconclusive": rows[1:]}
+
+
+def test_a_script_prints_its_rows_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Catches: JSON that is not alone on stdout, an option that does not reach the bench, CSV without a column."""
+    bench = Bench(
+        lambda wish: ({"name": str(wish.own.size), "gain": 1.0} for _ in wish.seeds(2)),
+        COLUMNS,
+        lambda rows: [f"{len(rows)} films"],
+        {"--size": {"type": int}},
+    )
+    table = tmp_path / "rows.csv"
+    run_bench(bench, "", ["--json", "--size", "3", "--films", "1", "--csv", str(table)])
+    printed = capsys.readouterr()
+    assert json.loads(printed.out) == [{"name": "3", "gain": 1.0}] and "1 films" in printed.err
+    assert list(csv.DictReader(table.open())) == [{"name": "3", "gain": "1.0"}]
+    run_bench(bench, "", ["--size", "3"])
+    assert capsys.readouterr().out.splitlines() == ["film      gain", "3         1.00", "3         1.00", "2 films"]
