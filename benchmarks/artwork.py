@@ -1,4 +1,6 @@
-"""Does artwork change what is read?  Run `.venv/bin/python benchmarks/artwork.py`; it needs pdftoppm (poppler).
+"""Does artwork change what is read?  Run `.venv/bin/python benchmarks/artwork.py [--only cr80]`.
+
+It needs pdftoppm (poppler).
 
 Each badge's page is printed twice, with all that its template can wear and with markers and lines alone.  Poppler
 rasterises both, the simulator films both rasters on the same course, and the verifier reads both films.
@@ -12,10 +14,9 @@ see, which is no matter of what is printed.
 from __future__ import annotations
 
 import subprocess
-import sys
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
@@ -40,21 +41,12 @@ from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM
 from moireid.verifier import Claim, verify
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.track import Track
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
 DPI, FRAMES, FPS, CRF = 600, 60, 30, 0
 Plain = Callable[[PdfPage, Badge], None]
-
-
-@dataclass(frozen=True)
-class Found:
-    """What artwork changed: dots within what must stay clear, phase of a strip at most, and of a frame; ids read."""
-
-    dots: int
-    strip_rad: float
-    frame_rad: float
-    ids: tuple[str | None, str | None]
 
 
 def dressed(template: str, name: str, orientation: str, folder: Path) -> tuple[Badge, Look]:
@@ -105,7 +97,7 @@ def filmed(badge: Badge, board: NDArray[np.uint8], video: Path) -> None:
         film(scene, course, video, frames=FRAMES, fps=FPS, seed=1, crf=CRF, overwrite=True)
 
 
-def compare(template: str, name: str, orientation: str, folder: Path) -> Found:
+def compare(template: str, name: str, orientation: str, folder: Path) -> Row:
     """Print, film and read a badge with and without what it wears."""
     badge, look = dressed(template, name, orientation, folder)
     boards = [printed(badge, worn, folder) for worn in (None, look)]
@@ -116,9 +108,16 @@ def compare(template: str, name: str, orientation: str, folder: Path) -> Found:
     bare, worn = (_phases(one.track) for one in read)
     both = np.isin(bare[0], worn[0]), np.isin(worn[0], bare[0])
     apart = np.angle(np.exp(1j * (worn[1][:, both[1]] - bare[1][:, both[0]])))
-    strip_rad, frame_rad = np.abs(apart.mean(axis=1)).max(), np.sqrt(np.mean(apart.mean(axis=0) ** 2))
-    ids = (read[0].identity.decoded_id, read[1].identity.decoded_id)
-    return Found(_dots(badge, *boards), float(strip_rad), float(frame_rad), ids)
+    ids = {one.identity.decoded_id for one in read}
+    return {
+        "template": template,
+        "format": name,
+        "orientation": orientation,
+        "dots": _dots(badge, *boards),
+        "strip rad": float(np.abs(apart.mean(axis=1)).max()),
+        "frame rad": float(np.sqrt(np.mean(apart.mean(axis=0) ** 2))),
+        "identities": "both read" if ids == {PAYLOAD.hex()} else f"read {ids}",
+    }
 
 
 def _phases(track: Track) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -137,21 +136,18 @@ def _dots(badge: Badge, bare: NDArray[np.uint8], worn: NDArray[np.uint8]) -> int
     return differ
 
 
-def main() -> None:
-    """One line a template and format."""
-    names = sys.argv[1:] or ["cr80", "a6", "board"]
-    print(f"{'template':<12}{'format':<10}{'':<11}{'dots':>5}{'strip rad':>11}{'frame rad':>11}  identities")
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a template and format."""
+    kinds = [(template, name) for name in ("cr80", "a6", "board") for template in TEMPLATES]
+    wanted = wish.chosen(f"{name} {template}" for template, name in kinds)
     with tempfile.TemporaryDirectory() as folder:
-        for k, (template, name) in enumerate((template, name) for name in names for template in TEMPLATES):
-            orientation = ("portrait", "landscape")[k % 2]
-            found = compare(template, name, orientation, Path(folder))
-            whole = "both read" if set(found.ids) == {PAYLOAD.hex()} else f"read {found.ids}"
-            print(
-                f"{template:<12}{name:<10}{orientation:<11}{found.dots:>5}{found.strip_rad:>11.5f}{found.frame_rad:>11.5f}"
-                f"  {whole}",
-                flush=True,
-            )
+        for k, (template, name) in enumerate(kinds):
+            if f"{name} {template}" in wanted:
+                yield compare(template, name, ("portrait", "landscape")[k % 2], Path(folder))
 
+
+COLUMNS = {"template": "<11", "format": "<9", "orientation": "<11", "dots": ">5", "strip rad": ">10.5f"}
+BENCH = Bench(rows, COLUMNS | {"frame rad": ">10.5f", "identities": "<1"})
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

@@ -1,4 +1,4 @@
-"""Seconds that a 10 s film takes, by stage: run `.venv/bin/python benchmarks/film_speed.py [CAMERA ...]`.
+"""Seconds that a 10 s film takes, by stage: run `.venv/bin/python benchmarks/film_speed.py [--cameras NAME ...]`.
 
 60 frames a second, 1080p where the camera has it, the default badge held in the hand at 1 m, sensor and H.264.  A
 short film runs first, so that compiling is not counted; its time is printed separately.  CPU seconds are those of all
@@ -8,14 +8,11 @@ is what encoding alone takes of pictures that lie ready, CPU milliseconds a fram
 
 from __future__ import annotations
 
-import os
-import platform
-import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +22,7 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.recording.encode import FilmWriter, recipe_for
 from moireid.simulate.scene import Build, Scene
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 SECONDS, FPS = 10, 60.0
 #: Pictures that are encoded alone.
@@ -48,31 +46,43 @@ def encoding_s(scene: Scene, motion: Motion, video: Path) -> float:
     return (time.process_time() - used) / len(ready)
 
 
-def main() -> None:
-    """Print one row a camera."""
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a camera."""
     badge = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
-    print(
-        f"{platform.machine()}, {os.cpu_count()} cores, numba {numba.__version__} on {numba.get_num_threads()} threads"
-    )
-    words = ("render", "sensor", "encode", "total s", "CPU s", "CPU ms", "limit ms", "ratio")
-    columns = "".join(f"{word:>9}" for word in words)
-    print(f"{'camera':<12}{'first 2 frames':>16}{columns}{'MB':>7}")
-    with tempfile.TemporaryDirectory() as folder:
-        video = Path(folder) / "film.mp4"
-        for name in sys.argv[1:] or ["phone"]:
-            scene = Scene(badge, Build.typical(1), camera_named(name))
-            motion = motion_named("handheld", distance_mm=1000.0, seed=1)
+    motion, frames = motion_named("handheld", distance_mm=1000.0, seed=1), round((1 if wish.quick else SECONDS) * FPS)
+    for name in wish.own.cameras:
+        with tempfile.TemporaryDirectory() as folder:
+            video, scene = Path(folder) / "film.mp4", Scene(badge, Build.typical(1), camera_named(name))
             begun = time.perf_counter()
             film(scene, motion, video, frames=2, fps=FPS, overwrite=True)
             compiled, used = time.perf_counter(), time.process_time()
-            report = film(scene, motion, video, frames=round(SECONDS * FPS), fps=FPS, overwrite=True)
+            report = film(scene, motion, video, frames=frames, fps=FPS, overwrite=True)
             total, used = time.perf_counter() - compiled, time.process_time() - used
-            stages = "".join(f"{report.stages_s[stage]:>9.1f}" for stage in ("render", "sensor", "encode"))
-            size = video.stat().st_size / 1e6
-            frame_ms, limit_ms = 1e3 * used / report.frames, 1e3 * encoding_s(scene, motion, video)
-            shares = f"{used:>9.1f}{frame_ms:>9.1f}{limit_ms:>9.1f}{frame_ms / limit_ms:>9.2f}"
-            print(f"{name:<12}{compiled - begun:>16.1f}{stages}{total:>9.1f}{shares}{size:>7.1f}", flush=True)
+            megabytes, frame_ms = video.stat().st_size / 1e6, 1e3 * used / report.frames
+            limit_ms = 1e3 * encoding_s(scene, motion, video)
+        yield {
+            "camera": name,
+            "first 2 frames": compiled - begun,
+            **{stage: report.stages_s[stage] for stage in ("render", "sensor", "encode")},
+            "total s": total,
+            "CPU s": used,
+            "CPU ms": frame_ms,
+            "limit ms": limit_ms,
+            "ratio": frame_ms / limit_ms,
+            "MB": megabytes,
+        }
 
+
+COLUMNS = {"camera": "<11", "first 2 frames": ">15.1f", "render": ">8.1f", "sensor": ">8.1f", "encode": ">8.1f"}
+COLUMNS |= {
+    "total s": ">8.1f",
+    "CPU s": ">8.1f",
+    "CPU ms": ">8.1f",
+    "limit ms": ">8.1f",
+    "ratio": ">8.2f",
+    "MB": ">6.1f",
+}
+BENCH = Bench(rows, COLUMNS, options={"--cameras": {"nargs": "+", "default": ["phone"]}})
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

@@ -14,10 +14,9 @@ whether the identity was read, and the camera as estimated next to the true one.
 
 from __future__ import annotations
 
-import argparse
 import math
-import tempfile
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -33,8 +32,10 @@ from outside.lens import through_cylinder
 from outside.motion import Course
 from outside.page import PAPER, Lens, load_page
 
-from moireid.badge import load_badge
+from moireid.badge import Badge, load_badge
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.verdicts import why_not
 
 Array = NDArray[np.float64]
 #: Frames a second of the clips, and the fewest corners of the board that give its pose.
@@ -273,40 +274,49 @@ def describe_views(clip: list[BoardView], lens: Lens) -> str:
     return f"from {words[0]} degrees off the front, third harmonic {words[1]}"
 
 
-def main() -> None:
-    """Make the films, judge them, print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, required=True, metavar="DIR")
-    parser.add_argument("--keep", type=Path, metavar="DIR")
-    parser.add_argument("--cameras", type=int, nargs="*", default=[0, 1, 2, 3])
-    wish = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        kept = prepared(wish.keep or Path(scratch))
-        badge, board = load_badge(kept / "badge" / "badge.json"), load_board(wish.data)
-        for number in wish.cameras:
-            camera = webcam(wish.data, number)
-            clip = read_clip(wish.data, number, camera, board)
-            print(f"camera {number} {describe_views(clip, load_page(kept / 'badge').lens)}")
+def judged(path: Path, badge: Badge, camera: Webcam) -> Row:
+    """What becomes of one film, with the camera as solved next to the true one."""
+    report = verify(path, Claim(badge, badge.id))
+    lens = report.measurement.camera if report.measurement else None
+    middle = np.array(camera.center_px) - 0.5 - (np.array(camera.size_px) - 1) / 2
+    return {
+        "verdict": report.verdict,
+        "gain": report.invariant.gain_ratio,
+        "error bar": report.invariant.gain_sd,
+        "tracked": report.frames["tracked"],
+        "read": report.identity.decoded_id == badge.id,
+        "f": lens and lens.focal_px,
+        "true f": camera.focal_px,
+        "k1": lens and lens.bend_k1,
+        "true k1": float(camera.distortion[0]),
+        "axis off, px": float(np.hypot(*(np.array(lens.axis_px) - middle))) if lens else None,
+        "why": why_not(report),
+    }
+
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """A row on the views of each camera, and one for each film."""
+    with wish.kept_folder() as name:
+        kept, data = prepared(name), wish.own.data
+        badge, board = load_badge(kept / "badge" / "badge.json"), load_board(data)
+        for number in wish.own.cameras:
+            camera = webcam(data, number)
+            clip = read_clip(data, number, camera, board)
+            yield {"camera": number, "looks": describe_views(clip, load_page(kept / "badge").lens)}
             for forge in FORGERIES:
                 path = kept / f"hold_{number}_{forge or 'true'}.mp4"
                 write_film(BoardTracer(kept / "badge", camera, clip, board, forge), path, number)
-                report = verify(path, Claim(badge, badge.id))
-                found = report.to_json()
-                gain, sd = report.invariant.gain_ratio, report.invariant.gain_sd
-                lens = report.measurement.camera if report.measurement else None
-                solved = f"f {lens.focal_px:.0f} k1 {lens.bend_k1:.2f}" if lens else "no camera"
-                middle = np.array(camera.center_px) - 0.5 - (np.array(camera.size_px) - 1) / 2
-                axis = np.array(lens.axis_px) - middle if lens else np.full(2, math.nan)
-                reasons = [one["code"] for one in found["reasons"] if one["level"] in ("fail", "undecided")]
-                print(
-                    f"camera {number} {forge or 'true':9} {report.verdict:13} gain {gain} ± {sd} "
-                    f"tracked {found['frames']['tracked']} of {len(clip)} "
-                    f"read {report.identity.decoded_id == badge.id} "
-                    f"{solved} (true f {camera.focal_px:.0f} k1 {camera.distortion[0]:.2f}; axis off by "
-                    f"{np.hypot(*axis):.0f} px) {' '.join(reasons)}",
-                    flush=True,
-                )
+                yield {"camera": number, "film": forge or "true", "frames": len(clip)} | judged(path, badge, camera)
 
+
+OPTIONS = {
+    "--data": {"type": Path, "required": True, "metavar": "DIR"},
+    "--cameras": {"type": int, "nargs": "*", "default": [0, 1, 2, 3]},
+}
+COLUMNS = {"camera": ">6", "looks": "<1", "film": "<9", "verdict": "<12", "gain": ">8.3f", "error bar": ">9.3f"}
+COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">6.0f", "true f": ">6.0f", "k1": ">6.2f"}
+COLUMNS |= {"true k1": ">7.2f", "axis off, px": ">12.0f", "why": "<1"}
+BENCH = Bench(rows, COLUMNS, options=OPTIONS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

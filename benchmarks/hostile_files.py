@@ -1,46 +1,35 @@
-"""Hostile films: run `.venv/bin/python benchmarks/hostile_files.py [COUNT] [--out DIR] [--workers N]`.
+"""Hostile films: run `.venv/bin/python benchmarks/hostile_files.py [--clips COUNT] [--keep DIR]`.
 
 Films of a badge, in several codecs and containers, are cut off, overwritten, given other headers or glued; others are
-headers alone that ask for huge pictures.  Worker processes verify them.  A right outcome is a verdict, or one
+headers alone that ask for huge pictures.  Processes of their own verify them.  A right outcome is a verdict, or one
 `MoireIdError`; wrong are any other exception, a crash, a hang, or a gigabyte of memory.
 
-Peak memory is measured for each film (Linux; elsewhere it is the worker's peak so far).  A hang is measured in CPU
-seconds, so a busy machine does not count as one.  A worker with a wrong outcome is ended and another one started.  With
-`--out`, every outcome is a row of `DIR/outcomes.csv`, films with wrong outcomes are kept there, and an interrupted run
-goes on where it stopped.  The films to damage are kept too, so each number is the same hostile film in every run.
+With `--keep` the films to damage are kept, so each number is the same hostile film in every run, and those with wrong
+outcomes lie there too.  Where a run was interrupted, `--first NUMBER` goes on.
 """
 
 from __future__ import annotations
 
-import argparse
-import csv
-import multiprocessing
-import os
 import random
-import resource
 import struct
 import sys
-import tempfile
-import time
 import zlib
 from collections import Counter
-from multiprocessing.connection import Connection
+from collections.abc import Iterator
 from pathlib import Path
 
-import psutil
-
 from moireid.designer import Request, design_badge, payload_from_hex
+from moireid_lab.archive.engine import Task, run_tasks
+from moireid_lab.archive.isolated import Limits, LostJob
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 COUNT = 10_000
 #: A film of 20 small frames takes a tenth of a second of CPU, one of 70 half of one.
-LIMIT_CPU_S, LIMIT_WALL_S, LIMIT_BYTES = 30.0, 600.0, 1 << 30
-#: The system gives a worker no more memory than this; it protects the machine, and is not the limit that is tested.
-GUARD_BYTES = 3 << 30
+LIMITS = Limits(seconds=60.0, memory_mb=1024)
 #: Container and codec, and frames: every eighth hostile film is spoilt from one that is long enough to be judged.
 SHORT = {"a.mp4": "h264", "b.mkv": "h264", "c.mp4": "h265", "d.mkv": "av1"}
 LONG, LONG_EVERY, LONG_FRAMES = {"long.mp4": "h264", "long.mkv": "h264"}, 8, 70
 KINDS = ("cut", "flipped", "zeroed", "header", "swapped", "glued", "repeated", "huge")
-COLUMNS = ("number", "kind", "outcome", "cpu_s", "peak_mb")
 
 
 def spoilt_from(folder: Path) -> dict[bool, list[bytes]]:
@@ -124,160 +113,52 @@ def huge(rng: random.Random) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + head + chunk(b"acTL", struct.pack(">II", 40, 0)) + frames + chunk(b"IEND", b"")
 
 
-def work(badge_json: Path, pipe: Connection) -> None:
-    """Verify the films whose paths come through the pipe, until None; send outcome and peak memory, bytes."""
-    resource.setrlimit(resource.RLIMIT_DATA, (GUARD_BYTES, GUARD_BYTES))
+def outcome_of(job: tuple[str, int]) -> str:
+    """What becomes of the hostile film of a number."""
     from moireid.badge import load_badge
     from moireid.errors import MoireIdError
     from moireid.verifier import Claim, verify
 
-    badge = load_badge(badge_json)
-    while (path := pipe.recv()) is not None:
-        forget_peak()
-        try:
-            outcome = verify(path, Claim(badge, badge.id)).verdict
-        except MoireIdError:
-            outcome = "refused"
-        except (Exception, MemoryError) as error:  # noqa: BLE001 - this is what is looked for
-            outcome = f"WRONG: {type(error).__name__}: {' '.join(str(error).split())[:80]}"
-        pipe.send((outcome, peak_bytes()))
-
-
-def forget_peak() -> None:
-    """Reset the system's count of this process's peak memory, where it can."""
-    if sys.platform == "linux":
-        Path("/proc/self/clear_refs").write_text("5")
-
-
-def peak_bytes() -> int:
-    """Peak of resident memory since it was last forgotten."""
-    if sys.platform == "linux":
-        line = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
-        return int(line.split()[1]) << 10
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-
-
-class Worker:
-    """A process that verifies one film after another."""
-
-    def __init__(self, folder: Path) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=work, args=(folder / "badge.json", theirs), daemon=True)
-        self._process.start()
-        theirs.close()
-        self.path = folder / f"hostile-{self._process.pid}.mp4"
-        self.number: int | None = None
-        self._cpu_s, self._wall_s = 0.0, 0.0
-
-    def give(self, number: int, data: bytes) -> None:
-        """Let it verify a film."""
-        self.path.write_bytes(data)
-        self.number, self._cpu_s, self._wall_s = number, self._used_s(), time.monotonic()
-        self._pipe.send(self.path)
-
-    def outcome(self) -> tuple[str, float, float] | None:
-        """Outcome, CPU seconds and peak MB of the film that it was given; None while it is at work."""
-        if not self._pipe.poll(0.02):
-            if not self._process.is_alive():
-                return f"WRONG: crash {self._process.exitcode}", 0.0, 0.0
-            used = self._used_s() - self._cpu_s
-            if used > LIMIT_CPU_S or time.monotonic() - self._wall_s > LIMIT_WALL_S:
-                return "WRONG: hang", used, 0.0
-            return None
-        try:
-            outcome, peak = self._pipe.recv()
-        except EOFError:
-            self._process.join(5)
-            return f"WRONG: crash {self._process.exitcode}", 0.0, 0.0
-        if peak > LIMIT_BYTES and not outcome.startswith("WRONG"):
-            outcome = "WRONG: memory"
-        return outcome, self._used_s() - self._cpu_s, peak / 1e6
-
-    def end(self) -> None:
-        """End it, whatever it does."""
-        self._process.kill()
-        self._process.join()
-        self.path.unlink(missing_ok=True)
-
-    def _used_s(self) -> float:
-        try:
-            times = psutil.Process(self._process.pid).cpu_times()
-        except psutil.NoSuchProcess:
-            return self._cpu_s
-        return float(times.user + times.system)
-
-
-def run(folder: Path, numbers: list[int], workers: int) -> None:
-    """Verify the hostile films of these numbers, a row of `outcomes.csv` each."""
-    films = spoilt_from(folder)
-    busy = [Worker(folder) for _ in range(min(workers, len(numbers)))]
-    waiting = iter(numbers)
+    folder, number = Path(job[0]), job[1]
+    path, badge = folder / f"hostile-{number}.mp4", load_badge(folder / "badge.json")
+    path.write_bytes(hostile(spoilt_from(folder), number))
     try:
-        with (folder / "outcomes.csv").open("a", newline="") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            for worker in busy:
-                number = next(waiting)
-                worker.give(number, hostile(films, number))
-            while busy:
-                for place, worker in enumerate(busy):
-                    outcomes = worker.outcome()
-                    if outcomes is None or worker.number is None:
-                        continue
-                    outcome, cpu_s, peak_mb = outcomes
-                    number, kind = worker.number, KINDS[worker.number % len(KINDS)]
-                    writer.writerow([number, kind, outcome, f"{cpu_s:.3f}", f"{peak_mb:.0f}"])
-                    stream.flush()
-                    if outcome.startswith("WRONG"):
-                        print(f"film {number}, {kind}: {outcome}", file=sys.stderr, flush=True)
-                        (folder / f"wrong-{number}").write_bytes(hostile(films, number))
-                        worker.end()
-                        busy[place] = worker = Worker(folder)
-                    after = next(waiting, None)
-                    if after is None:
-                        worker.end()
-                        busy.pop(place)
-                        break
-                    worker.give(after, hostile(films, after))
-    finally:
-        for worker in busy:
-            worker.end()
+        outcome = verify(path, Claim(badge, badge.id)).verdict
+    except MoireIdError:
+        outcome = "refused"
+    except (Exception, MemoryError) as error:  # noqa: BLE001 - this is what is looked for
+        return f"WRONG: {type(error).__name__}: {' '.join(str(error).split())[:80]}"
+    path.unlink()
+    return outcome
 
 
-def rows_of(folder: Path) -> dict[int, dict[str, str]]:
-    """The outcomes so far, by number; a last line that was broken off is not counted."""
-    path = folder / "outcomes.csv"
-    if not path.exists():
-        return {}
-    with path.open(newline="") as stream:
-        rows = [row for row in csv.DictReader(stream, COLUMNS) if row["peak_mb"]]
-    return {int(row["number"]): row for row in rows}
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a kind."""
+    numbers = range(wish.own.first, wish.own.first + (wish.clips or (80 if wish.quick else COUNT)))
+    outcomes: dict[str, Counter[str]] = {kind: Counter() for kind in KINDS}
+    with wish.kept_folder() as folder:
+        spoilt_from(folder)
+        tasks = [Task(((str(folder), number),)) for number in numbers]
+        for count, (place, done) in enumerate(run_tasks(outcome_of, tasks, workers=wish.where.workers, limits=LIMITS)):
+            (found,) = done.outcomes
+            outcome = f"WRONG: {found.fault}" if isinstance(found, LostJob) else found
+            outcomes[KINDS[numbers[place] % len(KINDS)]][outcome] += 1
+            if outcome.startswith("WRONG"):
+                print(f"film {numbers[place]}: {outcome}", file=sys.stderr, flush=True)
+            wish.progress(count + 1, len(numbers))
+    for kind, found in outcomes.items():
+        yield {"kind": kind, "outcomes": [f"{name} {number}" for name, number in sorted(found.items())]}
 
 
-def main() -> None:
-    """Run what is missing, and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("count", nargs="?", type=int, default=COUNT)
-    parser.add_argument("--out", type=Path)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = given.out or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
-        missing = sorted(set(range(given.count)) - rows_of(folder).keys())
-        clock = time.monotonic()
-        if missing:
-            run(folder, missing, given.workers)
-        rows = list(rows_of(folder).values())
-    print(f"{len(missing)} films in {time.monotonic() - clock:.0f} s, {given.workers} workers; {len(rows)} in all")
-    for kind in KINDS:
-        own = [row for row in rows if row["kind"] == kind]
-        counts = ", ".join(f"{name} {number}" for name, number in sorted(Counter(r["outcome"] for r in own).items()))
-        most = max((float(row["peak_mb"]) for row in own), default=0.0)
-        slowest = max((float(row["cpu_s"]) for row in own), default=0.0)
-        print(f"{kind:<10}{counts}; at most {most:.0f} MB and {slowest:.1f} s of CPU")
-    sys.exit(any(row["outcome"].startswith("WRONG") for row in rows))
+def check(found: list[Row]) -> Iterator[str]:
+    """Exit code 1 where an outcome is wrong."""
+    yield f"wrong: {sum(one.startswith('WRONG') for row in found for one in row['outcomes'])}"
+    if any(one.startswith("WRONG") for row in found for one in row["outcomes"]):
+        raise SystemExit(1)
 
+
+OPTIONS = {"--first": {"type": int, "default": 0, "metavar": "NUMBER", "help": "of the first hostile film"}}
+BENCH = Bench(rows, {"kind": "<10", "outcomes": "<1"}, check, OPTIONS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

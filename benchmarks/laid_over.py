@@ -10,11 +10,8 @@ be accepted, and of a true film on each trajectory, which should be.
 
 from __future__ import annotations
 
-import argparse
-import tempfile
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -22,12 +19,14 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.lenticule import view_law
-from moireid.simulate.filming import Show, film
+from moireid.simulate.filming import Show
 from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script, temporary_film
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
+from moireid_lab.bench.verdicts import why_not
 
 Array = NDArray[np.float64]
 FRAMES, FPS, CRF, PX_PER_MM = 240, 30.0, 23, 4.0
@@ -133,37 +132,23 @@ def superposed(case: Superposition) -> Show:
     return show
 
 
-def judged(job: tuple[Superposition, int]) -> str:
-    """Make one film; a line on what becomes of it."""
+def judged(job: tuple[Superposition, int]) -> Row:
+    """Make one film; what becomes of it."""
     case, seed = job
-    badge = badge_of("x")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "film.mp4"
-        film(
-            Scene(badge, Build.typical(seed), CAMERA),
-            turned_on_the_spot(badge, case, seed),
-            path,
-            frames=FRAMES,
-            fps=FPS,
-            show=superposed(case) if case.count else None,
-            seed=seed,
-            crf=CRF,
-        )
-        report = verify(path, Claim(badge, badge.id))
-    why = ", ".join(reason.code for reason in report.reasons if reason.level in ("fail", "undecided"))
-    return f"{case.name:<58} seed {seed}: {report.verdict} {why}"
+    badge, show = badge_of("x"), superposed(case) if case.count else None
+    scene, motion = Scene(badge, Build.typical(seed), CAMERA), turned_on_the_spot(badge, case, seed)
+    with temporary_film(scene, motion, frames=FRAMES, fps=FPS, show=show, seed=seed, crf=CRF) as video:
+        report = verify(video, Claim(badge, badge.id))
+    return {"film": case.name, "seed": seed, "verdict": report.verdict, "why": why_not(report)}
 
 
-def main() -> None:
-    """Print the verdict of each film."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=1, metavar="N", help="films of each kind; default: 1")
-    parser.add_argument("--jobs", type=int, default=2, help="processes; default: 2")
-    arguments = parser.parse_args()
-    with ProcessPoolExecutor(arguments.jobs) as pool:
-        for line in pool.map(judged, [(case, seed) for case in ALL for seed in range(1, arguments.seeds + 1)]):
-            print(line, flush=True)
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film."""
+    seeds = range(1, 1 + (wish.clips or 1))
+    return wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for case in ALL for seed in seeds})
 
+
+BENCH = Bench(rows, {"film": "<58", "seed": ">4", "verdict": "<12", "why": "<1"})
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

@@ -13,12 +13,10 @@ are percentiles of the figures that the solver's priors are calibrated on.
 
 from __future__ import annotations
 
-import argparse
 import csv
 import math
-import os
 import time
-from collections.abc import Iterable
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import cycle, product
@@ -31,6 +29,7 @@ from outside.motion import course
 from moireid.verifier.camera.distortion import MIDDLE
 from moireid.verifier.camera.fit import fit_camera
 from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 Array = NDArray[np.float64]
 SIZE_PX, FPS, SECONDS = (1920, 1080), 30, 8
@@ -177,68 +176,62 @@ def radial(lens: FisheyeLens) -> tuple[float, float, float, float]:
     return focal, k1 + MIDDLE * k2, k2, left_px
 
 
-def lens_percentiles(lenses: list[FisheyeLens]) -> str:
+def lens_percentiles(lenses: list[FisheyeLens]) -> Iterator[Row]:
     """Percentiles of the lenses' figures."""
     figures = np.array([radial(lens) for lens in lenses if lens.focal < LONG])
     figures = figures[figures[:, 3] < WORST_RADIAL_PX]
-    steps = (1, 5, 25, 50, 75, 95, 99)
-    lines = [f"{len(figures)} of {len(lenses)} lenses; percentiles {' '.join(map(str, steps))}"]
     for name, column in zip(("focal length", "a", "b", "left, px"), figures.T, strict=True):
-        lines.append(f"{name:13}" + " ".join(f"{value:7.3f}" for value in np.percentile(column, steps)))
-    lines.append(f"correlation of a and b {np.corrcoef(figures[:, 1], figures[:, 2])[0, 1]:.2f}")
-    return "\n".join(lines)
+        percentiles = zip(PERCENTILES, np.percentile(column, PERCENTILES).tolist(), strict=True)
+        yield {"figure": name, "lenses": len(figures)} | {f"{step} %": value for step, value in percentiles}
+    yield {"correlation of a and b": float(np.corrcoef(figures[:, 1], figures[:, 2])[0, 1])}
 
 
-def table(rows: Iterable[CameraSolution]) -> str:
-    """Errors and error bars by kind of lens."""
-    rows = list(rows)
-    lines = ["focal length   films  |gain-1| 50 % 90 %   error bar 50 %   beyond 3 bars   at border   s a film"]
-    for name, low, high in (*BINS, ("all", 0.0, 9.0)):
-        own = [row for row in rows if low <= row.film.lens.focal < high]
-        if not own:
-            continue
-        error = np.array([abs(row.gain - 1) for row in own])
-        bar = np.array([row.sd for row in own])
-        beyond = int(np.sum(error > 3 * bar))
-        border = sum(row.at_limit for row in own)
-        run = np.mean([row.run_s for row in own])
-        lines.append(
-            f"{name:13} {len(own):6}  {np.median(error):10.4f} {np.percentile(error, 90):6.4f} {np.median(bar):14.4f} "
-            f"{beyond:11} of {len(own)} {border:11} {run:10.2f}"
-        )
-    return "\n".join(lines)
-
-
-def main() -> None:
-    """Draw lenses, solve their films, print the table, and the worst films."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--profiles", type=Path, required=True, metavar="FILE")
-    parser.add_argument("--lenses", type=int, default=200, metavar="N")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--worst", type=int, default=5, metavar="N", help="films to name, furthest in error bars")
-    parser.add_argument("--fit", action="store_true", help="print the lenses' own figures instead")
-    wish = parser.parse_args()
-    known = profiles(wish.profiles)
-    if wish.fit:
-        print(lens_percentiles(known))
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a kind of lens, and one for each of the worst films; with `--fit`, the lenses' own figures."""
+    known = profiles(wish.own.profiles)
+    if wish.own.fit:
+        yield from lens_percentiles(known)
         return
-    rng = np.random.default_rng(wish.seed)
-    picked = rng.choice(len(known), min(wish.lenses, len(known)), replace=False)
+    count = min(wish.clips or 200, len(known))
+    picked = np.random.default_rng(wish.seed).choice(len(known), count, replace=False)
     films = [
         LensFilm(known[k], motion, distance_m, n + 1000 * wish.seed)
         for n, (k, (distance_m, motion)) in enumerate(zip(picked, cycle(product(DISTANCES_M, MOTIONS)), strict=False))
     ]
-    with ProcessPoolExecutor(wish.workers) as pool:
-        rows = list(pool.map(solve_film, films, chunksize=4))
-    print(table(rows))
-    for row in sorted(rows, key=lambda row: -abs(row.gain - 1) / row.sd)[: wish.worst]:
-        film = row.film
-        print(
-            f"{film.motion} {film.distance_m} m, lens {film.lens.focal} {film.lens.axis} {film.lens.k}: "
-            f"gain {row.gain:.3f} ± {row.sd:.3f}, focal length {row.focal:.3f} of the true one"
-        )
+    with ProcessPoolExecutor(wish.where.workers) as pool:
+        found = list(pool.map(solve_film, films, chunksize=4))
+    for name, low, high in (*BINS, ("all", 0.0, 9.0)):
+        if own := [one for one in found if low <= one.film.lens.focal < high]:
+            error, bar = (
+                np.array(values) for values in zip(*((abs(one.gain - 1), one.sd) for one in own), strict=True)
+            )
+            yield {
+                "focal length": name,
+                "films": len(own),
+                "|gain-1| 50 %": float(np.median(error)),
+                "90 %": float(np.percentile(error, 90)),
+                "error bar 50 %": float(np.median(bar)),
+                "beyond 3 bars": int(np.sum(error > 3 * bar)),
+                "at border": sum(one.at_limit for one in own),
+                "s a film": float(np.mean([one.run_s for one in own])),
+            }
+    for one in sorted(found, key=lambda one: -abs(one.gain - 1) / one.sd)[: wish.own.worst]:
+        film = one.film
+        lens = f"{film.motion} {film.distance_m} m, lens {film.lens.focal} {film.lens.axis} {film.lens.k}"
+        yield {"gain": one.gain, "error bar": one.sd, "focal length of the true one": one.focal, "worst films": lens}
 
+
+PERCENTILES = (1, 5, 25, 50, 75, 95, 99)
+OPTIONS = {
+    "--profiles": {"type": Path, "required": True, "metavar": "FILE"},
+    "--worst": {"type": int, "default": 5, "metavar": "N", "help": "films to name, furthest in error bars"},
+    "--fit": {"action": "store_true", "help": "print the lenses' own figures instead"},
+}
+COLUMNS = {"focal length": "<12", "films": ">6", "|gain-1| 50 %": ">13.4f", "90 %": ">7.4f", "error bar 50 %": ">14.4f"}
+COLUMNS |= {"beyond 3 bars": ">13", "at border": ">9", "s a film": ">8.2f", "figure": "<12", "lenses": ">6"}
+COLUMNS |= {f"{step} %": ">7.3f" for step in PERCENTILES} | {"correlation of a and b": ">22.2f", "gain": ">7.3f"}
+COLUMNS |= {"error bar": ">9.3f", "focal length of the true one": ">28.3f", "worst films": "<1"}
+BENCH = Bench(rows, COLUMNS, options=OPTIONS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

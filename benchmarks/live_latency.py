@@ -11,12 +11,9 @@ them.
 
 from __future__ import annotations
 
-import argparse
 import math
-import os
-import platform
-import tempfile
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -25,8 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, load_badge
+from moireid.designer import Request, design_badge, payload_from_hex
+from moireid.simulate.filming import FilmOptions, filmed, scene_of
 from moireid.verifier import Claim, Film, Frame, Verifier
 from moireid.verifier.session.chapters import CHAPTER_FRAMES
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 HEIGHTS = (720, 1080)
 #: Of the film that is simulated, and rounds of the last figure.
@@ -36,16 +36,12 @@ WAITED = Path("/proc/thread-self/schedstat")
 
 def simulated(folder: Path) -> tuple[Path, Path]:
     """A film of a badge in a hand by the project's own simulator, and the badge's file."""
-    from click.testing import CliRunner
-
-    from moireid.cli.main import main as moireid
-    from moireid.designer import Request, design_badge, payload_from_hex
-
-    film, badge = folder / "film.mp4", folder / "badge.json"
-    badge.write_text(design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b")).to_json())
-    wish = ["simulate", str(badge), "--out", str(film), "--frames", str(FRAMES), "--fps", str(FPS), "--json"]
-    CliRunner().invoke(moireid, wish, catch_exceptions=False)
-    return film, badge
+    film, path = folder / "film.mp4", folder / "badge.json"
+    badge = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
+    path.write_text(badge.to_json())
+    wish = FilmOptions(frames=FRAMES, fps=FPS)
+    filmed(scene_of(badge, wish), wish, film)
+    return film, path
 
 
 def pictures(film: Path, height: int) -> list[Frame]:
@@ -101,31 +97,32 @@ def alone(frames: list[Frame], badge: Badge) -> NDArray[np.float64]:
     return 1e3 * np.min(rounds, axis=0)
 
 
-def line(label: str, took_ms: NDArray[np.float64]) -> None:
+def percentiles(took_ms: NDArray[np.float64]) -> Row:
     """Percentiles, leaving out the first second, in which the badge is found."""
-    middle, most, tail = np.percentile(took_ms[round(FPS) :], (50, 90, 99))
-    print(f"{label:<44}{middle:>8.1f}{most:>8.1f}{tail:>8.1f}{took_ms[round(FPS) :].max():>8.1f}", flush=True)
+    middle, most, tail = np.percentile(took_ms[round(FPS) :], (50, 90, 99)).tolist()
+    return {"p50": middle, "p90": most, "p99": tail, "most": float(took_ms[round(FPS) :].max())}
 
 
-def main() -> None:
-    """Print four lines a picture size."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--film", type=Path, help="instead of a simulated one; 1080p or larger")
-    parser.add_argument("--badge", type=Path, help="the badge.json of that film")
-    given = parser.parse_args()
-    print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, OpenCV {cv2.__version__}")
-    with tempfile.TemporaryDirectory() as folder:
-        film, path = (given.film, given.badge) if given.film else simulated(Path(folder))
-        print(f"{'ms a frame':<44}{'p50':>8}{'p90':>8}{'p99':>8}{'most':>8}")
+def rows(wish: Wish) -> Iterator[Row]:
+    """Three rows a picture size, and the processor time."""
+    with wish.kept_folder() as folder:
+        film, path = (wish.own.film, wish.own.badge) if wish.own.film else simulated(folder)
         badge = load_badge(path)
         for height in HEIGHTS:
             frames = pictures(film, height)
             both, cpu_ms = live(to_and_fro(frames), badge)
-            line(f"{height}p, live, on the clock", both[:, 0])
-            line(f"{height}p, live, less waits for a processor", both[:, 1])
-            print(f"{height}p, CPU of all threads, verdicts too: {cpu_ms:.1f} ms a frame")
-            line(f"{height}p, following alone, best of {ROUNDS}", alone(frames, badge))
+            yield {"ms a frame": f"{height}p, live, on the clock"} | percentiles(both[:, 0])
+            yield {"ms a frame": f"{height}p, live, less waits for a processor"} | percentiles(both[:, 1])
+            yield {"ms a frame": f"{height}p, following alone, best of {ROUNDS}"} | percentiles(alone(frames, badge))
+            yield {"ms a frame": f"{height}p, CPU of all threads, verdicts too", "CPU": cpu_ms}
 
+
+OPTIONS = {
+    "--film": {"type": Path, "help": "instead of a simulated one; 1080p or larger"},
+    "--badge": {"type": Path, "help": "the badge.json of that film"},
+}
+COLUMNS = {"ms a frame": "<43", "p50": ">7.1f", "p90": ">7.1f", "p99": ">7.1f", "most": ">7.1f", "CPU": ">7.1f"}
+BENCH = Bench(rows, COLUMNS, options=OPTIONS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

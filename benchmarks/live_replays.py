@@ -1,24 +1,26 @@
-"""Replays of rendered films against fresh challenges: run `.venv/bin/python benchmarks/live_replays.py [--films 50]`.
+"""Answers, calls and replays against the live check: run `.venv/bin/python benchmarks/live_replays.py [--only call]`.
 
-films: a person before a webcam follows a challenge with a true badge: traced fringes, a photographed face, tremor,
-    noise, 720p at 24 frames a second, coded as JPEG as the page codes them; one process for each processor.
-own: some go through `LiveCheck` with the challenge that they answer, and should be accepted.
-replay: it is played to a fresh challenge, begun at the moment that suits this best, which the replayer knows before:
-    paused on its first picture till then, or without its beginning.  None may be accepted.
-stall: once in the challenge the connection stalls for so long: pictures on their way come late, the page drops
-    those that it would have to queue (six ahead), and the check must not reject.  But a film answers each prompt when
-    it was planned; where the stall delays a prompt, the answer comes too soon, and is rejected for that.
+film: a person before a webcam follows a challenge with a true badge: traced fringes, a photographed face, tremor,
+    noise, 720p at 24 frames a second, coded as JPEG as the page codes them.  `--controls` go through `LiveCheck` with
+    the challenge that they answer (own), and should be accepted.  Each is played to a fresh challenge (replay), begun
+    at the moment that suits this best, which the replayer knows before: paused on its first picture till then, or
+    without its beginning.  None may be accepted.  Once in the challenge the connection stalls for so long (stall):
+    pictures on their way come late, the page drops those that it would have to queue (six ahead), and the check must
+    not reject.  But a film answers each prompt when it was planned; where the stall delays a prompt, the answer comes
+    too soon, and is rejected for that.
+call, answered: a person in a call hears the prompts that are read aloud, and follows them with a true badge.  The
+    call's delay, there and back, goes from 100 to 1,500 ms; 2 % of the pictures are lost; pictures are coded by H.264
+    at 1.5 Mbit/s, shown in a tile of 960 px (`--widths`: others), and coded as JPEG by the asker's page.  Nine of ten
+    should be accepted.  jumping: with a delay that jumps up by a second in the middle.  replay: an attacker plays a
+    film of an earlier answered call, and pauses it until each prompt comes.  None may be accepted.
 """
 
 from __future__ import annotations
 
-import argparse
 import hashlib
-import os
 import random
-import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -30,10 +32,11 @@ from live_speed import FACE_MM, FPS, portrait
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.verifier.session.claim import Claim
-from moireid_lab.archive.engine import Task, run_tasks
-from moireid_lab.archive.isolated import LostJob
-from moireid_lab.bench.live import answer, course_of, frames, passes_in_order
-from moireid_studio.challenge.challenge import Prompt, draw_prompts
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.live import Caller, PausingPlayer, answer, coded, course_of, frames, passes_in_order
+from moireid_studio.challenge.challenge import draw_prompts
+from moireid_studio.challenge.chance import likeliest_chance, same_moves_chance
+from moireid_studio.challenge.clock import CALL
 from moireid_studio.challenge.session import READY_S, LiveCheck
 
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
@@ -41,49 +44,77 @@ SEEN_S = 1.5
 #: The page's own limit of pictures on their way, and how long one is on its way.
 MOST_AHEAD, WAY_S = 6, 0.05
 STALLS_S = (0.3, 0.5, 1.0)
+#: Of calls: share of pictures that are lost, width of the tile, px, and the longest call.
+LOSS, WIDTH, LONGEST_S = 0.02, 960, 150.0
 NAMES = ("Ada Lovelace", "Emmy Noether", "Grace Hopper", "Lise Meitner", "Mary Somerville")
 Picture = tuple[float, float, bytes]  #: When it was taken and when it arrived, s, and its JPEG.
 
 
-@dataclass(frozen=True)
-class Clip:
-    """One film: its number, from which all that is random in it comes, and whether only its replay is wanted."""
-
-    number: int
-    replay_alone: bool
+def badge_of(number: int) -> Badge:
+    """A badge of one of `NAMES`; fixed by the name, so that every run films the same ones."""
+    name = NAMES[number % len(NAMES)]
+    return design_badge(Request(name), hashlib.sha256(f"moireid/spacing/0/{name}".encode()).digest()[:8])
 
 
-def scored(clip: Clip) -> dict[str, Any]:
-    """What the live check says of a film, its replay, and the film over connections that stall."""
-    chance = random.Random(1000 + clip.number)
-    name = NAMES[clip.number % len(NAMES)]
-    # Fixed by the name, so that every run films the same badges.
-    payload = hashlib.sha256(f"moireid/spacing/0/{name}".encode()).digest()[:8]
-    badge = design_badge(Request(name), payload)
+def checked(
+    badge: Badge, film: Iterable[Picture], draw: Callable[[float], Any], hear: Callable[[str, float], None], **pace: Any
+) -> Row:
+    """The verdict of a session on a film, the first finding that made it, prompts judged, and how long it took.
+
+    Parameters: draw: as `LiveCheck`; hear: called with each prompt and the time.
+    """
+    now_s, judged, verdict = 0.0, 0, None
+    check = LiveCheck(Claim(badge, badge.id), draw=draw, now=lambda: now_s, **pace)
+    check.ask(0.0)
+    for taken_s, now_s, jpeg in film:
+        for event in check.push(cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_GRAYSCALE), taken_s, now_s):
+            if event["event"] == "prompt":
+                hear(event["move"], now_s)
+            judged += event["event"] == "prompted"
+            verdict = event if event["event"] == "verdict" else verdict
+        if check.ended:
+            break
+    verdict = verdict or check.finish()
+    level = {"reject": "fail", "inconclusive": "undecided"}.get(verdict["verdict"], "pass")
+    why = next((one["text"] for one in verdict["reasons"] if one["level"] == level), "")
+    return {"verdict": verdict["verdict"], "prompts": judged, "s": now_s, "why": why}
+
+
+def jpegs(pictures: Iterable[np.ndarray]) -> Iterator[bytes]:
+    """Pictures as the page codes them."""
+    for picture in pictures:
+        yield cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
+
+
+def filmed(job: tuple[int, bool]) -> Row:
+    """What the live check says of a film, its replay, and the film over connections that stall, by kind."""
+    number, replay_alone = job
+    chance, badge = random.Random(1000 + number), badge_of(number)
     before = draw_prompts(SEEN_S + READY_S, chance)
     course = answer(before, FACE_MM, reaction_s=chance.uniform(0.3, 1.2))
     length_s = before[-1].at_s + 6.0
-    pictures = frames(badge, portrait(), course, length_s=length_s, fps=FPS, seed=clip.number)
-    film: Iterable[bytes] = (
-        cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes() for picture in pictures
-    )
-    results = {}
+    film: Iterable[bytes] = jpegs(frames(badge, portrait(), course, length_s=length_s, fps=FPS, seed=number))
+    found: dict[str, Row] = {}
     stall_at_s = chance.uniform(before[0].at_s, before[-1].at_s)
-    if not clip.replay_alone:
+
+    def judged(pictures: Iterable[Picture], prompts: Sequence[Any]) -> Row:
+        return checked(badge, pictures, lambda _: list(prompts), lambda move, shown_s: None)
+
+    def timed(pictures: Iterable[bytes]) -> Iterator[Picture]:
+        return ((k / FPS, k / FPS + WAY_S, jpeg) for k, jpeg in enumerate(pictures))
+
+    if not replay_alone:
         film = list(film)
-        timed = [(k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(film)]
-        results = {
-            f"stall {stall_s:g}": checked(badge, stalled(timed, stall_at_s, stall_s), before) for stall_s in STALLS_S
-        } | {"own": checked(badge, timed, before)}
+        for stall_s in STALLS_S:
+            found[f"stall {stall_s:g}"] = judged(stalled(list(timed(film)), stall_at_s, stall_s), before)
+        found["own"] = judged(timed(film), before)
     # The replayer knows the prompts in advance, and the best moment to start the clip.
     fresh = draw_prompts(before[0].at_s, chance)
-    seen = course_of(course, before, length_s=length_s, seed=clip.number)
+    seen = course_of(course, before, length_s=length_s, seed=number)
     shifts = np.arange(SEEN_S - before[0].at_s, fresh[-1].at_s - before[0].at_s, 0.25)
     best_s = max(shifts, key=lambda shift_s: (passes_in_order(seen, fresh, shift_s), -abs(shift_s)))
-    results["replay"] = checked(
-        badge, ((k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(begun_at(film, round(best_s * FPS)))), fresh
-    )
-    return results
+    found["replay"] = judged(timed(begun_at(film, round(best_s * FPS))), fresh)
+    return {"kinds": found}
 
 
 def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
@@ -98,68 +129,84 @@ def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
 def stalled(timed: Sequence[Picture], at_s: float, stall_s: float) -> list[Picture]:
     """The film over a connection that stalls once: what was sent comes after it, what was not sent is dropped."""
     sent = [
-        (taken, at_s + stall_s if at_s <= arrived < at_s + stall_s else arrived, coded)
-        for taken, arrived, coded in timed
+        (taken, at_s + stall_s if at_s <= arrived < at_s + stall_s else arrived, jpeg) for taken, arrived, jpeg in timed
     ]
     waiting = [one for one in sent if one[1] == at_s + stall_s]
     dropped = {one[0] for one in waiting[MOST_AHEAD:]}
     return [one for one in sent if one[0] not in dropped]
 
 
-def checked(badge: Badge, film: Iterable[Picture], prompts: Sequence[Prompt]) -> tuple[str, str, int]:
-    """The verdict of a session on a film, the first finding that is no pass, and how many prompts were judged."""
-    now_s, judged = 0.0, 0
-    check = LiveCheck(Claim(badge, badge.id), draw=lambda _: list(prompts), now=lambda: now_s)
-    check.ask(0.0)
-    verdict: dict[str, Any] | None = None
-    for taken_s, now_s, coded in film:
-        for event in check.push(cv2.imdecode(np.frombuffer(coded, np.uint8), cv2.IMREAD_GRAYSCALE), taken_s, now_s):
-            judged += event["event"] == "prompted"
-            verdict = event if event["event"] == "verdict" else verdict
-        if check.ended:
-            break
-    verdict = verdict or check.finish()
-    why = next((one["text"] for one in verdict["reasons"] if one["level"] == verdict_level(verdict)), "")
-    return verdict["verdict"], why, judged
+@dataclass(frozen=True)
+class Call:
+    """One call; all that is random in it comes from its number.  jump_s: by how much its delay grows."""
+
+    number: int
+    kind: str
+    delay_s: float
+    width: int = WIDTH
+    jump_s: float = 0.0
 
 
-def verdict_level(verdict: dict[str, Any]) -> str:
-    """The level of the findings that made a verdict."""
-    return {"reject": "fail", "inconclusive": "undecided"}.get(verdict["verdict"], "pass")
+def called(call: Call) -> Row:
+    """What becomes of a call."""
+    chance, badge = random.Random(f"{call.kind} {call.number}"), badge_of(call.number)
+    who: Any = Caller(FACE_MM, call.delay_s, chance)
+    if call.kind == "replay":
+        who = PausingPlayer(draw_prompts(3.0, chance, pace=CALL), FACE_MM, call.delay_s)
+    pictures = frames(badge, portrait(), who, length_s=LONGEST_S, fps=FPS, seed=call.number)
+    tile = jpegs(coded(pictures, call.width, FPS, loss=LOSS, chance=chance))
+
+    def arriving() -> Iterator[Picture]:
+        for number, jpeg in enumerate(tile):
+            taken_s = number / FPS + call.delay_s / 2 + (call.jump_s if number / FPS > 20 else 0.0)
+            yield taken_s, taken_s + 0.03, jpeg
+
+    found = checked(badge, arriving(), lambda at_s: draw_prompts(at_s, chance, pace=CALL), who.hear, pace=CALL)
+    return {"kinds": {f"call, {call.kind}": found | {"delay": call.delay_s}}}
 
 
-def main() -> None:
-    """Print verdicts by kind."""
-    # Other processes know this file by its name alone.
-    from live_replays import Clip, scored
+def judged(job: tuple[str, Any]) -> Row:
+    """A film or a call."""
+    return (filmed if job[0] == "film" else called)(job[1])
 
-    asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    asked.add_argument("--films", type=int, default=50)
-    asked.add_argument("--controls", type=int, default=10, help="films that are also checked as what they are")
-    asked.add_argument("--workers", type=int)
-    given = asked.parse_args()
-    verdicts: dict[str, Counter[str]] = {}
-    followed: Counter[int] = Counter()
-    for count, (place, done) in enumerate(
-        run_tasks(scored, [Task((Clip(k, k >= given.controls),)) for k in range(given.films)], workers=given.workers),
-        start=1,
-    ):
-        found = done.outcomes[0]
-        if isinstance(found, LostJob):
-            print(f"film {place} was lost: {found.why}")
-            continue
-        followed[found["replay"][2]] += 1
-        for kind, (verdict, why, judged) in found.items():
-            verdicts.setdefault(kind, Counter())[verdict] += 1
-            if (verdict == "accept") is (kind == "replay") or (kind == "own" and verdict != "accept"):
-                print(f"film {place}, {kind}: {verdict} after {judged} prompts: {why}", flush=True)
-        print(f"{count} of {given.films}", file=sys.stderr)
-    for kind, found in verdicts.items():
-        print(f"{kind:>10}: " + ", ".join(f"{count} {verdict}" for verdict, count in found.items()))
-    print(
-        f"prompts that replays were judged by, of six: {dict(sorted(followed.items()))}; load {os.getloadavg()[0]:.1f}"
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film and kind, then the sums."""
+    asked = wish.own
+    delays = np.linspace(0.1, 1.5, max(asked.answered, 2)).tolist()
+    calls = [Call(k, "answered", delays[k]) for k in range(asked.answered)]
+    calls += [Call(k, "jumping", 0.4, jump_s=1.0) for k in range(asked.jumping)]
+    calls += [Call(k, "replay", delays[k % len(delays)]) for k in range(asked.replays)]
+    calls += [Call(k, f"{width} px wide", 0.4, width) for width in asked.widths for k in range(2)]
+    jobs: dict[str, Any] = {f"film {k}": ("film", (k, k >= asked.controls)) for k in range(wish.clips or 50)}
+    jobs |= {f"call {call.kind} {call.number}": ("call", call) for call in calls}
+    sums: dict[str, Counter[str]] = {}
+    for name, found in zip(wish.chosen(jobs), wish.each(judged, jobs), strict=True):
+        for kind, row in found["kinds"].items():
+            sums.setdefault(kind, Counter())[row["verdict"]] += 1
+            yield {"film": name, "kind": kind, "delay": None} | row
+    for kind, counted in sums.items():
+        yield {"all of": kind} | {verdict: counted[verdict] for verdict in ("accept", "inconclusive", "reject")}
+
+
+def chances(found: list[Row]) -> Iterator[str]:
+    """The computed chance of a paused replay."""
+    yield (
+        f"computed chance of one paused replay in a call {same_moves_chance(CALL):.1e}, of the likeliest one "
+        f"{likeliest_chance(CALL):.1e}"
     )
 
 
+OPTIONS = {
+    "--controls": {"type": int, "default": 10, "help": "films that are also checked as what they are"},
+    "--answered": {"type": int, "default": 10, "help": "calls"},
+    "--jumping": {"type": int, "default": 2, "help": "calls"},
+    "--replays": {"type": int, "default": 50, "help": "calls"},
+    "--widths": {"type": int, "nargs": "*", "default": [], "help": "of further calls' tiles, px"},
+}
+COLUMNS = {"film": "<20", "kind": "<18", "delay": ">5.2f", "verdict": "<12", "prompts": ">7", "s": ">5.0f", "why": "<1"}
+COLUMNS |= {"all of": "<18", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
+BENCH = Bench(rows, COLUMNS, chances, OPTIONS)
+
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

@@ -1,4 +1,4 @@
-"""Speed and safety of the live check: run `.venv/bin/python benchmarks/live_speed.py [--seconds 20] [--replays 50]`.
+"""Speed and safety of the live check: run `.venv/bin/python benchmarks/live_speed.py [--seconds 20] [--clips 50]`.
 
 1. Through `LiveCheck.push`: frames a second at 720p if they came as fast as they are taken, and processor time at 24 a
    second, faces and running verdicts with it.
@@ -12,18 +12,18 @@ The person is simulated: a photograph of a face (scikit-image's) and a rendered 
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import json
 import os
-import platform
 import socket
 import statistics
 import tempfile
 import threading
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -31,6 +31,7 @@ import numpy as np
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.verifier.session.claim import Claim
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 from moireid_lab.bench.live import answer, frames, replays_passed
 from moireid_studio.challenge.challenge import Prompt
 from moireid_studio.challenge.chance import replay_chance
@@ -59,46 +60,34 @@ def person(badge: Badge, seconds: float) -> list[np.ndarray]:
     return list(frames(badge, portrait(), answer(moves, FACE_MM, reaction_s=0.0), length_s=seconds, fps=FPS))
 
 
-def pushed(badge: Badge, pictures: list[np.ndarray]) -> None:
+def pushed(badge: Badge, pictures: list[np.ndarray]) -> dict[str, float | None]:
     """1 and 3: through `LiveCheck.push`, as fast as it goes."""
     with ThreadPoolExecutor(1) as aside:
-        check = LiveCheck(Claim(badge, badge.id), aside=aside)
-        events, begun, cpu = [], time.perf_counter(), time.process_time()
+        check, begun = LiveCheck(Claim(badge, badge.id), aside=aside), time.perf_counter()
         for k, picture in enumerate(pictures):
-            events += check.push(picture, k / FPS, k / FPS)
-        wall = time.perf_counter() - begun
+            check.push(picture, k / FPS, k / FPS)
+        rate = len(pictures) / (time.perf_counter() - begun)
         check.finish()
-        cpu = time.process_time() - cpu
-    rate = len(pictures) / wall
-    print(f"push: {rate:.0f} frames a second, running verdicts meanwhile: {len(events)}")
     # As the frames come, each second has its verdict; here it is made in place.
-    check, now, times = LiveCheck(Claim(badge, badge.id)), 0.0, []
-    cpu, events = time.process_time(), []
+    check, times, status = LiveCheck(Claim(badge, badge.id)), list[float](), list[dict]()
     for k, picture in enumerate(pictures):
-        now = k / FPS
-        one = time.process_time()
-        events += check.push(picture, now, now)
-        times.append(time.process_time() - one)
-    cpu = time.process_time() - cpu
-    print(f"push, a verdict each second: {cpu / len(pictures) * FPS:.2f} processor seconds a second at {FPS:g} frames")
-    judging = [t for t in times if t > 0.1]
-    print(
-        f"  a frame {1000 * statistics.median(times):.1f} ms in the middle, a running verdict "
-        f"{1000 * statistics.median(judging):.0f} ms"
-    )
-    status = [event for event in events if event["event"] == "status"]
-    moved = next((e["time_s"] for e in status if e["reasons"][0]["level"] == "pass"), None)
-    accepted = next((e["time_s"] for e in status if e["verdict"] == "accept"), None)
-    if moved is None or accepted is None:
-        print("verdict: none; give more --seconds")
-    else:
-        print(
-            f"verdict: accepted {accepted - moved:.1f} s after the first verdict that saw enough motion, and made "
-            f"within {1.0 + max(judging):.1f} s of any frame"
-        )
+        begun = time.process_time()
+        status += [one for one in check.push(picture, k / FPS, k / FPS) if one["event"] == "status"]
+        times.append(time.process_time() - begun)
+    judging = [spent for spent in times if spent > 0.1]
+    moved = next((one["time_s"] for one in status if one["reasons"][0]["level"] == "pass"), None)
+    accepted = next((one["time_s"] for one in status if one["verdict"] == "accept"), None)
+    return {
+        "frames a second": rate,
+        f"processor s a second, at {FPS:g} frames": sum(times) / len(pictures) * FPS,
+        "a frame, ms, median": 1000 * statistics.median(times),
+        "a running verdict, ms, median": 1000 * statistics.median(judging),
+        "from enough motion to acceptance, s": None if None in (moved, accepted) else accepted - moved,
+        "from any frame to its verdict, s, at most": 1.0 + max(judging),
+    }
 
 
-def through_socket(badge: Badge, pictures: list[np.ndarray]) -> None:
+def through_socket(badge: Badge, pictures: list[np.ndarray]) -> dict[str, Any]:
     """2: through a studio's WebSocket at the camera's own pace."""
     import uvicorn
 
@@ -121,17 +110,18 @@ def through_socket(badge: Badge, pictures: list[np.ndarray]) -> None:
         while not server.started:
             time.sleep(0.05)
         before = _cpu_s()
-        asyncio.run(_sent(port, coded))
+        found = asyncio.run(_sent(port, coded))
         server.should_exit = True
         thread.join(10)
         # The worker has gone by now, so its time is known; this process is server and sender in one.
         used = _cpu_s()
-    print(
-        f"  processor seconds: worker {used[1] - before[1]:.1f}, start and verdict with it; server and sender "
-        f"{used[0] - before[0]:.1f}"
-    )
     size = statistics.mean(map(len, coded))
-    print(f"  {size / 1000:.0f} kB a picture, {FPS * size / 125e3:.0f} Mbit/s at {FPS:g} a second")
+    return found | {
+        "processor s, worker, start and verdict with it": used[1] - before[1],
+        "processor s, server and sender": used[0] - before[0],
+        "kB a picture": size / 1000,
+        f"Mbit/s at {FPS:g} a second": FPS * size / 125e3,
+    }
 
 
 def _cpu_s() -> tuple[float, float]:
@@ -140,7 +130,7 @@ def _cpu_s() -> tuple[float, float]:
     return times.user + times.system, times.children_user + times.children_system
 
 
-async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
+async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> dict[str, Any]:
     import websockets
 
     from moireid_studio.live.sockets import CLOCK
@@ -150,7 +140,7 @@ async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
         await connection.send(json.dumps({"claim": "Ada Lovelace"}))
         while json.loads(await connection.recv())["event"] != "ready":
             pass
-        print(f"WebSocket: ready after {time.perf_counter() - begun:.1f} s")
+        ready_s = time.perf_counter() - begun
         sent_at: list[float] = []
         delays: list[float] = []
         status: list[dict] = []
@@ -180,41 +170,47 @@ async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
         await connection.send(json.dumps({"do": "end"}))
         asked = time.perf_counter()
         last = await listening
-    kept = len(coded) - dropped
-    print(
-        f"  {len(coded)} pictures in {length:.1f} s: {kept / length:.1f} a second taken, {dropped} left out, "
-        f"{status[-1]['late'] if status else 0} came late; answers after {1000 * statistics.median(delays):.0f} ms, "
-        f"{1000 * max(delays):.0f} ms at most"
-    )
-    print(
-        f"  {len(status)} running verdicts, the last {status[-1]['verdict'] if status else 'none'}; "
-        f"at the end {last.get('verdict')} after {time.perf_counter() - asked:.1f} s"
-    )
+    return {
+        "ready after, s": ready_s,
+        "pictures taken a second": (len(coded) - dropped) / length,
+        "left out": dropped,
+        "came late": status[-1]["late"] if status else 0,
+        "answers after, ms, median": 1000 * statistics.median(delays),
+        "answers after, ms, at most": 1000 * max(delays),
+        "running verdicts": len(status),
+        "verdict at the end": last.get("verdict"),
+        "verdict after, s": time.perf_counter() - asked,
+    }
 
 
-def main() -> None:
-    """Print all four."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=20.0, help="of film")
-    parser.add_argument("--replays", type=int, default=50)
-    parser.add_argument("--only", choices=["push", "socket", "replays"])
-    given = parser.parse_args()
-    print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, OpenCV {cv2.__version__}")
+def replayed(count: int) -> dict[str, Any]:
+    """4: replays of earlier answers, and their computed chances."""
+    own, other = replays_passed(count, seed=7, face_mm=FACE_MM)
+    return {
+        f"answers to {MOVES} moves": count,
+        "that meet their own prompts": own,
+        "that meet fresh ones": other,
+        "computed chance of one replay": f"{replay_chance():.1e}",
+        "of one with the most lies about time": f"{replay_chance(slack_s=SLACK_S):.1e}",
+    }
+
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a figure."""
     badge = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
-    if given.only != "replays":
-        pictures = person(badge, given.seconds)
-    if given.only in (None, "push"):
-        pushed(badge, pictures)
-    if given.only in (None, "socket"):
-        through_socket(badge, pictures)
-    if given.only in (None, "replays"):
-        own, other = replays_passed(given.replays, seed=7, face_mm=FACE_MM)
-        print(
-            f"replays of {given.replays} true answers to {MOVES} moves: {own} meet their own prompts, {other} fresh "
-            f"ones; computed chance of one replay {replay_chance():.1e}, of one with the most lies about time "
-            f"{replay_chance(slack_s=SLACK_S):.1e}"
-        )
+    wanted = wish.chosen(["push", "socket", "replays"])
+    pictures = [] if wanted == ["replays"] else person(badge, wish.own.seconds)
+    parts = {
+        "push": lambda: pushed(badge, pictures),
+        "socket": lambda: through_socket(badge, pictures),
+        "replays": lambda: replayed(wish.clips or 50),
+    }
+    for part in wanted:
+        yield from ({"part": part, "figure": name, "value": value} for name, value in parts[part]().items())
 
+
+OPTIONS = {"--seconds": {"type": float, "default": 20.0, "help": "of film"}}
+BENCH = Bench(rows, {"part": "<8", "figure": "<48", "value": ">12.5g"}, options=OPTIONS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

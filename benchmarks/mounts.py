@@ -1,4 +1,4 @@
-"""What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--mount KIND] [--pictures FOLDER]`.
+"""What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--only KIND] [--pictures FOLDER]`.
 
 Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
 once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the time, the plastic,
@@ -11,10 +11,10 @@ With --pictures, each mount is also drawn as it lies on the bed, seen from above
 
 from __future__ import annotations
 
-import argparse
 import re
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from moireid.designer import Request, design_badge
 from moireid.errors import MoireIdError
 from moireid.fabrication.printed.mount import KINDS, write_mount
 from moireid.fabrication.solids import overhang_mm2
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 #: Width and height in mm, sheet, range in m.
 FORMATS = {
@@ -60,16 +61,19 @@ def sliced(stl: Path, *more: str) -> tuple[float, str]:
     return length * 3.14159 * 0.875**2 * 1.24e-3, time.group(1).strip() if time else "?"
 
 
-def row(name: str, badge: Badge, kind: str, folder: Path) -> str:
-    """One mount's line of the table."""
+def figures_of(badge: Badge, kind: str, folder: Path) -> Row:
+    """One mount's figures."""
     report = write_mount(badge, folder, kind=kind)
-    hanging = sum(overhang_mm2(piece) for piece in trimesh.load_mesh(report.stl).split())
     (plain_g, time), (held_g, _) = sliced(report.stl), sliced(report.stl, *SUPPORTS)
-    size = " x ".join(f"{side:.0f}" for side in report.size_mm)
-    snap = ""
-    if kind == "holder":
-        snap = f"{100 * report.figures['strain']:>12.2f}{report.figures['hold_n']:>9.1f}"
-    return f"{name:<8}{kind:<9}{size:<18}{time:>12}{plain_g:>8.1f}{held_g - plain_g:>13.1f}{hanging:>14.2f}{snap}"
+    return {
+        "on the bed, mm": " x ".join(f"{side:.0f}" for side in report.size_mm),
+        "time": time,
+        "PLA, g": plain_g,
+        "supports, g": held_g - plain_g,
+        "hangs, mm2": sum(overhang_mm2(piece) for piece in trimesh.load_mesh(report.stl).split()),
+        "strain, %": 100 * report.figures["strain"] if kind == "holder" else None,
+        "out, N": report.figures["hold_n"] if kind == "holder" else None,
+    }
 
 
 def draw(stl: Path, path: Path) -> None:
@@ -91,30 +95,35 @@ def draw(stl: Path, path: Path) -> None:
     figure.savefig(path, dpi=80)
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--pictures", type=Path, help="Folder for a picture of each mount.")
-    parser.add_argument("--mount", choices=KINDS, help="One kind alone; default: all.")
-    given = parser.parse_args()
-    pictures = given.pictures
-    print(
-        f"{'format':<8}{'mount':<9}{'on the bed, mm':<18}{'time':>12}{'PLA, g':>8}{'supports, g':>13}{'hangs, mm2':>14}"
-        f"{'strain, %':>12}{'out, N':>9}"
-    )
-    for name, (size_mm, lens, range_m) in FORMATS.items():
-        for kind in [given.mount] if given.mount else KINDS:
-            with tempfile.TemporaryDirectory() as folder:
-                try:
-                    badge = design_badge(Request("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))
-                    print(row(name, badge, kind, Path(folder)), flush=True)
-                except MoireIdError as error:
-                    print(f"{name:<8}{kind:<9}{error}", flush=True)
-                    continue
-                if pictures:
-                    pictures.mkdir(exist_ok=True)
-                    draw(Path(folder) / "mount.stl", pictures / f"{name}-{kind}.png")
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a format and mount."""
+    pictures, wanted = wish.own.pictures, wish.chosen(f"{name} {kind}" for name in FORMATS for kind in KINDS)
+    for one in wanted:
+        name, kind = one.split()
+        size_mm, lens, range_m = FORMATS[name]
+        with tempfile.TemporaryDirectory() as folder:
+            row: Row = {"format": name, "mount": kind}
+            try:
+                badge = design_badge(Request("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))
+                yield row | figures_of(badge, kind, Path(folder))
+            except MoireIdError as error:
+                yield row | {"refused": str(error)}
+                continue
+            if pictures:
+                pictures.mkdir(exist_ok=True)
+                draw(Path(folder) / "mount.stl", pictures / f"{name}-{kind}.png")
 
+
+COLUMNS = {
+    "format": "<7",
+    "mount": "<8",
+    "on the bed, mm": "<17",
+    "time": ">11",
+    "PLA, g": ">7.1f",
+    "supports, g": ">12.1f",
+}
+COLUMNS |= {"hangs, mm2": ">13.2f", "strain, %": ">11.2f", "out, N": ">8.1f", "refused": "<1"}
+BENCH = Bench(rows, COLUMNS, options={"--pictures": {"type": Path, "help": "folder for a picture of each mount"}})
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

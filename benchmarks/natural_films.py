@@ -13,20 +13,13 @@ rival at its best (`KINDS`).  With `--filmed N`, N such trajectories are also fi
 
 from __future__ import annotations
 
-import argparse
-import csv
-import os
 import pickle
 import subprocess
 import sys
-import tempfile
 import time
-from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from outside.build import built
@@ -43,7 +36,9 @@ from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.track import Track
-from moireid_lab.bench.natural import cut_track, part_starts
+from moireid_lab.bench import natural
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, run_script, write_csv
+from moireid_lab.bench.natural import cut_track, pairs_sentence, part_figures, part_starts
 
 FPS, SECONDS, LENGTHS_S, FORGED_S = 30, 24, (4, 10, 24), 10
 MOTIONS, DISTANCES_M = ("walk", "measured"), (1.0, 2.0)
@@ -55,7 +50,6 @@ KINDS = (
 )  # fmt: skip
 #: Least motion of the law in a lie for a while, rad.
 LEAST_RAD = 0.25
-Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -105,14 +99,13 @@ def tracked(task: Task) -> Track:
     return track
 
 
-def rows_of(task: Task) -> list[Row]:
+def judged(task: Task) -> Row:
     """The parts of a film, judged, and the forgeries of its accepted parts; a filmed forgery is judged whole."""
-    os.nice(10)
     track = tracked(task)
     claim = Claim(track.badge, track.badge.id)
     lengths = (task.seconds,) if task.forge else LENGTHS_S
     starts = part_starts(lengths, round(track.frames_read / FPS))
-    rows = []
+    rows: list[Row] = []
     for length, begins in starts.items():
         for begin in begins:
             part = cut_track(track, begin * FPS, (begin + length) * FPS)
@@ -129,7 +122,7 @@ def rows_of(task: Task) -> list[Row]:
                     lie = forged(signals[0], kind, rng)
                     if lie is not None:
                         rows.append(row_of(task, kind, (lie, *signals[1:]), claim) | {"length_s": length})
-    return rows
+    return {"parts": rows}
 
 
 def row_of(task: Task, kind: str, signals: tuple[GratingSignal, ...], claim: Claim) -> Row:
@@ -199,85 +192,41 @@ def _spell(signal: GratingSignal, seconds: float, rng: np.random.Generator) -> n
     return int(rng.choice(begins)) + np.arange(count) if begins else None
 
 
-def report(rows: list[Row]) -> None:
-    """Print the tables."""
-    order = {"accept": 0, "inconclusive": 1, "reject": 2}
-    true = [row for row in rows if row["kind"] == "true"]
-    head = f"{'true films':<14}{'parts':>6}{'accept':>8}{'inconcl.':>9}{'reject':>7}{'of >= 0.3 rad':>15}"
-    print(head + f"{'log10 odds':>12}{'ms a film':>11}{'ms a frame':>11}  why not")
-    for distance in DISTANCES_M:
-        for length in LENGTHS_S:
-            own = [row for row in true if row["distance_m"] == distance and row["length_s"] == length]
-            if not own:
-                continue
-            counts = Counter(row["verdict"] for row in own)
-            moved = [row for row in own if (row["excitation_rad"] or 0) >= 0.3]
-            good = sum(row["verdict"] == "accept" for row in moved)
-            scores = [row["score"] for row in moved if row["score"] is not None]
-            seconds, frames = sum(row["judge_s"] for row in own), sum(row["frames"] for row in own)
-            why = Counter(code for row in moved for code in row["why"].split()).most_common(4)
-            line = f"{distance:g} m, {length:>2} s    {len(own):>6}" + "".join(
-                f"{counts[name]:>{width}}" for name, width in zip(order, (8, 9, 7), strict=True)
-            )
-            print(
-                f"{line}{f'{good} of {len(moved)}':>15}{np.median(scores) if scores else np.nan:>12.1f}"
-                f"{1e3 * seconds / len(own):>11.0f}{1e3 * seconds / frames:>11.2f}  {why}"
-            )
-    pairs = [
-        order[long["verdict"]] > order[short["verdict"]]
-        for long in true
-        for short in true
-        if long["film"] == short["film"]
-        and long["length_s"] > short["length_s"]
-        and long["start_s"] <= short["start_s"]
-        and short["start_s"] + short["length_s"] <= long["start_s"] + long["length_s"]
-    ]
-    print(f"\nthe longer part's verdict is the worse one in {sum(pairs)} of {len(pairs)} nested pairs")
-    lies = [row for row in rows if row["kind"] != "true"]
-    print(f"\n{'forged':<16}" + "".join(f"{f'{d:g} m: accept':>14}{'inconcl.':>9}{'reject':>7}" for d in DISTANCES_M))
-    for kind in dict.fromkeys(row["kind"] for row in lies):
-        print(f"{kind:<16}", end="")
-        for distance in DISTANCES_M:
-            counts = Counter(r["verdict"] for r in lies if r["kind"] == kind and r["distance_m"] == distance)
-            print("".join(f"{counts[name]:>{w}}" for name, w in zip(order, (14, 9, 7), strict=True)), end="")
-        print()
-    for row in lies:
-        if row["verdict"] == "accept":
-            print(f"accepted: {row['film']} {row['kind']}, spread {row['excitation_rad']:.2f} rad")
-
-
-def main() -> None:
-    """Make and judge all films, two at a time, and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--films", type=int, default=6, metavar="N", help="of each motion and distance; default: 6")
-    parser.add_argument("--filmed", type=int, default=0, metavar="N", help="trajectories filmed with each forgery")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--keep", type=Path, metavar="DIR", help="keep tracks there, and use those that are there")
-    parser.add_argument("--table", type=Path, metavar="FILE", help="write the figures of all parts as CSV")
-    arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = prepared(arguments.keep or Path(scratch))
-        common = {"folder": str(folder), "seed": arguments.seed}
-        tasks = [Task(m, d, k, **common) for k in range(arguments.films) for m in MOTIONS for d in DISTANCES_M]
+def rows(wish: Wish) -> Iterator[Row]:
+    """Rows of the true films by distance and length, then of the forgeries by kind, then each one that was accepted."""
+    with wish.kept_folder() as name:
+        common = {"folder": str(prepared(name)), "seed": wish.seed}
+        numbers = range(wish.clips or (1 if wish.quick else 6))
+        tasks = [Task(motion, metres, k, **common) for k in numbers for motion in MOTIONS for metres in DISTANCES_M]
         tasks += [
             Task(MOTIONS[k % 2], 1.0, 1000 + k, forge=kind, seconds=FORGED_S, **common)
-            for k in range(arguments.filmed)
+            for k in range(wish.own.filmed)
             for kind in FILMED_KINDS
         ]
-        rows: list[Row] = []
-        with ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool:
-            for number, found in enumerate(pool.map(rows_of, tasks), 1):
-                rows += found
-                print(f"{number} of {len(tasks)} films", file=sys.stderr, flush=True)
-    if arguments.table:
-        names = list(dict.fromkeys(name for row in rows for name in row))
-        with arguments.table.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.DictWriter(stream, names)
-            writer.writeheader()
-            writer.writerows(rows)
-    report(rows)
+        parts = [part for film in wish.each(judged, {task.name: task for task in tasks}) for part in film["parts"]]
+    if wish.own.table:
+        write_csv(parts, wish.own.table)
+    true, lies = ([part for part in parts if (part["kind"] == "true") == kind] for kind in (True, False))
+    shown = [part | {"seconds": part["length_s"], "why": part["why"].split()} for part in true]
+    for (metres, seconds), own in sorted(grouped(shown, "distance_m", "seconds").items()):
+        yield {"true badge": f"outside      {metres:g} m", "length": f"{seconds} s"} | part_figures(own)
+    for (kind, metres), own in grouped(lies, "kind", "distance_m").items():
+        counted = counted_verdicts([part | {"why": part["why"].split()} for part in own])
+        yield {"forged": kind, "m": metres, "films": len(own)} | counted
+    for part in lies:
+        if part["verdict"] == "accept":
+            yield {"accepted": part["film"], "kind": part["kind"], "spread, rad": part["excitation_rad"]}
+    yield {"pairs": pairs_sentence([part | {"motion": part["film"], "seed": 0} for part in shown])}
 
+
+COLUMNS = natural.COLUMNS | {"forged": "<16", "m": ">3g"}
+COLUMNS |= {name: COLUMNS.pop(name) for name in ("films", "accept", "inconclusive", "reject", "reasons")}
+COLUMNS |= {"accepted": "<30", "kind": "<16", "spread, rad": ">11.2f", "pairs": "<1"}
+OPTIONS = {
+    "--filmed": {"type": int, "default": 0, "metavar": "N", "help": "trajectories filmed with each forgery"},
+    "--table": {"type": Path, "metavar": "FILE", "help": "write the figures of all parts as CSV"},
+}
+BENCH = Bench(rows, COLUMNS, options=OPTIONS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

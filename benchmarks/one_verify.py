@@ -7,8 +7,6 @@ it is repeated.  It prints costs, and the signals of the first grating, as JSON.
 from __future__ import annotations
 
 import json
-import re
-import resource
 import sys
 import time
 from collections.abc import Iterable, Iterator
@@ -25,6 +23,9 @@ from moireid.verifier.reasons import worst
 from moireid.verifier.session.badge_session import reasons_of
 from moireid.verifier.session.chapters import Chapter, invariant_of
 
+#: Memory is noted after so many frames.
+NOTE_FRAMES = 3600
+
 
 def used(frames: Iterable[Frame], every: int, shrink: int) -> Iterator[Frame]:
     """Every so many frames, so many pixels across and down averaged to one; numbered as a film of them would be."""
@@ -40,27 +41,30 @@ def used(frames: Iterable[Frame], every: int, shrink: int) -> Iterator[Frame]:
             yield Frame(frame.index // every, frame.time_s, picture)
 
 
-def peak_mb() -> float:
-    """Peak of this process's resident memory, MB."""
-    if sys.platform == "linux":
-        # Not `resource`: there a child's count begins with its parent's memory.
-        return int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1e3
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
+def memory_mb(name: str) -> float:
+    """This process's resident memory, MB: VmRSS, now; VmHWM, its peak.
+
+    Not of `resource`: there a child's count begins with its parent's memory, and it knows the peak alone.
+    """
+    return int(Path("/proc/self/status").read_text().partition(f"{name}:")[2].split()[0]) / 1e3
 
 
 def measured(film: Path, claim: Claim, every: int, shrink: int, runs: int) -> dict[str, Any]:
-    """Least cost of some runs, peak of memory, verdict and signals."""
+    """Least cost of some runs, peak of memory and its course, verdict and signals."""
     costs: list[tuple[float, float]] = []
+    course: list[tuple[int, float]] = []
     chapters: list[Chapter] = []
     for _ in range(runs):
         cpu, clock = time.process_time(), time.perf_counter()
         verifier = Verifier(claim, running=False)
         for frame in used(Film(film).frames_ahead(), every, shrink):
             verifier.push(frame)
+            if frame.index % NOTE_FRAMES == NOTE_FRAMES - 1:
+                course.append((frame.index + 1, memory_mb("VmRSS")))
         chapters = verifier.finish()
         invariant, verdict = invariant_of(chapters), worst(list(reasons_of(chapters)))
         costs.append((time.process_time() - cpu, time.perf_counter() - clock))
-    peak, begun = peak_mb(), time.process_time()
+    peak, begun = memory_mb("VmHWM"), time.process_time()
     frames = sum(1 for _ in Film(film).frames())
     return {
         "cpu_s": min(cpu for cpu, _ in costs),
@@ -68,6 +72,7 @@ def measured(film: Path, claim: Claim, every: int, shrink: int, runs: int) -> di
         "decode_s": time.process_time() - begun,
         "frames": frames,
         "peak_mb": peak,
+        "course": course,
         "verdict": verdict,
         "gain": invariant.gain_ratio,
         "signals": signals(chapters[0]),

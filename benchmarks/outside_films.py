@@ -5,8 +5,8 @@ templates wear, with squares and with a thin frame; each is filmed twice by `out
 `moireid.simulate`, at distances that fill the range that the badge itself states, and judged by `moireid.verifier`.
 Printed is, for each format, how many films were accepted, inconclusive and rejected, how many identities of 64 bits
 were read, and the gain furthest from 1; then each film that was not accepted and read, with what makes it again:
-`--formats F --only K` with the same `--clips` and `--seed`, with `--keep DIR` to look at it.  With `--forgeries`,
-thirteen lies about badges of each format instead.
+`--only ^NAME$` with the same `--clips` and `--seed`, with `--keep DIR` to look at it.  With `--forgeries`, thirteen
+lies about badges of each format instead.
 
 Every draw follows from `--seed`, the format and the film's number.
 """
@@ -16,15 +16,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterator
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +34,10 @@ from outside.forge import KINDS
 from outside.motion import KINDS as MOTIONS
 from outside.motion import course
 from outside.page import load_page
-from outside.rows import Row, add, known, table
+
+from moireid.badge import load_badge
+from moireid.verifier import Claim, verify
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
 
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
 FRAMES, FPS, PER_BADGE = 240, 30, 2
@@ -92,16 +93,8 @@ def issued(task: Task, folder: Path) -> str:
     payload = rng.bytes(8).hex()
     words = [str(_picture(word, folder)) if word in ("LOGO", "PORTRAIT") else word for word in wish]
     for each, wear in ((words, " ".join(wish)), (words[:2], f"{wish[:2]} for want of room")):
-        command = [
-            str(PROGRAM),
-            f"Guest {task.badge}",
-            "--format",
-            task.format,
-            "--mount",
-            "none",
-            "--payload",
-            payload,
-        ]
+        command = [str(PROGRAM), f"Guest {task.badge}", "--format", task.format, "--mount", "none"]
+        command += ["--payload", payload]
         done = subprocess.run(
             [*command, *each, "--out", str(folder / "badge"), "--json"], capture_output=True, text=True, check=False
         )
@@ -131,8 +124,6 @@ def _picture(word: str, folder: Path) -> Path:
 
 def made(task: Task, folder: Path) -> dict[str, Any]:
     """Make one film in `folder`, and say what is in it; a film that an earlier run kept there is not made again."""
-    from moireid.badge import load_badge
-
     note = folder / "film.json"
     if note.is_file():
         return json.loads(note.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
@@ -164,9 +155,6 @@ def made(task: Task, folder: Path) -> dict[str, Any]:
 
 def judged(task: Task) -> Row:
     """Make one film and judge it."""
-    from moireid.badge import load_badge
-    from moireid.verifier import Claim, verify
-
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(task.keep or scratch) / _name(task)
         facts = made(task, folder)
@@ -177,22 +165,22 @@ def judged(task: Task) -> Row:
         found = report.to_json()
         if task.keep:
             (folder / "report.json").write_text(json.dumps(found, indent=1), encoding="utf-8")
-    return Row(
-        format=task.format,
-        number=task.number,
-        forge=task.forge,
-        verdict=report.verdict,
-        read=report.identity.decoded_id == badge.id,
-        wrong=report.identity.decoded_id not in (None, badge.id),
-        gain=found["invariant"].get("gain_ratio"),
-        reasons=[_reason_text(reason) for reason in found["reasons"] if reason["level"] != "pass"],
-        verify_s=verify_s,
-        tracked=found["frames"]["tracked"],
-        front=task.front,
-        correlation=found["invariant"].get("correlation"),
-        window_correlation=found["invariant"].get("window_correlation_mean"),
+    return {
+        "format": task.format,
+        "number": task.number,
+        "forge": task.forge,
+        "front": task.front,
+        "verdict": report.verdict,
+        "read": report.identity.decoded_id == badge.id,
+        "wrong": report.identity.decoded_id not in (None, badge.id),
+        "gain": found["invariant"].get("gain_ratio"),
+        "reasons": [_reason_text(reason) for reason in found["reasons"] if reason["level"] != "pass"],
+        "verify_s": verify_s,
+        "tracked": found["frames"]["tracked"],
+        "correlation": found["invariant"].get("correlation"),
+        "window_correlation": found["invariant"].get("window_correlation_mean"),
         **facts,
-    )
+    }
 
 
 def _name(task: Task) -> str:
@@ -204,18 +192,17 @@ def _reason_text(reason: dict[str, Any]) -> str:
     return f"{reason['code']}[{reason['level']}] {reason.get('measured')} / {reason.get('limit')}"
 
 
-def tasks(arguments: argparse.Namespace) -> list[Task]:
+def tasks(arguments: argparse.Namespace, seed: int, clips: int, keep: Path | None) -> list[Task]:
     """All films that are asked for; a film's place in the range does not depend on which others are made."""
     found = []
     for name in arguments.formats:
-        rng = np.random.default_rng([arguments.seed, FORMATS.index(name), 999])
-        clips = arguments.clips
+        rng = np.random.default_rng([seed, FORMATS.index(name), 999])
         order = rng.permutation(clips)
         spread = (order + rng.random(clips)) / clips
-        common = {"base_seed": arguments.seed, "clips": clips, "keep": arguments.keep}
+        common = {"base_seed": seed, "clips": clips, "keep": str(keep) if keep else None}
         if arguments.forgeries:
             # A lie of each kind, about badges that wear different things, over the range.
-            places = (np.random.default_rng([arguments.seed, 31]).permutation(len(KINDS)) + 0.5) / len(KINDS)
+            places = (np.random.default_rng([seed, 31]).permutation(len(KINDS)) + 0.5) / len(KINDS)
             found += [Task(name, k, k, float(places[k]), forge=kind, **common) for k, kind in enumerate(KINDS)]
         elif arguments.fronts:
             found += [
@@ -225,54 +212,66 @@ def tasks(arguments: argparse.Namespace) -> list[Task]:
             ]
         else:
             found += [Task(name, k, k // PER_BADGE, float(spread[k]), **common) for k in range(clips)]
-    wanted = set(arguments.only)
     # All formats, and all kinds, go on together, so that a run that is stopped has films of each.
-    steps = len(KINDS) if arguments.forgeries else arguments.clips
+    steps = len(KINDS) if arguments.forgeries else clips
     turn = 2 if arguments.forgeries else 0
-    found.sort(key=lambda task: (task.number - turn * FORMATS.index(task.format)) % steps)
-    return [task for task in found if not wanted or task.number in wanted]
+    return sorted(found, key=lambda task: (task.number - turn * FORMATS.index(task.format)) % steps)
 
 
-def main() -> None:
-    """Make and judge all films, two at a time, and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--formats", type=lambda text: text.split(","), default=list(FORMATS), metavar="F,…")
-    parser.add_argument("--clips", type=int, default=50, metavar="N", help="films of each format; default: 50")
-    parser.add_argument("--forgeries", action="store_true", help="thirteen lies about each format instead")
-    parser.add_argument(
-        "--fronts", type=lambda text: text.split(","), default=[], metavar="F,…", help="hex, array, edge"
-    )
-    parser.add_argument("--only", type=int, nargs="*", default=[], metavar="K", help="only the films of these numbers")
-    parser.add_argument("--workers", type=int, default=2, metavar="N", help="films at a time; default: 2")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument(
-        "--keep",
-        metavar="DIR",
-        help="keep badges, films, trajectories and reports there; films kept there are judged again, not made again",
-    )
-    parser.add_argument(
-        "--rows", type=Path, metavar="FILE", help="append a line of JSON for each film; known ones are not made again"
-    )
-    arguments = parser.parse_args()
-    os.nice(10)
-    rows = known(arguments.rows)
-    done = {(row.format, row.number, row.forge, row.front) for row in rows}
-    todo = [task for task in tasks(arguments) if (task.format, task.number, task.forge, task.front) not in done]
-    with ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool:
-        for ready in as_completed([pool.submit(judged, task) for task in todo]):
-            if ready.exception():
-                pool.shutdown(cancel_futures=True)
-            row = ready.result()
-            rows.append(row)
-            print(
-                f"{row.format} {row.number} {row.forge or ''} {row.distance_m} m: {row.verdict}, read {row.read}",
-                file=sys.stderr,
-                flush=True,
-            )
-            if arguments.rows:
-                add(row, arguments.rows)
-    print(table(rows, FORMATS), flush=True)
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a format, and one a kind of forgery; then each film that was not judged as it ought to be."""
+    wanted = {_name(task): task for task in tasks(wish.own, wish.seed or 1, wish.clips or 50, wish.folder)}
+    films = list(wish.each(judged, wanted))
+    kinds = grouped(films, "format") | grouped([row for row in films if row["forge"]], "forge")
+    for name, own in kinds.items():
+        verdicts, gains = [row["verdict"] for row in own], [row["gain"] for row in own if row["gain"] is not None]
+        yield {
+            "films of": name,
+            "films": len(own),
+            "read": sum(row["read"] for row in own),
+            "wrong": sum(row["wrong"] for row in own),
+            **{verdict: verdicts.count(verdict) for verdict in ("accept", "inconclusive", "reject")},
+            "worst gain": max(gains, key=lambda gain: abs(gain - 1), default=None),
+            "film s": float(np.mean([row["film_s"] for row in own])),
+            "verify s": float(np.mean([row["verify_s"] for row in own])),
+        }
+    yield from spread([film for film in films if not film["forge"]])
+    for row in sorted(films, key=lambda row: (row["format"], row["number"])):
+        good = row["verdict"] == "reject" if row["forge"] else row["verdict"] == "accept" and row["read"]
+        if not good:
+            words = (row[key] for key in ("format", "number", "forge", "front"))
+            yield {"film": "_".join(str(word) for word in words if word is not None)} | row
 
+
+def spread(films: list[Row]) -> Iterator[Row]:
+    """How true films lie: correlations, and the gain's distance from 1, root mean square."""
+    keys = ("correlation", "window_correlation", "gain")
+    known = [[film[key] for key in keys] for film in films if None not in (film[key] for key in keys)]
+    if known:
+        whole, windows, gain = np.array(known).T
+        yield {
+            "true films": len(known),
+            "|rho|": float(whole.mean()),
+            "sd": float(whole.std()),
+            "least": float(whole.min()),
+            "over 30 frames": float(windows.mean()),
+            "its sd": float(windows.std()),
+            "gain off": float(np.sqrt(np.mean((gain - 1) ** 2))),
+        }
+
+
+OPTIONS: dict[str, dict[str, Any]] = {
+    "--formats": {"type": lambda text: text.split(","), "default": list(FORMATS), "metavar": "F,…"},
+    "--forgeries": {"action": "store_true", "help": "thirteen lies about each format instead"},
+    "--fronts": {"type": lambda text: text.split(","), "default": [], "metavar": "F,…", "help": "hex, array, edge"},
+}
+COLUMNS = {"films of": "<12", "films": ">5", "read": ">5", "wrong": ">5", "film": "<22", "accept": ">8"}
+COLUMNS |= {"inconclusive": ">13", "reject": ">8", "worst gain": ">11.3f", "film s": ">7.1f", "verify s": ">9.1f"}
+COLUMNS |= {"m": "distance_m >6.3f", "motion": "<10", "crf": ">3", "gain": ">7.3f", "tracked": ">7", "verdict": "<12"}
+COLUMNS |= {"wear": "<40", "reasons": "<1"}
+COLUMNS |= {"true films": ">10", "|rho|": ">7.4f", "sd": ">7.4f", "least": ">7.4f", "over 30 frames": ">14.3f"}
+COLUMNS |= {"its sd": ">6.3f", "gain off": ">8.4f"}
+BENCH = Bench(rows, COLUMNS, options=OPTIONS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

@@ -7,8 +7,7 @@ places of the page.  Printed is what becomes of the films, and how far gain and 
 
 from __future__ import annotations
 
-import tempfile
-from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -17,12 +16,13 @@ import numpy as np
 
 from moireid.badge import load_badge
 from moireid.designer import Request, design_badge
-from moireid.simulate import Build, Scene, camera_named, film, motion_named
+from moireid.simulate import Build, Scene, camera_named, motion_named
 from moireid.verifier import Claim, verify
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script, temporary_film
 
 FILMS = Path(__file__).resolve().parent.parent / "tests" / "data" / "films"
 OUTSIDE = ("genuine_1.0m", "genuine_2.0m")
@@ -37,12 +37,10 @@ def tracks() -> list[Track]:
     badge = load_badge(FILMS / "badge.json")
     found = [verify(FILMS / f"{name}.mp4", Claim(badge)).track for name in OUTSIDE]
     own = design_badge(Request("Bench"), bytes.fromhex("0f5ac3962d784be1"))
-    with tempfile.TemporaryDirectory() as folder:
-        for number, (camera, motion, seed) in enumerate(product(CAMERAS, MOTIONS, SEEDS)):
-            video = Path(folder) / f"{number}.mp4"
-            scene = Scene(own, replace(Build.typical(seed), print_aspect=1.0), camera_named(camera))
-            course = motion_named(motion, distance_mm=DISTANCE_MM, seed=seed)
-            film(scene, course, video, frames=FRAMES, fps=FPS, seed=seed)
+    for camera, motion, seed in product(CAMERAS, MOTIONS, SEEDS):
+        scene = Scene(own, replace(Build.typical(seed), print_aspect=1.0), camera_named(camera))
+        course = motion_named(motion, distance_mm=DISTANCE_MM, seed=seed)
+        with temporary_film(scene, course, frames=FRAMES, fps=FPS, seed=seed) as video:
             found.append(verify(video, Claim(own)).track)
     return found
 
@@ -54,25 +52,25 @@ def fed(track: Track, aspect: float) -> Track:
     return replace(track, homographies=track.homographies @ place)
 
 
-def main() -> None:
-    """One line an aspect."""
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row an aspect."""
     films = tracks()
-    print(
-        f"{'aspect':>8}{'accepted':>10}{'open':>6}{'rejected':>10}{'|gain - 1|':>12}{'error bar':>11}{'aspect off':>12}"
-    )
     for aspect in ASPECTS:
         measured = [measure(fed(track, aspect)) for track in films]
         found = [judge_signals(one.gratings) for one in measured]
-        verdicts = Counter(one.verdict for one in found)
-        off = np.median([abs((one.gain_ratio or np.nan) - 1) for one in found])
-        bar = np.median([one.gain_sd or np.nan for one in found])
-        missed = np.median([abs(np.log(one.camera.print_aspect) - aspect) for one in measured])
-        print(
-            f"{aspect:>+8.1%}{verdicts['accept']:>10}{verdicts['inconclusive']:>6}{verdicts['reject']:>10}"
-            f"{off:>12.3f}{bar:>11.3f}{missed:>12.3%}",
-            flush=True,
-        )
+        verdicts = [one.verdict for one in found]
+        yield {
+            "aspect": aspect,
+            **{verdict: verdicts.count(verdict) for verdict in ("accept", "inconclusive", "reject")},
+            "|gain - 1|": float(np.median([abs((one.gain_ratio or np.nan) - 1) for one in found])),
+            "error bar": float(np.median([one.gain_sd or np.nan for one in found])),
+            "aspect off": float(np.median([abs(np.log(one.camera.print_aspect) - aspect) for one in measured])),
+        }
 
+
+COLUMNS = {"aspect": ">8+.1%", "accept": ">8", "inconclusive": ">13", "reject": ">8", "|gain - 1|": ">11.3f"}
+COLUMNS |= {"error bar": ">10.3f", "aspect off": ">11.3%"}
+BENCH = Bench(rows, COLUMNS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

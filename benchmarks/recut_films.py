@@ -8,6 +8,7 @@ is from the film's own: 1450 px, the optical axis in the middle of the uncut pic
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import load_badge
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 FILMS = Path(__file__).resolve().parent.parent / "tests" / "data" / "films"
 NAMES = ("genuine_1.0m", "genuine_2.0m", "forged_gain_low_1.0m")
@@ -99,28 +101,35 @@ def write(source: Path, recut: Recut, target: Path) -> None:
         made.mux(stream.encode(None))
 
 
-def main() -> None:
-    """One line a film and recut."""
-    badge = load_badge(FILMS / "badge.json")
-    print(
-        f"{'recut':<34}{'film':<22}{'verdict':<14}{'gain':>16}{'axis off, px':>14}{'aspect off':>12}{'focal off':>11}"
-    )
+def judged(job: tuple[Recut, str]) -> Row:
+    """One film, recut and verified."""
+    recut, name = job
     with tempfile.TemporaryDirectory() as folder:
-        for recut in RECUTS:
-            for name in NAMES:
-                video = Path(folder) / "film.mp4"
-                write(FILMS / f"{name}.mp4", recut, video)
-                report = verify(video, Claim(badge))
-                camera, motion = report.measurement.camera, report.invariant
-                aspect = 1.0 if recut.flag else recut.aspect
-                off = np.hypot(*np.subtract(camera.axis_px, np.divide(recut.axis_px, (aspect, 1.0))))
-                focal = FOCAL_PX * recut.scaled[1] / recut.part[3]
-                print(
-                    f"{recut.name:<34}{name:<22}{report.verdict:<14}"
-                    f"{motion.gain_ratio:>8.3f} ± {motion.gain_sd:.3f}{off:>14.1f}"
-                    f"{camera.aspect / aspect - 1:>+12.2%}{camera.focal_px / focal - 1:>+11.1%}"
-                )
+        video = Path(folder) / "film.mp4"
+        write(FILMS / f"{name}.mp4", recut, video)
+        report = verify(video, Claim(load_badge(FILMS / "badge.json")))
+    camera, motion = report.measurement.camera, report.invariant
+    aspect = 1.0 if recut.flag else recut.aspect
+    return {
+        "recut": recut.name,
+        "film": name,
+        "verdict": report.verdict,
+        "gain": motion.gain_ratio,
+        "error bar": motion.gain_sd,
+        "axis off, px": float(np.hypot(*np.subtract(camera.axis_px, np.divide(recut.axis_px, (aspect, 1.0))))),
+        "aspect off": camera.aspect / aspect - 1,
+        "focal off": camera.focal_px / (FOCAL_PX * recut.scaled[1] / recut.part[3]) - 1,
+    }
 
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film and recut."""
+    return wish.each(judged, {f"{recut.name}, {name}": (recut, name) for recut in RECUTS for name in NAMES})
+
+
+COLUMNS = {"recut": "<33", "film": "<21", "verdict": "<13", "gain": ">8.3f", "error bar": ">10.3f"}
+COLUMNS |= {"axis off, px": ">13.1f", "aspect off": ">11+.2%", "focal off": ">10+.1%"}
+BENCH = Bench(rows, COLUMNS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

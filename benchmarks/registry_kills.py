@@ -1,4 +1,5 @@
-"""Kill programs while they write to a registry: run `.venv/bin/python benchmarks/registry_kills.py`, --full for 1,000.
+"""Kill programs while they write to a registry: run `.venv/bin/python benchmarks/registry_kills.py`, --clips 1000
+for more.
 
 A process enrolls, revokes, signs checkpoints and publishes bundles, by chance and without a pause, until it is killed
 at a random moment.  After each kill: the registry must be sound and hold every checkpoint that was written; checkpoint
@@ -8,13 +9,12 @@ later one.  A new registry is begun after every 50 kills, so that audits stay sh
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import random
-import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from moireid.idcodes import specimen_of
 from moireid.registry import batch, open_registry
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.witness import checkpoints_from
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 #: Kills until a new registry is begun, and the longest life of a process, s.
 KILLS_EACH, LIFE_S = 50, 0.3
@@ -66,49 +67,51 @@ def unsound(folder: str) -> list[str]:
     return found
 
 
-def main() -> None:
-    """Kill, look, and count."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--full", action="store_true", help="1,000 kills instead of 100")
-    parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    kills, chance = 1000 if given.full else 100, random.Random(given.seed)
-    first = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
-    context = multiprocessing.get_context("fork")
-    faults, entries, checkpoints, bundles, done = [], 0, 0, 0, 0
-    while done < kills:
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a registry."""
+    kills, chance = wish.clips or (10 if wish.quick else 100), random.Random(wish.seed or 1)
+    for begun in range(0, kills, KILLS_EACH):
         with tempfile.TemporaryDirectory() as folder:
-            os.environ |= {"MOIREID_KEYS": f"{folder}/keys", "MOIREID_SEEN": f"{folder}/seen.sqlite3"}
-            with open_registry(f"sqlite:///{folder}/people.sqlite3", create=True) as registry:
-                # Here, so that all that is loaded on first use is loaded before a process is forked.
-                registry.enroll(first)
-                registry.publish(Path(folder) / "bundle", specimen_of, days=1)
-            (Path(folder) / "bundle").unlink()
-            for _ in range(min(KILLS_EACH, kills - done)):
-                begun = context.Event()
-                process = context.Process(target=work, args=(folder, first, chance.getrandbits(32), begun))
-                process.start()
-                begun.wait(60)
-                time.sleep(chance.uniform(0, LIFE_S))
-                process.kill()
-                process.join()
-                try:
-                    faults += unsound(folder)
-                except Exception as error:  # noqa: BLE001 - whatever it is, this kill left something unsound.
-                    faults.append(f"{type(error).__name__}: {error}")
-                done += 1
-            with open_registry(f"sqlite:///{folder}/people.sqlite3", create=False) as registry:
-                entries += registry.audit().entries
-            checkpoints += (Path(folder) / "checkpoint").exists()
-            bundles += (Path(folder) / "bundle").exists()
-    print(
-        f"{kills} kills, {entries} log entries written; registries with a checkpoint {checkpoints}, a bundle {bundles}"
-    )
-    print(f"unsound: {len(faults)}")
-    for fault in faults[:10]:
-        print(f"  {fault}")
-    sys.exit(1 if faults else 0)
+            yield {"registry": begun // KILLS_EACH + 1} | killed(folder, min(KILLS_EACH, kills - begun), chance)
 
+
+def killed(folder: str, kills: int, chance: random.Random) -> Row:
+    """Kill so many programs as they write to one registry, and look after each."""
+    first = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
+    context, faults = multiprocessing.get_context("fork"), list[str]()
+    os.environ |= {"MOIREID_KEYS": f"{folder}/keys", "MOIREID_SEEN": f"{folder}/seen.sqlite3"}
+    with open_registry(f"sqlite:///{folder}/people.sqlite3", create=True) as registry:
+        # Here, so that all that is loaded on first use is loaded before a process is forked.
+        registry.enroll(first)
+        registry.publish(Path(folder) / "bundle", specimen_of, days=1)
+    (Path(folder) / "bundle").unlink()
+    for _ in range(kills):
+        begun = context.Event()
+        process = context.Process(target=work, args=(folder, first, chance.getrandbits(32), begun))
+        process.start()
+        begun.wait(60)
+        time.sleep(chance.uniform(0, LIFE_S))
+        process.kill()
+        process.join()
+        try:
+            faults += unsound(folder)
+        except Exception as error:  # noqa: BLE001 - whatever it is, this kill left something unsound.
+            faults.append(f"{type(error).__name__}: {error}")
+    with open_registry(f"sqlite:///{folder}/people.sqlite3", create=False) as registry:
+        entries = registry.audit().entries
+    there = {name: (Path(folder) / name).exists() for name in ("checkpoint", "bundle")}
+    return {"kills": kills, "entries": entries, **there, "unsound": len(faults), "faults": faults[:10]}
+
+
+def check(found: list[Row]) -> Iterator[str]:
+    """Exit code 1 where something was unsound."""
+    yield f"{sum(row['kills'] for row in found)} kills, unsound: {sum(row['unsound'] for row in found)}"
+    if any(row["unsound"] for row in found):
+        raise SystemExit(1)
+
+
+COLUMNS = {"registry": ">8", "kills": ">5", "entries": ">7", "checkpoint": ">10", "bundle": ">6", "unsound": ">7"}
+BENCH = Bench(rows, COLUMNS | {"faults": "<1"}, check)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

@@ -1,185 +1,174 @@
-"""The registry with many records: run `.venv/bin/python benchmarks/registry_scale.py`, with --full for a million.
+"""Claims and look-ups among many people: run `.venv/bin/python benchmarks/registry_scale.py [--only claim|identify]`.
 
-Every record goes the normal way: designed layout, JSON, signature, log entry, transaction.  Badges are made by putting
-other ids, names and spacings into a designed one, because designing 100,000 takes longer than all else; the time that
-this takes is measured apart and left out.  A cold look-up is a new process's first: opening and `by_id` are timed in
-it, imports apart; once with the file in the system's cache, and once after asking the system to forget it.
+Registries of ten and of 100,000 (`--full`: a million) are built the normal way, unless they lie in `--keep`; a million
+take ten minutes of processor time and 5 GB.  Badges are made by putting other ids, names and spacings into a designed
+one, because designing takes longer than all else.
+
+claim: what publishing a bundle of all people takes, its size, and the seconds from nothing to a claimed badge, in a new
+process each, by the registry (as `verify --registry` does, its state and look-alikes included) and by the bundle (as
+`verify --bundle`).  Imports are in it, as they are in what a user waits for.
+identify: in turn, cold processes identify a film of 4 s, 1080p at 30 frames a second, of an enrolled badge, and of one
+that is not enrolled: CPU seconds, peak of memory, and their ratios to ten people.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
-import platform
 import statistics
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
+from verify_cost import BADGE, SEED, Kind, filmed
+
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
-from moireid.registry import import_registry, open_registry
-
-QUICK = {"batch": 20_000, "lookup": 20_000}
-FULL = {"batch": 100_000, "lookup": 1_000_000}
-RUNS = 7
-
-COLD = """
-import json, sys, time
-begun = time.perf_counter()
-import jsonschema
-import sqlalchemy.dialects.sqlite
+from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
-imported = time.perf_counter()
-registry = open_registry(sys.argv[1], create=False)
-opened = time.perf_counter()
-record = registry.by_id(sys.argv[2])
-found = time.perf_counter()
-record.badge
-read = time.perf_counter()
-assert record.id == sys.argv[2]
-print(json.dumps([imported - begun, opened - imported, found - opened, found - imported, read - found]))
+from moireid.simulate.filming import film
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Build, Scene
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+
+OTHER = design_badge(Request("Grace Hopper"), payload_from_hex("0123456789abcdef"))
+FEW, QUICK, MANY, FULL = 10, 1_000, 100_000, 1_000_000
+#: What a new process does from its first import to the badge of a claim.
+ONLINE = """
+from moireid.registry import claimed, open_registry
+with open_registry(sys.argv[1], create=False) as registry:
+    registry.standing()
+    claimed(registry, sys.argv[2]).badge
+"""
+OFFLINE = """
+from moireid.registry.bundle.held import Bundle
+with Bundle(sys.argv[1]) as bundle:
+    bundle.claimed(sys.argv[2]).badge
+"""
+CLAIM = "import sys, time\nbegun = time.perf_counter(){look}print(time.perf_counter() - begun)"
+#: A command of its own, with its CPU seconds and peak of memory, KB, as the system counts them.
+COLD = """
+import os, subprocess, sys
+child = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+_, status, used = os.wait4(child.pid, 0)
+print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_maxrss)
 """
 
 
 class People:
-    """Badges of one layout, each with its own id, name and spacings; `made_s` adds up the time that making takes."""
+    """Badges of one layout, each with its own id, name and spacings."""
 
     def __init__(self, first: Badge, count: int) -> None:
         self._first, self._count = first, count
-        self.made_s = 0.0
 
     def __len__(self) -> int:
         return self._count
 
     def __iter__(self) -> Iterator[Badge]:
-        for number in range(self._count):
-            begun = time.process_time()
-            badge = self._badge(number)
-            self.made_s += time.process_time() - begun
-            yield badge
-
-    def _badge(self, number: int) -> Badge:
-        digest = sha256(f"person {number}".encode()).digest()
         grating = self._first.gratings[0]
-        stretch = [1.0 + 0.01 * byte / 255 for byte in digest]
-        cells = tuple(replace(c, pitch_mm=c.pitch_mm * stretch[k % 32]) for k, c in enumerate(grating.cells))
-        gratings = (replace(grating, cells=cells),)
-        return replace(self._first, id=id_of(number), name=f"Person {number}", gratings=gratings)
+        for number in range(self._count):
+            digest = sha256(f"person {number}".encode()).digest()
+            stretch = [1.0 + 0.01 * byte / 255 for byte in digest]
+            cells = tuple(replace(c, pitch_mm=c.pitch_mm * stretch[k % 32]) for k, c in enumerate(grating.cells))
+            gratings = (replace(grating, cells=cells),)
+            yield replace(self._first, id=digest.hex()[:16], name=f"Person {number}", gratings=gratings)
 
 
-def id_of(number: int) -> str:
-    """A 64-bit id that looks random, like true ids."""
-    return sha256(f"person {number}".encode()).hexdigest()[:16]
-
-
-def progress(done: int, total: int | None) -> None:
-    """Say how far a long run is, if someone watches."""
-    if sys.stderr.isatty():
-        print(f"\r{done:>10,} of {total or 0:,}", end="", file=sys.stderr)
-
-
-class Clock:
-    """Wall and processor seconds since it was made; on a shared machine, wall seconds include the others' work."""
-
-    def __init__(self) -> None:
-        self._wall, self._cpu = time.perf_counter(), time.process_time()
-
-    def line(self, label: str, count: int, left_out_s: float = 0.0) -> None:
-        """One line of the first table; `left_out_s` is taken off."""
-        wall = time.perf_counter() - self._wall - left_out_s
-        cpu = time.process_time() - self._cpu - left_out_s
-        print(f"{label:<52}{count:>10,}{wall:>10.1f}{cpu:>10.1f}{1e3 * wall / count:>10.3f}", flush=True)
-
-
-def batch(folder: Path, label: str, first: Badge, count: int) -> None:
-    """Enroll a batch, run it again, audit, export and import."""
-    url = f"sqlite:///{folder}/{label.split()[0]}.sqlite3"
-    people = People(first, count)
-    with open_registry(url, create=True) as registry:
-        clock = Clock()
-        assert registry.enroll_many(people, progress).enrolled == count
-        clock.line(f"enroll_many, {label}", count, people.made_s)
-        people.made_s, clock = 0.0, Clock()
-        assert registry.enroll_many(people, progress).unchanged == count
-        clock.line("  the same batch again", count, people.made_s)
-        clock = Clock()
-        assert registry.audit(progress=progress).sound
-        clock.line("  audit", count)
-        clock = Clock()
-        registry.export_json(folder / "export.json", overwrite=True)
-        clock.line("  export", count)
-    clock = Clock()
-    assert import_registry(folder / "export.json", f"sqlite:///{folder}/copy.sqlite3").added == count
-    clock.line("  import, audit of the copy included", count)
-    size_kb = [(folder / name).stat().st_size / count / 1e3 for name in (f"{label.split()[0]}.sqlite3", "export.json")]
-    print(f"  {size_kb[0]:.2f} kB a record in SQLite, {size_kb[1]:.2f} kB in the export")
-    for name in ("copy.sqlite3", "export.json"):
-        (folder / name).unlink()
-
-
-def lookup(folder: Path, first: Badge, count: int) -> None:
-    """Build a registry of `count` and look up one record in new processes."""
-    path = folder / "lookup.sqlite3"
+def built(folder: Path, count: int) -> str:
+    """The URL of a registry of so many people and the holder of `BADGE`; built unless it is there."""
+    path = folder / f"people_{count}.sqlite3"
     url = f"sqlite:///{path}"
-    people = People(first, count)
-    with open_registry(url, create=True) as registry:
-        clock = Clock()
-        registry.enroll_many(people, progress)
-        clock.line("\nbuilt for look-ups", count, people.made_s)
-    print(f"\n{'cold process, ms: median (least to most)':<42}{'imports':>18}{'open':>18}{'by_id':>18}{'both':>18}")
-    for label, forget in (("file in the cache", False), ("file not in the cache", True)):
-        runs = [cold(url, path, id_of(k * count // RUNS), forget=forget) for k in range(RUNS)]
-        cells = [f"{statistics.median(c):.1f} ({min(c):.1f}-{max(c):.1f})" for c in zip(*runs, strict=True)]
-        print(f"{label:<42}" + "".join(f"{cell:>18}" for cell in cells[:4]) + f"   badge from its JSON: {cells[4]}")
+    if not path.exists():
+        with open_registry(url, create=True) as registry:
+            registry.enroll_many(People(BADGE, count))
+            registry.enroll(BADGE)
+    return url
+
+
+def filmed_other(folder: Path) -> Path:
+    """A film of a badge of the same layout that is not enrolled there."""
+    path, kind = folder / "other.mp4", Kind()
+    if not path.exists():
+        scene = Scene(OTHER, Build(), kind.camera())
+        motion = motion_named("sway", distance_mm=1000.0, seed=SEED)
+        film(scene, motion, path, frames=round(kind.fps * kind.length_s), fps=float(kind.fps), seed=SEED)
+    return path
+
+
+def asked(program: str, *words: str) -> str:
+    """What a new process prints."""
+    return subprocess.run([sys.executable, "-c", program, *words], check=True, capture_output=True, text=True).stdout
+
+
+def claim_rows(folder: Path, count: int, runs: int) -> Iterator[Row]:
+    """Publish a bundle, and look a claim up by both."""
+    url, path = built(folder, count), folder / f"people_{count}.bundle"
+    begun = time.perf_counter()
     with open_registry(url, create=False) as registry:
-        asked = {
-            "find by name": lambda: registry.find("Person 7"),
-            "look-alikes of a name": lambda: registry.look_alikes(["PERSON 7"]),
-            "layouts": registry.layouts,
+        registry.publish(path, specimen_of, days=7, overwrite=True)
+    published_s = time.perf_counter() - begun
+    sizes_mb = [one.stat().st_size / 1e6 for one in (path, folder / f"people_{count}.sqlite3")]
+    yield {"people": count, "publishing s": published_s, "bundle MB": sizes_mb[0], "registry MB": sizes_mb[1]}
+    ways = {"registry": (ONLINE, url), "bundle": (OFFLINE, str(path))}
+    took: dict[str, list[float]] = {way: [] for way in ways}
+    # In turn, so that what else the machine does falls on both.
+    for _ in range(runs):
+        for way, (look, source) in ways.items():
+            took[way].append(float(asked(CLAIM.format(look=look), source, f"Person {count - 1}")))
+    for way, seconds in took.items():
+        spread = {"least": min(seconds), "most": max(seconds)}
+        yield {"to a claimed badge": way, "median s": statistics.median(seconds)} | spread
+
+
+def identify_rows(folder: Path, counts: tuple[int, int], runs: int) -> Iterator[Row]:
+    """Cold processes among few and among many."""
+    urls, program = {count: built(folder, count) for count in counts}, str(Path(sys.executable).with_name("moireid"))
+    for what, path in (("enrolled", filmed(Kind(), folder)), ("not enrolled", filmed_other(folder))):
+        found: dict[int, list[list[str]]] = {count: [] for count in counts}
+        for _ in range(runs):
+            for count, url in urls.items():
+                found[count].append(asked(COLD, program, "identify", str(path), "--registry", url, "--json").split())
+        least = {count: min(float(cpu) for _, cpu, _ in own) for count, own in found.items()}
+        for count, own in found.items():
+            yield {
+                "identify among": count,
+                "badge": what,
+                "exit": int(own[0][0]),
+                "CPU s": least[count],
+                "MB": statistics.median(int(kilobytes) / 1e3 for _, _, kilobytes in own),
+                "CPU ratio": least[count] / least[counts[0]],
+            }
+
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """The rows of the parts that are wanted."""
+    many = FULL if wish.own.full else QUICK if wish.quick else MANY
+    with wish.kept_folder() as folder:
+        os.environ |= {"MOIREID_KEYS": f"{folder}/keys", "MOIREID_SEEN": f"{folder}/seen.sqlite3"}
+        parts = {
+            "claim": lambda: claim_rows(folder, many, wish.clips or 9),
+            "identify": lambda: identify_rows(folder, (FEW, many), wish.clips or 3),
         }
-        for label, query in asked.items():
-            begun = time.perf_counter()
-            query()
-            print(f"{label}: {1e3 * (time.perf_counter() - begun):.1f} ms")
+        for name in wish.chosen(parts):
+            yield from parts[name]()
 
 
-def cold(url: str, path: Path, badge_id: str, *, forget: bool) -> list[float]:
-    """Milliseconds that a new process takes to import, open, look up, both of these, and make the Badge."""
-    if forget:
-        handle = os.open(path, os.O_RDONLY)
-        os.fsync(handle)
-        os.posix_fadvise(handle, 0, 0, os.POSIX_FADV_DONTNEED)
-        os.close(handle)
-    done = subprocess.run([sys.executable, "-c", COLD, url, badge_id], check=True, capture_output=True, text=True)
-    return [1e3 * seconds for seconds in json.loads(done.stdout)]
-
-
-def main() -> None:
-    """Print what batches and look-ups take."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--full", action="store_true", help="batches of 100,000, and a look-up among 1,000,000")
-    parser.add_argument("--folder", type=Path, help="where the databases lie for the time being")
-    given = parser.parse_args()
-    counts = FULL if given.full else QUICK
-    ada = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
-    large = design_badge(Request("Ada Lovelace"), bytes(16))
-    print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}\n")
-    print(f"{'':<52}{'records':>10}{'wall s':>10}{'CPU s':>10}{'ms each':>10}")
-    with tempfile.TemporaryDirectory(dir=given.folder) as folder:
-        os.environ["MOIREID_KEYS"] = f"{folder}/keys"
-        for label, first in (("small badges", ada), ("large badges", large)):
-            kilobytes = len(first.to_json()) / 1e3
-            of = f"{label} ({len(first.gratings[0].cells)} cells, {kilobytes:.0f} kB)"
-            batch(Path(folder), of, first, counts["batch"])
-        lookup(Path(folder), ada, counts["lookup"])
-
+COLUMNS = {"people": ">9,", "publishing s": ">12.0f", "bundle MB": ">9.1f", "registry MB": ">11.1f"}
+COLUMNS |= {"to a claimed badge": "<18", "median s": ">8.3f", "least": ">8.3f", "most": ">8.3f"}
+COLUMNS |= {
+    "identify among": ">14,",
+    "badge": "<12",
+    "exit": ">4",
+    "CPU s": ">7.2f",
+    "MB": ">7.0f",
+    "CPU ratio": ">9.2f",
+}
+BENCH = Bench(
+    rows, COLUMNS, options={"--full": {"action": "store_true", "help": f"{FULL:,} people in place of {MANY:,}"}}
+)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

@@ -8,20 +8,17 @@ film and in the worst.  None may be rejected: each film is true.
 
 from __future__ import annotations
 
-import argparse
 import csv
-import tempfile
-from collections import Counter
-from itertools import product
-from pathlib import Path
+from collections.abc import Iterator
+from itertools import groupby, product
 
 import numpy as np
 
-from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.simulate import Build, Camera, Scene, film, motion_named
+from moireid.simulate import Build, Camera, Scene, motion_named
 from moireid.simulate.filming import truth_path
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script, temporary_film
 
 PAGES = {
     "60 x 66": Request("Bench", lens="75lpi", size_mm=(60, 66), range_m=(0.5, 1.0)),
@@ -35,40 +32,49 @@ PLACES, QUALITIES, MOTIONS = (
 FRAMES, FPS = 240, 30
 
 
-def judged(badge: Badge, metres: float, crf: int, seed: int) -> tuple[str, float]:
+def judged(job: tuple[str, float, int, int]) -> Row:
     """Verdict of one film, and the error of its predicted phase over the error bar; nan where nothing was measured."""
-    with tempfile.TemporaryDirectory() as folder:
-        video = Path(folder) / "film.mp4"
-        course = motion_named(MOTIONS[seed % 2], distance_mm=1000 * metres, seed=seed)
-        scene = Scene(badge, Build.typical(seed), Camera())
-        film(scene, course, video, frames=FRAMES, fps=FPS, seed=seed, crf=crf)
+    name, metres, crf, seed = job
+    badge = design_badge(PAGES[name], bytes.fromhex("0f5ac3962d784be1"))
+    course = motion_named(MOTIONS[seed % 2], distance_mm=1000 * metres, seed=seed)
+    scene = Scene(badge, Build.typical(seed), Camera())
+    with temporary_film(scene, course, frames=FRAMES, fps=FPS, seed=seed, crf=crf) as video:
         report = verify(video, Claim(badge, badge.id))
-        rows = list(csv.DictReader(truth_path(video).open(encoding="utf-8")))
+        truth = list(csv.DictReader(truth_path(video).open(encoding="utf-8")))
     if report.measurement is None:
-        return report.verdict, np.nan
-    true = np.unwrap([float(row["phase_rad"]) for row in rows])[report.track.frame_numbers]
+        return {"verdict": report.verdict, "ratio": None}
+    true = np.unwrap([float(row["phase_rad"]) for row in truth])[report.track.frame_numbers]
     off = report.measurement.gratings[0].predicted_rad - true
     # A focal length that is off scales the phase, and has an error bar of its own.
     scatter = float(np.std(off - np.polyval(np.polyfit(true, off, 1), true)))
-    return report.verdict, scatter / report.invariant.gratings[0]["expected_error_rad"]
+    return {"verdict": report.verdict, "ratio": scatter / report.invariant.gratings[0]["expected_error_rad"]}
 
 
-def main() -> None:
-    """One line a page, distance and quality."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--films", type=int, default=4, metavar="N", help="films of each kind; default: 4")
-    films = parser.parse_args().films
-    badges = {name: design_badge(wish, bytes.fromhex("0f5ac3962d784be1")) for name, wish in PAGES.items()}
-    print(f"{'page, mm':<11}{'m':>5}{'crf':>5}{'accepted':>10}{'open':>6}{'rejected':>10}{'median':>9}{'worst':>7}")
-    for (name, metres), crf in product(PLACES, QUALITIES):
-        found = [judged(badges[name], metres, crf, seed) for seed in range(1, films + 1)]
-        verdicts, ratios = Counter(verdict for verdict, _ in found), [ratio for _, ratio in found]
-        print(
-            f"{name:<11}{metres:>5g}{crf:>5}{verdicts['accept']:>10}{verdicts['inconclusive']:>6}{verdicts['reject']:>10}"
-            f"{np.nanmedian(ratios):>9.2f}{np.nanmax(ratios):>7.2f}",
-            flush=True,
-        )
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a page, distance and quality."""
+    films = wish.clips or 4
+    kinds = [(name, metres, crf) for (name, metres), crf in product(PLACES, QUALITIES)]
+    jobs = {
+        f"{name}, {metres:g} m, crf {crf}, {seed}": (name, metres, crf, seed)
+        for name, metres, crf in kinds
+        for seed in range(1, films + 1)
+    }
+    made = zip((jobs[name] for name in wish.chosen(jobs)), wish.each(judged, jobs), strict=True)
+    for (name, metres, crf), films_now in groupby(made, key=lambda one: one[0][:3]):
+        found = [row for _, row in films_now]
+        verdicts, ratios = [row["verdict"] for row in found], [row["ratio"] or np.nan for row in found]
+        yield {
+            "page, mm": name,
+            "m": metres,
+            "crf": crf,
+            **{verdict: verdicts.count(verdict) for verdict in ("accept", "inconclusive", "reject")},
+            "median": float(np.nanmedian(ratios)),
+            "worst": float(np.nanmax(ratios)),
+        }
 
+
+COLUMNS = {"page, mm": "<10", "m": ">4g", "crf": ">4", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
+BENCH = Bench(rows, COLUMNS | {"median": ">8.2f", "worst": ">6.2f"})
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

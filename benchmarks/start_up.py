@@ -1,4 +1,4 @@
-"""What a command costs in addition to its work: run `.venv/bin/python benchmarks/start_up.py [--repeats N]`.
+"""What a command costs in addition to its work: run `.venv/bin/python benchmarks/start_up.py [--clips N]`.
 
 Each command runs in a process of its own, cold but for the disk's cache.  CPU seconds are those of all threads; of both
 figures the best run is printed, as others only show what else the machine did, with the median.  The film is
@@ -7,9 +7,6 @@ the first two seconds of the outside film at 1 m.  Last come the packages whose 
 
 from __future__ import annotations
 
-import argparse
-import os
-import platform
 import resource
 import statistics
 import subprocess
@@ -17,9 +14,12 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import av
+
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"
 FILM_S = 2.0
@@ -64,26 +64,29 @@ def load_ms(arguments: list[str]) -> Counter[str]:
     return found
 
 
-def main() -> None:
-    """Print a row a command, then what is loaded."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=7)
-    repeats = parser.parse_args().repeats
-    print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, best (median) of {repeats}")
-    print(f"{'command':<22}{'CPU s':>16}{'wall s':>16}")
+def rows(wish: Wish) -> Iterator[Row]:
+    """A row a command, then what is loaded."""
     with tempfile.TemporaryDirectory() as folder:
         film = beginning(FILMS / "genuine_1.0m.mp4", Path(folder) / "film.mp4", FILM_S)
         verify = ["verify", str(film), "--badge", str(FILMS / "badge.json"), "--json"]
-        printed = ["print", "Ada Lovelace", "--out", f"{folder}/badge", "--mount", "none", "--overwrite", "--json"]
-        rows = (("--help", ["--help"]), (f"verify of {FILM_S:g} s", verify), ("print without a mount", printed))
-        for name, arguments in rows:
-            cpu, wall = zip(*(cost_s(arguments) for _ in range(repeats)), strict=True)
-            columns = (f"{min(each):.2f} ({statistics.median(each):.2f})" for each in (cpu, wall))
-            print(f"{name:<22}" + "".join(f"{column:>16}" for column in columns))
-        print(f"\n{'loaded by verify':<22}{'ms':>16}")
+        printed = ["print", "Ada Lovelace", "--out", f"{folder}/badge", "--overwrite", "--json"]
+        commands = {
+            "--help": ["--help"],
+            f"verify of {FILM_S:g} s": verify,
+            "print without a mount": [*printed, "--mount", "none"],
+            "print with a mount": printed,
+        }
+        for name in wish.chosen(commands):
+            runs = [cost_s(commands[name]) for _ in range(wish.clips or (2 if wish.quick else 7))]
+            cpu, wall = zip(*runs, strict=True)
+            row = {"command": name, "CPU s": min(cpu), "median": statistics.median(cpu)}
+            yield row | {"wall s": min(wall), "median wall": statistics.median(wall)}
         for package, milliseconds in load_ms(verify).most_common(MOST_PACKAGES):
-            print(f"{package:<22}{milliseconds:>16.0f}")
+            yield {"loaded by verify": package, "ms": milliseconds}
 
+
+COLUMNS = {"command": "<22", "CPU s": ">7.2f", "median": ">7.2f", "wall s": ">7.2f", "median wall": ">12.2f"}
+BENCH = Bench(rows, COLUMNS | {"loaded by verify": "<22", "ms": ">7.0f"})
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

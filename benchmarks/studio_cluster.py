@@ -3,21 +3,17 @@
 Starts each service of `deploy/compose.yaml` by its own command, as processes of this machine: a host's name becomes
 loopback, a volume a folder, and a process that ends is started again, as the file says.  PostgreSQL alone is started by
 its own programs, as its command is in its image; and there is no proxy: films are sent to the studios by turns, and
-again where none answers.  It then
+again where none answers.
 
-1 sends films, each with bytes of its own at its end, and kills a studio and both workers meanwhile, with all that they
-  had started, and stops PostgreSQL for ten seconds; prints what became of each film, and how often the record
-  has it;
-2 measures films a second with one worker and with two, where jobs wait (for a storage that takes seconds) and where
-  they compute.  Two workers can only compute twice as fast where two processors are free, so the load is printed.
+Sends films, each with bytes of its own at its end, and kills a studio and both workers meanwhile, with all that they
+had started, and stops PostgreSQL for ten seconds; prints what became of each film, and how often the record
+has it.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import os
-import re
 import shutil
 import signal
 import socket
@@ -42,29 +38,16 @@ sys.path.insert(0, str(ROOT / "tests"))
 from kit.registries import badge_of, running_server  # noqa: E402
 from kit.webbing import tiny_film  # noqa: E402
 from moireid.registry import open_registry  # noqa: E402
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script  # noqa: E402
 from moireid_studio.auth.tokens import open_tokens  # noqa: E402
 
 FILMS = ROOT / "tests" / "data" / "films"
 SERVICES = yaml.safe_load((ROOT / "deploy" / "compose.yaml").read_text(encoding="utf-8"))["services"]
 DATABASE = "postgresql+psycopg://moireid@database/moireid"
-ASKERS, AGAIN_S, SLOW_S, AWAY_S = 8, 1.0, 6.0, 10.0
-#: A storage that takes its time, for jobs that wait: a package of fsspec's as any other.
-SLOW = f"""
-import time
-from fsspec.implementations.local import LocalFileSystem
+ASKERS, AGAIN_S, AWAY_S = 8, 1.0, 10.0
 
-class Slow(LocalFileSystem):
-    protocol = "slow"
-    cachable = False
-
-    @classmethod
-    def _strip_protocol(cls, path):
-        return LocalFileSystem._strip_protocol(str(path).removeprefix("slow://"))
-
-    def get_file(self, *given, **more):
-        time.sleep({SLOW_S})
-        return super().get_file(*given, **more)
-"""
+#: States of a job that is over.
+ENDED = ("done", "failed", "lost")
 
 
 class Cluster:
@@ -101,11 +84,9 @@ class Cluster:
 
     def start(self, name: str) -> None:
         """Start a service, with a log of its own."""
-        packages = [str(self.folder / "packages"), *filter(None, [os.environ.get("PYTHONPATH")])]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(packages)}
         with (self.folder / f"{name}.log").open("ab") as log:
             self.processes[name] = subprocess.Popen(
-                self.command(*self._wanted[name]), env=environment, stdout=log, stderr=log, start_new_session=True
+                self.command(*self._wanted[name]), stdout=log, stderr=log, start_new_session=True
             )
 
     def kill(self, name: str) -> None:
@@ -210,37 +191,30 @@ class Visitor:
             number += 1
             time.sleep(0.2)
 
-    def all_over(self, ids: Sequence[str], each: Any = lambda ended: None) -> dict[str, dict[str, Any]]:
-        """Every job's end; each: called with the number of ended jobs whenever it changes."""
+    def all_over(self, ids: Sequence[str]) -> dict[str, dict[str, Any]]:
+        """Every job's end."""
         ended: dict[str, dict[str, Any]] = {}
         while len(ended) < len(ids):
             for job_id in ids:
-                if job_id not in ended and (job := self.look(job_id)).get("state", "lost") in (
-                    "done",
-                    "failed",
-                    "lost",
-                ):
+                if job_id not in ended and (job := self.look(job_id)).get("state", "lost") in ENDED:
                     ended[job_id] = job
-                    each(len(ended))
             time.sleep(0.5)
         return ended
 
 
-def record(database: str, since: int = 0) -> list[Any]:
-    """The record of verdicts: number, film and job of each."""
+def record(database: str) -> list[Any]:
+    """The record of verdicts: film and job of each."""
     engine = create_engine(database)
     try:
         with engine.connect() as connection:
-            return list(
-                connection.execute(text(f"SELECT number, film_sha256, job FROM verdicts WHERE number > {since}"))
-            )
+            return list(connection.execute(text("SELECT film_sha256, job FROM verdicts")))
     finally:
         engine.dispose()
 
 
-def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float], None]) -> None:
-    """Send films, kill a studio and both workers meanwhile, let the database go `away` for ten seconds, and
-    print what became of the films.
+def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float], None]) -> dict[str, Any]:
+    """Send films, kill a studio and both workers meanwhile, let the database go `away` for ten seconds; what
+    became of the films.
     """
     kills = {count // 5: "studio 0", 2 * count // 5: "worker 1", 3 * count // 5: "worker 0"}
     kills[4 * count // 5] = "database"
@@ -262,44 +236,22 @@ def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float
         ids = list(pool.map(upload, range(count)))
     ended = visitor.all_over(ids)
     seconds = time.monotonic() - begun
-    print(f"killed: {', '.join(down)}; {count} uploads over after {seconds:.0f} s")
-    print(f"states: {dict(Counter(job.get('state', 'lost') for job in ended.values()))}")
-    print(f"problems: {dict(Counter(str((job.get('problem') or {}).get('code')) for job in ended.values()))}")
     found = record(cluster.database)
     by_job, by_film = Counter(row.job for row in found), Counter(row.film_sha256 for row in found)
     often = Counter(min(by_job[one], 2) for one in ids)
-    print(f"in the record: {often[1]} of {count} jobs once, {often[2]} more than once, {often[0]} never")
-    twice = sum(many > 1 for many in by_film.values())
-    print(f"films in the record: {len(by_film)}, {twice} twice; {visitor.sent_again} sent again for want of an answer")
-
-
-def speed(
-    folder: Path, database: str, storage: str, tokens: Sequence[str], film: bytes, claim: str, count: int
-) -> None:
-    """Films a second with one worker and with two."""
-    rates = []
-    for workers in (1, 2):
-        with Cluster(folder / f"workers{workers}", database, storage, workers) as cluster:
-            visitor = Visitor(cluster.ports, tokens, film, claim)
-            # The first film of a worker waits until it has loaded its programs.
-            visitor.all_over([visitor.upload(1_000_000 + k) for k in range(2 * workers)])
-            begun = time.monotonic()
-            with ThreadPoolExecutor(ASKERS) as pool:
-                ids = list(pool.map(visitor.upload, range(2_000_000, 2_000_000 + count)))
-            states = Counter(job["state"] for job in visitor.all_over(ids).values())
-            rates.append(count / (time.monotonic() - begun))
-            print(f"  {workers} worker(s): {rates[-1]:.2f} films/s, {dict(states)}, load {os.getloadavg()[0]:.1f}")
-    print(f"  two workers are {rates[1] / rates[0]:.2f} times as fast as one")
+    return {
+        "killed": ", ".join(down),
+        "uploads over after, s": f"{count} after {seconds:.0f}",
+        "states": dict(Counter(job.get("state", "lost") for job in ended.values())),
+        "problems": dict(Counter(str((job.get("problem") or {}).get("code")) for job in ended.values())),
+        "in the record": f"{often[1]} of {count} jobs once, {often[2]} more than once, {often[0]} never",
+        "films in the record": f"{len(by_film)}, {sum(many > 1 for many in by_film.values())} twice",
+        "sent again for want of an answer": visitor.sent_again,
+    }
 
 
 def prepared(folder: Path, database: str) -> tuple[list[str], bytes, str]:
-    """A registry with a badge, and the storage that takes its time; returns tokens, a film, and whose badge it is."""
-    packages = folder / "packages"
-    info = packages / "slowfs-1.dist-info"
-    info.mkdir(parents=True)
-    (packages / "slowfs.py").write_text(SLOW)
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: slowfs\nVersion: 1\n")
-    (info / "entry_points.txt").write_text("[fsspec.specs]\nslow = slowfs:Slow\n")
+    """A registry with a badge; returns tokens, a film, and whose badge it is."""
     os.environ["MOIREID_KEYS"], os.environ["MOIREID_SEEN"] = str(folder / "keys"), str(folder / "seen.sqlite3")
     init = [word.replace(DATABASE, database) for word in SERVICES["init"]["command"]]
     subprocess.run([str(Path(sys.executable).parent / init[0]), *init[1:]], check=True, capture_output=True)
@@ -311,35 +263,24 @@ def prepared(folder: Path, database: str) -> tuple[list[str], bytes, str]:
     return secrets, tiny_film(FILMS / "genuine_1.0m.mp4", folder / "tiny.mp4").read_bytes(), badge.name
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--films", type=int, default=200)
-    parser.add_argument("--speed", type=int, default=30, help="films of each measurement of speed; 0 for none")
-    given = parser.parse_args()
-    print(f"{os.cpu_count()} processors, load average {os.getloadavg()[0]:.1f}")
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a figure."""
     scratch = Path(tempfile.mkdtemp(prefix="moireid-cluster-"))
     with running_server() as server:
         try:
             database = server.fresh()
             tokens, film, claim = prepared(scratch, database)
-            for name in ("killed", "waits/workers1", "waits/workers2", "computes/workers1", "computes/workers2"):
-                shutil.copytree(scratch / "packages", scratch / name / "packages")
-            films = (scratch / "films").as_uri()
-            if given.films:
-                with Cluster(scratch / "killed", database, films, 2) as cluster:
-                    killed(cluster, Visitor(cluster.ports, tokens, film, claim), given.films, server.away)
-            if given.speed:
-                print(f"jobs that wait {SLOW_S:g} s for their film:")
-                slow = re.sub("^file:", "slow:", films)
-                speed(scratch / "waits", database, slow, tokens, film, claim, given.speed)
-                print("jobs that compute:")
-                speed(scratch / "computes", database, films, tokens, film, claim, given.speed)
+            with Cluster(scratch, database, (scratch / "films").as_uri(), 2) as cluster:
+                visitor = Visitor(cluster.ports, tokens, film, claim)
+                found = killed(cluster, visitor, wish.clips or (15 if wish.quick else 200), server.away)
+            yield from ({"figure": name, "value": str(value)} for name, value in found.items())
         finally:
             for log in sorted(scratch.rglob("*.log")) if "MOIREID_LOGS" in os.environ else ():
                 print(f"--- {log}\n{log.read_text()[-3000:]}")
             shutil.rmtree(scratch, ignore_errors=True)
 
 
+BENCH = Bench(rows, {"figure": "<34", "value": "<1"})
+
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

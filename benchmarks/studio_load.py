@@ -1,4 +1,4 @@
-"""The studio under load: run `.venv/bin/python benchmarks/studio_load.py [--pairs 15] [--hostile 1000] [--film FILM]`.
+"""The studio under load: run `.venv/bin/python benchmarks/studio_load.py [--clips 15] [--hostile 1000]`.
 
 Starts the studio by its command, asks it over HTTP on this machine, and prints
 
@@ -8,64 +8,28 @@ Starts the studio by its command, asks it over HTTP on this machine, and prints
 - whether 16 uploads at once are all answered;
 - what hostile uploads (`benchmarks/hostile_files.py`) do: answers by status, memory of the server and of the process
   that others are forked from, and files left, before, meanwhile and after.
-
-On a busy machine all wall times are longer, so the load average is printed with them.
 """
 
 from __future__ import annotations
 
-import argparse
-import os
-import signal
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
 import psutil
 from hostile_files import hostile, spoilt_from
+from studio_server import StudioServer, served
 
 from moireid.badge import load_badge
-from moireid.registry import open_registry
 from moireid.verifier import Claim, verify
-from moireid_studio.auth.tokens import open_tokens
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
-FILMS = Path(__file__).parents[1] / "tests" / "data" / "films"
 AT_ONCE, ASKERS, STEPS = 16, 4, 10
-
-
-@contextmanager
-def served(folder: Path) -> Iterator[tuple[httpx.Client, psutil.Process]]:
-    """A studio started by its command, in whose registry one badge is, a client with a token, and its process.
-
-    Films of that badge lie in `folder/films`.
-    """
-    os.environ["MOIREID_KEYS"] = str(folder / "keys")
-    url = f"sqlite:///{folder}/registry.sqlite3"
-    (folder / "films").mkdir()
-    spoilt_from(folder / "films")
-    with open_registry(url, create=True) as registry:
-        registry.enroll(load_badge(folder / "films" / "badge.json"))
-    with open_tokens(folder / "studio") as tokens:
-        secret, _ = tokens.create("verifier")
-    code = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
-    command = [sys.executable, "-c", code, "serve", "--port", "0", "--registry", url, "--data", str(folder / "studio")]
-    command += ["--uploads-per-minute", "60000"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server:
-        assert server.stderr is not None
-        home = server.stderr.readline().split()[4]
-        bearer = {"Authorization": f"Bearer {secret}"}
-        with httpx.Client(base_url=home, headers=bearer, timeout=600) as client:
-            yield client, psutil.Process(server.pid)
-        server.send_signal(signal.SIGINT)
-        server.wait(60)
 
 
 def upload(client: httpx.Client, film: bytes, **fields: str) -> httpx.Response:
@@ -78,21 +42,21 @@ def processor_s(server: psutil.Process) -> float:
     return sum(sum(process.cpu_times()[:4]) for process in (server, *server.children()))
 
 
-def overhead(client: httpx.Client, server: psutil.Process, films: Path, pairs: int) -> None:
+def overhead(client: httpx.Client, studio: StudioServer, pairs: int) -> Iterator[Row]:
     """What the API adds, in pairs of one verify by the API and one by the library."""
-    film, badge = films / "long.mp4", load_badge(films / "badge.json")
+    film, badge = studio.films / "long.mp4", load_badge(studio.films / "badge.json")
     content, claim = film.read_bytes(), {"claim": badge.name}
     verify(film, Claim(badge, badge.id))
     upload(client, content, **claim).raise_for_status()
     stated, in_process, cpu = [], [], []
     for _ in range(pairs):
-        begun, cpu_s = time.perf_counter(), processor_s(server)
+        begun, cpu_s = time.perf_counter(), processor_s(studio.process)
         answer = upload(client, content, **claim)
         api_s = time.perf_counter() - begun
         stated.append(1000 * (api_s - answer.raise_for_status().json()["timing"]["total_s"]))
         # The forked process's time is counted only after the server has waited for it.
         time.sleep(0.1)
-        cpu_s = processor_s(server) - cpu_s
+        cpu_s = processor_s(studio.process) - cpu_s
         begun, own_s = time.perf_counter(), time.process_time()
         verify(film, Claim(badge, badge.id))
         in_process.append(1000 * (api_s - (time.perf_counter() - begun)))
@@ -103,59 +67,65 @@ def overhead(client: httpx.Client, server: psutil.Process, films: Path, pairs: i
         ("that, in processor time", cpu),
     ):
         low, middle, high = statistics.quantiles(found, n=4)
-        print(f"API less {name}: median {middle:.0f} ms, quartiles {low:.0f} to {high:.0f}, {pairs} pairs")
+        yield {"API less": name, "median ms": middle, "quartile": low, "upper": high, "pairs": pairs}
 
 
-def at_once(client: httpx.Client, film: Path) -> None:
+def at_once(client: httpx.Client, studio: StudioServer) -> Row:
     """Many uploads at the same time."""
-    text, content = (FILMS / "badge.json").read_text(), film.read_bytes()
+    text, content = (studio.films / "badge.json").read_text(), (studio.films / "long.mp4").read_bytes()
     begun = time.perf_counter()
     with ThreadPoolExecutor(AT_ONCE) as pool:
         answers = list(pool.map(lambda _: upload(client, content, badge=text), range(AT_ONCE)))
-    counts = Counter((answer.status_code, answer.json().get("verdict")) for answer in answers)
-    print(f"{AT_ONCE} uploads at once in {time.perf_counter() - begun:.1f} s: {dict(counts)}")
+    counts = Counter(f"{answer.status_code} {answer.json().get('verdict')}" for answer in answers)
+    return {"uploads at once": AT_ONCE, "s": time.perf_counter() - begun, "answers": _counted(counts)}
 
 
-def memory(server: psutil.Process) -> str:
+def _counted(counts: Counter[str]) -> list[str]:
+    return [f"{number} x {name}" for name, number in sorted(counts.items())]
+
+
+def memory_mb(server: psutil.Process) -> list[str]:
     """Resident memory of the server, and of the process of its own that others are forked from, and its helper."""
-    lasting = {"server": server}
-    lasting |= {f"process {k + 1} of its own": child for k, child in enumerate(server.children())}
-    return ", ".join(f"{name} {process.memory_info().rss / 1e6:.0f} MB" for name, process in lasting.items())
+    return [f"{process.memory_info().rss / 1e6:.0f}" for process in (server, *server.children())]
 
 
-def attacked(client: httpx.Client, server: psutil.Process, folder: Path, count: int) -> None:
+def attacked(client: httpx.Client, studio: StudioServer, count: int) -> Iterator[Row]:
     """Hostile uploads, some at a time."""
-    films, text = spoilt_from(folder / "films"), (folder / "films" / "badge.json").read_text()
-    jobs, answered = folder / "studio" / "jobs", Counter[str]()
-    print(f"before: {memory(server)}; {len(list(jobs.iterdir()))} folders of jobs")
+    films, text = spoilt_from(studio.films), (studio.films / "badge.json").read_text()
+    jobs, answered = studio.log.parent / "studio" / "jobs", Counter[str]()
+    yield {"hostile uploads": 0, "memory, MB": memory_mb(studio.process), "files of jobs": len(list(jobs.rglob("*")))}
     with ThreadPoolExecutor(ASKERS) as pool:
         for step in range(STEPS):
             numbers = range(step * count // STEPS, (step + 1) * count // STEPS)
             for answer in pool.map(lambda number: upload(client, hostile(films, number), badge=text), numbers):
                 body = answer.json()
                 answered[f"{answer.status_code} {body.get('verdict') or body['code']}"] += 1
-            print(f"after {numbers.stop}: {memory(server)}", flush=True)
-    print(f"answers: {', '.join(f'{name} {number}' for name, number in sorted(answered.items()))}")
-    left = list(jobs.rglob("*"))
-    print(f"after: {len(left)} files or folders of jobs; health {client.get('/api/health').json()['status']}")
+            left = len(list(jobs.rglob("*")))
+            yield {"hostile uploads": numbers.stop, "memory, MB": memory_mb(studio.process), "files of jobs": left}
+    yield {"health": client.get("/api/health").json()["status"], "answers": _counted(answered)}
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--pairs", type=int, default=15)
-    parser.add_argument("--hostile", type=int, default=1000)
-    parser.add_argument("--film", type=Path, default=FILMS / "genuine_1.0m.mp4")
-    given = parser.parse_args()
-    print(f"{os.cpu_count()} processors, load average {os.getloadavg()[0]:.1f}")
-    with tempfile.TemporaryDirectory() as scratch, served(Path(scratch)) as (client, server):
-        if given.pairs > 1:
-            overhead(client, server, Path(scratch) / "films", given.pairs)
-            at_once(client, given.film)
-        if given.hostile:
-            attacked(client, server, Path(scratch), given.hostile)
-    print(f"load average {os.getloadavg()[0]:.1f}")
+def rows(wish: Wish) -> Iterator[Row]:
+    """What the API adds, many uploads at once, hostile ones."""
+    with tempfile.TemporaryDirectory() as scratch, served(Path(scratch), "--uploads-per-minute", "60000") as studio:
+        bearer = {"Authorization": f"Bearer {studio.tokens[0]}"}
+        with httpx.Client(base_url=studio.home, headers=bearer, timeout=600) as client:
+            yield from overhead(client, studio, wish.clips or 15)
+            yield at_once(client, studio)
+            if wish.own.hostile:
+                yield from attacked(client, studio, wish.own.hostile)
 
+
+COLUMNS = {"API less": "<32", "median ms": ">9.0f", "quartile": ">8.0f", "upper": ">6.0f", "pairs": ">5"}
+COLUMNS |= {
+    "uploads at once": ">15",
+    "s": ">6.1f",
+    "hostile uploads": ">15",
+    "memory, MB": "<20",
+    "files of jobs": ">13",
+}
+COLUMNS |= {"health": "<6", "answers": "<1"}
+BENCH = Bench(rows, COLUMNS, options={"--hostile": {"type": int, "default": 1000}})
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

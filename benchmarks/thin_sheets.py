@@ -8,9 +8,9 @@ with its error bar, and what becomes of each film: before enrolment, and after i
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -22,6 +22,7 @@ from moireid.errors import MediaError
 from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.verifier import Claim, verify
 from moireid.verifier.session.capture import capture_as_built
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 SOLD_MM, DISTANCE_MM, FRAMES, FPS = 0.457, 1000.0, 240, 30
 MOTIONS = ("sway", "handheld", "linear")
@@ -46,34 +47,38 @@ def enrolled(badge: Badge, build: Build, motion: str, seed: int, folder: Path) -
         return None
 
 
-def main() -> None:
-    """One line a film, and a sum at the end."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--films", type=int, default=2, metavar="N", help="badges for each motion; default: 2")
-    films, sums = parser.parse_args().films, Counter[tuple[str, str]]()
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film."""
     badge = design_badge(Request("Bench", lens="75lpi"), bytes.fromhex("0f5ac3962d784be1"))
     thin = SOLD_MM / badge.lens.thickness_mm
-    for motion, seed in product(MOTIONS, range(1, films + 1)):
+    for motion, seed in product(MOTIONS, range(1, 1 + (wish.clips or 2))):
         with tempfile.TemporaryDirectory() as name:
             folder, build = Path(name), replace(Build.typical(seed), thickness_ratio=thin)
             built = enrolled(badge, build, motion, seed, folder)
-            sums["enrolled", "yes" if built else "no"] += 1
-            if built is None:
-                continue
-            for lie, (gain, forge) in LIES.items():
+            for lie, (gain, forge) in LIES.items() if built else ():
                 video = filmed(badge, replace(build, thickness_ratio=gain * thin), motion, seed, folder, forge)
-                before = verify(video, Claim(badge, badge.id)).verdict
                 after = verify(video, Claim(badge, badge.id, as_built=built))
-                own = after.invariant
-                sums[lie, after.verdict] += 1
-                print(
-                    f"{motion:>9} {seed} {lie:<11} enrolled {built.gain_ratio:.3f} ± {built.gain_sd:.3f}  film "
-                    f"{own.gain_ratio:.3f} ± {own.gain_sd:.3f}  before: {before:<13} after: {after.verdict}",
-                    flush=True,
-                )
-    for (what, end), count in sorted(sums.items()):
-        print(f"{what:<12}{end:<14}{count}")
+                yield {
+                    "motion": motion,
+                    "seed": seed,
+                    "sheet": lie,
+                    "enrolled": built.gain_ratio,
+                    "bar": built.gain_sd,
+                    "film": after.invariant.gain_ratio,
+                    "its bar": after.invariant.gain_sd,
+                    "before": verify(video, Claim(badge, badge.id)).verdict,
+                    "after": after.verdict,
+                }
 
+
+def sums(found: list[Row]) -> Iterator[str]:
+    """How many films of each sheet have each verdict after enrolment."""
+    for (what, end), count in sorted(Counter((row["sheet"], row["after"]) for row in found).items()):
+        yield f"{what:<12}{end:<14}{count}"
+
+
+COLUMNS = {"motion": ">9", "seed": ">4", "sheet": "<10", "enrolled": ">8.3f", "bar": ">6.3f", "film": ">7.3f"}
+BENCH = Bench(rows, COLUMNS | {"its bar": ">7.3f", "before": "<12", "after": "<12"}, sums)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

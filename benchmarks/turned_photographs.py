@@ -8,7 +8,6 @@ becomes of each film, of which none should be accepted.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -26,7 +25,9 @@ from moireid.simulate.motion import Poses
 from moireid.simulate.recording.encode import TO_VIDEO
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
+from moireid_lab.bench.verdicts import why_not
 
 Array = NDArray[np.float64]
 DISTANCE_MM, CLOCK = 1000.0, 90_000
@@ -134,22 +135,24 @@ def shown(pictures: list[NDArray[np.uint8]], show: Show, seed: int, path: Path) 
         made.mux(stream.encode())
 
 
-def main() -> None:
-    """Print the verdict of each film."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=1, metavar="N", help="films of each kind; default: 1")
-    arguments = parser.parse_args()
-    badge = badge_of("x")
-    for name, show in SHOWS.items():
-        for seed in range(1, arguments.seeds + 1):
-            with tempfile.TemporaryDirectory() as folder:
-                path = Path(folder) / "film.mp4"
-                pictures = taken(badge, len(set(show.order)), show.turn_deg, seed, Path(folder))
-                shown(pictures, show, seed, path)
-                report = verify(path, Claim(badge, badge.id))
-            why = ", ".join(reason.code for reason in report.reasons if reason.level in ("fail", "undecided"))
-            print(f"{name:42} seed {seed}: {report.verdict} {why}", flush=True)
+def judged(job: tuple[str, int]) -> Row:
+    """The verdict of one film."""
+    name, seed = job
+    badge, show = badge_of("x"), SHOWS[name]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mp4"
+        shown(taken(badge, len(set(show.order)), show.turn_deg, seed, Path(folder)), show, seed, path)
+        report = verify(path, Claim(badge, badge.id))
+    return {"film": name, "seed": seed, "verdict": report.verdict, "why": why_not(report)}
 
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film."""
+    seeds = range(1, 1 + (wish.clips or 1))
+    return wish.each(judged, {f"{name} seed {seed}": (name, seed) for name in SHOWS for seed in seeds})
+
+
+BENCH = Bench(rows, {"film": "<42", "seed": ">4", "verdict": "<12", "why": "<1"})
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

@@ -1,4 +1,4 @@
-"""What a verify costs, and how exact it is: run `.venv/bin/python benchmarks/verify_cost.py --out DIR [--films DIR]`.
+"""What a verify costs, and how exact it is: run `.venv/bin/python benchmarks/verify_cost.py [--keep DIR]`.
 
 Sweeps of length, picture size, frame rate and badge size, one thing at a time; the rest stays as in the middle film:
 1080p, 30 frames a second, 4 s, 1 m, swaying.  Each film is verified in a process of its own.  CPU seconds are those
@@ -8,24 +8,24 @@ gain.  A longer film is the middle one over and over, its packets copied; where 
 phase has no error here, but its gain has.
 
 Then error against run time of the whole verifier, decoding and all: frames are skipped or shrunk after decoding.  The
-default uses all; the knee is the least error times time.  `DIR` gets `verify_cost.json` and `verify_cost.svg`.
+default uses all; the knee is the least error times time.  It is
+drawn in `verify_cost.svg`.
+
+With `--minutes N` a film of so many minutes instead, loops of 12 s, and the memory as it goes.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-import os
-import platform
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from verify_speed import looped
 
@@ -34,6 +34,8 @@ from moireid.simulate.cameras import PictureFormat, camera_named
 from moireid.simulate.filming import film as film_it
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
+from moireid_lab.bench.bench_plots import error_against_time
 from moireid_lab.bench.verify.films import Array, FilmTruth, phase_error_rad, truth_of
 
 BADGE = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
@@ -97,15 +99,16 @@ def filmed(kind: Kind, folder: Path) -> Path:
     return once if kind.loops == 1 else loops if loops.exists() else looped(once, kind.loops, loops)
 
 
-def measured(path: Path, once: Path, badge_path: Path, setting: Setting) -> dict[str, Any]:
+def measured(path: Path, once: Path, badge_path: Path, setting: Setting, runs: int = RUNS) -> Row:
     """Cost of one film in a process of its own, and its errors against the truth of `once`."""
-    asked = json.dumps([str(path), str(badge_path), setting.every, setting.shrink, RUNS])
+    asked = json.dumps([str(path), str(badge_path), setting.every, setting.shrink, runs])
     command = [sys.executable, str(Path(__file__).with_name("one_verify.py")), asked]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     found: dict[str, Any] = json.loads(done.stdout)
     truth, signals, gain = truth_of(BADGE, once), found.pop("signals"), found.pop("gain")
     error = error_rad(*map(np.array, signals), truth) if signals and path == once else None
-    return {**found, "error_rad": error, "gain_error": None if gain is None else gain - truth.gain}
+    ratios = {"ms": 1e3 * found["cpu_s"] / found["frames"], "ratio": found["cpu_s"] / found["decode_s"]}
+    return {**found, **ratios, "error_rad": error, "gain_error": None if gain is None else gain - truth.gain}
 
 
 def error_rad(times_s: Array, measured_rad: Array, predicted_rad: Array, truth: FilmTruth) -> float | None:
@@ -118,102 +121,56 @@ def error_rad(times_s: Array, measured_rad: Array, predicted_rad: Array, truth: 
     return math.hypot(*known) if len(known) == len(errors) else None
 
 
-def row(name: str, place: str, found: dict[str, Any]) -> str:
-    """One line of the table."""
-    frames, verdict = found["frames"], found["verdict"]
-    cost = f"{found['cpu_s']:>8.2f}{1e3 * found['cpu_s'] / frames:>8.2f}{found['cpu_s'] / found['decode_s']:>8.2f}"
-    errors = f"{_figure(found['error_rad'], 4):>9}{_figure(found['gain_error'], 4):>9}"
-    return f"{name:<12}{place:>24}{frames:>8}{cost}{found['wall_s']:>8.2f}{found['peak_mb']:>8.0f}{errors}  {verdict}"
-
-
-def _figure(value: float | None, digits: int) -> str:
-    return "-" if value is None else f"{value:.{digits}f}"
-
-
 def knee_of(settings: list[dict[str, Any]]) -> dict[str, Any]:
     """The setting of least error times time among those that accept the film."""
     right = [one for one in settings if one["verdict"] == "accept" and one["error_rad"] is not None]
     return min(right, key=lambda one: one["error_rad"] * one["cpu_s"])
 
 
-def plot(sweeps: dict[str, list[dict[str, Any]]], settings: list[dict[str, Any]]) -> Any:
-    """Cost of each sweep with its error, then error against run time."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 7), layout="constrained")
-    FigureCanvasSVG(figure)
-    panels = figure.subplots(2, 3)
-    for axes, (name, found) in zip(panels.flat, sweeps.items(), strict=False):
-        places = [one["place"] for one in found]
-        axes.loglog(places, [one["cpu_s"] for one in found], "o-", color="#12406b", label="verify, CPU s")
-        axes.loglog(places, [one["decode_s"] for one in found], "s--", color="#5a6673", label="decoding, CPU s")
-        right_axis = axes.twinx()
-        right_axis.set_yscale("log")
-        key = "gain_error" if name == "length" else "error_rad"
-        errors = [math.nan if one[key] is None else abs(one[key]) for one in found]
-        words = "error of the gain" if name == "length" else "phase error, rad"
-        right_axis.plot(places, errors, "^:", color="#c2571a", label=words)
-        right_axis.set_ylabel(words, color="#c2571a", fontsize=8)
-        axes.set_xlabel(f"{name}: {SWEEPS[name][0]}")
-        axes.legend(fontsize=7, loc="upper left", frameon=False)
-    axes = panels.flat[len(sweeps)]
-    for shrink, colour in zip(SHRINKS, ("#12406b", "#3fa7a0", "#c9a227"), strict=True):
-        own = [one for one in settings if one["shrink"] == shrink and one["error_rad"] is not None]
-        size = "full size" if shrink == 1 else f"1/{shrink} size"
-        axes.loglog([one["error_rad"] for one in own], [one["cpu_s"] for one in own], "o-", color=colour, label=size)
-        for one in own:
-            axes.annotate(f" 1/{one['every']}", (one["error_rad"], one["cpu_s"]), fontsize=7)
-    for one, mark, words in ((settings[0], "*", "the default"), (knee_of(settings), "o", "the knee")):
-        if one["error_rad"] is not None:
-            axes.plot(one["error_rad"], one["cpu_s"], mark, mfc="none", mec="#c0392b", markersize=15, label=words)
-    axes.set_xlabel("phase error of fringes and poses, rad (share of frames: 1/n)")
-    axes.set_ylabel("CPU s, decoding and all")
-    axes.legend(fontsize=7, frameon=False)
-    panels.flat[-1].axis("off")
-    return figure
-
-
-def main() -> None:
-    """Print the tables as rows come, then write JSON and plot."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, metavar="DIR", default=Path("verify_cost"))
-    parser.add_argument("--films", type=Path, metavar="DIR", help="keep the films here, and use those that lie here")
-    given = parser.parse_args()
-    print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, OpenCV {cv2.__version__}")
-    words = f"{'frames':>8}{'CPU s':>8}{'ms':>8}{'/dec.':>8}{'wall s':>8}{'MB':>8}{'rad':>9}{'gain':>9}  verdict"
-    print(f"{'sweep':<12}{'':>24}{words}")
-    sweeps: dict[str, list[dict[str, Any]]] = {}
-    known: dict[Kind, dict[str, Any]] = {}
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = given.films or Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film, then one a setting; or those of a long film."""
+    with wish.kept_folder() as folder, tempfile.TemporaryDirectory() as temporary:
         badge_path = Path(temporary) / "badge.json"
         badge_path.write_text(BADGE.to_json(), encoding="utf-8")
-        for name, (unit, kinds) in SWEEPS.items():
-            for place, kind in kinds:
+        if wish.own.minutes:
+            once = Kind(length_s=12.0)
+            long = Kind(length_s=12.0, loops=round(5 * wish.own.minutes))
+            found = measured(filmed(long, folder), filmed(once, folder), badge_path, Setting(), 1)
+            yield from ({"minute": read / 60 / once.fps, "MB": memory} for read, memory in found["course"])
+            yield {"sweep": f"{wish.own.minutes:g} minutes"} | found
+            return
+        kinds = [(name, f"{at:.4g} {unit}", kind) for name, (unit, own) in SWEEPS.items() for at, kind in own]
+        wanted = wish.chosen([*(f"{name} {place}" for name, place, _ in kinds), "setting"])
+        for name, place, kind in kinds:
+            if f"{name} {place}" in wanted:
                 once = filmed(Kind(kind.width, kind.fps, kind.distance_m, kind.length_s), folder)
-                if kind not in known:
-                    known[kind] = measured(filmed(kind, folder), once, badge_path, Setting())
-                sweeps.setdefault(name, []).append({"place": place, **asdict(kind), **known[kind]})
-                print(row(name, f"{place:.4g} {unit.partition(',')[0]}", known[kind]), flush=True)
+                yield {"sweep": name, "film": place} | measured(filmed(kind, folder), once, badge_path, Setting())
         middle = filmed(Kind(fps=60), folder)
-        settings = []
-        for setting in (Setting(every, shrink) for shrink in SHRINKS for every in EVERY):
-            settings.append({**asdict(setting), **measured(middle, middle, badge_path, setting)})
-            words = f"1/{setting.every} of frames, 1/{setting.shrink} size"
-            print(row("setting", words, settings[-1]), flush=True)
-    knee, default = knee_of(settings), settings[0]
-    for words, one in (("default", default), ("knee", knee)):
-        print(
-            f"{words}: 1/{one['every']} of the frames at 1/{one['shrink']} size: {_figure(one['error_rad'], 4)} rad in "
-            f"{one['cpu_s']:.2f} CPU s"
-        )
-    given.out.mkdir(parents=True, exist_ok=True)
-    document = {"sweeps": sweeps, "settings": settings, "knee": knee, "machine": platform.machine()}
-    (given.out / "verify_cost.json").write_text(json.dumps(document, indent=1), encoding="utf-8")
-    plot(sweeps, settings).savefig(given.out / "verify_cost.svg")
+        for setting in (Setting(every, shrink) for shrink in SHRINKS for every in EVERY) if "setting" in wanted else ():
+            words = {"sweep": "setting", "film": f"1/{setting.every} of frames, 1/{setting.shrink} size"}
+            yield words | asdict(setting) | measured(middle, middle, badge_path, setting)
 
+
+def plot(found: list[Row]) -> Iterator[str]:
+    """Error against run time, with the default and the knee."""
+    settings = [row for row in found if row.get("sweep") == "setting"]
+    if not settings:
+        return
+    marked = {"the default": settings[0], "the knee": knee_of(settings)}
+    for words, one in marked.items():
+        yield f"{words}: {one['film']}: {one['error_rad']:.4f} rad in {one['cpu_s']:.2f} CPU s"
+    series = {f"1/{shrink} size": own for shrink, own in grouped(settings, "shrink").items()}
+    errors = {"phase error of fringes and poses, rad": lambda row: row["error_rad"]}
+    figure = error_against_time(series, errors, lambda row: row["cpu_s"], "CPU s, decoding and all", marked)
+    figure.savefig("verify_cost.svg")
+    yield "written: verify_cost.svg"
+
+
+COLUMNS = {"minute": ">6.0f", "MB": ">6.0f", "sweep": "<11", "film": "<34", "frames": ">7", "CPU s": "cpu_s >7.2f"}
+COLUMNS |= {"ms": ">7.2f", "/dec.": "ratio >7.2f", "wall s": "wall_s >7.2f", "peak MB": "peak_mb >7.0f"}
+COLUMNS |= {"rad": "error_rad >8.4f", "gain": "gain_error >8.4f", "verdict": "<1"}
+OPTIONS = {"--minutes": {"type": float, "default": 0.0, "metavar": "N", "help": "a film of so many minutes instead"}}
+BENCH = Bench(rows, COLUMNS, plot, OPTIONS)
 
 if __name__ == "__main__":
-    main()
+    run_script(__file__)

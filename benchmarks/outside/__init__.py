@@ -15,7 +15,6 @@ sensor.py    from light to bytes: vignetting, noise, gamma
 forge.py     thirteen lies: the lens region's picture taken from a wrong view
 rivals.py    forgeries on the film's own trajectory, each rival of the law at its best
 film.py      all of it together, into an H.264 file
-rows.py      what became of films, and the tables
 
 Convention: badge frame in mm, origin at the board's centre, x right, y down, z into the page, whose ink is at z = 0; so
 the crowns of lenses are at z = -thickness and a camera is at negative z.  Camera frame: x right, y down, z forward.

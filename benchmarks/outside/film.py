@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from outside.build import Build
 from outside.camera import Camera
-from outside.forge import FLAT, Lie, flat_page, told
+from outside.forge import FLAT, Lie, flat_page, lie_about
 from outside.motion import Course
 from outside.page import PAPER, Page
 from outside.rivals import KINDS as RIVALS
@@ -59,7 +59,7 @@ class Tracer:
         elif shoot.forge in RIVALS:
             self.lie = rival_lie(str(shoot.forge), course, seconds, rng)
         elif shoot.forge:
-            self.lie = told(shoot.forge, course, seconds, shoot.fps, rng)
+            self.lie = lie_about(shoot.forge, course, seconds, shoot.fps, rng)
         self.page, self.build, self.camera, self.course, self.shoot = page, build, camera, course, shoot
         self.fine = np.ascontiguousarray(page.fine.T)
         self.rays = camera.rays()

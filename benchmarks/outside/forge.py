@@ -49,7 +49,7 @@ class Lie:
     true_at: NDArray[np.bool_]
 
 
-def told(kind: str, course: Course, seconds: float, fps: float, rng: np.random.Generator) -> Lie:
+def lie_about(kind: str, course: Course, seconds: float, fps: float, rng: np.random.Generator) -> Lie:
     """The lie of that kind about a course; the flat kinds are made by `flat_page`."""
     everywhere, none = np.zeros((1, 1), bool), np.zeros((0, 4))
     start = course.views(np.zeros(1))[0]
