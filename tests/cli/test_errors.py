@@ -359,6 +359,17 @@ def test_a_focal_length_that_is_none_is_refused(refused: Callable[..., str], bad
     assert "--focal-px" in refused("identify", "film.mp4", "--registry", REGISTRY, "--focal-px", focal)
 
 
+def test_a_camera_is_given_once_and_as_a_calibration(refused: Callable[..., str], badge_file: Path) -> None:
+    """Catches: two focal lengths; a camera file that is read only once the film was; one that the method ignores."""
+    Path("camera.json").write_text("{}")
+    film = ("verify", "film.mp4", "--badge", "ada.json", "--camera", "camera.json")
+    assert "--camera holds the focal length" in refused(*film, "--focal-px", "900")
+    assert "leave --camera out" in refused(*film, "--pipeline", "published")
+    assert "holds no camera_matrix" in refused(
+        "identify", "film.mp4", "--registry", REGISTRY, "--camera", "camera.json"
+    )
+
+
 def test_a_report_in_the_way_is_seen_before_the_film(
     refused: Callable[..., str], badge_file: Path, tmp_path: Path
 ) -> None:

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from moireid.errors import MoireIdError
+from moireid.errors import MoireIdError, SpecError
 
 if TYPE_CHECKING:
     from moireid.provenance import Standing
+    from moireid.verifier.camera.known_camera import KnownCamera
 
 
 class FiniteRange(click.FloatRange):
@@ -262,3 +263,24 @@ def _bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(label, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+camera_option = click.option(
+    "--camera",
+    "camera_file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="A calibration of the camera: a file of OpenCV (YAML, XML, JSON) or a lens profile of gyroflow. Then nothing "
+    "of the camera is estimated from the film.",
+)
+
+
+def camera_held(camera_file: Path | None, focal_px: float | None) -> KnownCamera | None:
+    """The calibration that was given; None without one.  Raises: SpecError where the focal length is given too."""
+    from moireid.verifier.camera.known_camera import load_camera
+
+    if camera_file is None:
+        return None
+    if focal_px is not None:
+        raise SpecError("--camera holds the focal length; leave --focal-px out")
+    return load_camera(camera_file)

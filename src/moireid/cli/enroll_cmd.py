@@ -11,6 +11,8 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     actor_option,
+    camera_held,
+    camera_option,
     expires_option,
     friendly,
     json_option,
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 @click.option(
     "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
 )
+@camera_option
 @expires_option
 @actor_option
 @json_option
@@ -54,6 +57,7 @@ def enroll_command(
     captures: tuple[Path, ...],
     measured_scale: float | None,
     focal_px: float | None,
+    camera_file: Path | None,
     expires: str | None,
     actor: str | None,
     as_json: bool,
@@ -84,7 +88,12 @@ def enroll_command(
 
         with progress_bar("reading the captures") as progress:
             as_built = capture_as_built(
-                list(captures), badge, focal_px=focal_px, measured_scale=measured_scale, progress=progress
+                list(captures),
+                badge,
+                focal_px=focal_px,
+                camera=camera_held(camera_file, focal_px),
+                measured_scale=measured_scale,
+                progress=progress,
             )
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()

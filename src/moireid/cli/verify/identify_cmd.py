@@ -17,6 +17,8 @@ from moireid.cli.common import (
     INCONCLUSIVE,
     REJECT,
     bundle_option,
+    camera_held,
+    camera_option,
     friendly,
     json_option,
     progress_bar,
@@ -55,6 +57,7 @@ class _SearchScope:
 @bundle_option
 @trust_option
 @focal_option
+@camera_option
 @json_option
 @friendly
 def identify_command(
@@ -63,6 +66,7 @@ def identify_command(
     bundle_path: Path | None,
     trust: str | None,
     focal_px: float | None,
+    camera_file: Path | None,
     as_json: bool,
 ) -> None:
     """Find out whose badge a film shows.
@@ -76,11 +80,12 @@ def identify_command(
 
     if bundle_path is not None and registry_url is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
+    camera = camera_held(camera_file, focal_px)
     Film(video)
     opened = _of_registry(registry_url, trust) if bundle_path is None else _of_bundle(bundle_path, trust)
     with opened as asked, progress_bar("reading the film") as progress:
         report_standing(asked.standing)
-        outcome = identify(video, asked.layouts, asked.enrolled, focal_px=focal_px, progress=progress)
+        outcome = identify(video, asked.layouts, asked.enrolled, focal_px=focal_px, camera=camera, progress=progress)
         found = {"found_name": asked.name(outcome.found_id), "registry": asked.standing.to_json()}
         document = asked.noted(outcome.to_json() | found, outcome.found_id)
         known = asked.look_up(document)

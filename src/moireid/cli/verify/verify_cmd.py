@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.attest.signing import Signing, detectors_from, planned_signing, signing_options
-from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, report_standing, say, show_json
+from moireid.cli.common import VERDICT_EXIT, camera_held, friendly, progress_bar, report_standing, say, show_json
 from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wish, verify_options
 from moireid.extras import missing_extra
 
@@ -156,6 +156,7 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
     return Claim.of(
         found,
         focal_px=wish.focal_px,
+        camera=camera_held(wish.camera_file, wish.focal_px),
         require_original=wish.require_original,
         cover_share=MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
         photographs=wish.photographs or 0,

@@ -12,6 +12,7 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     bundle_option,
+    camera_option,
     json_option,
     overwrite_option,
     registry_option,
@@ -63,6 +64,7 @@ original_option = click.option(
 OPTIONS = (
     *CLAIM_OPTIONS,
     focal_option,
+    camera_option,
     click.option(
         "--report",
         "report_folder",
@@ -140,6 +142,7 @@ class VerifyOptions(ClaimWish):
 
     video: Path
     focal_px: float | None
+    camera_file: Path | None
     report_folder: Path | None
     require_original: bool | None
     overlap: bool
@@ -171,6 +174,8 @@ def _check_pipeline(wish: VerifyOptions) -> None:
     """Raise SpecError for what the published method cannot do; only verdicts of our own are signed."""
     if wish.published and wish.require_original is not None:
         raise SpecError("--pipeline published cannot do what --require-original asks for; leave one of them out")
+    if wish.published and wish.camera_file is not None:
+        raise SpecError("--pipeline published takes no distortion from a picture; leave --camera out")
     wanted = {"--overlap": wish.overlap or None, "--cover": wish.cover_share, "--photographs": wish.photographs}
     for name, value in wanted.items():
         if wish.published and value is not None:

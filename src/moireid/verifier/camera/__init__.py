@@ -8,5 +8,6 @@ self_calibration.py  focal length, axis, shutter, distortion and the print's asp
 smoothing.py         the camera's path, smoothed; misfit on a steady path
 stretches.py         runs of frames without a break
 page_speed.py        speed and jumps of the page in the picture; effect of the print's aspect
+known_camera.py      a camera that was calibrated before, from its file
 fit.py               the camera over a film
 """

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.distortion import MIDDLE, TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
+from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, posterior, repeated, step_together
 from moireid.verifier.camera.page_speed import hidden_speed_px_s, jumps, lengthened_px, velocity_px_s
 from moireid.verifier.camera.plane_pose import (
@@ -104,6 +105,7 @@ class FilmWide:
         times_s: Array,
         image_px: tuple[int, int],
         focal_px: float | None,
+        known: KnownCamera | None = None,
     ) -> None:
         """Parameters: as `fit.fit_camera`."""
         self._points, self._times = points_px, times_s
@@ -124,7 +126,10 @@ class FilmWide:
         self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
         self._rows = self._directions[0]
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
-        self._long_side, self._given = max(image_px), focal_px is not None
+        self._known, self._long_side = known is not None, max(image_px)
+        if known is not None:
+            focal_px = known.focal * self._long_side
+        self._given = focal_px is not None
         self._usual = FOCAL_PRIOR_RATIO * max(image_px)
         self._guess = focal_px or self._usual
         self._bends = TakenIn(points_px, self._usual)
@@ -137,6 +142,17 @@ class FilmWide:
         #: In how many of the chosen frames one error is seen.
         self._repeats = 1.0
         self.covariance = np.zeros((8, 8))
+        if known is not None:
+            self._take(known)
+
+    def _take(self, known: KnownCamera) -> None:
+        """Start from a calibrated camera; what is known of it is not solved."""
+        square = (self._usual / self.focal) ** 2
+        self.bend = np.array([known.k1 * square + MIDDLE * known.k2 * square**2, known.k2 * square**2])
+        self.stretch = math.log(known.aspect)
+        self.axis = np.array(known.axis) / [known.aspect, 1.0]
+        self._start = start_poses(self.plane, self._flat(self._chosen), self.focal, self._centre)
+        self._near = NearPoses(self.plane, self._start)
 
     @property
     def _centre(self) -> tuple[float, float]:
@@ -238,12 +254,19 @@ class FilmWide:
     def _rolled_down(self) -> FilmWide:
         """The solution for a shutter that runs down, searched from this one."""
         film = copy.copy(self)
-        film._rows, film.bend, film.axis = film._directions[0], np.zeros(2), np.zeros(2)
+        film._rows = film._directions[0]
+        if not self._known:
+            film.bend, film.axis = np.zeros(2), np.zeros(2)
         film._solve_together()
         return film
 
     def _other_starts(self) -> list[ClosedForm]:
-        """Cameras to search from again: the guess, and those of the closed form that leave little, if they are far."""
+        """Cameras to search from again: the guess, and those of the closed form that leave little, if they are far.
+
+        None where the camera is known.
+        """
+        if self._known:
+            return []
         points = (self._flat(slice(None), bend=np.zeros(2), stretch=0.0) - self._middle) / self._long_side
         found = [closed_form(points, self.plane[:, :2], square=square) for square in (True, False)]
         most = NEARLY_AS_GOOD * float(np.median(self._errors()))
@@ -296,8 +319,10 @@ class FilmWide:
         """Which of the unknowns are solved: not a focal length that was given.
 
         A stretched picture and a print of another aspect look alike but where the camera rolls.  Where the picture is
-        far from square, all of it is the picture's, since prints are not.
+        far from square, all of it is the picture's, since prints are not.  Of a known camera, none is solved.
         """
+        if self._known:
+            return [1, 7]
         return [*([0] if zoom and not self._given else []), *range(1, 7), *([] if self._stretched else [7])]
 
     def _at(self) -> Array:

@@ -19,6 +19,7 @@ from moireid.badge import Badge, Grating
 from moireid.frames import OwnFrame, own_rect
 from moireid.verifier import limits, measuring
 from moireid.verifier.camera.fit import CameraFit, fit_camera
+from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
 from moireid.verifier.fringes.beyond_phase import depth_law, expected_overtone, mean_overtone
@@ -55,7 +56,7 @@ class Measurement:
         return replace(self, gratings=tuple(signal.under(gain) for signal in self.gratings))
 
 
-def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
+def measure(track: Track, *, focal_px: float | None = None, known: KnownCamera | None = None) -> Measurement:
     """Measure a track of at least a few frames.
 
     Parameters
@@ -64,6 +65,8 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
         Of one badge; of its code only the layout is used.
     focal_px : float, optional
         Focal length, px, if it is known; otherwise it is estimated.
+    known : KnownCamera, optional
+        A calibrated camera, in place of the focal length.
 
     Returns
     -------
@@ -79,7 +82,7 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
     mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
     points_px = mapped[..., :2] / mapped[..., 2:]
-    camera = fit_camera(points_px, page_mm, track.times_s, track.image_px, focal_px=focal_px)
+    camera = fit_camera(points_px, page_mm, track.times_s, track.image_px, focal_px=focal_px, known=known)
     raw_mm, good = without_outliers(camera.camera_mm, camera.reprojection_px, track.times_s)
     stray_share = float(np.mean(~good))
     covered = page_covered(track.correlations)

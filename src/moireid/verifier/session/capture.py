@@ -14,6 +14,7 @@ from pathlib import Path
 from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge
 from moireid.errors import DesignError, MediaError
+from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.identity.compare_built import filmed_built
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS
 from moireid.verifier.session.claim import Claim
@@ -26,12 +27,14 @@ def capture_as_built(
     badge: Badge,
     *,
     focal_px: float | None = None,
+    camera: KnownCamera | None = None,
     measured_scale: float | None = None,
     progress: Progress | None = None,
 ) -> AsBuilt:
     """As-built figures of `badge` from one or more films of it.
 
-    Parameters: measured_scale: length of the scale bar by a ruler over its nominal length; it is only recorded.
+    Parameters: focal_px, camera: as in `Claim`; measured_scale: length of the scale bar by a ruler over its nominal
+        length; it is only recorded.
     Convention: as `AsBuilt`.
     Raises: MediaError if a film cannot be read or does not show this badge in motion; DesignError for a board
         without an identity.
@@ -41,7 +44,7 @@ def capture_as_built(
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
     parts = []
     for video in videos:
-        report = verify(video, Claim(badge, badge.id, focal_px, enrolling=True), progress=progress)
+        report = verify(video, Claim(badge, badge.id, focal_px, camera=camera, enrolling=True), progress=progress)
         if report.verdict != "accept" or report.measurement is None:
             why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
             raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")

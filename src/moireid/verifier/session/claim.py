@@ -10,6 +10,7 @@ from moireid.badge import Badge
 from moireid.idcodes import is_name_derived
 from moireid.names import hidden_letters, hidden_words
 from moireid.provenance import ClaimedBadge, Provenance, Seal
+from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
@@ -28,6 +29,8 @@ class Claim:
         The id that must be read, hex digits; None if no identity is claimed.
     focal_px : float, optional
         Focal length of the film's camera, px; None if it is not known, and it is then estimated.
+    camera : KnownCamera, optional
+        A calibration of the film's camera, in place of its focal length.
     as_built : AsBuilt, optional
         Figures of the badge as it was measured when it was enrolled.
     require_original : bool, optional
@@ -56,6 +59,7 @@ class Claim:
     photographs: int = 0
     enrolling: bool = False
     seal: Seal | None = None
+    camera: KnownCamera | None = None
 
     @classmethod
     def of(cls, found: ClaimedBadge, **asked: Any) -> Claim:

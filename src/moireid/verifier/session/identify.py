@@ -15,6 +15,7 @@ from typing import Any, Literal, Protocol
 from moireid.badge import Badge
 from moireid.errors import CodeError, SpecError
 from moireid.idcodes import PartialWord
+from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
 from moireid.verifier.session.claim import Claim
@@ -78,6 +79,7 @@ def identify(
     enrolled: EnrolledPeople,
     *,
     focal_px: float | None = None,
+    camera: KnownCamera | None = None,
     progress: Progress | None = None,
 ) -> Identification:
     """Find the enrolled badge that a film shows.
@@ -92,6 +94,8 @@ def identify(
         Answers whether an id is enrolled, and which ids are alike; `moireid.registry.People` is one.
     focal_px : float, optional
         Focal length of the film's camera, px; None if it is not known.
+    camera : KnownCamera, optional
+        A calibration of the film's camera, in place of its focal length.
     progress : callable, optional
         Called with the number of frames read, and the number expected (None if the file does not state it).
 
@@ -115,7 +119,7 @@ def identify(
     outcomes = []
     for layout in layouts:
         try:
-            report = verify(video, Claim(layout, focal_px=focal_px), progress=progress)
+            report = verify(video, Claim(layout, focal_px=focal_px, camera=camera), progress=progress)
         except (SpecError, CodeError) as error:
             # One unreadable badge in the registry must not hide all others.
             text = f"One badge layout in the registry cannot be checked: {error}."

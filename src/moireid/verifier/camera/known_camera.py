@@ -1,0 +1,173 @@
+"""A camera that was calibrated before: its focal length, axis and distortion, from a file.
+
+With it the film-wide search has only the shutter and the print left, and the gain's error bar loses what the camera's
+own unknowns add.  OpenCV's calibration files are read (YAML, XML or JSON, as `cv2.FileStorage` writes them:
+`camera_matrix`, `distortion_coefficients`, `image_width`, `image_height`), and gyroflow's lens profiles (JSON, of
+OpenCV's fisheye model).
+
+Convention: lengths in long sides of the picture, so that a calibration holds for films of any size that show the whole
+picture; axis from the picture's middle, x right, y down; distortion as k1 and k2 of Brown's model (OpenCV's), in units
+of the focal length.  Other coefficients are fitted by these two over the picture; what is tangential is left out.
+Source: OpenCV's camera models (`calib3d`): x (1 + k1 r^2 + k2 r^4 + k3 r^6) over (1 + k4 r^2 + k5 r^4 + k6 r^6), and
+    for a fisheye theta (1 + k1 theta^2 + ... + k4 theta^8), theta the angle off the axis.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import MediaError, SpecError
+from moireid.verifier.camera.distortion import FAR
+from moireid.verifier.measuring import FOCAL_RANGE_RATIO
+
+Array = NDArray[np.float64]
+#: Radii at which two terms are fitted to another model's distortion.
+RADII = 50
+#: Width over height of film and calibration differ by this share at most, else one of them shows a part of the picture.
+SAME_SHAPE_SHARE = 0.01
+
+
+@dataclass(frozen=True)
+class KnownCamera:
+    """A calibrated camera, in the convention of this module.
+
+    Parameters
+    ----------
+    size_px : (int, int)
+        Width and height of the pictures that it was calibrated with.
+    focal : float
+        Focal length over the long side, in pixels of the height.
+    axis : (float, float)
+        Where the optical axis meets the picture.
+    aspect : float
+        Focal length along x over that along y, in pixels; 1 for square pixels.
+    k1, k2 : float
+        Radial distortion.
+    """
+
+    size_px: tuple[int, int]
+    focal: float
+    axis: tuple[float, float]
+    aspect: float
+    k1: float
+    k2: float
+
+    def check_size(self, size_px: tuple[int, int]) -> None:
+        """Raise SpecError where a film of another shape shows another part of the picture."""
+        shapes = [math.log(width / height) for width, height in (size_px, self.size_px)]
+        if abs(shapes[0] - shapes[1]) > SAME_SHAPE_SHARE:
+            raise SpecError(
+                "the camera was calibrated with pictures of {}x{} px, and the film has {}x{} px, which is another part "
+                "of them; calibrate with films like this one, or leave --camera out".format(*self.size_px, *size_px)
+            )
+
+
+def load_camera(path: Path) -> KnownCamera:
+    """Read a calibration: a file of OpenCV, or a lens profile of gyroflow.
+
+    Raises
+    ------
+    MediaError
+        If the file cannot be read.
+    SpecError
+        If it holds no calibration, or one that no camera has.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise MediaError(f"camera file {path} cannot be read: {error}") from error
+    try:
+        found = _gyroflow(json.loads(text))
+    except ValueError:
+        found = None
+    return found or _opencv(text, path)
+
+
+def _gyroflow(document: Any) -> KnownCamera | None:
+    """The camera of a lens profile; None for any other JSON."""
+    if not isinstance(document, dict) or "fisheye_params" not in document:
+        return None
+    try:
+        size = document["calib_dimension"]
+        matrix = np.array(document["fisheye_params"]["camera_matrix"], float).reshape(3, 3)
+        strengths = [float(k) for k in document["fisheye_params"]["distortion_coeffs"]]
+        size_px = int(size["w"]), int(size["h"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise SpecError(
+            "the lens profile lacks calib_dimension, camera_matrix or distortion_coeffs; export it again"
+        ) from error
+    return _known(size_px, matrix, _fisheye(strengths))
+
+
+def _opencv(text: str, path: Path) -> KnownCamera:
+    storage = cv2.FileStorage()
+    try:
+        opened = storage.open(text, cv2.FileStorage_READ | cv2.FileStorage_MEMORY)
+    except cv2.error:
+        opened = False
+    names = ("camera_matrix", "distortion_coefficients", "image_width", "image_height")
+    nodes = {name: storage.getNode(name) for name in names} if opened else {}
+    missing = [name for name in names if name not in nodes or nodes[name].empty()]
+    if missing:
+        raise SpecError(
+            f"camera file {path} holds no {', '.join(missing)}; give a calibration of OpenCV (YAML, XML or JSON) or a "
+            "lens profile of gyroflow, or make one by moireid calibrate-camera"
+        )
+    matrix, strengths = nodes["camera_matrix"].mat(), nodes["distortion_coefficients"].mat()
+    if matrix is None or matrix.shape != (3, 3) or strengths is None:
+        raise SpecError(
+            f"camera file {path}: camera_matrix must be 3 x 3, and distortion_coefficients a row of numbers"
+        )
+    size_px = int(nodes["image_width"].real()), int(nodes["image_height"].real())
+    return _known(size_px, matrix, _rational([float(k) for k in strengths.ravel()]))
+
+
+def _known(size_px: tuple[int, int], matrix: Array, displaced: Any) -> KnownCamera:
+    """From OpenCV's camera matrix; displaced: from radii (N,) to distorted radii, in focal lengths."""
+    long_side = max(size_px)
+    focal_x, focal_y = float(matrix[0, 0]), float(matrix[1, 1])
+    least, most = FOCAL_RANGE_RATIO
+    if min(size_px) < 1 or not (least <= focal_x / long_side <= most and 0.5 < focal_y / focal_x < 2):
+        raise SpecError(
+            f"the camera file states a focal length of {focal_x:g} x {focal_y:g} px for pictures of {size_px[0]} x "
+            f"{size_px[1]} px; allowed are {least:g} to {most:g} of the long side"
+        )
+    # A picture is made square in its height's pixels; where they are not, x has another focal length.
+    axis = (matrix[0, 2] - (size_px[0] - 1) / 2) / long_side, (matrix[1, 2] - (size_px[1] - 1) / 2) / long_side
+    radii = np.linspace(0, min(math.hypot(*size_px) / 2 / focal_x, FAR), RADII + 1)[1:]
+    table = np.column_stack([radii**3, radii**5])
+    (k1, k2), *_ = np.linalg.lstsq(table, displaced(radii) - radii, rcond=None)
+    return KnownCamera(
+        size_px, focal_y / long_side, (float(axis[0]), float(axis[1])), focal_x / focal_y, float(k1), float(k2)
+    )
+
+
+def _rational(strengths: list[float]) -> Any:
+    """OpenCV's radial model, k1, k2, (p1, p2,) k3 to k6."""
+    k1, k2, _, _, k3, k4, k5, k6 = (strengths + 8 * [0.0])[:8]
+
+    def displaced(radii: Array) -> Array:
+        square = radii**2
+        above = 1 + square * (k1 + square * (k2 + square * k3))
+        return np.asarray(radii * above / (1 + square * (k4 + square * (k5 + square * k6))))
+
+    return displaced
+
+
+def _fisheye(strengths: list[float]) -> Any:
+    k1, k2, k3, k4 = (strengths + 4 * [0.0])[:4]
+
+    def displaced(radii: Array) -> Array:
+        angle = np.arctan(radii)
+        square = angle**2
+        return np.asarray(angle * (1 + square * (k1 + square * (k2 + square * (k3 + square * k4)))))
+
+    return displaced
