@@ -34,6 +34,7 @@ from outside.page import PAPER, Lens, load_page
 
 from moireid.badge import Badge, load_badge
 from moireid.verifier import Claim, verify
+from moireid.verifier.camera.known_camera import KnownCamera, load_camera
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 from moireid_lab.bench.verdicts import why_not
 
@@ -274,9 +275,9 @@ def describe_views(clip: list[BoardView], lens: Lens) -> str:
     return f"from {words[0]} degrees off the front, third harmonic {words[1]}"
 
 
-def judged(path: Path, badge: Badge, camera: Webcam) -> Row:
-    """What becomes of one film, with the camera as solved next to the true one."""
-    report = verify(path, Claim(badge, badge.id))
+def judged(path: Path, badge: Badge, camera: Webcam, known: KnownCamera | None = None) -> Row:
+    """What becomes of one film, with the camera as solved next to the true one; known: its calibration, if given."""
+    report = verify(path, Claim(badge, badge.id, camera=known))
     lens = report.measurement.camera if report.measurement else None
     middle = np.array(camera.center_px) - 0.5 - (np.array(camera.size_px) - 1) / 2
     return {
@@ -294,6 +295,17 @@ def judged(path: Path, badge: Badge, camera: Webcam) -> Row:
     }
 
 
+def calibrated(camera: Webcam, path: Path) -> KnownCamera:
+    """The camera as `--camera` has it, by way of OpenCV's file."""
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    for name, value in (("image_width", camera.size_px[0]), ("image_height", camera.size_px[1])):
+        storage.write(name, value)
+    storage.write("camera_matrix", camera.matrix)
+    storage.write("distortion_coefficients", camera.distortion.reshape(1, -1))
+    storage.release()
+    return load_camera(path)
+
+
 def rows(wish: Wish) -> Iterator[Row]:
     """A row on the views of each camera, and one for each film."""
     with wish.kept_folder() as name:
@@ -306,7 +318,11 @@ def rows(wish: Wish) -> Iterator[Row]:
             for forge in FORGERIES:
                 path = kept / f"hold_{number}_{forge or 'true'}.mp4"
                 write_film(BoardTracer(kept / "badge", camera, clip, board, forge), path, number)
-                yield {"camera": number, "film": forge or "true", "frames": len(clip)} | judged(path, badge, camera)
+                found = {"camera": number, "frames": len(clip)}
+                yield found | {"film": forge or "true"} | judged(path, badge, camera)
+                if forge is None:
+                    known = calibrated(camera, kept / f"camera_{number}.yaml")
+                    yield found | {"film": "known"} | judged(path, badge, camera, known)
 
 
 OPTIONS = {

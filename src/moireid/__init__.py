@@ -13,8 +13,9 @@ names.py         invisible letters; lines of namesakes   fabrication/  Badge -> 
 asbuilt.py       figures of one built badge              simulate/     Badge -> film, true or forged
 provenance.py    where a claim comes from                verifier/     film -> report and verdict
 result_cache.py  rows of figures kept in a file          registry/     who was issued which badge
-calibration/     photographs of a pitch test -> profile  attest/       verdicts signed, and checked by others
-cli/             the two programs                        issuing.py    an order -> a badge that can be made
+camera_chart.py  the chart to calibrate a camera with    attest/       verdicts signed, and checked by others
+calibration/     a sheet or a camera, from pictures      issuing.py    an order -> a badge that can be made
+cli/             the two programs
 """
 
 __version__ = "0.1.0"

@@ -10,6 +10,7 @@ verify/          verify, identify
 attest/          verify --sign, and attest check
 simulate_cmd.py  simulate
 pitch_cmd.py     pitch-test, calibrate
+camera_cmd.py    calibrate-camera
 
 Heavy packages are imported inside the functions that need them, so that `--help` is quick.
 """

@@ -20,7 +20,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Commands that most people need": (
         *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "serve"),
     ),
-    "Lens sheets": ("pitch-test", "calibrate"),
+    "Lens sheets and cameras": ("pitch-test", "calibrate", "calibrate-camera"),
     "The registry, and access to the studio": ("registry", "token", "verdicts", "worker"),
     "Many films at once": ("film-set", "generator-kit", "evaluate"),
     "The figures that this project states": ("bench",),
@@ -35,6 +35,7 @@ OWN = {
     "simulate": "moireid.cli.simulate_cmd:simulate_command",
     "pitch-test": "moireid.cli.pitch_cmd:pitch_test_command",
     "calibrate": "moireid.cli.pitch_cmd:calibrate_command",
+    "calibrate-camera": "moireid.cli.camera_cmd:calibrate_camera_command",
     "registry": "moireid.cli.registry:registry_group",
 }
 #: Commands that another distribution of the project adds, by its entry points, and which that is.

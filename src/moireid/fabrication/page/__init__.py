@@ -7,4 +7,5 @@ pdf.py         badge.pdf: its shapes in mm, the board at true scale, and the pag
 dress.py       the badge's artwork on the page and in the preview: words, pictures, QR code
 preview.py     preview.png, the board as a camera 1 m away sees it; preview.webp, which moves
 chart_page.py  the pitch test sheet
+camera_page.py  the chart that a camera is calibrated with
 """

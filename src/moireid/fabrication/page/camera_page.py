@@ -1,0 +1,52 @@
+"""camera-chart.pdf: the board that a camera is calibrated with, and how to film it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from moireid.camera_chart import COLUMNS, MARKER_MM, ROWS, SQUARE_MM, chart_board
+from moireid.fabrication.page.canvas import PdfPage
+from moireid.files import planned, whole_file
+from moireid.profiles import PAPERS_MM
+
+#: Modules along a marker, its border among them.
+MODULES = 7
+TEXT_POINTS, LINE_MM = 8.0, 3.8
+WORDS = (
+    "Glue this chart to something flat, such as glass. Film it for 20 seconds in even light, from all sides and from "
+    "near",
+    "to far, in every corner of the picture; hold still for a moment each time. Then: moireid calibrate-camera FILM "
+    "--out camera.yaml",
+)
+
+
+def print_camera_chart(path: Path, paper: str, *, overwrite: bool = False) -> None:
+    """Write the chart for a paper of `profiles.PAPERS_MM`.  Raises: SpecError where the file is in the way."""
+    planned([path], overwrite=overwrite)
+    width, height = PAPERS_MM[paper]
+    board, module = chart_board(), MARKER_MM / MODULES
+    # Squares are no whole number of a marker's modules, so both are cut into the finest common part.
+    part = SQUARE_MM / 4 / MODULES
+    count = round(SQUARE_MM / part)
+    picture = board.generateImage((COLUMNS * count, ROWS * count))
+    left, top = (width - COLUMNS * SQUARE_MM) / 2, (height - ROWS * SQUARE_MM) / 2 - LINE_MM
+    assert abs(module / part - round(module / part)) < 1e-9
+    black = [
+        (left + start * part, top + row * part, left + end * part, top + (row + 1) * part)
+        for row, line in enumerate(picture)
+        for start, end in _runs(line < 128)
+    ]
+    with whole_file(path) as new:
+        page = PdfPage(new, (width, height), "Camera chart")
+        page.fill(black)
+        for k, words in enumerate(WORDS):
+            page.text(width / 2, top + ROWS * SQUARE_MM + (k + 1.5) * LINE_MM, words, points=TEXT_POINTS)
+        page.save()
+
+
+def _runs(dark: np.ndarray) -> list[tuple[int, int]]:
+    """First and last-plus-one of each run of dark places in a line."""
+    borders = np.flatnonzero(np.diff(np.concatenate([[0], dark.astype(int), [0]])))
+    return [(int(start), int(end)) for start, end in borders.reshape(-1, 2)]
