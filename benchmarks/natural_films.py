@@ -70,11 +70,11 @@ class Task:
         return "_".join(str(word) for word in (self.motion, self.distance_m, self.number, self.forge or "true"))
 
 
-def prepared(folder: Path) -> Path:
-    """The folder of films, with the badge printed into it."""
+def prepared(folder: Path, *options: str) -> Path:
+    """The folder of films, with the badge printed into it; options: of `print-your-badge`."""
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / "badge").exists():
-        wish = ["Guest", "--payload", "0f5ac3962d784be1", "--mount", "none", "--out", str(folder / "badge")]
+        wish = ["Guest", "--payload", "0f5ac3962d784be1", "--mount", "none", *options, "--out", str(folder / "badge")]
         subprocess.run([str(PROGRAM), *wish, "--json"], check=True, stdout=subprocess.DEVNULL)
     return folder
 

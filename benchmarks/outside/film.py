@@ -96,7 +96,7 @@ class Tracer:
             lie = np.vstack([np.ones((1, 4)), self.lie.warp(start)])
             patches = self.lie.true_at
         lens = self.page.lens
-        figures_of_lens = np.array([lens.thickness_mm, lens.index, lens.radius_mm])
+        figures_of_lens = np.array([lens.thickness_mm, lens.index, lens.radius_mm, lens.air_mm])
         trace(
             self.light, box, self.rays, figures, places, turns, self.build.sheets, figures_of_lens, lens.round,
             self.fine, self.page.coarse, self.size, self.sets, eyes, lie, patches, self.shoot.seed * 1009 + number,

@@ -130,7 +130,7 @@ def flat_page(kind: str, page: Page, build: Build, distance_mm: float, footprint
     pitch = SCREEN_PITCH_MM if kind == "screen" else 25.4 / PHOTO_DPI
     shape = round(page.size_mm[1] / pitch), round(page.size_mm[0] / pitch)
     half = page.size_mm[0] * build.scale[0] / 2, page.size_mm[1] * build.scale[1] / 2
-    lens = np.array([page.lens.thickness_mm, page.lens.index, page.lens.radius_mm])
+    lens = np.array([page.lens.thickness_mm, page.lens.index, page.lens.radius_mm, page.lens.air_mm])
     scale = page.px_per_mm[0] / build.scale[0], page.px_per_mm[1] / build.scale[1]
     picture = _picture(shape, distance_mm, build.sheets, lens, page.lens.round, page.fine.T, (*scale, *half))
     # The paper's or the display's own black and white.

@@ -19,10 +19,10 @@ STEPS = 3
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def through_cylinder(s, ds, dt, edge, pitch, radius, thickness, index):
+def through_cylinder(s, ds, dt, edge, pitch, radius, thickness, index, air=0.0):
     """Where the ray lands on the back: s, t less where it began, and the share of light that passes the surface.
 
-    edge: s of an edge between two lenses.
+    edge: s of an edge between two lenses; air: mm of it between the sheet's back and the print.
     """
     cell = math.floor((s - edge) / pitch)
     middle, z, x = 0.0, 0.0, 0.0
@@ -37,11 +37,11 @@ def through_cylinder(s, ds, dt, edge, pitch, radius, thickness, index):
             if abs(x) <= 0.5 * pitch:
                 break
         cell += 1 if ds > 0 else -1
-    return _refract(s, 0.0, ds, dt, z, x / radius, 0.0, (z - radius) / radius, thickness, index)
+    return _refract(s, 0.0, ds, dt, z, x / radius, 0.0, (z - radius) / radius, thickness, index, air)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness, index):
+def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness, index, air=0.0):
     """As `through_cylinder` for `count` rays: s and t become where they land, share what passes.
 
     The loop has no branch, so that a processor does several rays at a time; a ray passes over `STEPS` lenses at
@@ -61,12 +61,12 @@ def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness
             missed = disc < 0.0 or abs(x) > 0.5 * pitch
             cell += way if missed and step < STEPS - 1 else 0.0
         s[k], t[k], share[k] = _refract(
-            s[k], t[k], ds[k], dt[k], z, x / radius, 0.0, (z - radius) / radius, thickness, index
+            s[k], t[k], ds[k], dt[k], z, x / radius, 0.0, (z - radius) / radius, thickness, index, air
         )
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def through_sphere(s, t, ds, dt, edge, pitch, radius, thickness, index):
+def through_sphere(s, t, ds, dt, edge, pitch, radius, thickness, index, air=0.0):
     """As `through_cylinder`, for round lenses on a square grid with its corner at (edge, edge)."""
     i, j = math.floor((s - edge) / pitch), math.floor((t - edge) / pitch)
     z, x, y = 0.0, 0.0, 0.0
@@ -89,13 +89,13 @@ def through_sphere(s, t, ds, dt, edge, pitch, radius, thickness, index):
         else:
             j += 1 if dt > 0 else -1
     landed_s, landed_t, share = _refract(
-        s, t, ds, dt, z, x / radius, y / radius, (z - radius) / radius, thickness, index
+        s, t, ds, dt, z, x / radius, y / radius, (z - radius) / radius, thickness, index, air
     )
     return landed_s, landed_t, share
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", inline="always")
-def _refract(s, t, ds, dt, z, ns, nt, nz, thickness, index):
+def _refract(s, t, ds, dt, z, ns, nt, nz, thickness, index, air):
     """Turn the ray at the surface, whose outward normal is (ns, nt, nz), and follow it to the flat back."""
     length = 1.0 / math.sqrt(1.0 + ds * ds + dt * dt)
     es, et, ez = ds * length, dt * length, length
@@ -107,4 +107,7 @@ def _refract(s, t, ds, dt, z, ns, nt, nz, thickness, index):
     deep = (thickness - z) / fz
     across = (cos_in - index * cos_out) / (cos_in + index * cos_out)
     along = (index * cos_in - cos_out) / (index * cos_in + cos_out)
-    return s + ds * z + fs * deep, t + dt * z + ft * deep, 1.0 - 0.5 * (across * across + along * along)
+    # Air beneath the sheet turns the ray back to the slope that it had outside of a flat sheet.
+    beyond = air * index / math.sqrt(max(1.0 - index * index * (fs * fs + ft * ft), 1e-6)) if air > 0 else 0.0
+    share = 1.0 - 0.5 * (across * across + along * along)
+    return s + ds * z + fs * (deep + beyond), t + dt * z + ft * (deep + beyond), share

@@ -28,13 +28,15 @@ OVERHANG_MM = 1.0
 
 @dataclass(frozen=True)
 class Lens:
-    """What is known of a sheet: sizes in mm; `round` for an array of round lenses."""
+    """What is known of a sheet: sizes in mm; `round` for an array of round lenses; air_mm between its back and
+    the print."""
 
     pitch_mm: float
     thickness_mm: float
     index: float
     radius_mm: float
     round: bool
+    air_mm: float = 0.0
 
 
 @dataclass(frozen=True)

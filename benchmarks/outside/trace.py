@@ -54,8 +54,8 @@ def offsets(count: int, blur_px: float, rng: np.random.Generator) -> NDArray[np.
 def seen_through(x, y, ex, ey, sheets, k, lens, is_round, raster, size):
     """Light from the sheet at (x, y) of its crown plane, along a ray of slopes ex = dx/dz, ey = dy/dz.
 
-    lens: thickness, index, radius; raster: the page, transposed, as rays through one lens land along its lines; size:
-    pixels in a built mm along x and y, and the board's half size.
+    lens: thickness, index, radius, air beneath; raster: the page, transposed, as rays through one lens land along its
+    lines; size: pixels in a built mm along x and y, and the board's half size.
     """
     c, s = sheets[k, 2], sheets[k, 3]
     dx, dy = x - sheets[k, 0], y - sheets[k, 1]
@@ -63,10 +63,12 @@ def seen_through(x, y, ex, ey, sheets, k, lens, is_round, raster, size):
     ds, dt = ex * c + ey * s, ey * c - ex * s
     if is_round:
         across, along, share = through_sphere(
-            across, along, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1]
+            across, along, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3]
         )
     else:
-        across, off, share = through_cylinder(across, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1])
+        across, off, share = through_cylinder(
+            across, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3]
+        )
         along += off
     x, y = sheets[k, 0] + across * c - along * s, sheets[k, 1] + across * s + along * c
     return share * _lookup(raster, (y + size[3]) * size[1], (x + size[2]) * size[0]) / 255.0 + (1.0 - share) * ROOM
@@ -204,7 +206,7 @@ def _seen_through_all(count, work, sheets, k, lens, raster, size):
         s[i], t[i] = u * cosine + v * sine, v * cosine - u * sine
         u, v = ex[i], ey[i]
         ex[i], ey[i] = u * cosine + v * sine, v * cosine - u * sine
-    through_cylinders(count, s, t, ex, ey, share, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1])
+    through_cylinders(count, s, t, ex, ey, share, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3])
     total = 0.0
     for i in range(count):
         px = (cx + s[i] * cosine - t[i] * sine + size[2]) * size[0]

@@ -44,22 +44,30 @@ def nearest_dot(place_mm: Array, dot_mm: float) -> Array:
     return np.floor(np.asarray(place_mm) / dot_mm + 0.5)
 
 
-def line_edges_mm(grating: Grating, cell: Cell) -> Array:
-    """Begin and end of every complete dark line of a cell along the grating's axis, (lines, 2), page mm."""
+def ink_growth_mm(badge: Badge) -> float:
+    """By how much the badge's printer widens a line, both edges together, mm; lines are drawn narrower by that."""
+    return float((badge.print or {}).get("ink_growth_um", 0.0)) / 1000
+
+
+def line_edges_mm(grating: Grating, cell: Cell, ink_mm: float = 0.0) -> Array:
+    """Begin and end of every complete dark line of a cell along the grating's axis, (lines, 2), page mm.
+
+    Parameters: ink_mm: as `ink_growth_mm`; lines are narrower by it about their middles.
+    """
     low, _, high, _ = own_rect(grating.axis, cell.rect_mm)
     first, last = math.ceil((low - cell.edge_mm) / cell.pitch_mm), math.floor((high - cell.edge_mm) / cell.pitch_mm)
     begins = cell.edge_mm + np.arange(first, last + 1) * cell.pitch_mm
     edges = np.column_stack([begins, begins + cell.duty * cell.pitch_mm])
-    return np.asarray(edges[edges[:, 1] <= high + 1e-9])
+    return np.asarray(edges[edges[:, 1] <= high + 1e-9] + ink_mm / 2 * np.array([1.0, -1.0]))
 
 
-def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) -> RealisedCell:
-    """Errors of a cell by rounding to dots.
+def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float, ink_mm: float = 0.0) -> RealisedCell:
+    """Errors of a cell by rounding to dots; ink_mm: as in `line_edges_mm`.
 
     Convention: phase positive where the fringe is ahead, which means that lines are shifted back (`idcodes.spacing`).
     Returns: Realised; all 0 if the cell has fewer than two lines.
     """
-    edges = line_edges_mm(grating, cell)
+    edges = line_edges_mm(grating, cell, ink_mm)
     if len(edges) < 2:
         return RealisedCell(0.0, 0.0, 0.0, 0.0)
     drawn = nearest_dot(edges, dot_mm) * dot_mm
@@ -94,7 +102,7 @@ def on_dots(badge: Badge) -> dict[str, Any] | None:
         if not isinstance(grating.axis, str):
             continue
         for c, cell in enumerate(grating.cells):
-            one = realised(grating, cell, badge.lens.pitch_mm, dot_mm)
+            one = realised(grating, cell, badge.lens.pitch_mm, dot_mm, ink_growth_mm(badge))
             figures = 1e6 * one.pitch_error, 1e3 * one.edge_error_mm, one.phase_error_rad, one.beat_error
             rows.append([g, c, *(round(value, places) for value, places in zip(figures, (2, 2, 4, 6), strict=True))])
     return {"columns": list(COLUMNS), "cells": rows}

@@ -127,7 +127,8 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         range_m=request.range_m,
         # Of a lens profile only the file's name: its folder is private.
         print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form}
-        | {"lens": Path(request.lens).name},
+        | {"lens": Path(request.lens).name}
+        | ({"ink_growth_um": request.ink_growth_um} if request.ink_growth_um else {}),
     )
 
 
@@ -246,13 +247,19 @@ def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int
 
 
 def _check_printer(request: Request, pitch_mm: float) -> None:
-    """A printed line must be some dots wide."""
-    dots = pitch_mm * DUTY / Printer(request.printer_dpi).dot_mm
+    """A line must be drawn some dots wide."""
+    drawn_mm = pitch_mm * DUTY - request.ink_growth_um / 1000
+    dots = drawn_mm / Printer(request.printer_dpi).dot_mm
+    if drawn_mm < pitch_mm * DUTY / 4:
+        raise DesignError(
+            f"an ink growth of {request.ink_growth_um:g} um leaves {1000 * drawn_mm:.0f} um of a line of "
+            f"{1000 * pitch_mm * DUTY:.0f} um; use another printer or paper, or take a coarser lens"
+        )
     if dots < MIN_DOTS_PER_LINE:
-        needed = MIN_DOTS_PER_LINE * MM_PER_INCH / (pitch_mm * DUTY)
+        needed = MIN_DOTS_PER_LINE * MM_PER_INCH / drawn_mm
         least = next((dpi for dpi in PRINTER_DPI if dpi >= needed), math.ceil(needed))
         raise DesignError(
-            f"at {request.printer_dpi} dpi a line of {pitch_mm * DUTY:.3f} mm is {dots:.1f} dots wide, fewer than "
+            f"at {request.printer_dpi} dpi a line of {drawn_mm:.3f} mm is {dots:.1f} dots wide, fewer than "
             f"{MIN_DOTS_PER_LINE:g}; print at {least} dpi or more, or take a coarser lens",
             least_dpi=least,
         )

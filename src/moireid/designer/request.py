@@ -78,6 +78,8 @@ class Request:
         Thickness of the lens sheet by a calliper, mm; None for that of its label.
     frame : FringeBorder
         Margin, markers, and the room above and below the fringes.
+    ink_growth_um : float
+        By how much the printer widens a line, both edges together, micrometres; the page has narrower lines for that.
     markers : str
         How the page is found in a film: "squares" in the corners, or a thin coded "frame" around the fringes.
     """
@@ -95,6 +97,7 @@ class Request:
     gap_mm: float = 1.5
     lens_thickness_mm: float | None = None
     frame: FringeBorder = field(default_factory=FringeBorder)
+    ink_growth_um: float = 0.0
     markers: str = "squares"
 
 

@@ -51,6 +51,7 @@ class Design:
     front: str
     gap_mm: float | None
     printer_dpi: int
+    ink_growth_um: float
     paper: str
     axes: str
     markers: str
@@ -68,6 +69,7 @@ class Design:
         return Request(
             clean_name(name),
             printer_dpi=self.printer_dpi,
+            ink_growth_um=self.ink_growth_um,
             paper=self.paper,
             family=self.code,
             axes=self.axes,
@@ -114,6 +116,16 @@ design_options = gathered(
             help="Thickness of a mask's spacer.",
         ),
         printer_dpi_option,
+        click.option(
+            "--ink-growth",
+            "ink_growth_um",
+            type=FiniteRange(0, 150),
+            default=0.0,
+            show_default=True,
+            metavar="UM",
+            help="By how many micrometres the printer widens a line, as the strip of moireid pitch-test shows; lines "
+            "are drawn narrower by that.",
+        ),
         paper_option,
         click.option(
             "--axes",

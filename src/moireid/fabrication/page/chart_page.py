@@ -5,14 +5,19 @@ The lines, markers, crop marks and scale bars are those of a badge's page; only 
 
 from __future__ import annotations
 
+import math
 import tempfile
 from pathlib import Path
+
+import numpy as np
 
 from moireid.badge import Badge, load_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
-from moireid.fabrication.page.pdf import write_badge_pdf
+from moireid.fabrication.page.pdf import DEFAULT_DPI, on_dots, write_badge_pdf
 from moireid.files import planned, write_text
+from moireid.frames import Rect
+from moireid.profiles import Printer
 from moireid.sheets import MM_PER_INCH
 
 PDF, JSON = "pitch-test.pdf", "pitch-test.json"
@@ -22,6 +27,8 @@ LINE_MM = 4.2
 LABEL_GAP_MM, SIDE_GAP_MM = 2.0, 4.0
 #: Width of a band's number; its lines per inch are next to it.
 NUMBER_MM = 7.0
+#: Growth of lines that the ink strip can show, um; its coarse pitch over the fine one; its height.
+INK_STEPS_UM, INK_COARSE, INK_HIGH_MM = (0, 15, 30, 45, 60, 75, 90), 4, 6.0
 
 
 def print_chart(
@@ -83,7 +90,7 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
     _lines(
         sheet,
         middle,
-        chart.squares.centers_mm[3][1] - 4.0,
+        chart.squares.centers_mm[3][1] - 9.5,
         room_mm,
         [
             f"Then:  moireid calibrate --chart {JSON} --band NUMBER --out my-lens.json",
@@ -91,6 +98,7 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
             "the photo in place of the number; it is read finer than by eye.",
         ],
     )
+    _draw_ink_strip(sheet, chart, middle, chart.squares.centers_mm[3][1] + 3.8, room_mm)
     for number, cell in enumerate(grating.cells, 1):
         baseline = (cell.rect_mm[1] + cell.rect_mm[3]) / 2 + 0.36 * LABEL_POINTS / POINTS_PER_MM
         name, pitch = band_label(number, cell.pitch_mm)
@@ -99,6 +107,34 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
         sheet.text(left - NUMBER_MM, baseline, pitch, points=TEXT_POINTS, align="right")
         sheet.text(right, baseline, name, points=LABEL_POINTS, font=BOLD, align="left")
         sheet.text(right + NUMBER_MM, baseline, pitch, points=TEXT_POINTS, align="left")
+
+
+def _draw_ink_strip(sheet: PdfPage, chart: Badge, middle: float, top: float, room_mm: float) -> None:
+    """A strip that shows by how much the printer widens lines: coarse lines above, patches of fine ones below.
+
+    A growth g makes coarse lines of pitch P darker by g / P, and fine ones of pitch p by g / p.  A patch whose fine
+    lines are drawn narrower by c is as dark as the coarse ones where c = g (1 - p / P).
+    """
+    print_data = chart.print or {}
+    dot_mm = Printer(int(print_data.get("dpi", DEFAULT_DPI))).dot_mm
+    # No whole number of dots, so that rounded edges are right in the mean.
+    fine = (math.floor(chart.gratings[0].pitch_mm / dot_mm) + 0.382) * dot_mm
+    coarse, half = INK_COARSE * fine, INK_HIGH_MM / 2
+    left, wide = middle - room_mm / 2, room_mm / len(INK_STEPS_UM)
+    lines: list[Rect] = [
+        (x, top, x + coarse / 2, top + half) for x in np.arange(left, left + room_mm - coarse / 2, coarse)
+    ]
+    for k, growth_um in enumerate(INK_STEPS_UM):
+        dark = fine / 2 - growth_um / 1000 * (1 - 1 / INK_COARSE)
+        start = left + k * wide
+        lines += [(x, top + half, x + dark, top + INK_HIGH_MM) for x in np.arange(start, start + wide - fine, fine)]
+        sheet.text(start + wide / 2, top + INK_HIGH_MM + 2.4, f"{growth_um}", points=TEXT_POINTS)
+    drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
+    sheet.fill_drawn(drawn if print_data.get("form") == "vector" else [on_dots(line, "x", dot_mm) for line in drawn])
+    words = "Ink growth, um: over which number are both halves equally dark from 3 m away? Give it as --ink-growth."
+    sheet.text(
+        middle, top - 1.2, words, points=TEXT_POINTS * min(1.0, room_mm / sheet.text_width_mm(words, TEXT_POINTS))
+    )
 
 
 def _lines(sheet: PdfPage, middle: float, first: float, room_mm: float, lines: list[str]) -> None:

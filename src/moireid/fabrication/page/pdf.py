@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Point, Rect
-from moireid.dots import nearest_dot
+from moireid.dots import ink_growth_mm, nearest_dot
 from moireid.errors import SpecError
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.lettering import (
@@ -59,9 +59,10 @@ DEFAULT_DPI = 1200
 INSET_DOTS = 0.25
 
 
-def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
+def dark_lines(grating: Grating, cell: Cell, ink_mm: float = 0.0) -> list[Rect]:
     """The dark lines of one cell, cut at its border.
 
+    Parameters: ink_mm: by which the printer widens a line; each is drawn narrower by that, about its middle.
     Convention: lines begin at edge_mm + k pitch_mm along the grating's axis and are duty pitch_mm wide.
     Returns: rectangles as the cell's own is given: page mm, or in the frame of a turned grating (`moireid.frames`).
     Source: each edge is computed from k, never by adding up a rounded pitch, so that nothing drifts.
@@ -73,6 +74,7 @@ def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
     for k in range(first, last + 1):
         begin = cell.edge_mm + k * cell.pitch_mm
         start, stop = max(begin, low), min(begin + cell.duty * cell.pitch_mm, high)
+        start, stop = start + ink_mm / 2, stop - ink_mm / 2
         if stop - start > 1e-9:
             lines.append(own_rect(grating.axis, (start, top, stop, bottom)))
     return lines
@@ -243,7 +245,7 @@ def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm
 
     Source: a line at an angle to the rows of dots has no border between dots to follow (`moireid.dots.on_dots`).
     """
-    lines = [line for cell in grating.cells for line in dark_lines(grating, cell)]
+    lines = [line for cell in grating.cells for line in dark_lines(grating, cell, ink_growth_mm(badge))]
     if not isinstance(grating.axis, str):
         frame = badge.frame_of(grating)
         first, *others = ([sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines)
