@@ -50,8 +50,6 @@ test-all: .venv/.compiled
 
 # Numba compiles the renderer for half a minute and keeps what it made; here, or else two workers do it side by side.
 .venv/.compiled: .venv/.ready $(shell find src/moireid/simulate -name '*.py')
-	@# What was compiled of older sources names modules that may be gone.
-	find src/moireid/simulate -name '*.nb[ic]' -delete
 	PYTHONPATH=tests $(BIN)/python -m kit.compiling
 	touch $@
 

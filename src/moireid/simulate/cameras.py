@@ -146,8 +146,8 @@ class Camera:
         return bool(np.all(np.isfinite(found)) and np.abs(self._distorted(found) - border).max() < 1e-6)
 
 
-@njit(cache=True, error_model="numpy")
-def undistorted(x: float, y: float, distortion: Any) -> tuple[float, float]:  # pragma: no cover
+@njit(cache=True)
+def undistorted(x: float, y: float, distortion: Any) -> tuple[float, float]:
     """Slopes of the ray that meets the picture at distorted slopes (x, y).
 
     Source: OpenCV's fixed-point iteration for `undistortPoints`, run until it no longer changes.

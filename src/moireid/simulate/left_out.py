@@ -14,8 +14,7 @@ from functools import partial
 from typing import Any
 
 from moireid.simulate.analytic.accuracy import Estimate
-from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
-from moireid.simulate.mitsuba.view import board_box, middle_view
+from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, board_box
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Instant, Need, Scene
 
@@ -122,7 +121,7 @@ def _fineness(estimate: Estimate) -> str:
 
 def _board_px(scene: Scene, instant: Instant) -> int:
     """Number of pixels in the box that shows what the scene needs."""
-    box = board_box(scene, middle_view(instant))
+    box = board_box(scene, instant.first, instant.last)
     return 0 if box is None else (box[2] - box[0]) * (box[3] - box[1])
 
 

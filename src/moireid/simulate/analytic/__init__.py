@@ -4,6 +4,7 @@ analytic_renderer.py  frames of a scene
 rows.py               the loop over pixels
 quick.py              most pixels, many rays at once
 trace.py              the rest, ray by ray in float64
+traced_sheet.py       the lens sheet, and a ray through it
 traced_page.py        what is printed, as tables
 light_kernels.py      what a light adds
 fly_eye.py            boards under a lens array, as pictures

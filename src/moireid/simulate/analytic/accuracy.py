@@ -22,7 +22,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,6 +112,14 @@ def strips_of(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) ->
                 cut = _cut(across, along, sides, carrier)
                 found += [PixelStrip(place, rows + box[1], columns + box[0], weight) for rows, columns, weight in cut]
     return found
+
+
+def compare(scene: Scene, instant: Instant, one: BoardRadiance, other: BoardRadiance) -> Difference:
+    """The `difference` of two pictures of one frame on all strips in the first one's box."""
+    height, width = one.radiance.shape
+    strips = strips_of(scene, instant, (one.left, one.top, one.left + width, one.top + height))
+    pairs = [(strip, brightness(one, strip), brightness(other, strip)) for strip in strips]
+    return difference(pairs, scene.paper - scene.ink)
 
 
 def _places(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) -> tuple[Array, Array]:
@@ -204,10 +212,7 @@ def estimate_error(scene: Scene, instants: Sequence[Instant], rays: tuple[int, i
         seconds.append(time.perf_counter() - clocks[1])
         finer.append(clocks[1] - clocks[0])
         pixels = max(pixels, one.radiance.size)
-        height, width = one.radiance.shape
-        strips = strips_of(scene, instant, (one.left, one.top, one.left + width, one.top + height))
-        pairs = [(strip, brightness(one, strip), brightness(other, strip)) for strip in strips]
-        found = difference(pairs, scene.paper - scene.ink)
+        found = compare(scene, instant, one, other)
         images.append(found.image)
         if found.phase_rad is not None:
             phases.append(found.phase_rad)
@@ -221,15 +226,22 @@ def cheapest(scene: Scene, instants: Sequence[Instant], error_rad: float) -> Est
     Source: `estimate_error` up the `LADDER`.
     Raises: SpecError where even the dearest setting has a larger error.
     """
-    found = None
-    for rays in LADDER:
-        found = estimate_error(scene, instants, rays)
+    return first_within(
+        (estimate_error(scene, instants, rays) for rays in LADDER),
+        error_rad,
+        f"is not met even by {math.prod(LADDER[-1])} rays a pixel",
+        "come nearer",
+    )
+
+
+def first_within(estimates: Iterable[Estimate], error_rad: float, unmet: str, advice: str) -> Estimate:
+    """The first estimate, from cheap to dear, with at most that phase error.  Raises: SpecError where none has."""
+    for found in estimates:
         if found.phase_rad is None or found.phase_rad <= error_rad:
             return found
-    assert found is not None
     raise SpecError(
-        f"a phase error of {error_rad:g} rad is not met even by {math.prod(LADDER[-1])} rays a pixel "
-        f"(estimated {found.phase_rad:.2g} rad); give a larger --error, or come nearer",
+        f"a phase error of {error_rad:g} rad {unmet} (estimated {found.phase_rad:.2g} rad); give a larger --error, or "
+        f"{advice}",
         estimated_rad=found.phase_rad,
     )
 

@@ -22,12 +22,16 @@ from moireid.errors import SpecError
 from moireid.simulate.analytic.fly_eye import FlyEye
 from moireid.simulate.analytic.light_kernels import lamp_figures
 from moireid.simulate.analytic.rows import trace_rows
-from moireid.simulate.analytic.trace import TracedBoard, TracedSheet, land
+from moireid.simulate.analytic.trace import FrameView, TracedBoard
 from moireid.simulate.analytic.traced_page import BLOCK_PX, TEXTURE_PX_PER_MM, cell_table, even_blocks, page_texture
+from moireid.simulate.analytic.traced_sheet import land, sheet_as_built
 from moireid.simulate.light import turned_light
+from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Need, Scene
 
 Array = NDArray[np.float64]
+#: Left, top, right, bottom of a part of the picture, px; right and bottom are not in it.
+Crop = tuple[int, int, int, int]
 #: Rays of a pixel, as a grid across and down it.
 RAYS = (16, 1)
 MOST_RAYS = 1 << 16
@@ -66,50 +70,46 @@ class AnalyticRenderer:
         if scene.need.bounces:
             raise SpecError("the analytic renderer follows no light that bounces within the sheet; use the mitsuba one")
         self._points = ray_places(*rays)
-        self._sheet = _sheet(scene)
+        self._sheet = sheet_as_built(scene)
         self._cells = cell_table(scene)
         self._eye = FlyEye(scene, EYE_PX_PER_MM) if scene.lens.kind == "array" else None
         cx, cy = scene.board_centre_mm
         covered = scene.hidden_mm or (cx, cy, cx, cy)
         scale = scene.build.print_scales
         hidden = (np.array(covered) - (cx, cy, cx, cy)) * np.tile(scale, 2)
-        half, texture, lens = scene.printed_half_mm, page_texture(scene), self._sheet
+        half, texture = scene.printed_half_mm, page_texture(scene)
         lamps, lights = _lights(scene, math.prod(rays))
         self._board = TracedBoard(
-            half[0],
-            half[1],
-            hidden,
-            scene.ink,
-            scene.paper,
-            texture,
-            even_blocks(texture),
-            TEXTURE_PX_PER_MM / scale[0],
-            TEXTURE_PX_PER_MM / scale[1],
-            BLOCK_PX,
-            np.array([lens.pitch, lens.gap, lens.refraction, lens.radius]),
-            lamps,
-            lights,
-            NO_FIELD,
-            _wandering(scene),
+            *half,
+            hidden=hidden,
+            ink=scene.ink,
+            paper=scene.paper,
+            texture=texture,
+            even=even_blocks(texture),
+            columns_per_mm=TEXTURE_PX_PER_MM / scale[0],
+            rows_per_mm=TEXTURE_PX_PER_MM / scale[1],
+            block=BLOCK_PX,
+            lamps=lamps,
+            lights=lights,
+            field=NO_FIELD,
+            places=_wandering(scene),
         )
 
-    def render(self, instant: Instant, *, crop: tuple[int, int, int, int] | None = None) -> BoardRadiance | None:
+    def render(self, instant: Instant, *, crop: Crop | None = None) -> BoardRadiance | None:
         """Render one frame; None where no pixel sees the board.
 
         Parameters: crop: left, top, right, bottom of the pixels to trace, None for all that may see `Scene.need`.
         """
         camera = self.scene.camera
-        box = crop or self._box(instant, self.scene.seen_mm)
+        box = crop or board_box(self.scene, instant.first, instant.last)
         if box is None:
             return None
         left, top, right, bottom = box
-        board_box = self._box(instant, replace(self.scene, need=Need()).seen_mm) or box
+        whole = board_box(replace(self.scene, need=Need()), instant.first, instant.last) or box
         rows = (np.arange(top, bottom) - (camera.height - 1) / 2) / camera.height + 0.5
         centres = instant.first.camera_mm[0] * (1 - rows[:, None]) + instant.last.camera_mm[0] * rows[:, None]
         turns = instant.first.rotation[0] * (1 - rows[:, None, None]) + instant.last.rotation[0] * rows[:, None, None]
         shown = instant.shown_from_mm - (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
-        radiance = np.zeros((bottom - top, right - left), np.float32)
-        coverage = np.zeros_like(radiance)
         cells, board = self._cells, self._board
         picture = instant.picture
         if self._eye is not None and picture is None:
@@ -124,22 +124,21 @@ class AnalyticRenderer:
                     "a lens array is rendered whole, so none of its parts can move by itself; use another forgery"
                 )
             board = board._replace(field=instant.field)
-        trace_rows(
-            radiance,
-            coverage,
-            (left - camera.matrix[0, 2], top - camera.matrix[1, 2]),
-            (left - board_box[0], top - board_box[1]),
-            camera.focal_px,
-            np.ascontiguousarray(centres),
-            np.ascontiguousarray(turns),
-            shown,
-            self._points,
-            self._spread(instant),
-            self._sheet,
-            cells,
-            board,
-            np.array(camera.distortion, float),
+        view = FrameView(
+            corner_x=left - camera.matrix[0, 2],
+            corner_y=top - camera.matrix[1, 2],
+            first_column=left - whole[0],
+            first_row=top - whole[1],
+            focal=camera.focal_px,
+            centres=np.ascontiguousarray(centres),
+            turns=np.ascontiguousarray(turns),
+            distortion=np.array(camera.distortion, float),
+            shown=shown,
+            points=self._points,
+            spread=self._spread(instant),
         )
+        radiance, coverage = np.zeros((2, bottom - top, right - left), np.float32)
+        trace_rows(radiance, coverage, view, self._sheet, cells, board)
         return BoardRadiance(radiance, coverage, left, top)
 
     def _spread(self, instant: Instant) -> float:
@@ -164,31 +163,33 @@ class AnalyticRenderer:
                         worst = max(worst, abs(near), abs(one[1] - middle[1]))
         return 1.5 * worst
 
-    def _box(self, instant: Instant, seen_mm: Array) -> tuple[int, int, int, int] | None:
-        """Pixels that may see those rectangles of `Scene.seen_mm`: the bounding box of their outlines at both rows."""
-        camera = self.scene.camera
-        # Distortion bends the edges outwards between the corners, so points along the edges are projected too.
-        way = np.linspace(0, 1, 9)
-        outline = np.array(
-            [
-                [x0 + s * (x1 - x0), y0 + e * (y1 - y0), depth]
-                for x0, y0, x1, y1, depth in seen_mm
-                for s in way
-                for e in way
-                if {s, e} & {0.0, 1.0}
-            ]
-        )
-        seen = []
-        for poses in (instant.first, instant.last):
-            local = (outline - poses.camera_mm[0]) @ poses.rotation[0].T
-            if local[:, 2].min() <= 1.0:
-                return None
-            seen.append(camera.project(local))
-        places = np.concatenate(seen)
-        low, high = np.floor(places.min(axis=0)).astype(int) - 1, np.ceil(places.max(axis=0)).astype(int) + 2
-        left, top = max(int(low[0]), 0), max(int(low[1]), 0)
-        right, bottom = min(int(high[0]), camera.width), min(int(high[1]), camera.height)
-        return (left, top, right, bottom) if left < right and top < bottom else None
+
+def board_box(scene: Scene, *views: Poses) -> Crop | None:
+    """Pixels that may see what a scene needs of the board from any of some poses (one each); None where none does.
+
+    Convention: one pixel to spare on each side, cut to the picture.
+    Source: the outlines of `Scene.seen_mm`, as the camera projects them.
+    """
+    camera = scene.camera
+    # Distortion bends the edges outwards between the corners, so points along the edges are projected too.
+    way = np.linspace(0, 1, 9)
+    outline = np.array(
+        [
+            [x0 + s * (x1 - x0), y0 + e * (y1 - y0), depth]
+            for x0, y0, x1, y1, depth in scene.seen_mm
+            for s in way
+            for e in way
+            if {s, e} & {0.0, 1.0}
+        ]
+    )
+    local = np.concatenate([(outline - view.camera_mm[0]) @ view.rotation[0].T for view in views])
+    if local[:, 2].min() <= 1.0:
+        return None
+    places = camera.project(local)
+    low, high = np.floor(places.min(axis=0)).astype(int) - 1, np.ceil(places.max(axis=0)).astype(int) + 2
+    left, top = max(int(low[0]), 0), max(int(low[1]), 0)
+    right, bottom = min(int(high[0]), camera.width), min(int(high[1]), camera.height)
+    return (left, top, right, bottom) if left < right and top < bottom else None
 
 
 def _lights(scene: Scene, rays: int) -> tuple[Array, Array]:
@@ -239,26 +240,3 @@ def _wandering(scene: Scene) -> Array:
     rng = np.random.default_rng(np.random.SeedSequence([0x4A17, 2 * half + 1]))
     walk = share * scene.lens.pitch_mm * np.cumsum(rng.standard_normal(2 * half + 1))
     return np.asarray(walk - walk[half])
-
-
-def _sheet(scene: Scene) -> TracedSheet:
-    """The lens sheet as built."""
-    lens, build = scene.lens, scene.build
-    pitch, radius = lens.pitch_mm * build.lens_scale, lens.radius_mm or 0.0
-    if radius and pitch > 2 * radius:
-        raise SpecError(f"lens_scale={build.lens_scale:g} spreads the lenses beyond their diameter; give less")
-    valley = math.sqrt(radius**2 - pitch**2 / 4) if radius else 0.0
-    return TracedSheet(
-        pitch,
-        lens.thickness_mm,
-        scene.height_mm,
-        build.air_gap_mm,
-        1e-3 / build.bow_radius_m,
-        lens.refractive_index,
-        radius,
-        lens.open_fraction or 0.0,
-        radius - valley,
-        # A ray less slanted than the lens's flank is steeper than the surface everywhere.  So it meets the lens over
-        # which it crosses the depth of the valleys.
-        valley / (pitch / 2) if radius else math.inf,
-    )

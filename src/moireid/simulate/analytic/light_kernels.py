@@ -1,9 +1,6 @@
 """The light's part in the compiled loop: how bright the page is where a ray lands, and what the lens mirrors.
 
-Trap: numba keeps `analytic`'s loop compiled with these functions inside, and does not look here for changes; after one,
-delete the folder `__pycache__`.
-
-Convention: as `light`; the sheet's own frame: s across the lenses from lenticule 0's axis, along them, depth.
+Convention: as `light`; the sheet's own frame (`traced_sheet`), s across the lenses.
 Source: the table of `light.light_table`; Fresnel's equations; the law of reflection.
 """
 
@@ -16,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Lens
+from moireid.simulate.analytic.traced_sheet import TracedSheet, meet
 from moireid.simulate.compiled import njit
 from moireid.simulate.light import DiscLight, light_table, straight_share
 
@@ -44,37 +42,18 @@ def lamp_figures(lens: Lens, light: DiscLight, reach_mm: tuple[float, float], ra
     return np.array(figures), np.vstack([sky, disc])
 
 
-@njit(cache=True, error_model="numpy")
-def _passed(n: float, cosine: float) -> float:  # pragma: no cover
+@njit()
+def _passed(n: float, cosine: float) -> float:
     """The share of light that passes from air into glass (Fresnel), as `light.passed_share`."""
     inner = math.sqrt(1.0 - (1.0 - cosine * cosine) / (n * n))
     across, along = (cosine - n * inner) / (cosine + n * inner), (n * cosine - inner) / (n * cosine + inner)
     return 1.0 - (across * across + along * along) / 2
 
 
-@njit(cache=True, error_model="numpy")
-def _hit(s: float, tx: float, lens: Any) -> tuple[float, float, bool]:  # pragma: no cover
-    """Where a ray through the apex plane at s meets a lens: from its axis, and depth; False where it meets none."""
-    pitch, radius = lens[0], lens[3]
-    axis = math.floor(s / pitch + 0.5) * pitch
-    way, a = (1.0 if tx >= 0 else -1.0), 1.0 + tx * tx
-    for _ in range(4):
-        offset = s - axis
-        b, c = offset * tx - radius, offset * offset
-        root = b * b - a * c
-        if root >= 0.0:
-            depth = c / (-b + math.sqrt(root))
-            hit = offset + tx * depth
-            if abs(hit) <= pitch * 0.5 * (1.0 + 1e-12):
-                return hit, depth, True
-        axis += way * pitch
-    return 0.0, 0.0, False
-
-
-@njit(cache=True, error_model="numpy")
-def _sees_sky(hit: float, depth: float, tx: float, lens: Any) -> bool:  # pragma: no cover
+@njit()
+def _sees_sky(hit: float, depth: float, tx: float, sheet: TracedSheet) -> bool:
     """Whether a ray mirrored there passes over the next lens; only its way across the lenses matters."""
-    pitch, radius = lens[0], lens[3]
+    pitch, radius = sheet.pitch, sheet.radius
     nx, nz = hit / radius, (depth - radius) / radius
     turn = 2.0 * (tx * nx + nz)
     rx, rz = tx - turn * nx, 1.0 - turn * nz
@@ -87,8 +66,8 @@ def _sees_sky(hit: float, depth: float, tx: float, lens: Any) -> bool:  # pragma
     return above
 
 
-@njit(cache=True, error_model="numpy")
-def light_at(s: float, along: float, landed: float, lamp: Any, table: Any, pitch: float) -> float:  # pragma: no cover
+@njit()
+def light_at(s: float, along: float, landed: float, lamp: Any, table: Any, pitch: float) -> float:
     """How bright the page is where a ray lands: the table between its neighbours, the disc's fall along the lenses."""
     row = min(max((s - lamp[6]) / lamp[7], 0.0), table.shape[0] - 2.0)
     first = min(int(row), table.shape[0] - 3)
@@ -109,18 +88,16 @@ def light_at(s: float, along: float, landed: float, lamp: Any, table: Any, pitch
     return light
 
 
-@njit(cache=True, error_model="numpy")
-def glare_at(
-    s: float, along: float, tx: float, ty: float, step: float, lens: Any, lamp: Any
-) -> float:  # pragma: no cover
+@njit()
+def glare_at(s: float, along: float, tx: float, ty: float, step: float, sheet: TracedSheet, lamp: Any) -> float:
     """Radiance of the disc mirrored by the lenses, mean over `step` mm across about s.
 
     A cylinder keeps a ray's direction along its axis and turns the rest.  So one narrow strip of each lens shows the
     light.  Single rays may miss the strip, so its exact width is used, as a share of the step.
     """
-    n, radius, pitch = lens[2], lens[3], lens[0]
+    n, radius, pitch = sheet.refraction, sheet.radius, sheet.pitch
     length = math.sqrt(1.0 + tx * tx + ty * ty)
-    lx, ly, lz = lamp[0] - s, lamp[1] - along, lamp[2] + lens[1]
+    lx, ly, lz = lamp[0] - s, lamp[1] - along, lamp[2] + sheet.gap
     far = math.sqrt(lx * lx + ly * ly + lz * lz)
     keep, kept = ty / length, ly / far
     flat, flat_light = math.sqrt(1.0 - keep * keep), math.sqrt(1.0 - kept * kept)
@@ -151,7 +128,7 @@ def glare_at(
     return glare
 
 
-@njit(cache=True, error_model="numpy")
+@njit()
 def lit(
     value: float,
     s: float,
@@ -160,26 +137,26 @@ def lit(
     ty: float,
     landed: float,
     step: float,
-    lens: Any,
+    sheet: Any,
     lamp: Any,
     table: Any,
-) -> float:  # pragma: no cover
+) -> float:
     """Radiance of a ray through the sheet, under a light.
 
     Parameters: value: of ink or paper where it lands; s, along: where it crosses the apex plane; tx, ty: its tangents;
-        landed: its place on the page; step: the width that it covers, across; lens: as `analytic` packs it.
+        landed: its place on the page; step: the width that it covers, across; lamp, table: of `lamp_figures`.
     """
     cosine, open_sky = 1.0 / math.sqrt(1.0 + tx * tx + ty * ty), True
-    if lens[3] > 0.0:
-        hit, depth, met = _hit(s, tx, lens)
+    if sheet.radius > 0.0:
+        _, hit, depth, met = meet(s, tx, sheet)
         if not met:
             return value
-        cosine *= (lens[3] - depth - tx * hit) / lens[3]
-        open_sky = _sees_sky(hit, depth, tx, lens)
-    passed = _passed(lens[2], cosine)
-    radiance: float = value * light_at(s, along, landed, lamp, table, lens[0]) * passed / lamp[8]
+        cosine *= (sheet.radius - depth - tx * hit) / sheet.radius
+        open_sky = _sees_sky(hit, depth, tx, sheet)
+    passed = _passed(sheet.refraction, cosine)
+    radiance: float = value * light_at(s, along, landed, lamp, table, sheet.pitch) * passed / lamp[8]
     if open_sky:
         radiance += lamp[5] * (1.0 - passed)
     if lamp[4] > 0.0:
-        radiance += glare_at(s, along, tx, ty, step, lens, lamp)
+        radiance += glare_at(s, along, tx, ty, step, sheet, lamp)
     return radiance

@@ -17,61 +17,62 @@ from typing import Any
 
 import numpy as np
 
-from moireid.simulate.analytic.trace import TracedSheet, strip_at
+from moireid.simulate.analytic.trace import FrameView, TracedBoard, field_part, half_footprint, strip_at, turned
+from moireid.simulate.analytic.traced_sheet import TracedSheet
 from moireid.simulate.compiled import njit
 
 F = np.float32
 
 
-@njit(inline="always", error_model="numpy")
+@njit(inline="always")
 def grating_pixel(
     grating: int,
-    across: float,
-    along: float,
-    steps: Any,
     tx: float,
     ty: float,
-    depth: float,
-    spread: float,
-    points: Any,
+    turning: Any,
+    centre: Any,
     shift: Any,
-    sheet: TracedSheet,
+    view: FrameView,
+    sheet: Any,
     cells: Any,
-) -> int:  # pragma: no cover
+    board: Any,
+) -> int:
     """Number of a pixel's rays that see ink; -1 where `trace` must do the pixel.
 
-    Parameters: across, along: the pixel's middle on the lens plane; steps: how that place moves, across and along, for
-    one pixel right, then for one pixel down; tx, ty: view tangents across and along; depth: from which they are seen,
-    mm; spread: how far from the middle ray of a lens its others land at most, mm; points: (2, R) float32 places in a
-    pixel, -1/2 to 1/2; shift: moves all of them right and down, px.
+    Parameters: tx, ty: tangents of the pixel's middle; turning: how they change for one pixel right (x, y), then for
+    one pixel down; centre: the camera's, mm; shift: moves all of the pixel's rays right and down, px.
     """
-    frame, pitch = cells.frames[grating], sheet.pitch
+    frame, pitch, fall = cells.frames[grating], sheet.pitch, -(centre[2] + sheet.height)
+    x, y = centre[0] + fall * tx, centre[1] + fall * ty
+    depth = fall - view.shown[2]
+    even, field_x, field_y = _field_of_pixel(tx, ty, turning, centre, board)
+    across, along = turned(x, y, frame)
+    tx, ty = turned(
+        (x - centre[0] - view.shown[0]) / depth - field_x, (y - centre[1] - view.shown[1]) / depth - field_y, frame
+    )
     offset, cosine, sine = frame[6], frame[7], frame[8]
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
-    if abs(tan_x) > sheet.steepest:
+    if not even or abs(tan_x) > sheet.steepest:
         return -1
+    # How the place on the lens plane moves, across and along, for one pixel right, then for one pixel down.
+    right, down = (
+        turned(fall * turning[0], fall * turning[1], frame),
+        turned(fall * turning[2], fall * turning[3], frame),
+    )
     # The sheet's own frame, counted across from the axis of the lens that is nearest to the pixel's middle.
     x, y = across * cosine + along * sine - offset, along * cosine - across * sine
     axis = math.floor(x / pitch + 0.5) * pitch
-    x += shift[0] * (steps[0] * cosine + steps[1] * sine) + shift[1] * (steps[2] * cosine + steps[3] * sine)
-    move = (
-        F(x - axis),
-        F(steps[0] * cosine + steps[1] * sine),
-        F(steps[2] * cosine + steps[3] * sine),
-        F(steps[1] * cosine - steps[0] * sine),
-        F(steps[3] * cosine - steps[2] * sine),
+    steps = (
+        right[0] * cosine + right[1] * sine,
+        down[0] * cosine + down[1] * sine,
+        right[1] * cosine - right[0] * sine,
+        down[1] * cosine - down[0] * sine,
     )
-    # The page's place on that axis, and the interval around the middle ray's landing that holds all landings.
-    corner_x, corner_y = axis + offset, y
+    x += shift[0] * steps[0] + shift[1] * steps[1]
+    move = (F(x - axis), F(steps[0]), F(steps[1]), F(steps[2]), F(steps[3]))
     # From the sheet's frame into the print's: turned by the twist, then sheared where the print is.
-    to_page = (
-        cosine + frame[4] * sine,
-        frame[4] * cosine - sine,
-        sine + frame[5] * cosine,
-        cosine - frame[5] * sine,
-    )
-    page_x = corner_x * to_page[0] + corner_y * to_page[1]
-    page_y = corner_x * to_page[2] + corner_y * to_page[3]
+    turn = cosine + frame[4] * sine, frame[4] * cosine - sine, sine + frame[5] * cosine, cosine - frame[5] * sine
+    page_x, page_y = (axis + offset) * turn[0] + y * turn[1], (axis + offset) * turn[2] + y * turn[3]
     # Through the top of a lens a ray goes as through a flat slab.
     across2 = tan_x * tan_x + tan_y * tan_y
     n2 = sheet.refraction * sheet.refraction
@@ -80,15 +81,47 @@ def grating_pixel(
     # A ray 1 mm off the pixel's middle is a little more slanted, so it lands this much further.
     lean = straight * (1.0 - tan_x * tan_x * (n2 - 1.0) / inside2) / depth
     shift_x, shift_y = straight * tan_x, straight * tan_y
-    middle_x = page_x + shift_x * to_page[0] + shift_y * to_page[1]
-    middle_y = page_y + shift_x * to_page[2] + shift_y * to_page[3]
-    room_x = (abs(steps[0]) + abs(steps[2])) / 2 + 1.1 * pitch + spread
-    room_y = (abs(steps[1]) + abs(steps[3])) / 2 + (abs(sine) + abs(frame[5])) * pitch + spread
-    bins_x, bins_y = cells.bins[grating, 0], cells.bins[grating, 1]
-    left, top = strip_at(middle_x - room_x, bins_x, cells), strip_at(middle_y - room_y, bins_y, cells)
-    right, bottom = strip_at(middle_x + room_x, bins_x, cells), strip_at(middle_y + room_y, bins_y, cells)
-    if right > left + 1 or bottom > top + 1:
+    middle = page_x + shift_x * turn[0] + shift_y * turn[1], page_y + shift_x * turn[2] + shift_y * turn[3]
+    room_x = (abs(right[0]) + abs(down[0])) / 2 + 1.1 * pitch + view.spread
+    room_y = (abs(right[1]) + abs(down[1])) / 2 + (abs(sine) + abs(frame[5])) * pitch + view.spread
+    around = _cells_around(grating, page_x, page_y, middle, room_x, room_y, cells)
+    if not around[0]:
         return -1
+    to_page = F(turn[0]), F(turn[1]), F(turn[2]), F(turn[3])
+    if sheet.radius == 0.0:
+        return _inked_behind_mask(view.points, move, F(shift_x), F(shift_y), F(lean), to_page, around, sheet)
+    return _inked_behind_lens(view.points, move, F(tan_x), F(tan_y), F(lean), to_page, around, sheet)
+
+
+@njit(inline="always")
+def _field_of_pixel(tx: float, ty: float, turning: Any, centre: Any, board: TracedBoard) -> tuple[bool, float, float]:
+    """Whether all of a pixel lies in one part of the forged field; and that part's parallax."""
+    if board.field.size <= 2:
+        return True, 0.0, 0.0
+    page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
+    half_x, half_y = half_footprint(centre, turning)
+    i, j = field_part(page_x - half_x, page_y - half_y, board)
+    below, beyond = field_part(page_x + half_x, page_y + half_y, board)
+    for k in range(2):
+        value = board.field[i, j, k]
+        if value != board.field[i, beyond, k] or value != board.field[below, j, k]:
+            return False, 0.0, 0.0
+        if value != board.field[below, beyond, k]:
+            return False, 0.0, 0.0
+    return True, board.field[i, j, 0], board.field[i, j, 1]
+
+
+@njit(inline="always")
+def _cells_around(
+    grating: int, page_x: float, page_y: float, middle: Any, room_x: float, room_y: float, cells: Any
+) -> Any:
+    """Whether at most four cells lie within `room` of `middle`; the cuts between them; their lines, cell by cell.
+
+    Convention: cuts and lines count from (page_x, page_y); the order is left and right above, then below.
+    """
+    bins_x, bins_y = cells.bins[grating, 0], cells.bins[grating, 1]
+    left, top = strip_at(middle[0] - room_x, bins_x, cells), strip_at(middle[1] - room_y, bins_y, cells)
+    right, bottom = strip_at(middle[0] + room_x, bins_x, cells), strip_at(middle[1] + room_y, bins_y, cells)
     cut_x, cut_y = F(cells.cuts[left + int(bins_x[4])] - page_x), F(cells.cuts[top + int(bins_y[4])] - page_y)
     first = _lines(cells.grid[grating, top, left], page_x, cells)
     second, third, fourth = first, first, first
@@ -96,15 +129,11 @@ def grating_pixel(
         second = _lines(cells.grid[grating, top, right], page_x, cells)
         third = _lines(cells.grid[grating, bottom, left], page_x, cells)
         fourth = _lines(cells.grid[grating, bottom, right], page_x, cells)
-    around = (first, second, third, fourth)
-    turn = (F(to_page[0]), F(to_page[1]), F(to_page[2]), F(to_page[3]))
-    if sheet.radius == 0.0:
-        return _inked_behind_mask(points, move, F(shift_x), F(shift_y), F(lean), turn, cut_x, cut_y, around, sheet)
-    return _inked_behind_lens(points, move, F(tan_x), F(tan_y), F(lean), turn, cut_x, cut_y, around, sheet)
+    return right <= left + 1 and bottom <= top + 1, cut_x, cut_y, first, second, third, fourth
 
 
-@njit(inline="always", error_model="numpy")
-def _lines(cell: int, page_x: float, cells: Any) -> tuple[Any, Any, Any]:  # pragma: no cover
+@njit(inline="always")
+def _lines(cell: int, page_x: float, cells: Any) -> tuple[Any, Any, Any]:
     """Lines of a cell as seen from a place of the page: where in its pitch that place lies, lines per mm, duty."""
     if cell < 0:
         return F(0.0), F(0.0), F(0.0)
@@ -112,19 +141,10 @@ def _lines(cell: int, page_x: float, cells: Any) -> tuple[Any, Any, Any]:  # pra
     return F(place - math.floor(place)), F(cells.lines[cell, 1]), F(cells.lines[cell, 2])
 
 
-@njit(error_model="numpy")
+@njit()
 def _inked_behind_lens(
-    points: Any,
-    move: Any,
-    tx: Any,
-    ty: Any,
-    lean: Any,
-    turn: Any,
-    cut_x: Any,
-    cut_y: Any,
-    around: Any,
-    sheet: TracedSheet,
-) -> int:  # pragma: no cover
+    points: Any, move: Any, tx: Any, ty: Any, lean: Any, turn: Any, around: Any, sheet: TracedSheet
+) -> int:
     """Rays that see ink through lenses; see `grating_pixel`, whose inner loop this is."""
     half, one = F(0.5), F(1.0)
     pitch, per_pitch, gap, radius = F(sheet.pitch), F(1.0 / sheet.pitch), F(sheet.gap), F(sheet.radius)
@@ -134,7 +154,6 @@ def _inked_behind_lens(
     wx, wy, wz = tx * per_length * per_n, ty * per_length * per_n, per_length * per_n
     # How far a ray moves across while it falls from the lenses' tops to the valleys between them.
     fall = tx * F(sheet.sag)
-    first, second, third, fourth = around
     inked = 0
     for ray in range(points.shape[1]):
         x = move[0] + move[1] * points[0, ray] + move[2] * points[1, ray]
@@ -150,45 +169,31 @@ def _inked_behind_lens(
         bend = cosine * per_n - np.sqrt(one - (one - cosine * cosine) * (per_n * per_n))
         run = (gap - depth) / (wz + bend * nz)
         lx = axis + hit + (wx + bend * nx) * run + lean * (x - move[0])
-        ly = y + ty * depth + wy * run
-        px, py = lx * turn[0] + ly * turn[1], lx * turn[2] + ly * turn[3]
-        inked += _inked(px, py, cut_x, cut_y, first, second, third, fourth)
+        inked += _inked(lx, y + ty * depth + wy * run, turn, around)
     return inked
 
 
-@njit(error_model="numpy")
+@njit()
 def _inked_behind_mask(
-    points: Any,
-    move: Any,
-    shift_x: Any,
-    shift_y: Any,
-    lean: Any,
-    turn: Any,
-    cut_x: Any,
-    cut_y: Any,
-    around: Any,
-    sheet: TracedSheet,
-) -> int:  # pragma: no cover
+    points: Any, move: Any, shift_x: Any, shift_y: Any, lean: Any, turn: Any, around: Any, sheet: TracedSheet
+) -> int:
     """Rays that see ink through a line mask; the mask's own bars count as ink.  See `grating_pixel`."""
     per_pitch, half, open_half = F(1.0 / sheet.pitch), F(0.5), F(sheet.open_fraction / 2)
-    first, second, third, fourth = around
     inked = 0
     for ray in range(points.shape[1]):
         x = move[0] + move[1] * points[0, ray] + move[2] * points[1, ray]
         y = move[3] * points[0, ray] + move[4] * points[1, ray]
         place = x * per_pitch
         shut = abs(place - np.floor(place + half)) > open_half
-        lx, ly = x + shift_x + lean * (x - move[0]), y + shift_y
-        px, py = lx * turn[0] + ly * turn[1], lx * turn[2] + ly * turn[3]
-        inked += max(_inked(px, py, cut_x, cut_y, first, second, third, fourth), 1 if shut else 0)
+        inked += max(_inked(x + shift_x + lean * (x - move[0]), y + shift_y, turn, around), 1 if shut else 0)
     return inked
 
 
-@njit(inline="always", error_model="numpy")
-def _inked(
-    px: Any, py: Any, cut_x: Any, cut_y: Any, first: Any, second: Any, third: Any, fourth: Any
-) -> int:  # pragma: no cover
-    """1 where a place of the page is ink: in one of the four cells that meet at the cuts."""
+@njit(inline="always")
+def _inked(x: Any, y: Any, turn: Any, around: Any) -> int:
+    """1 where a ray that lands at (x, y) of the sheet's frame finds ink in one of the four cells around."""
+    _, cut_x, cut_y, first, second, third, fourth = around
+    px, py = x * turn[0] + y * turn[1], x * turn[2] + y * turn[3]
     left, top = px < cut_x, py < cut_y
     begin = (first[0] if left else second[0]) if top else (third[0] if left else fourth[0])
     per_mm = (first[1] if left else second[1]) if top else (third[1] if left else fourth[1])

@@ -50,8 +50,8 @@ from numpy.typing import NDArray
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
-from moireid.simulate.analytic.accuracy import Difference, Estimate, brightness, difference, strips_of
-from moireid.simulate.analytic.analytic_renderer import BoardRadiance
+from moireid.simulate.analytic.accuracy import Estimate, compare, first_within
+from moireid.simulate.analytic.analytic_renderer import BoardRadiance, Crop, board_box
 from moireid.simulate.light import DiscLight, straight_share
 from moireid.simulate.mitsuba.scene_parts import clear, mesh, pinhole, reflecting, rest_of_page, shining
 from moireid.simulate.mitsuba.sheet import (
@@ -64,7 +64,8 @@ from moireid.simulate.mitsuba.sheet import (
     wall_strips,
 )
 from moireid.simulate.mitsuba.variant import mitsuba_with
-from moireid.simulate.mitsuba.view import CameraView, Crop, board_box, coverage, film_box, middle_view
+from moireid.simulate.mitsuba.view import coverage, film_box, middle_view
+from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
 #: In by one lens, off the page, out by a lens, and to the light.
@@ -128,7 +129,7 @@ class MitsubaRenderer:
         Mitsuba, one that ends in `_rgb`, None for the best this machine runs; seed: of the rays, each frame has others.
     Convention: radiance is linear, on the scale of `scene.ink` to `scene.paper`, 0 outside the board.
     Raises: SpecError for too few rays or segments, a part that something covers, or a variant that is none;
-        MissingExtraError without mitsuba or trimesh.
+        MissingExtraError without mitsuba.
     Source: module docstring.
     """
 
@@ -200,7 +201,7 @@ class MitsubaRenderer:
         np.divide(picture[..., 0], through, out=paper, where=through > 0)
         return paper
 
-    def _trace(self, view: CameraView, box: Crop) -> Array:
+    def _trace(self, view: Poses, box: Crop) -> Array:
         """What Mitsuba's camera sees in the box, (height, width, 3)."""
         self._film = film_box(box, self._film)
         seed = self._seed
@@ -271,7 +272,7 @@ def estimate_mitsuba(
     finer_s = time.perf_counter() - clock
     assert other is not None and fine is not None
     mean = replace(one, radiance=(one.radiance + other.radiance) / np.float32(2))
-    noise, beyond = _apart(scene, instant, one, other), _apart(scene, instant, fine, mean)
+    noise, beyond = compare(scene, instant, one, other), compare(scene, instant, fine, mean)
     phase = None
     if noise.phase_rad is not None and beyond.phase_rad is not None:
         phase = _both(noise.phase_rad, beyond.phase_rad)
@@ -295,22 +296,12 @@ def cheapest_mitsuba(
     Source: `estimate_mitsuba` up the `LADDER`.
     Raises: SpecError where even the dearest setting has a larger error.
     """
-    for setting in LADDER:
-        found = estimate_mitsuba(scene, instant, setting, seed=seed, variant=variant)
-        if found.phase_rad is None or found.phase_rad <= error_rad:
-            return found
-    raise SpecError(
-        f"a phase error of {error_rad:g} rad is not met by the mitsuba backend even with {LADDER[-1][0]} rays a pixel "
-        f"(estimated {found.phase_rad:.2g} rad); give a larger --error, or use the analytic backend",
-        estimated_rad=found.phase_rad,
+    return first_within(
+        (estimate_mitsuba(scene, instant, setting, seed=seed, variant=variant) for setting in LADDER),
+        error_rad,
+        f"is not met by the mitsuba backend even with {LADDER[-1][0]} rays a pixel",
+        "use the analytic backend",
     )
-
-
-def _apart(scene: Scene, instant: Instant, one: BoardRadiance, other: BoardRadiance) -> Difference:
-    height, width = one.radiance.shape
-    strips = strips_of(scene, instant, (one.left, one.top, one.left + width, one.top + height))
-    pairs = [(strip, brightness(one, strip), brightness(other, strip)) for strip in strips]
-    return difference(pairs, scene.paper - scene.ink)
 
 
 def _both(noise: float, beyond: float) -> float:

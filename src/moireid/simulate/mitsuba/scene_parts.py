@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.frames import OwnFrame, own_frame
+from moireid.simulate.analytic.analytic_renderer import Crop
 from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, BEHIND_MM, Strips
-from moireid.simulate.mitsuba.view import CameraView, Crop
+from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]
@@ -121,7 +122,7 @@ def mesh(mi: Any, frame: OwnFrame, strips: Strips, parts: dict[str, Any], *, pla
     return made
 
 
-def pinhole(mi: Any, scene: Scene, view: CameraView, box: Crop, size: tuple[int, int], samples: int) -> Any:
+def pinhole(mi: Any, scene: Scene, view: Poses, box: Crop, size: tuple[int, int], samples: int) -> Any:
     """The camera, its film `size` px wide and high with the box's corner in its own.
 
     Convention: Mitsuba's camera has x left and y up, ours x right and y down: half a turn about the line of sight.
@@ -132,9 +133,9 @@ def pinhole(mi: Any, scene: Scene, view: CameraView, box: Crop, size: tuple[int,
     """
     camera = scene.camera
     to_world = np.eye(4)
-    to_world[:3, :3] = view.turn.T @ np.diag([-1.0, -1.0, 1.0])
-    to_world[:3, 3] = view.centre
-    reach_mm = float(np.linalg.norm(view.centre)) + float(np.linalg.norm(scene.board_half_mm)) + 10.0
+    to_world[:3, :3] = view.rotation[0].T @ np.diag([-1.0, -1.0, 1.0])
+    to_world[:3, 3] = view.camera_mm[0]
+    reach_mm = float(np.linalg.norm(view.camera_mm[0])) + float(np.linalg.norm(scene.board_half_mm)) + 10.0
     middle = box[0] - 0.5 + size[0] / 2, box[1] - 0.5 + size[1] / 2
     return mi.load_dict(
         {

@@ -8,32 +8,23 @@ Source: pinhole camera; `motion` for the frames.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import SpecError
+from moireid.simulate.analytic.analytic_renderer import Crop
+from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 
 Array = NDArray[np.float64]
-#: Left, top, right, bottom of a part of the picture, px; right and bottom are not in it.
-Crop = tuple[int, int, int, int]
 #: A true film's fringes are shown from the middle row's pose.  Between first and last row a hand moves a camera by less
 #: than twice this, also where it turns back; forged fringes are shown from farther away in all but single frames.
 FORGERY_MM = 5.0
 
 
-@dataclass(frozen=True)
-class CameraView:
-    """Camera centre (3,) mm in the board frame, and rotation board -> camera (3, 3)."""
-
-    centre: Array
-    turn: Array
-
-
-def middle_view(instant: Instant) -> CameraView:
+def middle_view(instant: Instant) -> Poses:
     """The view of the middle row.
 
     Convention: module docstring.
@@ -51,30 +42,10 @@ def middle_view(instant: Instant) -> CameraView:
             apart_mm=apart_mm,
         )
     turns = Rotation.from_matrix(np.stack([instant.first.rotation[0], instant.last.rotation[0]]))
-    return CameraView(np.asarray(instant.shown_from_mm, float), np.asarray(turns.mean().as_matrix(), float))
+    return Poses(np.asarray(instant.shown_from_mm, float)[None], turns.mean().as_matrix()[None])
 
 
-def board_box(scene: Scene, view: CameraView) -> Crop | None:
-    """Pixels that may see what the scene needs of the board; None where none does.
-
-    Convention: one pixel to spare on each side, cut to the picture.
-    Source: the corners of what is needed, through the pinhole.
-    """
-    camera = scene.camera
-    corners = np.array([[x, y, z] for x0, y0, x1, y1, z in scene.seen_mm for x in (x0, x1) for y in (y0, y1)])
-    local = (corners - view.centre) @ view.turn.T
-    if local[:, 2].min() <= 1.0:
-        return None
-    places = (local / local[:, 2:] @ camera.matrix.T)[:, :2]
-    left, top = (max(int(v), 0) for v in np.floor(places.min(axis=0)) - 1)
-    right, bottom = (
-        min(int(v), most)
-        for v, most in zip(np.ceil(places.max(axis=0)) + 2, (camera.width, camera.height), strict=True)
-    )
-    return (left, top, right, bottom) if left < right and top < bottom else None
-
-
-def coverage(scene: Scene, view: CameraView, box: Crop) -> Array:
+def coverage(scene: Scene, view: Poses, box: Crop) -> Array:
     """Share of each pixel's area that the board covers, (bottom - top, right - left).
 
     Convention: 0 outside the board, 1 within it.
@@ -92,14 +63,14 @@ def coverage(scene: Scene, view: CameraView, box: Crop) -> Array:
     return share
 
 
-def _meets_board(scene: Scene, view: CameraView, u: NDArray[Any], v: NDArray[Any]) -> NDArray[np.bool_]:
+def _meets_board(scene: Scene, view: Poses, u: NDArray[Any], v: NDArray[Any]) -> NDArray[np.bool_]:
     """Whether the sight lines through those places of the picture, px, meet the board."""
-    camera, turn = scene.camera, view.turn
+    camera, centre, turn = scene.camera, view.camera_mm[0], view.rotation[0]
     u, v = (u - camera.matrix[0, 2]) / camera.focal_px, (v - camera.matrix[1, 2]) / camera.focal_px
     way = [turn[0, k] * u + turn[1, k] * v + turn[2, k] for k in range(3)]
     met, half = way[2] > 1e-9, scene.printed_half_mm
     for k in range(2):
-        place = view.centre[k] - view.centre[2] * way[k] / np.where(met, way[2], 1.0)
+        place = centre[k] - centre[2] * way[k] / np.where(met, way[2], 1.0)
         met &= np.abs(place) <= half[k]
     return np.asarray(met)
 

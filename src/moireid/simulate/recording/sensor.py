@@ -141,10 +141,13 @@ NO_PATCH = np.zeros((0, 0), np.float32)
 
 
 class SensorLight(NamedTuple):
-    """What falls on the sensor: the background's coarse rows at full width, the patch with the board and its place,
-    px, and the exposure."""
+    """What falls on the sensor: the background's coarse rows at full width; for each row of the picture the coarse one
+    above it, and how far it is from that to the next, 0 to 1; the patch with the board and its place, px; and the
+    exposure."""
 
     wide: NDArray[np.float32]
+    above: NDArray[np.intp]
+    share: NDArray[np.float32]
     patch: NDArray[np.float32]
     top: int
     left: int
@@ -179,6 +182,10 @@ class Sensor:
         # than rendering the badge.
         self._noise = self._rng.standard_normal((height + 256, width + 256)).astype(np.float32)
         self._behind = np.full((-(-height // COARSE), -(-width // COARSE)), DARKEST + SPAN / 2, np.float32)
+        coarse = len(self._behind)
+        place = np.clip((np.arange(height) + 0.5) * coarse / height - 0.5, 0.0, coarse - 1.0)
+        self._above = np.minimum(place.astype(np.intp), coarse - 2)
+        self._share = (place - self._above).astype(np.float32)
 
     def expose(self, board: BoardRadiance | None, rotation: NDArray[np.float64], time_s: float) -> NDArray[np.uint8]:
         """One picture (height, width) uint8.
@@ -196,7 +203,7 @@ class Sensor:
         drift = 1 + camera.exposure_drift * math.sin(2 * math.pi * DRIFT_HZ * time_s + self._phase)
         place = self._rng.integers(0, 256, 2)
         grain = Grain(self._noise, int(place[0]), int(place[1]), np.float32(camera.noise_counts))
-        light = SensorLight(wide, patch, top, left, np.float32(camera.exposure * drift))
+        light = SensorLight(wide, self._above, self._share, patch, top, left, np.float32(camera.exposure * drift))
         picture = np.empty((camera.height, camera.width), np.float32 if camera.sharpen else np.uint8)
         _develop(picture, light, grain, not camera.sharpen)
         if camera.sharpen:
@@ -222,16 +229,17 @@ class Sensor:
         height, width = board.radiance.shape
         top, left = max(board.top - margin, 0), max(board.left - margin, 0)
         bottom, right = min(board.top + height + margin, camera.height), min(board.left + width + margin, camera.width)
-        patch = np.empty((bottom - top, right - left), np.float32)
-        _between(patch, wide, top, left, camera.height)
+        first = self._above[top:bottom]
+        above, below = wide[first, left:right], wide[first + 1, left:right]
+        patch = above + self._share[top:bottom, None] * (below - above)
         row, column = board.top - top, board.left - left
         behind = patch[row : row + height, column : column + width]
         behind += board.coverage * (board.radiance - behind)
         return np.asarray(cv2.GaussianBlur(patch, (0, 0), blur), np.float32), top, left
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
-def _background(scene: Any, world: Any, to_world: Any) -> None:  # pragma: no cover
+@njit(cache=True, parallel=True)
+def _background(scene: Any, world: Any, to_world: Any) -> None:
     """Fill the scene (H, W) with the clouds as the turned camera sees them; beyond their edge they are reflected."""
     rows, columns = world.shape
     for row in prange(scene.shape[0]):
@@ -252,28 +260,8 @@ def _background(scene: Any, world: Any, to_world: Any) -> None:  # pragma: no co
             scene[row, column] = above + b * (below - above)
 
 
-@njit(cache=True, error_model="numpy")
-def _rows_around(row: int, height: int, wide: Any) -> tuple[int, Any]:  # pragma: no cover
-    """The first of the two rows of `wide` between which a row of the picture lies, and how far from it, 0 to 1."""
-    place = (row + 0.5) * wide.shape[0] / height - 0.5
-    place = min(max(place, 0.0), wide.shape[0] - 1.0)
-    first = min(int(place), wide.shape[0] - 2)
-    return first, np.float32(place - first)
-
-
-@njit(cache=True, error_model="numpy")
-def _between(patch: Any, wide: Any, top: int, left: int, height: int) -> None:  # pragma: no cover
-    """Fill a patch (h, w) of the picture with the background."""
-    for row in range(patch.shape[0]):
-        first, share = _rows_around(row + top, height, wide)
-        out = patch[row]
-        above, below = wide[first][left : left + out.size], wide[first + 1][left : left + out.size]
-        for column in range(out.size):
-            out[column] = above[column] + share * (below[column] - above[column])
-
-
-@njit(inline="always", error_model="numpy")
-def _count(light: Any, gain: Any, noise: Any, counts: Any) -> Any:  # pragma: no cover
+@njit(inline="always")
+def _count(light: Any, gain: Any, noise: Any, counts: Any) -> Any:
     """A pixel's count, 0 to 255 and not yet whole: exposed, clipped, coded by a square root, noisy, clipped again.
 
     The square root is a model of a camera's transfer curve; noise is added after it, where it is about even.
@@ -284,39 +272,19 @@ def _count(light: Any, gain: Any, noise: Any, counts: Any) -> Any:  # pragma: no
     return min(max(value, np.float32(0)), np.float32(255))
 
 
-@njit(cache=True, error_model="numpy")
-def _around(
-    out: Any, above: Any, below: Any, share: Any, gain: Any, noise: Any, counts: Any, whole: bool
-) -> None:  # pragma: no cover
-    """Fill part of a row with the background between two coarse rows; see `_develop`."""
-    for column in range(out.size):
-        light = above[column] + share * (below[column] - above[column])
-        value = _count(light, gain, noise[column], counts)
-        out[column] = np.rint(value) if whole else value
-
-
-@njit(cache=True, error_model="numpy")
-def _within(out: Any, light: Any, gain: Any, noise: Any, counts: Any, whole: bool) -> None:  # pragma: no cover
-    """Fill part of a row with the patch that has the board in it; see `_develop`."""
-    for column in range(out.size):
-        value = _count(light[column], gain, noise[column], counts)
-        out[column] = np.rint(value) if whole else value
-
-
-@njit(cache=True, parallel=True, error_model="numpy")
-def _develop(picture: Any, light: SensorLight, grain: Grain, whole: bool) -> None:  # pragma: no cover
+@njit(cache=True, parallel=True)
+def _develop(picture: Any, light: SensorLight, grain: Grain, whole: bool) -> None:
     """Fill a picture (H, W) with its counts, rounded where they are to be whole.
 
-    Each loop is over lines without gaps, or the compiler would take one pixel at a time, 15 times as slow.
+    The inner loop is over lines without gaps, or the compiler would take one pixel at a time, 15 times as slow.
     """
-    height, width = picture.shape
-    bottom, right = light.top + light.patch.shape[0], light.left + light.patch.shape[1]
-    for row in prange(height):
-        first, share = _rows_around(row, height, light.wide)
-        out, above, below = picture[row], light.wide[first], light.wide[first + 1]
-        noise = grain.noise[row + grain.top][grain.left : grain.left + width]
-        a, z = (light.left, right) if light.top <= row < bottom else (width, width)
-        _around(out[:a], above[:a], below[:a], share, light.gain, noise[:a], grain.counts, whole)
-        if a < z:
-            _within(out[a:z], light.patch[row - light.top], light.gain, noise[a:z], grain.counts, whole)
-            _around(out[z:], above[z:], below[z:], share, light.gain, noise[z:], grain.counts, whole)
+    width = picture.shape[1]
+    for row in prange(picture.shape[0]):
+        above, below = light.wide[light.above[row]], light.wide[light.above[row] + 1]
+        seen = above + light.share[row] * (below - above)
+        if light.top <= row < light.top + light.patch.shape[0]:
+            seen[light.left : light.left + light.patch.shape[1]] = light.patch[row - light.top]
+        out, noise = picture[row], grain.noise[row + grain.top][grain.left : grain.left + width]
+        for column in range(width):
+            value = _count(seen[column], light.gain, noise[column], grain.counts)
+            out[column] = np.rint(value) if whole else value
