@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +31,7 @@ from moireid.simulate.recording.encode import FilmWriter, kept_frames, recipe_fo
 from moireid.simulate.recording.sensor import Sensor, opened
 from moireid.simulate.scene import Build, Instant, Need, Scene, sheet_named
 from moireid.simulate.shots import Edit, Render, Shots, take_of
-from moireid.simulate.truth import TRUTH_COLUMNS, Aside, Stages, Truth
+from moireid.simulate.truth import TRUTH_COLUMNS, Stages, Truth
 
 __all__ = ["TRUTH_COLUMNS", "FilmReport", "film", "truth_path"]
 
@@ -205,20 +205,24 @@ def film(
         with (
             truth_file.open("w", encoding="utf-8", newline="") as stream,
             FilmWriter(video_file, video.name, behind.size, fps, way) as writer,
-            Aside() as aside,
+            # A second thread encodes while the next frame is rendered; no more than one frame waits for it.
+            ThreadPoolExecutor(1) as encoder,
         ):
-            truth = Truth(stream, scene, label)
+            truth, written = Truth(stream, scene, label), None
             for row, frame in enumerate(kept.tolist()):
                 picture, number, shot = shots.mixed(timing.parts[frame])
                 stages.begin()
-                aside.run(partial(writer.write, picture, frame))
+                if written:
+                    written.result()
+                written = encoder.submit(writer.write, picture, frame)
                 stages.end("encode")
                 place, sight = shown.camera_mm[number], shown.sight_mm[number]
                 truth.add(row, frame / fps, shot.pose, place, sight, shot.field)
                 if progress:
                     progress(row + 1, len(kept))
             stages.begin()
-            aside.finish()
+            if written:
+                written.result()
         stages.end("encode")
     exposed = opened(motion, camera, scene.board_half_mm, timing.count / timing.fps / 2, 1 / longest_s)[1]
     unseen = left_out(scene, backend, estimate, instants[1], instants=len(exposed), sensor_s=stages.least["sensor"])

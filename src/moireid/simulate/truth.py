@@ -15,7 +15,7 @@ sheet_gain: how far the traced sheet moves fringes near the axis, over the badge
     else it does, the same in every row: sheet_thickness_mm, air_gap_mm, bow_per_m (one over the radius), lens_scale,
     pitch_jitter and print_aspect, as in `scene.Build`.
 
-`Aside` encodes in a second thread while the next frame is rendered, and `Stages` counts the seconds of each stage.
+`Stages` counts the seconds of each stage.
 """
 
 from __future__ import annotations
@@ -23,8 +23,6 @@ from __future__ import annotations
 import csv
 import math
 import time
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TextIO
 
 import numpy as np
@@ -45,15 +43,7 @@ TRUTH_COLUMNS = (
     "camera_x_mm",
     "camera_y_mm",
     "camera_z_mm",
-    "r11",
-    "r12",
-    "r13",
-    "r21",
-    "r22",
-    "r23",
-    "r31",
-    "r32",
-    "r33",
+    *(f"r{row}{column}" for row in "123" for column in "123"),
     "parallax_x",
     "parallax_y",
     "phase_rad",
@@ -131,31 +121,6 @@ class Truth:
                 f"{phases[2]:.6f}",
             ]
         )
-
-
-class Aside:
-    """Encodes a frame while the next one is rendered; never more than one waits, so that memory stays flat."""
-
-    def __init__(self) -> None:
-        self._worker, self._last = ThreadPoolExecutor(1), Future[None]()
-        self._last.set_result(None)
-
-    def __enter__(self) -> Aside:
-        """Return itself."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Wait for the frame that is being encoded, whatever became of it."""
-        self._worker.shutdown()
-
-    def run(self, work: Callable[[], None]) -> None:
-        """Begin some work when the work before is done.  Raises: what that raised."""
-        self._last.result()
-        self._last = self._worker.submit(work)
-
-    def finish(self) -> None:
-        """Wait for the last of it.  Raises: what that raised."""
-        self._last.result()
 
 
 class Stages:

@@ -160,10 +160,10 @@ class FilmWriter:
             raise SpecError(f"pictures of {size[0]} x {size[1]} cannot be encoded; give a camera of even size")
         rate = Fraction(fps).limit_denominator(1001)
         self._step, self._name = 1 / rate, name
-        self._links: list[_Link | _Turns] = []
+        self._links: list[_Link] = []
         for one in recipe.passes[:-1]:
             with self._translated_errors():
-                self._links.append(_Turns(one, size, rate) if one.turns else _Link(one, size, rate))
+                self._links.append(_Link(one, size, rate))
             size = self._links[-1].size
         last = self._last = recipe.passes[-1]
         self.size = scaled(size, last.height)
@@ -227,18 +227,30 @@ class FilmWriter:
             self._container.mux(self._stream.encode())
 
 
+#: Length of a spell of one picture size, s; calls change it as the line allows, at most every few seconds.
+TURN_S = 3
+
+
 class _Link:
-    """A pass in the middle of a recipe: each frame is encoded and decoded again, and comes out some frames later."""
+    """A pass in the middle of a recipe: each frame is encoded and decoded again, and comes out some frames later.
+
+    Where picture sizes take turns, each spell has an encoder of its own, and all frames come out at one size.
+    """
 
     def __init__(self, one: Pass, size: tuple[int, int], rate: Fraction) -> None:
+        self.size, self._one, self._rate = scaled(size, one.height), one, rate
+        self._open(0)
+
+    def _open(self, spell: int) -> None:
         import av
 
-        self.size = scaled(size, one.height)
+        one = self._one
+        self._spell = spell
+        self._coded = scaled(self.size, one.turns[spell % len(one.turns)] if one.turns else None)
         encoder, options = _encoder(one)
         self._encoder = av.CodecContext.create(encoder, "w")
         self._encoder.options = options
-        _set_up(self._encoder, self.size, rate, one)
-        self._step = 1 / rate
+        _set_up(self._encoder, self._coded, self._rate, one)
         try:
             self._decoder: Any = av.CodecContext.create(DECODERS[one.codec], "r")
         except (av.error.FFmpegError, ValueError) as error:
@@ -252,49 +264,24 @@ class _Link:
     ) -> Iterator[tuple[NDArray[np.uint8], int]]:
         """Frames that come out for those that go in, with their numbers."""
         for luma, number in frames:
-            for packet in self._encoder.encode(_frame(luma, self.size, number, self._step)):
+            spell = int(number / self._rate / TURN_S) if self._one.turns else 0
+            if spell != self._spell:
+                yield from self._drained()
+                self._open(spell)
+            for packet in self._encoder.encode(_frame(luma, self._coded, number, 1 / self._rate)):
                 yield from self._decoded(packet)
         if flush:
-            for packet in self._encoder.encode():
-                yield from self._decoded(packet)
-            yield from self._decoded(None)
+            yield from self._drained()
+
+    def _drained(self) -> Iterator[tuple[NDArray[np.uint8], int]]:
+        for packet in (*self._encoder.encode(), None):
+            yield from self._decoded(packet)
 
     def _decoded(self, packet: Any) -> Iterator[tuple[NDArray[np.uint8], int]]:
         for frame in self._decoder.decode(packet):
             plane = frame.planes[0]
-            rows = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)
-            yield rows[:, : plane.width].copy(), frame.pts
-
-
-#: Length of a spell of one picture size, s; calls change it as the line allows, at most every few seconds.
-TURN_S = 3
-
-
-class _Turns:
-    """A pass whose picture changes its size from spell to spell, as a call's does; a new encoder for each."""
-
-    def __init__(self, one: Pass, size: tuple[int, int], rate: Fraction) -> None:
-        self.size, self._one, self._rate = scaled(size, one.height), one, rate
-        self._spell, self._link = -1, _Link(replace(one, height=one.turns[0]), self.size, rate)
-
-    def feed(
-        self, frames: Iterable[tuple[NDArray[np.uint8], int]], *, flush: bool
-    ) -> Iterator[tuple[NDArray[np.uint8], int]]:
-        """As `_Link.feed`; all frames come out at one size."""
-        for luma, number in frames:
-            spell = int(number / self._rate / TURN_S)
-            if spell != self._spell:
-                if self._spell >= 0:
-                    yield from self._back(self._link.feed([], flush=True))
-                rows = self._one.turns[spell % len(self._one.turns)]
-                self._spell, self._link = spell, _Link(replace(self._one, height=rows), self.size, self._rate)
-            yield from self._back(self._link.feed([(luma, number)], flush=False))
-        if flush:
-            yield from self._back(self._link.feed([], flush=True))
-
-    def _back(self, frames: Iterable[tuple[NDArray[np.uint8], int]]) -> Iterator[tuple[NDArray[np.uint8], int]]:
-        for luma, number in frames:
-            yield np.asarray(cv2.resize(luma, self.size, interpolation=cv2.INTER_LINEAR), np.uint8), number
+            rows = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)[:, : plane.width]
+            yield np.asarray(cv2.resize(rows, self.size, interpolation=cv2.INTER_LINEAR), np.uint8), frame.pts
 
 
 def scaled(size: tuple[int, int], height: int | None) -> tuple[int, int]:
