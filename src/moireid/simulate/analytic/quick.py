@@ -119,10 +119,10 @@ def _cells_around(
 
     Convention: cuts and lines count from (page_x, page_y); the order is left and right above, then below.
     """
-    bins_x, bins_y = cells.bins[grating, 0], cells.bins[grating, 1]
-    left, top = strip_at(middle[0] - room_x, bins_x, cells), strip_at(middle[1] - room_y, bins_y, cells)
-    right, bottom = strip_at(middle[0] + room_x, bins_x, cells), strip_at(middle[1] + room_y, bins_y, cells)
-    cut_x, cut_y = F(cells.cuts[left + int(bins_x[4])] - page_x), F(cells.cuts[top + int(bins_y[4])] - page_y)
+    cuts_x, cuts_y = cells.cuts[grating, 0], cells.cuts[grating, 1]
+    left, top = strip_at(middle[0] - room_x, cuts_x), strip_at(middle[1] - room_y, cuts_y)
+    right, bottom = strip_at(middle[0] + room_x, cuts_x), strip_at(middle[1] + room_y, cuts_y)
+    cut_x, cut_y = F(cuts_x[left] - page_x), F(cuts_y[top] - page_y)
     first = _lines(cells.grid[grating, top, left], page_x, cells)
     second, third, fourth = first, first, first
     if right > left or bottom > top:

@@ -74,17 +74,22 @@ def turned(x: float, y: float, frame: Any) -> tuple[float, float]:
 
 
 @njit(inline="always")
-def strip_at(place: float, bins: Any, cells: Any) -> int:
-    """Which strip between cuts a place lies in; `bins` is one row of `Cells.bins`."""
-    number = int(min(max((place - bins[0]) * bins[1], 0.0), bins[2] - 1.0))
-    strip: int = cells.strip[number + int(bins[3])]
-    return strip + (1 if place >= cells.cuts[strip + int(bins[4])] else 0)
+def strip_at(place: float, cuts: Any) -> int:
+    """Which strip between rising cuts a finite place lies in; a cut itself belongs to the strip after it."""
+    low, high = 0, cuts.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if place >= cuts[middle]:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @njit(inline="always")
 def inked(grating: int, across: float, along: float, cells: Any) -> bool:
     """Whether a line is printed at that place of the page, mm from the board's centre."""
-    columns, rows = strip_at(across, cells.bins[grating, 0], cells), strip_at(along, cells.bins[grating, 1], cells)
+    columns, rows = strip_at(across, cells.cuts[grating, 0]), strip_at(along, cells.cuts[grating, 1])
     cell = cells.grid[grating, rows, columns]
     found = False
     if cell >= 0:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import CodedFrame, Grating, Markers, Rect
-from moireid.errors import SpecError
 from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]
@@ -25,8 +24,6 @@ TEXTURE_PX_PER_MM = 12.0
 BLOCK_PX = 12
 #: Edges of cells that lie nearer than this are one edge.
 SAME_EDGE_MM = 1e-6
-#: Cells narrower than this could not be printed, and would need a table that no cache holds.
-NARROWEST_CELL_MM = 0.02
 
 
 class Cells(NamedTuple):
@@ -35,16 +32,13 @@ class Cells(NamedTuple):
     frames (G, 9): the page's directions across and along (x, y, then x, y); what a place along adds to across, and
     one across to along, where a print of two scales shears a turned grating; offset of the sheet, mm, cosine and sine
     of its twist, from across towards along.
-    bins (G, 2, 5): for across and along, where the first bin begins, bins to the millimetre, how many, and the first
-    one's place in `strip`, then the first cut's place in `cuts`; strip (B,): number of the strip of cells at a bin's
-    beginning; cuts (K,): where each strip ends, infinity for the last; grid (G, strips along, strips across): the cell
-    there, or -1; lines (C, 3): edge, lines to the millimetre, duty.
+    cuts (G, 2, K): across and along, rising places where a strip of cells ends and the next begins, infinity after the
+    last; grid (G, strips along, strips across): the cell there, or -1; lines (C, 3): edge, lines to the millimetre,
+    duty.
     """
 
     gratings: Array
     frames: Array
-    bins: Array
-    strip: NDArray[np.int64]
     cuts: Array
     grid: NDArray[np.int64]
     lines: Array
@@ -110,9 +104,7 @@ def cell_table(scene: Scene) -> Cells:
     rects: list[Rect] = []
     frames: list[list[float]] = []
     lines: list[list[float]] = []
-    bins: list[list[list[float]]] = []
-    strips: list[NDArray[np.int64]] = []
-    ends: list[Array] = []
+    cuts: list[list[Array]] = []
     grids: list[NDArray[np.int64]] = []
     for number, grating in enumerate(scene.badge.gratings):
         rects.append(scene.own_rect_mm(grating, grating.rect_mm))
@@ -123,15 +115,8 @@ def cell_table(scene: Scene) -> Cells:
             [*frame.rows[0], *frame.rows[1], *shear, offset_mm, math.cos(twist_rad), frame.handed * math.sin(twist_rad)]
         )
         placed = np.array([scene.own_rect_mm(grating, cell.rect_mm) for cell in grating.cells])
-        sides, own = [], []
-        for side in (0, 1):
-            cuts = _cuts(scale[side] * placed[:, [side, side + 2]])
-            begin, per_mm, strip = _binned(cuts)
-            own.append([begin, per_mm, len(strip), sum(map(len, strips)), sum(map(len, ends))])
-            strips.append(strip)
-            ends.append(np.append(cuts, math.inf))
-            sides.append(cuts)
-        bins.append(own)
+        sides = [_cuts(scale[side] * placed[:, [side, side + 2]]) for side in (0, 1)]
+        cuts.append(sides)
         grids.append(_grid(placed * np.tile(scale, 2), sides, len(lines)))
         first = float(frame.places(scene.board_centre_mm)[0])
         lines += [
@@ -141,15 +126,11 @@ def cell_table(scene: Scene) -> Cells:
     grid = np.full((len(grids), *shape), -1, np.int64)
     for k, one in enumerate(grids):
         grid[k, : one.shape[0], : one.shape[1]] = one
-    return Cells(
-        np.array(rects),
-        np.array(frames),
-        np.array(bins, float),
-        np.concatenate(strips),
-        np.concatenate(ends),
-        grid,
-        np.array(lines),
-    )
+    ends = np.full((len(cuts), 2, max(shape)), math.inf)
+    for k, sides in enumerate(cuts):
+        for side, places in enumerate(sides):
+            ends[k, side, : len(places)] = places
+    return Cells(np.array(rects), np.array(frames), ends, grid, np.array(lines))
 
 
 def printed_scales(scene: Scene, grating: Grating) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -171,22 +152,6 @@ def _cuts(spans: Array) -> Array:
     """All different edges of spans (N, 2), rising."""
     cuts = np.unique(spans)
     return np.asarray(cuts[np.concatenate([[True], np.diff(cuts) > SAME_EDGE_MM])])
-
-
-def _binned(cuts: Array) -> tuple[float, float, NDArray[np.int64]]:
-    """Even bins over the strips between cuts, so narrow that none holds two cuts: begin, per mm, strip of each.
-
-    Convention: strip 0 lies before the first cut, strip k after cut k - 1.
-    """
-    length, narrowest = cuts[-1] - cuts[0], np.diff(cuts).min()
-    if narrowest < NARROWEST_CELL_MM:
-        raise SpecError(
-            f"cells whose edges lie {narrowest:.3g} mm apart cannot be rendered; give {NARROWEST_CELL_MM:g} mm or more"
-        )
-    count = math.ceil(2 * length / narrowest) + 1
-    per_mm = count / length
-    begins = cuts[0] + np.arange(-1, count + 1) / per_mm
-    return float(begins[0]), float(per_mm), np.searchsorted(cuts, begins, side="right").astype(np.int64)
 
 
 def _grid(placed: Array, sides: list[Array], first: int) -> NDArray[np.int64]:
