@@ -26,7 +26,8 @@ class AsBuilt:
     beat_frequency_per_mm: of the reference cell, signed, cycles per mm of page, camera far away; offset_rad: fringe
     phase in the middle of the first grating at zero parallax, which depends on how the sheet was placed;
     twist_rad_per_mm: slope of that phase along the lenses; gain_ratio: measured over predicted motion; captures: number
-    of films used; measured_scale: a ruler's reading over the printed length, or None.
+    of films used; measured_scale: a ruler's reading over the printed length, or None; third_harmonic: how much of the
+    fringes' third harmonic turns with them, contrasts, or None where it was not measured.
     """
 
     badge_id: str
@@ -40,6 +41,7 @@ class AsBuilt:
     gain_sd: float
     captures: int = 1
     measured_scale: float | None = None
+    third_harmonic: float | None = None
 
     @property
     def beat_period_mm(self) -> float:
@@ -86,4 +88,6 @@ def merge(parts: list[AsBuilt]) -> AsBuilt:
         figures[value] = math.remainder(mean, 2 * math.pi) if value == "offset_rad" else mean
         figures[sd] = max(1.0 / math.sqrt(sum(weights)), spread / math.sqrt(len(parts)))
     scale = next((part.measured_scale for part in parts if part.measured_scale), None)
-    return AsBuilt(parts[0].badge_id, **figures, captures=sum(part.captures for part in parts), measured_scale=scale)
+    sharp = min((part.third_harmonic for part in parts if part.third_harmonic is not None), default=None)
+    captures = sum(part.captures for part in parts)
+    return AsBuilt(parts[0].badge_id, **figures, captures=captures, measured_scale=scale, third_harmonic=sharp)

@@ -7,10 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from kit.photographed import LAW, TYPICAL, depth_of, faded, laid_over, noise_of, signal
+from moireid.asbuilt import AsBuilt, as_built_from_json, merge
+from moireid.designer import Request, design_badge
 from moireid.verifier.decision.comparison import Explanation
 from moireid.verifier.decision.judge import photographs
+from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.explanations.photographs.fringe_spacing import spacing_of
 from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.limits import MIN_OVERTONE_CONTRASTS
 
 
 def rows_of(film: GratingSignal) -> dict[str, Explanation]:
@@ -51,3 +55,23 @@ def test_what_cannot_be_told_has_no_row() -> None:
     assert "at_one_distance" not in level and "in_turn" in level
     assert photographs(None, [replace(signal(), beyond=None)]) == ((), [])
     assert photographs(None, [replace(signal(), phase_sd_rad=np.full(len(LAW), np.inf))]) == ((), [])
+
+
+def test_a_soft_sheet_is_enrolled_and_then_owes_a_third_of_what_it_showed() -> None:
+    """Catches: sheets for flip pictures that no capture takes; an enrolment that superposed photographs pass."""
+    built = AsBuilt("0f", -0.05, 1e-5, 0.0, 0.01, 0.0, 1e-4, 1.0, 0.007, third_harmonic=0.024)
+    badge = design_badge(Request("Bench"), bytes.fromhex("0f5ac3962d784be1"))
+    soft, photographed = (signal(size + noise_of(0.001, 4)) for size in (0.024 * TYPICAL / abs(TYPICAL), 0.002))
+
+    def passes(film: GratingSignal, sheet: SheetGain) -> bool:
+        found = {reason.code: reason.level for reason in photographs(spacing_of([film]), [film], sheet)[1]}
+        return found["third_harmonic"] == "pass"
+
+    assert not passes(soft, designed(badge)) and not passes(soft, as_built(badge, replace(built, third_harmonic=None)))
+    assert passes(soft, to_measure()) and passes(soft, as_built(badge, built))
+    for sheet in (to_measure(), as_built(badge, built), as_built(badge, replace(built, third_harmonic=1e-4))):
+        assert not passes(photographed, sheet)
+    # A sharp sheet is asked for no more than one as designed.
+    assert as_built(badge, replace(built, third_harmonic=0.3)).least_overtone == MIN_OVERTONE_CONTRASTS
+    merged = merge([built, replace(built, third_harmonic=0.02), replace(built, third_harmonic=None)])
+    assert merged.third_harmonic == 0.02 and as_built_from_json(merged.to_json()).third_harmonic == 0.02

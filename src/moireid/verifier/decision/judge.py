@@ -64,11 +64,12 @@ RowAndReason = tuple[Explanation | None, Reason]
 
 
 def photographs(
-    spacing: Spacing | None, moved: Sequence[GratingSignal]
+    spacing: Spacing | None, moved: Sequence[GratingSignal], sheet: SheetGain = DESIGNED
 ) -> tuple[tuple[Explanation, ...], list[Reason]]:
     """The rows and findings on photographs, and how many photographs would make such a film.
 
-    Parameters: spacing: of all gratings, None where the distance does not change; moved: signals that moved enough.
+    Parameters: spacing: of all gratings, None where the distance does not change; moved: signals that moved enough;
+        sheet: how sharp the fringes must be.
     """
     rows = [] if spacing is None else [_at_one_distance(spacing)]
     fades = [fade for signal in moved if (fade := cross_fade_of(signal)) is not None]
@@ -77,7 +78,8 @@ def photographs(
     waveforms = [waveform for signal in moved if (waveform := waveform_of(signal)) is not None]
     if waveforms:
         rows.append(_faded(max(waveforms, key=lambda one: one.ripple / one.limit)))
-        harmonics = [one.third_harmonic for one in waveforms if one.third_harmonic is not None]
+        sharp = sheet.least_overtone / limits.MIN_OVERTONE_CONTRASTS
+        harmonics = [one.third_harmonic.asked(sharp) for one in waveforms if one.third_harmonic is not None]
         if harmonics:
             rows.append(_superposed(min(harmonics, key=lambda one: one.surplus / one.limit)))
         count = max(one.photographs for one in waveforms)
@@ -264,7 +266,7 @@ def judge_signals(
         reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
         reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
         if whole:
-            of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving])
+            of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons
             reasons += findings.phase_gaps([signal for signal, _ in moving])
     return Invariant(

@@ -67,10 +67,13 @@ class FilmFigures:
     apart_sd: float = 1.0
 
 
-def filmed_built(track: Track, measurement: Measurement, gain: float, gain_sd: float) -> FilmFigures:
+def filmed_built(
+    track: Track, measurement: Measurement, gain: float, gain_sd: float, third_harmonic: float | None = None
+) -> FilmFigures:
     """The as-built figures measured from one film.
 
-    Parameters: gain, gain_sd: the film's gain over the design, and its standard deviation.
+    Parameters: gain, gain_sd: the film's gain over the design, and its standard deviation; third_harmonic: as in
+        `AsBuilt`.
 
     Convention: as `AsBuilt`; the gain is over the design.
     Raises: DesignError for a board that carries no identity.
@@ -110,6 +113,7 @@ def filmed_built(track: Track, measurement: Measurement, gain: float, gain_sd: f
         twist_sd=measuring.ROW_OFFSET_SD_RAD / (bottom - top),
         gain_ratio=gain,
         gain_sd=gain_sd,
+        third_harmonic=third_harmonic,
     )
     apart = np.angle(clock * np.conj(mean_turn))
     return FilmFigures(as_built, *_worst_stretch(apart, law_rad, measurement.gratings[index], gain_sd))

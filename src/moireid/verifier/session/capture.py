@@ -38,7 +38,7 @@ def capture_as_built(
     Convention: as `AsBuilt`.
     Raises: MediaError if a film cannot be read or does not show this badge in motion; DesignError for a board
         without an identity.
-    Source: `verify`, then `built.filmed_built` of each film, merged.
+    Source: `verify`, then `compare_built.filmed_built` of each film, merged.
     """
     if badge.id is None:
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
@@ -49,7 +49,9 @@ def capture_as_built(
             why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
             raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")
         gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
-        parts.append(filmed_built(report.track, report.measurement, gain, gain_sd).as_built)
+        found = (reason.measured for reason in report.invariant.reasons if reason.code == "third_harmonic")
+        sharp = next((value for value in found if isinstance(value, float)), None)
+        parts.append(filmed_built(report.track, report.measurement, gain, gain_sd, sharp).as_built)
     _check_gains(parts, videos)
     return replace(merge(parts), measured_scale=measured_scale)
 

@@ -16,7 +16,7 @@ Source: Fourier series; sampling at three places a turn takes the third harmonic
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,10 @@ class ThirdHarmonic:
     still: float
     least: float
     sd: float
+
+    def asked(self, share: float) -> ThirdHarmonic:
+        """The same where that share of `least` is asked for."""
+        return replace(self, least=share * self.least)
 
     @property
     def limit(self) -> float:
