@@ -122,9 +122,10 @@ RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: what stays still (`third_harmonic`).  Derived: a third of what two gratings of lines have, 1/9.  Twelve films of
 #: superposed photographs show 0.002 at most; true ones, of two outside renderers and ours, 0.09 to 0.29.
 MIN_OVERTONE_CONTRASTS = 0.035
-#: ... of a badge that is being enrolled, as sheets for flip pictures are out of focus on purpose; enrolled, it owes a
-#: third of what it then showed, and never less than this.  Derived: three times what superposed photographs show.
-ENROLLED_OVERTONE_CONTRASTS = 0.006
+#: ... of a badge that is being enrolled, as sheets for flip pictures are out of focus on purpose (enrolled, it owes a
+#: third of what it then showed), and from the side.  Never less than this.  Derived: three times what superposed
+#: photographs show.
+LEAST_OVERTONE_CONTRASTS = 0.006
 #: A pattern that stays still on the badge may be so much of that.  Set by hand: twice what dots of 600 dpi make in
 #: the finest lines.
 MAX_STILL_SHARE = 0.3

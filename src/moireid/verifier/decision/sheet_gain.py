@@ -97,14 +97,14 @@ def as_built(badge: Badge, built: AsBuilt) -> SheetGain:
     low, high = _handled(badge)
     # Of a soft sheet a third of what it showed is asked, as of one as designed.
     shown = math.inf if built.third_harmonic is None else built.third_harmonic / 3
-    least = min(limits.MIN_OVERTONE_CONTRASTS, max(limits.ENROLLED_OVERTONE_CONTRASTS, shown))
+    least = min(limits.MIN_OVERTONE_CONTRASTS, max(limits.LEAST_OVERTONE_CONTRASTS, shown))
     handled = (low / gain, high / gain)
     return SheetGain(gain, built.gain_sd / gain, handled=handled, built=True, least_overtone=least)
 
 
 def to_measure() -> SheetGain:
     """Of a badge that is being enrolled."""
-    least = limits.ENROLLED_OVERTONE_CONTRASTS
+    least = limits.LEAST_OVERTONE_CONTRASTS
     return replace(DESIGNED, room=limits.ENROLLED_GAINS, measured=True, least_overtone=least)
 
 

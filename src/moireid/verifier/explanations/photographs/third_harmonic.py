@@ -21,20 +21,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import MIN_OVERTONE_CONTRASTS, PHOTOGRAPH_SDS
+from moireid.verifier.limits import LEAST_OVERTONE_CONTRASTS, MIN_OVERTONE_CONTRASTS, PHOTOGRAPH_SDS
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-#: Errors of a harmonic last over some frames, so that so many count as one.  Set by hand.
-LASTING_FRAMES = 4
+#: Errors of a harmonic last over some frames, so that so many count as one, at most: what changes more slowly is the
+#: sheet's own.  Set by hand.
+MOST_LASTING_FRAMES = 4.0
 #: Optics that let through less than this let nothing through but rounding errors.
 LEAST_EXPECTED = 1e-6
 
 
 @dataclass(frozen=True)
 class ThirdHarmonic:
-    """What of the third harmonic turns with the fringes, how much stays still, and their error; contrasts.
+    """What of the third harmonic turns with the fringes, how much does not, and their error; contrasts.
 
+    still: what stays still, and what turns as a mirror image does.
     least: by how much the first is more than the second on a badge, at least; sd: standard deviation of either.
     """
 
@@ -45,7 +47,7 @@ class ThirdHarmonic:
 
     def asked(self, share: float) -> ThirdHarmonic:
         """The same where that share of `least` is asked for."""
-        return replace(self, least=share * self.least)
+        return replace(self, least=_at_least(share * self.least))
 
     @property
     def limit(self) -> float:
@@ -83,14 +85,33 @@ def third_harmonic_of(overtone: Complex, phase_rad: Array, weight: Array, expect
     root = np.sqrt(weight)[:, None]
     usual = float(np.average(np.abs(expected), weights=weight))
     turning = expected / usual if usual > LEAST_EXPECTED else np.ones(len(phase_rad))
-    both = root * np.column_stack([turning, np.exp(-3j * phase_rad)])
+    # Three photographs have three real weights, and so a third harmonic of one fixed direction: half of it mirrors.
+    still, mirrored = np.exp(-3j * phase_rad), np.conj(turning) * np.exp(-6j * phase_rad)
+    table = root * np.column_stack([turning, still, mirrored])
     seen = root[:, 0] * overtone
-    found, *_ = np.linalg.lstsq(both, seen, rcond=None)
-    left = seen - both @ found
-    noise = float(np.vdot(left, left).real) / max(len(left) - 2, 1) * LASTING_FRAMES
-    variance = noise * float(np.trace(np.linalg.pinv(both.conj().T @ both)).real)
-    least = MIN_OVERTONE_CONTRASTS * min(usual, 1.0)
-    return ThirdHarmonic(complex(found[0]), abs(complex(found[1])), least, math.sqrt(variance))
+    found, *_ = np.linalg.lstsq(table, seen, rcond=None)
+    left = seen - table @ found
+    noise = float(np.vdot(left, left).real) / max(len(left) - 3, 1) * _lasting_frames(left)
+    own, of_still, of_mirrored = noise * np.diag(np.linalg.pinv(table.conj().T @ table)).real
+    mirror = math.sqrt(max(abs(complex(found[2])) ** 2 - of_mirrored, 0.0))
+    least = _at_least(MIN_OVERTONE_CONTRASTS * min(usual, 1.0))
+    return ThirdHarmonic(complex(found[0]), abs(complex(found[1])) + mirror, least, math.sqrt(own + of_still))
+
+
+def _at_least(contrasts: float) -> float:
+    """What is asked for, bounded from below; 0 of lines that have no third harmonic at all."""
+    none = contrasts <= LEAST_EXPECTED * MIN_OVERTONE_CONTRASTS
+    return 0.0 if none else max(contrasts, LEAST_OVERTONE_CONTRASTS)
+
+
+def _lasting_frames(left: Complex) -> float:
+    """How many frames errors last, 1 for independent ones, `MOST_LASTING_FRAMES` at most.
+
+    Source: variance of the mean of a first-order autoregressive series over that of independent errors.
+    """
+    alike = float(np.vdot(left[1:], left[:-1]).real) / max(float(np.vdot(left, left).real), 1e-30)
+    alike = min(max(alike, 0.0), 0.99)
+    return min((1 + alike) / (1 - alike), MOST_LASTING_FRAMES)
 
 
 def standing_still(overtone: Complex, phase_rad: Array, weight: Array, smooth: Array, most: float) -> Complex:
