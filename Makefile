@@ -13,7 +13,8 @@ BIN := .venv/bin
 PARTS_VERSION := 7.5.0
 UV_VERSION := 0.13.8
 # More workers than most machines have spare cores: many tests wait for a process, a browser or a clock.
-PYTEST := $(BIN)/python -m pytest -n 3 --dist worksteal --durations 10
+# What Python compiled is kept: the workers, and the programs that tests start, read it instead of compiling anew.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n 3 --dist worksteal --durations 10
 PROJECTS := pyproject.toml studio/pyproject.toml lab/pyproject.toml
 # What a server of a studio needs; the rest is for those who develop moireid.
 SERVER := cad postgres face c2pa cluster s3
@@ -46,7 +47,7 @@ test: .venv/.compiled
 # Where nothing fits ARGS, pytest ends with 5.
 test-all: .venv/.compiled
 	$(PYTEST) -m "slow and not alone" $(ARGS) || [ $$? -eq 5 ]
-	$(BIN)/python -m pytest --durations 10 -m "slow and alone" $(ARGS) || [ $$? -eq 5 ]
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --durations 10 -m "slow and alone" $(ARGS) || [ $$? -eq 5 ]
 
 # Numba compiles the renderer for half a minute and keeps what it made; here, or else two workers do it side by side.
 .venv/.compiled: .venv/.ready $(shell find src/moireid/simulate -name '*.py')

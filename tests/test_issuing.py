@@ -14,7 +14,8 @@ from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, random_payload
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError, RegistryError
-from moireid.fabrication.package import print_badge
+from moireid.fabrication.package import PRINTED_FILES, print_badge
+from moireid.fabrication.printed.mount import MountPlan, MountReport
 from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.issuing import IssueOrder, Wear, plan_badge
 from moireid.registry import open_registry
@@ -47,9 +48,24 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     return found
 
 
-def test_a_badge_is_designed_once_and_its_mount_planned_once(tmp_path: Path, calls: Counter[str]) -> None:
+def test_a_badge_is_designed_once_and_its_mount_planned_once(
+    tmp_path: Path, calls: Counter[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Catches: a second draw after the checks, so that another identity is printed; plans made anew for each file."""
+
+    # The solids, which take ten seconds, are those of the tests of mounts.
+    def write_mount(badge: Badge, folder: Path, *, plan: MountPlan, **_: object) -> MountReport:
+        files = [folder / name for name in PRINTED_FILES]
+        for path in files:
+            path.touch()
+        assert plan is not None
+        return MountReport(*files, 2.4e4, (150.0, 170.0, 8.0), 30.0, 0, (), {})
+
     plan = plan_badge(order("lanyard"), None)
+    monkeypatch.setattr("moireid.fabrication.printed.mount.write_mount", write_mount)
+    monkeypatch.setattr("moireid.fabrication.acrylic.stack_step.write_stack_step", lambda _, path: path.touch())
+    monkeypatch.setattr("moireid.fabrication.acrylic.stack.check_stack", lambda _: [])
+    monkeypatch.setattr("moireid.fabrication.acrylic.stack.write_glb", lambda *given, **_: given[2].touch())
     printed = print_badge(plan.badge, tmp_path / "ada", parts=plan.parts, look=plan.look)
     assert calls == {"design_badge": 1, "plan_mount": 1}
     assert load_badge(printed.files["badge.json"]) == plan.badge

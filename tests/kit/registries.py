@@ -10,6 +10,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -28,12 +29,15 @@ def url_of(path: Path, **options: object) -> str:
     return f"sqlite:///{path}" + ("?" + query if query else "")
 
 
+@cache
 def badge_of(name: str, payload: bytes | None = None, **request: object) -> Badge:
+    """A badge of that name, of the family with few cells unless the payload is a longer one: a registry reads none."""
     # Here, because the processes that the tests start import this module and design nothing.
     from kit.payloads import payload_for_name
     from moireid.designer import Request, design_badge
 
-    return design_badge(Request(name, **request), payload or payload_for_name(name))  # type: ignore[arg-type]
+    payload = payload or payload_for_name(name, family="pitch")
+    return design_badge(Request(name, **request), payload)  # type: ignore[arg-type]
 
 
 def run(*words: object, code: int = 0) -> Result:
