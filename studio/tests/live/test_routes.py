@@ -9,6 +9,7 @@ import json
 import random
 import time
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -37,20 +38,16 @@ SHORT = (Prompt("left", 0.2), Prompt("face", 3.6), Prompt("right", 8.0))
 ORIGIN = {"origin": "http://localhost", "host": "localhost"}
 
 
-@pytest.fixture(scope="module")
-def pictures(ada: Badge) -> list[np.ndarray]:
+def filmed(badge: Badge) -> Iterator[np.ndarray]:
     """A person who follows `SHORT` where it is drawn once the clock is settled."""
     begins = [Prompt(one.move, 1.0 + READY_S + one.at_s) for one in SHORT]
     course = answer(begins, FACE_MM, reaction_s=0.7)
-    return list(frames(ada, portrait(), course, length_s=14.5, fps=FPS))
+    return frames(badge, portrait(), course, length_s=14.5, fps=FPS)
 
 
 @pytest.fixture(scope="module")
-def ada() -> Badge:
-    from kit.payloads import payload_for_name
-    from moireid.designer import Request, design_badge
-
-    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+def pictures(ada: Badge) -> list[np.ndarray]:
+    return list(filmed(ada))
 
 
 def session(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...] = SHORT, *, rate: float = 1.0) -> list:
@@ -158,13 +155,13 @@ def test_only_a_verifier_from_this_site_gets_in(studio):
     assert page.status_code == 200 and "<b>" not in page.text
 
 
-def test_pictures_go_in_and_a_verdict_comes_out(studio, ada, pictures):
+def test_pictures_go_in_and_a_verdict_comes_out(studio, ada):
     """Catches: a worker that does not start, or dies of the first picture; pictures that are never acknowledged."""
     client, tokens = studio
     with opened(client, tokens["verifier"]) as connection:
         connection.send_json({"claim": "Ada Lovelace"})
         heard(connection, "ready")
-        for k, picture in enumerate(pictures[:30]):
+        for k, picture in enumerate(islice(filmed(ada), 30)):
             sent = CLOCK.pack(1000.0 * time.monotonic()) + cv2.imencode(".jpg", picture)[1].tobytes()
             connection.send_bytes(sent)
             time.sleep(0.045)
