@@ -664,7 +664,6 @@ HEAVY = {"OCP", "build123d", "cadquery", "manifold3d", "matplotlib", "mitsuba", 
 @pytest.mark.parametrize(
     ("arguments", "spared"),
     [
-        (["--help"], HEAVY | {"av", "cv2", "jsonschema", "numpy", "reportlab", "sqlalchemy"}),
         (["print", "--help"], HEAVY | {"av", "cv2", "jsonschema", "numpy", "reportlab", "sqlalchemy"}),
         (["print", "Ada", "--out", "new", "--mount", "none"], HEAVY | {"av", "sqlalchemy"}),
         (["enroll", "ada.json", "--registry", REGISTRY], HEAVY | {"av", "cv2", "reportlab"}),

@@ -266,7 +266,7 @@ def grace() -> Badge:
 
 @pytest.fixture(scope="module")
 def ada_film(ada, tmp_path_factory) -> Path:
-    return shoot(ada, tmp_path_factory.mktemp("films") / "ada.mp4", camera=PHONE, frames=120)
+    return shoot(ada, tmp_path_factory.mktemp("films") / "ada.mp4")
 
 
 def registry_of(path: Path, *badges: Badge) -> str:

@@ -20,7 +20,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import dask
 import fsspec
 import psutil
 import pytest
@@ -101,6 +100,7 @@ def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone
         # Dask's own fifteen seconds would need a worker that is killed again just then.
         # Loaded before its settings are set, or else all of them go with the one that is taken back here.
         importlib.import_module("distributed")
+        dask = importlib.import_module("dask")
         with dask.config.set({"distributed.deploy.lost-worker-timeout": "10ms"}):
             found = outcomes(stubs(log, 30, 0.1), workers=2)
     finally:

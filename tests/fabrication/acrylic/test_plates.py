@@ -12,8 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import ezdxf
-import ezdxf.path
 import manifold3d
 import numpy as np
 import pytest
@@ -52,11 +50,20 @@ def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path
     return *files, drawing
 
 
+def drawing_of(path: Path) -> Any:
+    # Here, as it takes more than a second to load, and each worker of the tests loads this file.
+    import ezdxf
+
+    return ezdxf.readfile(path)
+
+
 def polygons(path: Path) -> dict[str, list[np.ndarray]]:
     """Every cutting path of a DXF file as a polygon, by plate name, outline first."""
+    from ezdxf.path import make_path
+
     found: dict[str, list[np.ndarray]] = {}
-    for entity in ezdxf.readfile(path).modelspace().query("LWPOLYLINE"):
-        points = [(p.x, p.y) for p in ezdxf.path.make_path(entity).flattening(0.001)]
+    for entity in drawing_of(path).modelspace().query("LWPOLYLINE"):
+        points = [(p.x, p.y) for p in make_path(entity).flattening(0.001)]
         found.setdefault(entity.dxf.layer.split("-")[1].lower(), []).append(np.array(points))
     return found
 
@@ -105,7 +112,7 @@ def test_contours_keep_their_corners_centres() -> None:
 def test_files_agree_and_say_what_they_are(plan: AcrylicPlan, tmp_path: Path) -> None:
     """Catches: an SVG in pixels or upside down, colours or layers of another trade, and a scale bar that is none."""
     dxf_path, svg_path, _ = written(plan, 0.15, tmp_path)
-    document = ezdxf.readfile(dxf_path)
+    document = drawing_of(dxf_path)
     colours = {layer.dxf.name: layer.color for layer in document.layers}
     cuts = ["CUT-BASE-3MM", "CUT-FRAME-1MM", "CUT-COVER-1.5MM"]
     assert [colours[name] for name in (*cuts, "ENGRAVE-SCALE", "NOTE")] == [1, 1, 1, 5, 8]
@@ -279,7 +286,7 @@ def one_moved(document: Any) -> None:
 
 
 def in_inches(document: Any) -> None:
-    document.units = ezdxf.units.IN
+    document.units = 1
 
 
 def in_a_line_type_of_no_name(document: Any) -> None:
@@ -307,7 +314,7 @@ def test_damaged_dxf_is_refused(
 ) -> None:
     """Catches: a check that looks at less than the whole file."""
     path, _, drawing = written(plan, 0.15, tmp_path)
-    document = ezdxf.readfile(path)
+    document = drawing_of(path)
     damage(document)
     document.saveas(path)
     with pytest.raises(FabricationError, match=complaint):

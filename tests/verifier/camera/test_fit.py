@@ -145,7 +145,7 @@ def test_a_stretched_picture_is_judged_as_it_was_taken(aspect):
     assert np.polyfit(tangents(true)[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0] == pytest.approx(1.0, abs=0.02)
 
 
-@pytest.mark.parametrize("aspect", [0.995, 1.002, 1.01])
+@pytest.mark.parametrize("aspect", [0.995, 1.01])
 def test_a_print_of_another_aspect_is_solved(aspect):
     """Catches: a page taken for as designed, whose gain is 10 % wrong for each thousandth; an aspect upside down; one
     that is lost where the picture is moved by the shutter.
@@ -174,13 +174,12 @@ def test_pixels_a_little_wide_are_told_from_a_page_where_the_camera_rolls(aspect
     assert np.polyfit(tangents(camera)[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0] == pytest.approx(1.0, abs=0.03)
 
 
-@pytest.mark.parametrize("aspect", [1.01, 1.03])
-def test_the_shutter_s_direction_is_told_where_the_aspect_is_not_yet_known(aspect):
+def test_the_shutter_s_direction_is_told_where_the_aspect_is_not_yet_known():
     """Catches: a direction that is tested before the print or the picture is made square, and kept."""
     rng = np.random.default_rng(5)
     times = np.arange(90) / FPS
     course = Course(rng, 1600.0, tilt_deg=14.0, sway_mm=220.0)
-    squeezed = (rolled(course, times, 1450.0, 0.010) - CENTRE) * [aspect, 1.0] + CENTRE
+    squeezed = (rolled(course, times, 1450.0, 0.010) - CENTRE) * [1.03, 1.0] + CENTRE
     fit = fitted(registered(squeezed, rng, 0.08), times)
     assert fit.shutter_s == pytest.approx(0.010, abs=0.002) and abs(fit.bend_k1) < 0.03
 
@@ -267,7 +266,7 @@ def test_a_crop_that_is_stretched_too_is_solved():
 
 def test_a_usual_picture_keeps_its_middle_and_its_square_pixels():
     """Catches: noise that moves the axis or stretches pixels where nothing asks for it."""
-    for seed in range(4):
+    for seed in range(2):
         rng = np.random.default_rng(seed)
         times = np.arange(90) / FPS
         points = rolled(Course(rng, 1600.0, tilt_deg=8.0, sway_mm=150.0), times, 1450.0, 0.010)
@@ -288,7 +287,7 @@ def test_without_perspective_the_prior_decides_and_says_so():
     assert given.focal_px == 1900.0 and given.camera_mm[:, 2].mean() == pytest.approx(-1500.0, rel=0.01)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 3])
 def test_a_camera_that_moves_straight_and_does_not_turn_leaves_the_focal_length_to_the_prior(seed):
     """Catches: free tilts that fit the noise better the longer the focal length is, two to three times the true one
     with an error bar of a tenth; seen on true films from 2 m.
@@ -351,21 +350,20 @@ def test_a_hand_s_tremor_does_not_lengthen_the_shutter(rng):
     assert fit.shutter_s == pytest.approx(0.016, abs=0.002)
 
 
-@pytest.mark.parametrize("quarters", [1, 2, 3])
-def test_a_film_that_was_turned_gives_the_same_poses(rng, quarters):
+def test_a_film_that_was_turned_gives_the_same_poses(rng):
     """Catches: a shutter that can only run down the picture.  Programs turn upright films, and those of a phone that
     was held upside down, and then it runs sideways or up: genuine films at 1 m were rejected for 0.19 rad of residual.
     """
     times = np.arange(90) / FPS
     course = Course(rng, 900.0, sway_mm=220.0)
     upright = registered(rolled(course, times, 1450.0, 0.016), rng, 0.05)
-    turned, size = upright, SIZE
-    for _ in range(quarters):
-        turned, size = np.stack([size[1] - 1 - turned[..., 1], turned[..., 0]], axis=-1), size[::-1]
     one = fit_camera(upright, PAGE_MM, times, SIZE, focal_px=1450.0)
-    other = fit_camera(turned, PAGE_MM, times, size, focal_px=1450.0)
-    assert np.std(tangents(other.camera_mm) - tangents(one.camera_mm)) < 0.002
-    assert other.reprojection_px.mean() == pytest.approx(one.reprojection_px.mean(), rel=0.05)
+    turned, size = upright, SIZE
+    for _ in range(3):
+        turned, size = np.stack([size[1] - 1 - turned[..., 1], turned[..., 0]], axis=-1), size[::-1]
+        other = fit_camera(turned, PAGE_MM, times, size, focal_px=1450.0)
+        assert np.std(tangents(other.camera_mm) - tangents(one.camera_mm)) < 0.002
+        assert other.reprojection_px.mean() == pytest.approx(one.reprojection_px.mean(), rel=0.05)
 
 
 def test_undoing_the_shutter_straightens_the_tangents(rng):
@@ -498,8 +496,7 @@ def bent(points: np.ndarray, k1: float, focal: float) -> np.ndarray:
     return CENTRE + focal * place * (1 + k1 * (place**2).sum(axis=-1, keepdims=True))
 
 
-@pytest.mark.parametrize("k1", [-0.12, 0.0, 0.08])
-@pytest.mark.parametrize("given", [None, 1450.0])
+@pytest.mark.parametrize(("k1", "given"), [(-0.12, None), (0.08, None), (0.0, None), (-0.12, 1450.0)])
 def test_a_lens_that_distorts_is_told_and_made_up_for(k1, given, rng):
     """Catches: distortion left out (gain 9 % off at 0.1), its sign, points bent back that a homography never bent."""
     times = np.arange(180) / FPS
@@ -545,8 +542,7 @@ def test_real_lenses_leave_the_gain_as_it_is(lens, seed):
     assert abs(np.polyfit(true, found, 1)[0] - 1) < max(3 * fit.tangent_sd[0], 0.01) < 0.1
 
 
-@pytest.mark.parametrize("pan", [0.1, 0.3])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(("seed", "pan"), [(1, 0.1), (2, 0.3), (3, 0.1)])
 def test_a_camera_that_pans_tells_focal_length_and_distortion_apart(seed, pan):
     """Catches: a search that stops on its way along their common valley, 4 to 57 standard deviations beside the truth;
     films of hands that turn more than they move were rejected for it with gains of 0.71 +- 0.025.

@@ -137,20 +137,15 @@ FORGED = {
 
 
 @pytest.mark.parametrize("name", list(FORGED))
-def test_each_forgery_of_a_whole_film_is_rejected(name):
-    """Catches: a verdict by correlation alone; |gain|, which accepts reversed fringes; a frozen fringe's noise."""
+def test_each_forgery_of_a_whole_film_is_rejected_and_named_for_what_it_does(name):
+    """Catches: a verdict by correlation alone; |gain|, which accepts reversed fringes; a frozen fringe's noise; a rival
+    with a free size or delay named where a simpler one fits as well; a free motion on top of the law, which explains
+    everything, named where a rival with one parameter does.
+    """
     outcome = judge_signals([fringe_signal(LONG_LAW, FORGED[name] + lasting_noise(LONG), place_px=LONG_PX)])
     assert outcome.verdict == "reject" and levels(outcome)["residual"] == "fail"
     assert outcome.score < -REJECTED_LOG10 and outcome.calibrated_log10 < -1
     assert not outcome.law_fits and not outcome.explanations[0].fits
-
-
-@pytest.mark.parametrize("name", list(FORGED))
-def test_a_forgery_of_a_whole_film_is_named_for_what_it_does(name):
-    """Catches: a rival with a free size or delay named where a simpler one fits as well; a free motion on top of the
-    law, which explains everything, named where a rival with one parameter does.
-    """
-    outcome = judge_signals([fringe_signal(LONG_LAW, FORGED[name] + lasting_noise(LONG), place_px=LONG_PX)])
     assert named(outcome) == [name]
 
 

@@ -185,7 +185,7 @@ def test_a_twist_that_evenly_lying_rows_cannot_tell_is_told_by_the_code(degrees)
     assert sum(usual) == {0.2: 1, 0.24: 1, 0.33: 2}.get(abs(degrees), sum(usual))
 
 
-@pytest.mark.parametrize("degrees", [-1.5, -0.7, 0.5, 1.0])
+@pytest.mark.parametrize("degrees", [-1.5, 0.5])
 def test_a_sheet_that_was_laid_askew_is_read(ada, degrees):
     """Catches: a search that ends at what a mount allows, so that no badge laid by eye at half a degree is read."""
     twist = 2 * math.pi * math.tan(math.radians(degrees)) / ada.lens.pitch_mm
