@@ -154,11 +154,14 @@ def test_damaged_glb_is_refused(folder: tuple[Path, package.PrintResult, list[st
         stack.check_glb(cut, volumes)
 
 
-def test_assembly_sheet_lists_what_the_mount_needs(folder: tuple[Path, package.PrintResult, list[str]]) -> None:
+def test_assembly_sheet_lists_what_the_mount_needs(ada: Badge, tmp_path: Path) -> None:
     """Catches: a lanyard for a clip, plates or screws of another badge, a line that runs off the page."""
     import pypdfium2 as pdfium
 
-    document = pdfium.PdfDocument(folder[1].files["assembly.pdf"])
+    figures = mount_figures(["kerf_mm=0.2", "base_mm=4"])
+    parts = package.plan_parts(ada, "clip", figures)
+    package.write_assembly_pdf(ada, tmp_path / "a.pdf", mount="clip", acrylic=parts.acrylic, figures=figures)
+    document = pdfium.PdfDocument(tmp_path / "a.pdf")
     text = document[0].get_textpage()
     words = text.get_text_range()
     right = max(text.get_charbox(k)[2] for k in range(text.count_chars()))

@@ -63,7 +63,7 @@ def box_px(rect_mm) -> tuple[int, int, int, int]:
     return tuple(cv2.perspectiveTransform(np.array(rect_mm).reshape(1, 2, 2), page).round().astype(int).ravel())
 
 
-@pytest.mark.parametrize(("fps", "frames"), [(60.0, 360), (120.0, 600)])
+@pytest.mark.parametrize(("fps", "frames"), [(60.0, 300), (120.0, 600)])
 def test_a_calm_badge_is_measured_thirty_times_a_second(ada, fps, frames):
     """Catches: frames that are all measured; ones that are left out without end, or with gaps between."""
     tracker = followed(ada, frames, fps)
@@ -73,7 +73,7 @@ def test_a_calm_badge_is_measured_thirty_times_a_second(ada, fps, frames):
     assert len(track.profiles[0]) == track.tracked
 
 
-@pytest.mark.parametrize(("fps", "frames"), [(60.0, FULL_FRAMES - 1), (30.0, 360)])
+@pytest.mark.parametrize(("fps", "frames"), [(60.0, FULL_FRAMES - 1), (30.0, 300)])
 def test_short_films_and_slow_ones_are_measured_in_full(ada, fps, frames):
     """Catches: frames left out where a verdict has few of them."""
     assert followed(ada, frames, fps).passed == 0
