@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import csv
 import io
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import pytest
 from sqlalchemy import update
 
-from kit.webbing import Visit, jobs_of, studio
+from kit.webbing import OpenStudio, Visit, jobs_of
 from moireid.badge import Badge
 from moireid.fabrication.event import _summary
 from moireid.fabrication.package import Parts
@@ -26,13 +25,10 @@ from moireid_studio.store.job import JobCounts
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("fair")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, ada, work=False, form_bytes=1 << 16) as made:
-            (made.folder / "jobs").mkdir(parents=True)
-            yield made
+def visit(open_studio: OpenStudio, ada: Badge) -> Visit:
+    made = open_studio(ada, work=False, form_bytes=1 << 16)
+    (made.folder / "jobs").mkdir(parents=True)
+    return made
 
 
 @pytest.mark.parametrize("path", ["/login", "/registry/audit"])

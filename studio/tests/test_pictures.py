@@ -9,14 +9,13 @@ import struct
 import threading
 import time
 import zlib
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image, PngImagePlugin
 
-from kit.webbing import Visit, studio
+from kit.webbing import OpenStudio, Visit, studio
 from moireid.artwork.pictures import load_picture
 from moireid.errors import SpecError
 from moireid.sandbox.process import sealed_here
@@ -53,12 +52,8 @@ def pixel_bomb() -> bytes:
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("pictures")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, form_bytes=200_000, picture_bytes=3_000_000, pictures_bytes=5_000_000) as made:
-            yield made
+def visit(open_studio: OpenStudio) -> Visit:
+    return open_studio(form_bytes=200_000, picture_bytes=3_000_000, pictures_bytes=5_000_000)
 
 
 def test_a_picture_is_read_as_by_the_command_and_nothing_of_its_file_is_handed_on(tmp_path: Path) -> None:

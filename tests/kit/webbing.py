@@ -89,6 +89,10 @@ class Visit:
         return told
 
 
+#: Opens a studio with these badges and settings: `open_studio` of the studio's tests.
+OpenStudio = Callable[..., Visit]
+
+
 @contextmanager
 def studio(
     folder: Path,

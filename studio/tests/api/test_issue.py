@@ -11,7 +11,6 @@ import subprocess
 import sys
 import time
 import zipfile
-from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,7 @@ import pytest
 from click.testing import CliRunner
 
 from kit.payloads import payload_for_name
-from kit.webbing import Visit, studio
+from kit.webbing import OpenStudio, Visit, studio
 from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
@@ -48,12 +47,8 @@ HOSTILE = [
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("issue")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, form_bytes=200_000) as made:
-            yield made
+def visit(open_studio: OpenStudio) -> Visit:
+    return open_studio(form_bytes=200_000)
 
 
 class Markup(HTMLParser):

@@ -8,7 +8,6 @@ import json
 import re
 import time
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from kit.webbing import Visit, studio
+from kit.webbing import OpenStudio, Visit
 from moireid.artwork.template import TEMPLATES
 from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
@@ -39,12 +38,8 @@ def portrait(colour: tuple[int, int, int] = GREEN) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("worn")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder) as made:
-            yield made
+def visit(open_studio: OpenStudio) -> Visit:
+    return open_studio()
 
 
 def fields_of(page: str) -> dict[str, str]:

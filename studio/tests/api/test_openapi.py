@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, assume, given, settings
 
-from kit.webbing import Visit, film_form, studio, tiny_film
+from kit.webbing import OpenStudio, Visit, film_form, studio, tiny_film
 from moireid.badge import Badge
 
 #: Requests of each route: it is the variety of the phases that finds things, and films take time.
@@ -16,12 +15,8 @@ EXAMPLES = 12
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("openapi")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, ada) as made:
-            yield made
+def visit(open_studio: OpenStudio, ada: Badge) -> Visit:
+    return open_studio(ada)
 
 
 @pytest.mark.parametrize("mode", ["positive", "negative"])

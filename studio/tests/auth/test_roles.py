@@ -6,14 +6,13 @@ import re
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 from fastapi.routing import APIRoute, APIWebSocketRoute
 
-from kit.webbing import ORIGIN, Visit, studio
+from kit.webbing import ORIGIN, OpenStudio, Visit, studio
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
@@ -54,12 +53,8 @@ ROLES = {
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("roles")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, ada, work=False) as made:
-            yield made
+def visit(open_studio: OpenStudio, ada: Badge) -> Visit:
+    return open_studio(ada, work=False)
 
 
 def routes(visit: Visit) -> list[APIRoute | APIWebSocketRoute]:

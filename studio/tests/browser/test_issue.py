@@ -26,7 +26,7 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from kit.payloads import payload_for_name
 from kit.programs import needs
-from kit.webbing import Visit, film_form, studio
+from kit.webbing import OpenStudio, Visit, film_form
 from moireid.artwork.content import with_lines
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
@@ -60,12 +60,8 @@ def measured(ada: Badge, capture: Path) -> AsBuilt:
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("browser")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, auth=False, work=False) as made:
-            yield made
+def visit(open_studio: OpenStudio) -> Visit:
+    return open_studio(auth=False, work=False)
 
 
 @pytest.fixture(scope="module")

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from kit.webbing import Visit, film_form, studio, tiny_film
+from kit.webbing import OpenStudio, Visit, film_form, tiny_film
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid_studio.http import logs
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("figures")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, ada) as made:
-            yield made
+def visit(open_studio: OpenStudio, ada: Badge) -> Visit:
+    return open_studio(ada)
 
 
 @pytest.mark.slow

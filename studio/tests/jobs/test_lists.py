@@ -7,7 +7,6 @@ import io
 import re
 import time
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
@@ -15,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kit.webbing import Visit, film_form, studio
+from kit.webbing import OpenStudio, Visit, film_form
 from moireid.badge import badge_from_json
 from moireid_studio.jobs.lists import FOR_ALL, dress_people, picture_key
 from moireid_studio.jobs.orders import Wish
@@ -34,12 +33,8 @@ PICTURES = [("pictures", (name, picture(colour))) for name, colour in COLOURS.it
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("lists")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder) as made:
-            yield made
+def visit(open_studio: OpenStudio) -> Visit:
+    return open_studio()
 
 
 def sent(visit: Visit, people: str, files: list[tuple[str, tuple[str, bytes]]], **fields: str) -> httpx.Response:

@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import httpx
@@ -16,7 +16,7 @@ import psutil
 import pytest
 
 from kit.spoilt_films import Spoilt, Thief, crash, grow, hang
-from kit.webbing import Visit, film_form, studio, tiny_film
+from kit.webbing import OpenStudio, Visit, film_form, studio, tiny_film
 from moireid.badge import Badge, load_badge
 from moireid.errors import SpecError
 from moireid.provenance import FROM_FILE
@@ -26,12 +26,8 @@ from moireid_studio.jobs.claims import PreparedJob
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("jobs")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, ada, job_s=60.0, upload_bytes=1 << 20, memory_bytes=1 << 30, waiting=32) as made:
-            yield made
+def visit(open_studio: OpenStudio, ada: Badge) -> Visit:
+    return open_studio(ada, job_s=60.0, upload_bytes=1 << 20, memory_bytes=1 << 30, waiting=32)
 
 
 @pytest.fixture(scope="module")

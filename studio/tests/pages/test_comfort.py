@@ -5,24 +5,19 @@ Beside each test: the wrong implementation it catches.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from kit.webbing import Visit, studio
+from kit.webbing import OpenStudio, Visit
 from moireid.badge import Badge, load_badge
 from moireid_studio import samples as shipped
 from moireid_studio.pages import registry_pages as registry_pages
 
 
 @pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
-    folder = tmp_path_factory.mktemp("comfort")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, ada) as made:
-            yield made
+def visit(open_studio: OpenStudio, ada: Badge) -> Visit:
+    return open_studio(ada)
 
 
 @pytest.mark.slow
