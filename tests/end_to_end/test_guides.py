@@ -123,7 +123,10 @@ def test_every_file_that_is_named_is_there() -> None:
     for page in PAGES + READ_THERE:
         named = sorted(set(re.findall(r"`([\w./-]+\.(?:py|js|sh|toml|lock)\b)", page.read_text(encoding="utf-8"))))
         places = (ROOT, ROOT / "src", ROOT / "src" / "moireid", ROOT / "studio" / "src", ROOT / "lab" / "src")
-        gone += [f"{page.name}: {name}" for name in named if not any((place / name).exists() for place in places)]
+        lost = [name for name in named if not any((place / name).exists() for place in places)]
+        # Scripts whose question is settled are kept at a tag, which a page that cites one names.
+        kept_at_tag = "`ablations-0.1`" in page.read_text(encoding="utf-8")
+        gone += [f"{page.name}: {name}" for name in lost if not (kept_at_tag and name.startswith("benchmarks/"))]
     assert gone == []
 
 

@@ -66,7 +66,9 @@ class KnownCamera:
         if abs(shapes[0] - shapes[1]) > SAME_SHAPE_SHARE:
             raise SpecError(
                 "the camera was calibrated with pictures of {}x{} px, and the film has {}x{} px, which is another part "
-                "of them; calibrate with films like this one, or leave --camera out".format(*self.size_px, *size_px)
+                "of them; calibrate with films like this one, or leave the calibration out".format(
+                    *self.size_px, *size_px
+                )
             )
 
 
