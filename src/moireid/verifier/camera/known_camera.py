@@ -85,7 +85,8 @@ def load_camera(path: Path) -> KnownCamera:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise MediaError(f"camera file {path} cannot be read: {error}") from error
+        why = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise MediaError(f"camera file {path} cannot be read ({why}); give the path of a calibration") from error
     try:
         found = _gyroflow(json.loads(text))
     except ValueError:
