@@ -100,7 +100,9 @@ Fiducial = Markers | CodedFrame
 class FiducialKind(Struct):
     """Which fiducial a badge has; files of before frames do not say it, and have squares."""
 
-    kind: Literal["squares", "frame"] = "squares"
+    kind: Annotated[Literal["squares", "frame"], Meta(description="squares in the corners, or a thin coded frame")] = (
+        "squares"
+    )
 
 
 def read_fiducial(entry: dict[str, Any], source: str, advice: str) -> Fiducial:

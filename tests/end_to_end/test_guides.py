@@ -143,7 +143,8 @@ def test_every_reason_code_is_told_and_no_other() -> None:
 
 def _codes() -> Iterator[str]:
     """Every code of a `Reason` or of an audit's finding that stands in the source as a word."""
-    places = (ROOT / "src" / "moireid", ROOT / "studio" / "src" / "moireid_studio" / "challenge")
+    baseline = ROOT / "lab" / "src" / "moireid_lab" / "baseline"
+    places = (ROOT / "src" / "moireid", ROOT / "studio" / "src" / "moireid_studio" / "challenge", baseline)
     for path in (one for place in places for one in place.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             name = ast.unparse(node.func).split(".")[-1] if isinstance(node, ast.Call) else ""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from contextlib import nullcontext
+from typing import Any
 
 from moireid.registry import holder_of
 from moireid.verifier.report.circumstances import Circumstances, read_id
@@ -36,11 +37,16 @@ def circumstances_of(studio: Studio, job: Job) -> Circumstances:
 
 def list_pictures(job: Job) -> Pictures:
     """The pictures of a job by their names, without their contents."""
-    named = [name for name in job.kept.get("files", ()) if NAME.fullmatch(name)]
-    titles = [title[:MOST_LETTERS] for title in job.kept.get("plots", ())][:MOST_PLOTS]
+    named = [name for name in _texts(job.kept.get("files")) if NAME.fullmatch(name)]
+    titles = [title[:MOST_LETTERS] for title in _texts(job.kept.get("plots"))][:MOST_PLOTS]
     there = [title for number, title in enumerate(titles) if f"plot{number}.svg" in named]
     frame_s = job.kept.get("frame_s")
     return Pictures(dict.fromkeys(named, b""), tuple(there), frame_s if isinstance(frame_s, float) else None)
+
+
+def _texts(said: Any) -> list[str]:
+    """The texts of a list that a process left; it judged a stranger's film, so it may have left anything."""
+    return [one for one in said if isinstance(one, str)] if isinstance(said, list) else []
 
 
 def pictures_of_job(job: Job) -> Pictures:

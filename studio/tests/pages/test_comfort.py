@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+import moireid_studio
 from kit.webbing import OpenStudio, Visit
 from moireid.badge import Badge, load_badge
-from moireid_studio import samples as shipped
 from moireid_studio.pages import registry_pages as registry_pages
 
 
@@ -23,7 +23,7 @@ def visit(open_studio: OpenStudio, ada: Badge) -> Visit:
 @pytest.mark.slow
 def test_the_samples_are_what_they_are_called(visit: Visit) -> None:
     """Catches: a sample that is not shipped, or that teaches the wrong verdict; a badge of somebody's."""
-    folder = Path(shipped.__file__).parent / "samples"
+    folder = Path(moireid_studio.__file__).parent / "samples"
     assert visit.studio.registry.by_id(load_badge(folder / "badge.json").id or "") is None
     for which, verdict in (("true", "accept"), ("forged", "reject")):
         answer = visit.ask("POST", "/verify/sample", data={"which": which})
