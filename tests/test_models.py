@@ -9,6 +9,7 @@ import copy
 import json
 import math
 from dataclasses import MISSING, asdict, fields
+from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 
 from kit.places import FILMS
 from kit.schemas import SCHEMAS, file_of, text_of
+from moireid.artwork.template import template_named
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import badge_from_json
 from moireid.errors import SpecError
@@ -32,10 +34,12 @@ PROFILE = json.loads(LensProfile("mine", lens_named("50lpi"), 1e-4, {"how": "a t
 BADGE_SCHEMA = jsonschema.Draft202012Validator(SCHEMAS["badge"]())
 #: The same examples in each run, however busy the machine is.
 STEADY = settings(derandomize=True, deadline=None, max_examples=80)
+#: With halves of surrogate pairs, which JSON can write, and words that msgspec's messages hold too.
+TEXTS = st.text(st.characters(), max_size=9) | st.sampled_from(["\ud800", "a - at `$.b", "a\nb", "x - at `$.zzz"])
 #: Any JSON value, small.
 VALUES = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=9),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | TEXTS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
     max_leaves=5,
 )
 
@@ -135,3 +139,19 @@ def test_badge_files_of_earlier_versions_are_written_byte_for_byte(path: Any) ->
     badge = badge_from_json(text)
     if badge.id is not None:
         assert badge.to_json() == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[landscape]\nhed = 0.1\n[[landscape.place]]\nwhat = 'name'\narea = 'foot'\n",
+        "'a - at `$.b' = 1\n",
+        "'two\\nlines' = 1\n".replace("'", '"'),
+    ],
+)
+def test_an_odd_template_is_refused_in_one_sentence(tmp_path: Path, text: str) -> None:
+    """Catches: a key of an optional table, or one that looks like a place, that ends in an internal error."""
+    (tmp_path / "t.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(SpecError, match=r"has the unknown key .*allowed are|cannot be read") as refused:
+        template_named(str(tmp_path / "t.toml"))
+    assert "\n" not in str(refused.value)

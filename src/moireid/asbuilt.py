@@ -27,7 +27,7 @@ class AsBuilt:
     phase in the middle of the first grating at zero parallax, which depends on how the sheet was placed;
     twist_rad_per_mm: slope of that phase along the lenses; gain_ratio: measured over predicted motion; captures: number
     of films used; measured_scale: a ruler's reading over the printed length, or None; third_harmonic: how much of the
-    fringes' third harmonic turns with them, contrasts, or None where it was not measured.
+    fringes' third harmonic turns with them, contrasts, seen from the front; None where it was not measured.
     """
 
     badge_id: str

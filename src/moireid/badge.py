@@ -87,7 +87,7 @@ class Badge:
     range_m : (float, float), optional
         Nearest and farthest camera, m.
     print : dict, optional
-        How it is printed: "dpi", "paper", "form", "lens".
+        How it is printed: "dpi", "paper", "form", "lens", and "ink_growth_um" where its lines are drawn narrower.
 
     Notes
     -----

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import cv2
 
-#: Squares along and down, their side, and that of a marker, mm: 192 x 264 mm, which A4 and letter paper hold.
-COLUMNS, ROWS, SQUARE_MM, MARKER_MM = 8, 11, 24.0, 18.0
+#: Squares along and down, their side, and that of a marker, mm: 184 x 253 mm, which A4 and letter paper hold.
+COLUMNS, ROWS, SQUARE_MM, MARKER_MM = 8, 11, 23.0, 17.25
 
 
 def chart_board() -> cv2.aruco.CharucoBoard:

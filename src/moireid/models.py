@@ -91,12 +91,20 @@ def read_model(
     """
     try:
         return msgspec.convert(document, model)
+    except UnicodeEncodeError as error:
+        raise SpecError(f"{source} holds text that is not Unicode (half of a pair of code units); {advice}") from error
     except msgspec.ValidationError as error:
-        text, _, path = str(error).partition(" - at `$")
+        # What a file says may be quoted before the place, so the last one counts.
+        text, _, path = str(error).rpartition(" - at `$") if " - at `$" in str(error) else (str(error), "", "")
         keys: list[str | int] = [int(number) if number else name for name, number in _STEP.findall(path)]
         named = [str(key + first) if isinstance(key, int) else key for key in keys]
         where = ".".join([at, *named] if at else named) or "the file"
-        raise SpecError(f"{source}: {where} {_fault(text, keys, document, model)}; {advice}") from error
+        try:
+            fault = _fault(text, keys, document, model)
+        except (KeyError, IndexError, TypeError, StopIteration):
+            # The file's own text looks like a place.
+            where, fault = at or "the file", f"cannot be read: {_shown(str(error))}"
+        raise SpecError(f"{source}: {where} {fault}; {advice}") from error
 
 
 def _fault(text: str, keys: list[str | int], document: Any, model: type) -> str:
@@ -104,8 +112,10 @@ def _fault(text: str, keys: list[str | int], document: Any, model: type) -> str:
     rule, within = _rule_at(model, keys)
     if found := re.fullmatch(r"Object missing required field `(.+)`", text):
         return f"lacks {found[1]}"
-    if found := re.fullmatch(r"Object contains unknown field `(.+)`", text):
-        return f"has the unknown key {_shown(found[1])}; allowed are {', '.join(sorted(rule['properties']))}"
+    if found := re.fullmatch(r"Object contains unknown field `(.+)`", text, re.DOTALL):
+        shapes = (resolved(one, within) for one in rule.get("anyOf", [rule]))
+        keys_of: Mapping[str, Any] = next((shape["properties"] for shape in shapes if "properties" in shape), {})
+        return f"has the unknown key {_shown(found[1])}; allowed are {', '.join(sorted(keys_of))}"
     if not text.startswith(("Expected", "Invalid", "Number", "Integer")):
         return text
     value = document

@@ -42,12 +42,14 @@ def seen(turn: Rotation, place_mm: np.ndarray) -> np.ndarray:
     return cv2.GaussianBlur(picture, (0, 0), 0.7)
 
 
-def film(path: Path, rng: np.random.Generator, *, views: int = 26, reach: float = 1.0) -> Path:
+def film(
+    path: Path, rng: np.random.Generator, *, views: int = 26, reach: float = 1.0, tilt: float = 35, near: float = 290
+) -> Path:
     """The chart at rest for two frames, from each of some sides."""
     pictures = []
     for _ in range(views):
-        turn = Rotation.from_euler("xyz", rng.uniform([-35, -35, 80], [35, 35, 100]), degrees=True)
-        far = rng.uniform(290, 420)
+        turn = Rotation.from_euler("xyz", rng.uniform([-tilt, -tilt, 80], [tilt, tilt, 100]), degrees=True)
+        far = rng.uniform(near, near + 130)
         aside = rng.uniform(-1, 1, 2) * reach * np.array([130.0, 70.0]) * far / 400
         pictures += 2 * [seen(turn, np.array([*aside, far]))]
     return written(path, pictures, "libx264", "yuv420p")
@@ -79,6 +81,10 @@ def test_a_film_that_shows_too_little_is_refused(tmp_path: Path, rng: np.random.
     blank = written(tmp_path / "blank.mp4", 20 * [np.full((HEIGHT, WIDTH), 128, np.uint8)], "libx264", "yuv420p")
     with pytest.raises(MediaError, match="at rest in 0 distinct views"):
         camera_from_film(blank)
+    with pytest.raises(MediaError, match=r"% of the picture's width"):
+        camera_from_film(film(tmp_path / "middle.mp4", rng, reach=0.0, near=900))
+    with pytest.raises(MediaError, match=r"tilted by .* needed are 5 both ways"):
+        camera_from_film(film(tmp_path / "front.mp4", rng, tilt=1.0))
 
 
 def test_the_chart_is_printed_at_true_size(tmp_path: Path):

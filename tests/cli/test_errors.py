@@ -365,9 +365,7 @@ def test_a_camera_is_given_once_and_as_a_calibration(refused: Callable[..., str]
     film = ("verify", "film.mp4", "--badge", "ada.json", "--camera", "camera.json")
     assert "--camera holds the focal length" in refused(*film, "--focal-px", "900")
     assert "leave --camera out" in refused(*film, "--pipeline", "published")
-    assert "holds no camera_matrix" in refused(
-        "identify", "film.mp4", "--registry", REGISTRY, "--camera", "camera.json"
-    )
+    assert "holds no calibration" in refused("identify", "film.mp4", "--registry", REGISTRY, "--camera", "camera.json")
 
 
 def test_a_report_in_the_way_is_seen_before_the_film(

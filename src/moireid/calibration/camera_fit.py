@@ -5,15 +5,18 @@
 3. Of these, take the views that differ most.
 4. Solve, and say how well the corners fit and how much of the picture they cover.
 
-Source: OpenCV's `calibrateCameraExtended` (Zhang, A flexible new technique for camera calibration, 2000), with radial
-terms k1 to k3 and tangential ones.
+Source: OpenCV's `calibrateCameraExtended` (Zhang, A flexible new technique for camera calibration, 2000), with the two
+radial terms k1 and k2 that the verifier has; further ones would take up a part of the axis and of these.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -31,6 +34,10 @@ MOST_LOOKS, LEAST_CORNERS, VIEWS = 400, 20, (12, 60)
 REST_PER_S = 0.01
 #: Corners must reach over this share of the picture's width and height, and fit within so many thousandths of it.
 LEAST_COVER_SHARE, MOST_ERROR_PER_MILLE = 0.7, 0.8
+#: Views from the front do not show the focal length: the chart's normal must scatter by so much across the direction in
+#: which it scatters most, and the focal length be known to this share.  Set by hand: half of what +-15 degrees are.
+LEAST_TILT_RAD, MOST_FOCAL_SD_SHARE = math.radians(5.0), 0.01
+MODEL = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 
 
 @dataclass(frozen=True)
@@ -93,14 +100,21 @@ def camera_from_film(path: Path, *, progress: Progress | None = None) -> CameraF
     solid = np.asarray(chart_board().getChessboardCorners())
     places = [view.places_px.astype(np.float32).reshape(-1, 1, 2) for view in views]
     flat = [solid[view.numbers].astype(np.float32) for view in views]
-    error_px, matrix, strengths, _, _, sd, _, _ = cv2.calibrateCameraExtended(flat, places, size_px, None, None)
+    error_px, matrix, strengths, turns, _, sd, _, _ = cv2.calibrateCameraExtended(
+        flat, places, size_px, None, None, flags=MODEL
+    )
     most_px = MOST_ERROR_PER_MILLE * max(size_px) / 1000
     if not error_px <= most_px:
         raise MediaError(
             f"the chart's corners in {path} are {error_px:.2f} px off one camera, allowed are {most_px:.2f} px; film a "
             "chart that is flat, without zoom or stabilisation, and hold still"
         )
-    focal_sd = float(sd.ravel()[0])
+    focal_sd, tilt = float(sd.ravel()[0]), _least_tilt_rad(turns)
+    if tilt < LEAST_TILT_RAD or focal_sd > MOST_FOCAL_SD_SHARE * matrix[0, 0]:
+        raise MediaError(
+            f"{path} shows the chart tilted by {math.degrees(tilt):.1f} degrees (standard deviation), needed are "
+            f"{math.degrees(LEAST_TILT_RAD):.0f} both ways; tilt it to all four sides by 30 degrees while you film it"
+        )
     return CameraFound(size_px, matrix, strengths.ravel(), focal_sd, float(error_px), len(views), cover)
 
 
@@ -117,12 +131,19 @@ def write_camera(camera: CameraFound, path: Path) -> None:
         new.write_text(storage.releaseAndGetString(), encoding="utf-8")
 
 
+def _least_tilt_rad(turns: Sequence[Any]) -> float:
+    """How far the chart's normal scatters in the direction in which it does so least; turns: rotation vectors."""
+    normals = np.array([cv2.Rodrigues(turn)[0][:, 2] for turn in turns])
+    aside = normals[:, :2] / normals[:, 2:]
+    return float(np.linalg.svd(aside - aside.mean(axis=0), compute_uv=False)[-1] / math.sqrt(len(aside)))
+
+
 def _views(film: Film, progress: Progress | None) -> list[_View]:
     """The chart in frames all over the film; neighbours too, as their distance says whether it rests."""
     detector, found = cv2.aruco.CharucoDetector(chart_board()), []
     count = film.frames_expected or MOST_LOOKS
     # Pairs of neighbours, evenly over the film.
-    stride = max(2, 2 * round(count / MOST_LOOKS))
+    stride = max(2, 2 * math.ceil(count / MOST_LOOKS))
     for frame in film.frames():
         if progress is not None:
             progress(frame.index + 1, film.frames_expected)

@@ -179,12 +179,12 @@ def _check_dots(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: 
 
     Raises: DesignError with the resolution at which it does.
     """
-    worst = 0.0 if request.form == "vector" else _dot_phase_rad(gratings, lens_pitch_mm, request.printer_dpi)
+    worst = 0.0 if request.form == "vector" else _dot_phase_rad(request, gratings, lens_pitch_mm, request.printer_dpi)
     if worst > MAX_DOT_PHASE_RAD:
         enough = next(
             dpi
             for dpi in PRINTER_DPI
-            if dpi > request.printer_dpi and _dot_phase_rad(gratings, lens_pitch_mm, dpi) <= MAX_DOT_PHASE_RAD
+            if dpi > request.printer_dpi and _dot_phase_rad(request, gratings, lens_pitch_mm, dpi) <= MAX_DOT_PHASE_RAD
         )
         raise DesignError(
             f"on dots of {request.printer_dpi} dpi a cell's fringe is {worst:.2f} rad off its place, and "
@@ -328,11 +328,11 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
     ]
 
 
-def _dot_phase_rad(gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int) -> float:
+def _dot_phase_rad(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int) -> float:
     """The largest shift of a cell's fringe on dots of that resolution."""
     dot_mm = Printer(dpi).dot_mm
     return max(
-        abs(realised(grating, cell, lens_pitch_mm, dot_mm).phase_error_rad)
+        abs(realised(grating, cell, lens_pitch_mm, dot_mm, request.ink_growth_um / 1000).phase_error_rad)
         for grating in gratings
         if isinstance(grating.axis, str)
         for cell in grating.cells

@@ -143,15 +143,23 @@ def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Im
 def _catch_up(there: Connection, transaction: Transaction, *, resigned: bool) -> Import:
     """Copy the source's later log entries, and the records that they are about; all records if `resigned`."""
     here, newer = transaction.connection, log.c.seq > transaction.head.seq
-    known = set(here.scalars(select(badges.c.id)))
-    erased = known & set(_erased_in(there))
-    changed = known & set(there.scalars(select(log.c.subject).where(newer))) - erased
-    for ids in _chunks(sorted(known if resigned else changed | erased)):
+    said, gone, before = set(there.scalars(select(log.c.subject).where(newer))), set(_erased_in(there)), _count(here)
+    # A registry may hold millions of badges; of these, only what the later entries are about is looked at.
+    known = {found for ids in _chunks(sorted(said | gone)) for found in _held(here, ids)}
+    erased, changed = known & gone, known & said - gone
+    if resigned:
+        here.execute(delete(badges))
+    for ids in _chunks(sorted(changed | erased)):
         here.execute(delete(badges).where(badges.c.id.in_(ids)))
     _copy(there, here, badges, badges.c.id, None if resigned else badges.c.id.in_(select(log.c.subject).where(newer)))
     _copy_log(there, here, newer)
-    added = _count(there) - len(known - erased)
-    return Import(added, len(changed), len(known - erased - changed), len(erased))
+    kept = before - len(erased)
+    return Import(_count(there) - kept, len(changed), kept - len(changed), len(erased))
+
+
+def _held(here: Connection, ids: Iterable[str]) -> list[str]:
+    """Those of some ids of which there is a record here."""
+    return list(here.scalars(select(badges.c.id).where(badges.c.id.in_(ids))))
 
 
 def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Import:

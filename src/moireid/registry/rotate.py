@@ -55,9 +55,10 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> KeyRotation
             transaction.connection.execute(update(schema.authority).values(values))
     except BaseException:
         # A key that the registry did not take is removed; if that is not known, it stays.
-        stored = [row.public_key for row in ledger.rows(select(schema.authority))]
-        if path is not None and stored != [new.authority.public_hex]:
-            path.unlink(missing_ok=True)
+        if path is not None:
+            stored = [row.public_key for row in ledger.rows(select(schema.authority))]
+            if stored != [new.authority.public_hex]:
+                path.unlink(missing_ok=True)
         raise
     ledger.adopt(new.authority.public_hex)
     return KeyRotation(old.authority.fingerprint, new.authority.fingerprint, count, str(head))

@@ -79,7 +79,7 @@ async def ends(reader: asyncio.StreamReader, seconds: float) -> bool:
 
 
 def test_one_address_keeps_no_other_out() -> None:
-    """Catches: a cap that turns away the next one, whoever holds the places; a place that is never given back."""
+    """Catches: a cap that turns away the next one, no matter who holds the places; a place that is never given back."""
     limits = ConnectionLimits(most=12, proxies=frozenset())
 
     async def talk(port: int) -> None:

@@ -124,6 +124,34 @@ def test_lines_lie_where_the_contract_says(axis: str, pitch: float, edge: float,
     assert {(line[1 - low], line[5 - high]) for line in lines} == {(20.0, 24.5)}
 
 
+@pytest.mark.parametrize("form", ["dots", "vector"])
+def test_ink_growth_narrows_lines_about_their_middles(badge: Badge, tmp_path: Path, form: str) -> None:
+    """Catches: lines moved, one edge alone, a growth of each edge instead of both, cells without it."""
+    dark = []
+    for growth_um in (0.0, 60.0):
+        made = replace(badge, print=dict(badge.print or {}) | {"ink_growth_um": growth_um, "form": form})
+        page.write_badge_pdf(made, tmp_path / f"{growth_um}.pdf")
+        picture = raster(tmp_path / f"{growth_um}.pdf", 2400) < 128
+        x0, y0, x1, y1 = (v / 25.4 * 2400 for v in badge.gratings[0].cells[0].rect_mm)
+        row = picture[round((y0 + y1) / 2), round(x0) : round(x1)].astype(int)
+        dark.append([np.flatnonzero(np.diff(row) == step)[2:100] for step in (1, -1)])
+    (wide_from, wide_to), (from_, to) = dark
+    first = 1 if wide_to[0] < wide_from[0] else 0
+    count = 90
+    begun, ended = (from_ - wide_from)[:count], (wide_to - to)[first : first + count]
+    assert (begun.mean() + ended.mean()) * 25400 / 2400 == pytest.approx(60, abs=6)
+    assert abs(begun.mean() - ended.mean()) * 25400 / 2400 < 6
+
+
+@pytest.mark.parametrize("growth", [-1, 300, "abc", None, [1]])
+def test_an_ink_growth_that_no_printer_has_is_refused(badge: Badge, tmp_path: Path, growth: object) -> None:
+    """Catches: a file with any value, which drew an empty page or ended in a traceback."""
+    made = replace(badge, print=dict(badge.print or {}) | {"ink_growth_um": growth})
+    with pytest.raises(SpecError, match="must be a number from 0 to 150"):
+        page.write_badge_pdf(made, tmp_path / "badge.pdf")
+    assert not (tmp_path / "badge.pdf").exists()
+
+
 def test_every_edge_on_the_page_is_where_the_badge_says(badge: Badge, drawn: Drawn) -> None:
     """Catches: points rounded to hundredths (3.5 um), y turned over, a page scaled or shifted.
 

@@ -65,7 +65,7 @@ CHANGES: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     "revocation": (lambda d: d["record"].update(revoked_at=None), "record"),
     "time": (lambda d: d["entry"].update(time="2020-01-01T00:00:00Z"), "entry"),
     "place": (lambda d: d["entry"].update(seq=d["entry"]["seq"] - 1), "entry"),
-    "step": (lambda d: d["proof"].insert(0, "00" * 32), "entry"),
+    "step": (lambda d: d["proof"].__setitem__(0, "00" * 32), "entry"),
     "one step less": (lambda d: d["proof"].pop(), "entry"),
     "root": (_smaller_log, "checkpoint"),
     "key": (lambda d: d.update(public_key="11" * 32), "public_key"),

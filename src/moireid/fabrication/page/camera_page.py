@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from moireid.camera_chart import COLUMNS, MARKER_MM, ROWS, SQUARE_MM, chart_board
+from moireid.camera_chart import COLUMNS, ROWS, SQUARE_MM, chart_board
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.files import planned, whole_file
 from moireid.profiles import PAPERS_MM
@@ -26,13 +26,10 @@ def print_camera_chart(path: Path, paper: str, *, overwrite: bool = False) -> No
     """Write the chart for a paper of `profiles.PAPERS_MM`.  Raises: SpecError where the file is in the way."""
     planned([path], overwrite=overwrite)
     width, height = PAPERS_MM[paper]
-    board, module = chart_board(), MARKER_MM / MODULES
-    # Squares are no whole number of a marker's modules, so both are cut into the finest common part.
-    part = SQUARE_MM / 4 / MODULES
-    count = round(SQUARE_MM / part)
-    picture = board.generateImage((COLUMNS * count, ROWS * count))
+    # A marker is three quarters of a square wide, in the middle of it: both are whole numbers of this part.
+    part = SQUARE_MM / 8 / MODULES
+    picture = chart_board().generateImage((COLUMNS * 8 * MODULES, ROWS * 8 * MODULES))
     left, top = (width - COLUMNS * SQUARE_MM) / 2, (height - ROWS * SQUARE_MM) / 2 - LINE_MM
-    assert abs(module / part - round(module / part)) < 1e-9
     black = [
         (left + start * part, top + row * part, left + end * part, top + (row + 1) * part)
         for row, line in enumerate(picture)

@@ -131,7 +131,7 @@ def _draw_ink_strip(sheet: PdfPage, chart: Badge, middle: float, top: float, roo
         sheet.text(start + wide / 2, top + INK_HIGH_MM + 2.4, f"{growth_um}", points=TEXT_POINTS)
     drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
     sheet.fill_drawn(drawn if print_data.get("form") == "vector" else [on_dots(line, "x", dot_mm) for line in drawn])
-    words = "Ink growth, um: over which number are both halves equally dark from 3 m away? Give it as --ink-growth."
+    words = "Ink growth, um: over which number are both halves equally dark from 5 m away? Give it as --ink-growth."
     sheet.text(
         middle, top - 1.2, words, points=TEXT_POINTS * min(1.0, room_mm / sheet.text_width_mm(words, TEXT_POINTS))
     )

@@ -229,7 +229,7 @@ def draw_board(
         place of name and id; mark_mm: length of the crop marks.
     """
     for grating in badge.gratings:
-        draw_lines(sheet, badge, grating, form, dot_mm)
+        draw_lines(sheet, badge, grating, form, dot_mm, ink_growth_mm(badge))
     for square, white in marker_squares(badge):
         sheet.fill([square])
         sheet.fill(white, grey=1.0)
@@ -240,12 +240,14 @@ def draw_board(
         sheet.stroke(x0 - left, y0 - top, x1 - left, y1 - top)
 
 
-def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm: float) -> None:
+def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm: float, ink_mm: float = 0.0) -> None:
     """Draw all dark lines of a grating of the badge, or over one, in one of the `FORMS`; turned ones as they are.
+
+    Parameters: ink_mm: as for `dark_lines`.  It is measured on paper, so the mask on clear film goes without.
 
     Source: a line at an angle to the rows of dots has no border between dots to follow (`moireid.dots.on_dots`).
     """
-    lines = [line for cell in grating.cells for line in dark_lines(grating, cell, ink_growth_mm(badge))]
+    lines = [line for cell in grating.cells for line in dark_lines(grating, cell, ink_mm)]
     if not isinstance(grating.axis, str):
         frame = badge.frame_of(grating)
         first, *others = ([sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines)

@@ -160,7 +160,7 @@ class BundlePerson(BadgeState):
     name: str
     seal: Seal
     layout: int
-    as_built: str | None
+    as_built: str | None = None
     line: str | None = None
 
     def row(self) -> dict[str, Any]:

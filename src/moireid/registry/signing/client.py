@@ -52,7 +52,7 @@ SignerMessage = MakeKey | KnowKey | SignText
 
 
 #: First lines of notes (`checkpoints/checkpoint.py`, `bundle/bundle_file.py`), before the authority's fingerprint.
-NOTE_ORIGINS = ("moireid/registry/", "moireid/bundle/")
+NOTE_ORIGINS = ("moireid/registry/", "moireid/bundle/", "moireid/bundle2/")
 _HEAD = re.compile(rb"[1-9]\d{0,17}:[0-9a-f]{64}")
 _TURN = re.compile(f"{ROTATED}([0-9a-f]{{64}}):([0-9a-f]{{64}})")
 
@@ -71,7 +71,7 @@ def _is_record(content: bytes) -> bool:
     """Whether it is the text of a record, as `Record.signed_text` writes it."""
     try:
         fields = msgspec.json.decode(content, type=dict[str, object])
-    except (msgspec.DecodeError, RecursionError):
+    except (ValueError, RecursionError):
         return False
     return {"badge_sha256", "id", "issued_at", "layout_key", "name"} <= set(fields)
 
@@ -80,7 +80,7 @@ def entry_of(content: bytes) -> LogEntry | None:
     """The log entry whose hashed text (`log.entry_text`) this is; None if it is none."""
     try:
         entry = msgspec.json.decode(content.partition(b"\n")[2], type=LogEntry)
-    except (msgspec.DecodeError, RecursionError):
+    except (ValueError, RecursionError):
         return None
     # Only the canonical spelling is accepted: what is checked here must be what others read.
     if entry_text(msgspec.structs.asdict(entry)) != content:
@@ -182,7 +182,7 @@ def signer_address() -> str | None:
 def _answer(path: str, message: SignerMessage, exchange: Callable[[bytes], bytes]) -> dict[str, str]:
     try:
         answer = msgspec.json.decode(exchange(msgspec.json.encode(message)), type=dict[str, str])
-    except (OSError, EOFError, msgspec.DecodeError) as error:
+    except (OSError, EOFError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it ended, or said what cannot be read"
         raise RegistryError(
             f"the signer at {path} does not answer ({reason}); start `moireid registry signer --socket {path}`, or "

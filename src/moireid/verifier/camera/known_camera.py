@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 RADII = 50
 #: Width over height of film and calibration differ by this share at most, else one of them shows a part of the picture.
 SAME_SHAPE_SHARE = 0.01
+#: Distortion is taken off before pixels are made square, which is wrong by 0.1 % of the slope at this aspect.
+MOST_ASPECT = 1.03
 
 
 @dataclass(frozen=True)
@@ -88,49 +90,37 @@ def load_camera(path: Path) -> KnownCamera:
         why = error.strerror if isinstance(error, OSError) else "it is no text"
         raise MediaError(f"camera file {path} cannot be read ({why}); give the path of a calibration") from error
     try:
-        found = _gyroflow(json.loads(text))
-    except ValueError:
-        found = None
-    return found or _opencv(text, path)
+        return _gyroflow(text) or _opencv(text)
+    # OpenCV's parser has an error of its own for each way in which a file may be odd.
+    except (cv2.error, ValueError, TypeError, KeyError, OverflowError, RecursionError, SystemError) as error:
+        raise SpecError(
+            f"camera file {path} holds no calibration that can be read; allowed are OpenCV's files (camera_matrix, "
+            "distortion_coefficients, image_width and image_height) and lens profiles of gyroflow; moireid "
+            "calibrate-camera makes one"
+        ) from error
 
 
-def _gyroflow(document: Any) -> KnownCamera | None:
-    """The camera of a lens profile; None for any other JSON."""
+def _gyroflow(text: str) -> KnownCamera | None:
+    """The camera of a lens profile; None for any other file.  Raises: many errors, for one that is damaged."""
+    try:
+        document = json.loads(text)
+    except json.JSONDecodeError:
+        return None
     if not isinstance(document, dict) or "fisheye_params" not in document:
         return None
-    try:
-        size = document["calib_dimension"]
-        matrix = np.array(document["fisheye_params"]["camera_matrix"], float).reshape(3, 3)
-        strengths = [float(k) for k in document["fisheye_params"]["distortion_coeffs"]]
-        size_px = int(size["w"]), int(size["h"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise SpecError(
-            "the lens profile lacks calib_dimension, camera_matrix or distortion_coeffs; export it again"
-        ) from error
-    return _known(size_px, matrix, _fisheye(strengths))
+    size, found = document["calib_dimension"], document["fisheye_params"]
+    matrix = np.array(found["camera_matrix"], float).reshape(3, 3)
+    return _known((int(size["w"]), int(size["h"])), matrix, _fisheye([float(k) for k in found["distortion_coeffs"]]))
 
 
-def _opencv(text: str, path: Path) -> KnownCamera:
-    storage = cv2.FileStorage()
-    try:
-        opened = storage.open(text, cv2.FileStorage_READ | cv2.FileStorage_MEMORY)
-    except cv2.error:
-        opened = False
-    names = ("camera_matrix", "distortion_coefficients", "image_width", "image_height")
-    nodes = {name: storage.getNode(name) for name in names} if opened else {}
-    missing = [name for name in names if name not in nodes or nodes[name].empty()]
-    if missing:
-        raise SpecError(
-            f"camera file {path} holds no {', '.join(missing)}; give a calibration of OpenCV (YAML, XML or JSON) or a "
-            "lens profile of gyroflow, or make one by moireid calibrate-camera"
-        )
-    matrix, strengths = nodes["camera_matrix"].mat(), nodes["distortion_coefficients"].mat()
+def _opencv(text: str) -> KnownCamera:
+    """The camera of a file of OpenCV.  Raises: many errors, for one that is damaged, or of something else."""
+    storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+    matrix, strengths = (storage.getNode(name).mat() for name in ("camera_matrix", "distortion_coefficients"))
+    width, height = (int(storage.getNode(name).real()) for name in ("image_width", "image_height"))
     if matrix is None or matrix.shape != (3, 3) or strengths is None:
-        raise SpecError(
-            f"camera file {path}: camera_matrix must be 3 x 3, and distortion_coefficients a row of numbers"
-        )
-    size_px = int(nodes["image_width"].real()), int(nodes["image_height"].real())
-    return _known(size_px, matrix, _rational([float(k) for k in strengths.ravel()]))
+        raise ValueError("the camera matrix must be 3 x 3, and the distortion a row of numbers")
+    return _known((width, height), matrix, _rational([float(k) for k in strengths.ravel()]))
 
 
 def _known(size_px: tuple[int, int], matrix: Array, displaced: Any) -> KnownCamera:
@@ -138,16 +128,23 @@ def _known(size_px: tuple[int, int], matrix: Array, displaced: Any) -> KnownCame
     long_side = max(size_px)
     focal_x, focal_y = float(matrix[0, 0]), float(matrix[1, 1])
     least, most = FOCAL_RANGE_RATIO
-    if min(size_px) < 1 or not (least <= focal_x / long_side <= most and 0.5 < focal_y / focal_x < 2):
+    if min(size_px) < 1 or not least <= focal_x / long_side <= most:
         raise SpecError(
             f"the camera file states a focal length of {focal_x:g} x {focal_y:g} px for pictures of {size_px[0]} x "
             f"{size_px[1]} px; allowed are {least:g} to {most:g} of the long side"
         )
-    # A picture is made square in its height's pixels; where they are not, x has another focal length.
+    if not 1 / MOST_ASPECT < focal_x / focal_y < MOST_ASPECT:
+        raise SpecError(
+            f"the camera file states pixels {focal_x / focal_y:.3f} times as long as wide, allowed is up to "
+            f"{MOST_ASPECT:g}; calibrate with films whose pixels are square"
+        )
     axis = (matrix[0, 2] - (size_px[0] - 1) / 2) / long_side, (matrix[1, 2] - (size_px[1] - 1) / 2) / long_side
     radii = np.linspace(0, min(math.hypot(*size_px) / 2 / focal_x, FAR), RADII + 1)[1:]
     table = np.column_stack([radii**3, radii**5])
-    (k1, k2), *_ = np.linalg.lstsq(table, displaced(radii) - radii, rcond=None)
+    bent = displaced(radii) - radii
+    if not (np.isfinite(bent).all() and np.isfinite(axis).all()):
+        raise SpecError("the camera file holds a distortion or an axis that is no number; calibrate the camera again")
+    (k1, k2), *_ = np.linalg.lstsq(table, bent, rcond=None)
     return KnownCamera(
         size_px, focal_y / long_side, (float(axis[0]), float(axis[1])), focal_x / focal_y, float(k1), float(k2)
     )

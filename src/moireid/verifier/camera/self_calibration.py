@@ -108,6 +108,9 @@ class FilmWide:
         known: KnownCamera | None = None,
     ) -> None:
         """Parameters: as `fit.fit_camera`."""
+        self._known, self._long_side = known is not None, max(image_px)
+        if known is not None:
+            focal_px = known.focal * self._long_side
         self._points, self._times = points_px, times_s
         self._middle = (image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0
         #: Where the optical axis meets the picture, from its middle, in long sides of the picture.
@@ -119,31 +122,29 @@ class FilmWide:
         self._steadied = False
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         #: Frames before which the picture jumps, (T,).
-        self.cuts = jumps(points_px / (focal_px or FOCAL_PRIOR_RATIO * max(image_px)), times_s)
+        self.cuts = jumps(points_px / (focal_px or FOCAL_PRIOR_RATIO * self._long_side), times_s)
         self._velocity = velocity_px_s(points_px, times_s, self.cuts)
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
         # Programs rotate films, so the shutter may run down, right, up or left.
         self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
         self._rows = self._directions[0]
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
-        self._known, self._long_side = known is not None, max(image_px)
-        if known is not None:
-            focal_px = known.focal * self._long_side
         self._given = focal_px is not None
-        self._usual = FOCAL_PRIOR_RATIO * max(image_px)
+        self._usual = FOCAL_PRIOR_RATIO * self._long_side
         self._guess = focal_px or self._usual
         self._bends = TakenIn(points_px, self._usual)
         self._longer = lengthened_px(points_px, self.plane[:, :2])
-        self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
-        self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, np.zeros(2)
+        if known is not None:
+            self._take(known)
+        start_px = points_px[self._chosen] if known is None else self._flat(self._chosen)
+        self._start = start_poses(self.plane, start_px, self._guess, self._centre)
+        self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         #: What a tremor that hides between the frames moves a row that is a picture's height away, over the noise.
         self._hidden_sds = 0.0
         #: In how many of the chosen frames one error is seen.
         self._repeats = 1.0
         self.covariance = np.zeros((8, 8))
-        if known is not None:
-            self._take(known)
 
     def _take(self, known: KnownCamera) -> None:
         """Start from a calibrated camera; what is known of it is not solved."""
@@ -151,8 +152,6 @@ class FilmWide:
         self.bend = np.array([known.k1 * square + MIDDLE * known.k2 * square**2, known.k2 * square**2])
         self.stretch = math.log(known.aspect)
         self.axis = np.array(known.axis) / [known.aspect, 1.0]
-        self._start = start_poses(self.plane, self._flat(self._chosen), self.focal, self._centre)
-        self._near = NearPoses(self.plane, self._start)
 
     @property
     def _centre(self) -> tuple[float, float]:

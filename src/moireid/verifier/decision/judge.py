@@ -133,7 +133,7 @@ def _superposed(harmonic: ThirdHarmonic) -> RowAndReason:
         text = "The fringes lack the sharp edges that lenses make, as in a blurred picture, in superposed "
         text += "photographs, or under a sheet with air beneath it. "
         text += "Film from nearer, in focus, with the sheet pressed flat."
-    parameters = {"third_harmonic": harmonic.surplus}
+    parameters = {"third_harmonic": harmonic.surplus, "let_through": harmonic.let_through}
     row = Explanation("photographs_laid_over", harmonic.log10_odds, parameters, None, not harmonic.seen)
     return row, Reason("third_harmonic", level, harmonic.surplus, harmonic.limit, "contrasts", text)
 

@@ -27,10 +27,9 @@ class SheetGain:
     """The gain and the sharpness that a badge's sheet is expected to have.
 
     expected: over the design; sd: its standard deviation as a share; room: what may be accepted at most, least and
-    greatest; handled: gains that assembly and a shop's sheet
-    can give, which are never rejected, or None; measured: whether the film is to measure the gain, and any within the
-    room will do; built: whether `expected` was measured; least_overtone: of the third harmonic, from the front,
-    contrasts.
+    greatest; handled: gains that assembly and a shop's sheet can give, which are never rejected, or None; measured:
+    whether the film is to measure the gain, and any within the room will do; built: whether `expected` was measured;
+    least_overtone: of the third harmonic, from the front, contrasts.
     """
 
     expected: float = 1.0

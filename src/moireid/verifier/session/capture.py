@@ -19,6 +19,7 @@ from moireid.verifier.identity.compare_built import filmed_built
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
+from moireid.verifier.session.result import Report
 from moireid.verifier.video import Progress
 
 
@@ -49,11 +50,18 @@ def capture_as_built(
             why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
             raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")
         gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
-        found = (reason.measured for reason in report.invariant.reasons if reason.code == "third_harmonic")
-        sharp = next((value for value in found if isinstance(value, float)), None)
+        sharp = _from_front(report)
         parts.append(filmed_built(report.track, report.measurement, gain, gain_sd, sharp).as_built)
     _check_gains(parts, videos)
     return replace(merge(parts), measured_scale=measured_scale)
+
+
+def _from_front(report: Report) -> float | None:
+    """The third harmonic as the badge would show it from the front, contrasts; None where it was not measured."""
+    found = next((one.parameters for one in report.invariant.table if one.name == "photographs_laid_over"), None)
+    if not found or not found["let_through"] > 0:
+        return None
+    return found["third_harmonic"] / found["let_through"]
 
 
 def _check_gains(parts: list[AsBuilt], videos: list[Path]) -> None:

@@ -88,8 +88,6 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     if track.tracked < MIN_FRAMES or track.tracked == repeated:
         return chapter
     sheet = claim.sheet
-    if claim.camera is not None:
-        claim.camera.check_size(track.image_px)
     measurement = measure(track, focal_px=claim.focal_px, known=claim.camera).under(sheet.expected)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()

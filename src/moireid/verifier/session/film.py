@@ -88,6 +88,8 @@ def verify(
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
+    if claim.camera is not None:
+        claim.camera.check_size((film.width, film.height))
     # The matrices are small: a second BLAS thread waits far longer than it works, and costs half
     # of a verification's time.
     with threadpool_limits(limits=1, user_api="blas"):

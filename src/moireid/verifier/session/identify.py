@@ -21,7 +21,7 @@ from moireid.verifier.reasons import Reason
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
-from moireid.verifier.video import Progress
+from moireid.verifier.video import Film, Progress
 
 Finding = Literal["found", "nobody", "inconclusive"]
 
@@ -117,6 +117,9 @@ def identify(
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
     outcomes = []
+    if camera is not None:
+        film = Film(video)
+        camera.check_size((film.width, film.height))
     for layout in layouts:
         try:
             report = verify(video, Claim(layout, focal_px=focal_px, camera=camera), progress=progress)

@@ -1,7 +1,7 @@
 """worker: judge the films of studios on other machines.
 
 The database says which jobs there are, and nothing else hands them out: a worker takes the next one as a studio's own
-thread does, and settles it there.  So nothing is lost with a worker, and one that is added needs to be told to no one.
+thread does, and settles it there.  So nothing is lost with a worker, and one that is added need not be announced.
 """
 
 from __future__ import annotations

@@ -37,13 +37,15 @@ class ThirdHarmonic:
     """What of the third harmonic turns with the fringes, how much does not, and their error; contrasts.
 
     still: what stays still, and what turns as a mirror image does.
-    least: by how much the first is more than the second on a badge, at least; sd: standard deviation of either.
+    least: by how much the first is more than the second on a badge, at least; sd: standard deviation of either;
+    let_through: share of it that the optics let through from this side, 1 from the front.
     """
 
     size: complex
     still: float
     least: float
     sd: float
+    let_through: float = 1.0
 
     def asked(self, share: float) -> ThirdHarmonic:
         """The same where that share of `least` is asked for."""
@@ -95,7 +97,8 @@ def third_harmonic_of(overtone: Complex, phase_rad: Array, weight: Array, expect
     own, of_still, of_mirrored = noise * np.diag(np.linalg.pinv(table.conj().T @ table)).real
     mirror = math.sqrt(max(abs(complex(found[2])) ** 2 - of_mirrored, 0.0))
     least = _at_least(MIN_OVERTONE_CONTRASTS * min(usual, 1.0))
-    return ThirdHarmonic(complex(found[0]), abs(complex(found[1])) + mirror, least, math.sqrt(own + of_still))
+    still_size = abs(complex(found[1])) + mirror
+    return ThirdHarmonic(complex(found[0]), still_size, least, math.sqrt(own + of_still), min(usual, 1.0))
 
 
 def _at_least(contrasts: float) -> float:
