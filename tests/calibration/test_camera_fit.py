@@ -82,7 +82,7 @@ def test_a_film_that_shows_too_little_is_refused(tmp_path: Path, rng: np.random.
     with pytest.raises(MediaError, match="at rest in 0 distinct views"):
         camera_from_film(blank)
     with pytest.raises(MediaError, match=r"% of the picture's width"):
-        camera_from_film(film(tmp_path / "middle.mp4", rng, reach=0.0, near=900))
+        camera_from_film(film(tmp_path / "middle.mp4", rng, reach=0.0, near=480))
     with pytest.raises(MediaError, match=r"tilted by .* needed are 5 both ways"):
         camera_from_film(film(tmp_path / "front.mp4", rng, tilt=1.0))
 

@@ -75,7 +75,8 @@ def default_data() -> Path:
 def listening(host: str, port: int) -> socket.socket:
     """A socket that listens there.  Raises: OSError, OverflowError where none can."""
     family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-    return socket.create_server((host, port), family=family)
+    both = host == "::" and socket.has_dualstack_ipv6()
+    return socket.create_server((host, port), family=family, dualstack_ipv6=both)
 
 
 def is_loopback(host: str) -> bool:

@@ -9,6 +9,7 @@ import time
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 from starlette.requests import HTTPConnection
@@ -55,7 +56,7 @@ class Studio:
             self.registry.standing(settings.trust)
             self.tokens = Tokens(settings.data, settings.state)
             undo.callback(self.tokens.close)
-            self._alone(undo)
+            hold_folder(settings.data, "studio", undo)
             self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
             undo.callback(self.verdicts.close)
             self.links = Links(settings.data, settings.state)
@@ -157,26 +158,28 @@ class Studio:
         """Close what is open."""
         self._open.close()
 
-    def _alone(self, undo: ExitStack) -> None:
-        """Hold the folder's lock, which the system releases however this process ends.
-
-        Without the lock, another studio would remove the films here as leftovers of its own.
-        """
-        folder = self.settings.data
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            lock = undo.enter_context((folder / "lock").open("a"))
-        except OSError as error:
-            raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another with --data") from error
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise SpecError(
-                f"another studio runs with the folder {folder}; stop it, or give another with --data"
-            ) from error
-
 
 def studio_of(connection: HTTPConnection) -> Studio:
     """The studio that a request or a WebSocket has reached."""
     studio: Studio = connection.app.state.studio
     return studio
+
+
+def hold_folder(folder: Path, what: str, undo: ExitStack) -> None:
+    """Hold a folder's lock, which the system releases however this process ends.
+
+    Without the lock, another process would remove the films here as leftovers of its own.
+
+    Raises: RegistryError where the folder cannot be used; SpecError where another one holds it.
+    """
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        lock = undo.enter_context((folder / "lock").open("a"))
+    except OSError as error:
+        raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another with --data") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        raise SpecError(
+            f"another {what} runs with the folder {folder}; stop it, or give another with --data"
+        ) from error

@@ -22,10 +22,11 @@ from kit.registries import badge_of
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
+from moireid.registry.bundle.bundle_file import ORIGINS
 from moireid.registry.keys import ENTRY, HEAD, NOTE, RECORD, Signer
 from moireid.registry.log import Head, entry_text, rotation_of, rotation_row
 from moireid.registry.signing import signer_process as signing
-from moireid.registry.signing.client import AskingSigner, KnowKey, make_key, of_kind
+from moireid.registry.signing.client import NOTE_ORIGINS, AskingSigner, KnowKey, make_key, of_kind
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows lacks such sockets")
 
@@ -215,3 +216,8 @@ def test_the_command_keeps_its_socket_to_itself(tmp_path: Path) -> None:
     with subprocess.Popen([*command, str(path)], stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None and "signing for those who ask" in process.stderr.readline()
         process.kill()
+
+
+def test_a_signer_signs_bundles_of_every_version() -> None:
+    """Catches: a bundle with a suspended badge, of the second version, that no signer signs."""
+    assert set(ORIGINS.values()) <= set(NOTE_ORIGINS)

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import math
 import os
 import resource
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,17 +58,24 @@ def neighbourhood(host: str) -> str:
         found = ipaddress.ip_address(host)
     except ValueError:
         return host
-    return host if found.version == 4 else str(ipaddress.ip_network((found, 64), strict=False))
+    if found.version == 4:
+        return host
+    return str(found.ipv4_mapped or ipaddress.ip_network((found, 64), strict=False))
 
 
 @dataclass
 class ConnectionLimits:
-    """The limits of one server, and which address has how many connections of HTTP; a proxy may have all of them."""
+    """The limits of one server, and which address has how many connections of HTTP; a proxy may have all of them.
+
+    Where all places are taken, the connection that has said nothing for the longest time makes room.
+    """
 
     most: int = field(default_factory=most_connections)
     headers_s: float = HEADERS_S
     proxies: frozenset[str] = field(default_factory=proxies)
     held: Counter[str] = field(default_factory=Counter)
+    #: Connections that have yet to ask for something, the oldest first.
+    waiting: dict[Connection, None] = field(default_factory=dict)
     #: How many were turned away.
     turned_away: int = 0
 
@@ -74,10 +83,26 @@ class ConnectionLimits:
         """Whether a connection of this host may stay, which counts until `left`; total: of all, WebSockets too."""
         one = neighbourhood(host)
         self.held[one] += 1
-        own = self.most if self.proxies & {"*", host} else max(int(self.most * SHARE_OF_ONE), 1)
-        fits = self.held[one] <= own and total <= self.most
+        own = math.inf if self._is_proxy(host) else max(int(self.most * SHARE_OF_ONE), 1)
+        fits = self.held[one] <= own and (total <= self.most or self._make_room())
         self.turned_away += not fits
         return fits
+
+    def _is_proxy(self, host: str) -> bool:
+        if self.proxies & {"*", host}:
+            return True
+        networks = [one for one in self.proxies if "/" in one]
+        with suppress(ValueError):
+            return any(ipaddress.ip_address(host) in ipaddress.ip_network(one) for one in networks)
+        return False
+
+    def _make_room(self) -> bool:
+        """End the connection that has been silent for the longest time; whether there is one."""
+        silent = next(iter(self.waiting), None)
+        if silent is not None:
+            del self.waiting[silent]
+            silent.transport.abort()
+        return silent is not None
 
     def left(self, host: str) -> None:
         """A connection of this host has ended."""
@@ -126,9 +151,11 @@ class Connection(H11Protocol):
         )
         if ours and waits and self._deadline is None:
             self._deadline = self.loop.call_later(self.limits.headers_s, self.transport.abort)
+            self.limits.waiting[self] = None
         elif not (ours and waits) and self._deadline is not None:
             self._deadline.cancel()
             self._deadline = None
+            self.limits.waiting.pop(self, None)
 
 
 def limited(limits: ConnectionLimits) -> type[Connection]:

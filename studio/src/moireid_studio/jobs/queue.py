@@ -11,6 +11,7 @@ import contextlib
 import re
 import shutil
 from collections.abc import AsyncIterator, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from moireid_studio.http.server import Rates, fits
 from moireid_studio.jobs.child import films
 from moireid_studio.jobs.workers import Doer, Workers
 from moireid_studio.problems import Refusal
+from moireid_studio.store.database import patiently
 from moireid_studio.store.job import Job, Lane
 from moireid_studio.store.storage import JOB_ID, Folder, StorageError
 
@@ -185,8 +187,10 @@ class Jobs:
         it is over, was removed, or this studio stops.
         """
         seen: object = None
+        look = partial(self.ledger.find, job.id)
         while True:
-            now = await run_in_threadpool(self.ledger.find, job.id)
+            # A database that is away for some seconds says nothing of any job.
+            now = await run_in_threadpool(patiently, look)
             job, over = now or job, now is None or now.over or self.workers.stopping.is_set()
             if over or (job.state, job.frames) != seen:
                 seen = job.state, job.frames
@@ -220,7 +224,12 @@ class Jobs:
 
     def _clear_folder(self) -> None:
         """Remove films that came when this machine's last studio was killed; what is not of a job stays."""
-        for entry in self._folder.iterdir():
-            if LEFT.fullmatch(entry.name) and not (isinstance(self._storage, Folder) and JOB_ID.fullmatch(entry.name)):
-                shutil.rmtree(entry, ignore_errors=True)
+        clear_leftovers(self._folder, but_jobs=isinstance(self._storage, Folder))
         self.workers.clear()
+
+
+def clear_leftovers(folder: Path, *, but_jobs: bool) -> None:
+    """Remove films that a process had here when it was killed; but_jobs: the folders of jobs are the storage's own."""
+    for entry in folder.iterdir() if folder.is_dir() else ():
+        if LEFT.fullmatch(entry.name) and not (but_jobs and JOB_ID.fullmatch(entry.name)):
+            shutil.rmtree(entry, ignore_errors=True)
