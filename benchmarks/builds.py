@@ -1,17 +1,23 @@
 """Badges as people build them, by an outside tracer: run `.venv/bin/python benchmarks/builds.py [--only REGEX]`.
 
 Each badge is printed by the command `print-your-badge` and traced by `outside`, which shares nothing with
-`moireid.simulate`, with one flaw of print or sheet, or with all of them (`outside.flaws`).  It is enrolled from two
-films, filmed again at the middle of its range, and filmed with half the gain; a second build of the same files, with
-the same flaws of another draw, is the copy.  Narrowed: printed with `--ink-growth`.  Printed is whether it could be
-enrolled, what becomes of the film before and after enrolment, with its gain, and of copy and forgery (not with
-`--quick`).
+`moireid.simulate`, with one flaw of print, sheet, shape or light, or with all that is usual (`outside.flaws`,
+`outside.lamps`).  It is enrolled from two films, filmed again at the middle of its range, and filmed with half the
+gain; a second build of the same files, with the same flaws of another draw, is the copy.  Narrowed: printed with
+`--ink-growth`.  Printed is whether it could be enrolled, what becomes of the film before and after enrolment, how many
+error bars its gain is off (at enrolment: off that of its own lenses, traced), and what becomes of copy and forgery (not
+with `--quick`); then the sums of each kind.  With `--seeds N` N badges of each kind are built, filmed on other motions.
+`--keep DIR` keeps films, each with what was built, the trajectory and the report: another run judges them again.
 """
 
 from __future__ import annotations
 
+import json
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from natural_films import prepared
@@ -19,18 +25,23 @@ from outside.build import built
 from outside.camera import PHONE, drawn
 from outside.film import Shoot, film
 from outside.flaws import Flaws, flawed
+from outside.lamps import lamps_about
+from outside.lens import through_cylinders
+from outside.motion import KINDS as MOTIONS
 from outside.motion import course
-from outside.page import load_page
+from outside.page import Lens, load_page
 
 from moireid.asbuilt import AsBuilt
-from moireid.badge import load_badge
+from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
 from moireid.verifier import Claim, verify
 from moireid.verifier.session.capture import capture_as_built
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
 from moireid_lab.bench.verdicts import why_not
 
 FRAMES, FPS, DISTANCE_MM = 240, 30, 1000.0
+#: A second build of the same files has this number more.
+COPY = 100
 KINDS = {
     "none": Flaws(),
     "ink 42 um": Flaws(ink_um=42),
@@ -40,60 +51,149 @@ KINDS = {
     "bled and bands": Flaws(ink_um=42, bands=0.03),
     "focus 1.07": Flaws(focus=1.07),
     "focus 1.47": Flaws(focus=1.47),
+    "ellipse": Flaws(ellipse=True),
+    "gradient 0.2 %": Flaws(gradient=0.002),
     "air 0.05 mm": Flaws(air_mm=0.05),
     "air 0.15 mm": Flaws(air_mm=0.15),
+    "air in waves": Flaws(air_mm=0.05, waves_mm=0.04),
     "wander 0.02 mm": Flaws(wander_mm=0.02),
     "wander 0.05 mm": Flaws(wander_mm=0.05),
     "haze 30 %": Flaws(haze=0.3),
     "haze 60 %": Flaws(haze=0.6),
-    "usual": Flaws(ink_um=30, bands=0.01, focus=1.07, air_mm=0.05, wander_mm=0.02, haze=0.3),
-}
+    "bow 1.5 m": Flaws(bow_m=1.5),
+    "bow 0.7 m": Flaws(bow_m=0.7),
+    "bow 0.35 m": Flaws(bow_m=0.35),
+    "bow 0.35 m, upright": Flaws(bow_m=0.35, bow_deg=90),
+    "bow 0.35 m, level": Flaws(bow_m=0.35, bow_deg=0),
+    "hollow 0.7 m": Flaws(bow_m=-0.7),
+    "twist 0.5 / m": Flaws(twist_per_m=0.5),
+    "glare": Flaws(),
+    "side light": Flaws(),
+    "usual": Flaws(
+        ink_um=30, bands=0.01, focus=1.07, air_mm=0.05, waves_mm=0.04, wander_mm=0.02, haze=0.3, bow_m=1.5
+    ),
+}  # fmt: skip
+#: Of these kinds: the share of light from the side, and what lenses mirror at most over the light of white card.
+LAMPS = {"glare": (0.0, 0.6), "side light": (0.9, 0.0), "usual": (0.9, 0.3)}
+
+
+def badge_folder(folder: Path, kind: str, build: int) -> Path:
+    """Where the badge and the films of a build are; another number is another badge, a copy is of the same."""
+    if kind.endswith("narrowed"):
+        return prepared(folder / "narrowed", "--ink-growth", "85")
+    number = build % COPY
+    payload = np.random.default_rng([number, 7]).bytes(8).hex()
+    return prepared(folder / f"badge_{number}", "--payload", payload) if number > 1 else prepared(folder)
 
 
 def filmed(folder: Path, kind: str, build: int, number: int, forge: str | None = None) -> Path:
-    """One film of one build; kept in the folder."""
-    path = folder / f"{kind.replace(' ', '_').replace('%', 'pc')}_{build}_{number}_{forge or 'true'}.mp4"
+    """One film of one build; kept in the folder, with what was built and filmed."""
+    name = kind.replace(" ", "_").replace("%", "pc").replace("/", "per").replace(",", "")
+    path = folder / f"{name}_{build}_{number}_{forge or 'true'}.mp4"
     if not path.exists():
         rng = np.random.default_rng([build, number, 5])
         page = flawed(load_page(folder / "badge"), KINDS[kind], build)
-        motion = course(("sway", "arc", "measured")[number % 3], DISTANCE_MM, FRAMES / FPS, rng)
+        motion = course(MOTIONS[(number + build % COPY - 1) % 3], DISTANCE_MM, FRAMES / FPS, rng)
         own = built(page, np.random.default_rng([build, 6]))
-        film(page, own, drawn(rng, PHONE), motion, path, Shoot(FRAMES, FPS, 23, number, forge))
+        camera, light = drawn(rng, PHONE), LAMPS.get(kind)
+        lamps = lamps_about(motion, FRAMES / FPS, *light, rng) if light else None
+        shoot = Shoot(FRAMES, FPS, 23, number, forge, lamps)
+        facts = {"flaws": asdict(KINDS[kind]), "bend": asdict(page.bend), "lens": asdict(page.lens)}
+        facts |= {"camera": asdict(camera), "motion": motion.kind, "lamps": lamps and asdict(lamps)}
+        path.with_suffix(".build.json").write_text(json.dumps(facts, indent=1), encoding="utf-8")
+        scratch = path.with_suffix(".part.mp4")
+        film(page, own, camera, motion, scratch, shoot)
+        scratch.with_suffix(".course.csv").rename(path.with_suffix(".course.csv"))
+        scratch.rename(path)
     return path
 
 
+def traced_gain(kind: str, build: int, folder: Path) -> float:
+    """How much further fringes move under the build's lenses than under those of the design, at small angles."""
+    plain = load_page(folder / "badge")
+    page = flawed(plain, KINDS[kind], build)
+    air = float(page.air_mm.mean()) if page.air_mm.size else page.lens.air_mm
+    return _fringe_rad(replace(page.lens, air_mm=air), 0.05) / _fringe_rad(plain.lens, 0.05)
+
+
+def _fringe_rad(lens: Lens, tangent: float) -> float:
+    """Phase of the fringes seen through a whole lens at that tangent of view, lines being as wide as lenses."""
+    count = 4000
+    landed, along, share = (np.arange(count) + 0.5) / count * lens.pitch_mm, np.zeros(count), np.empty(count)
+    slopes, conic = (np.full(count, tangent), np.zeros(count)), (lens.conic,) if lens.conic else ()
+    figures = lens.pitch_mm, lens.radius_mm, lens.thickness_mm, lens.index, lens.air_mm, *conic
+    through_cylinders(count, landed, along, *slopes, share, 0.0, *figures)
+    return float(np.angle(np.sum(share * np.exp(2j * np.pi * (landed / lens.pitch_mm - 0.5)))))
+
+
+def enrolled(films: list[Path], badge: Badge) -> AsBuilt | str:
+    """As-built figures of two films, or why they are refused."""
+    try:
+        return capture_as_built(films, badge)
+    except MediaError as error:
+        return str(error).split("cannot be used:")[-1].strip()
+
+
+def verdict(path: Path, claim: Claim, stage: str) -> tuple[str, list[str], Any]:
+    """Verdict, reasons and motion figures of a film; the report is kept next to it."""
+    report = verify(path, claim)
+    path.with_suffix(f".{stage}.json").write_text(json.dumps(report.to_json(), indent=1), encoding="utf-8")
+    return report.verdict, why_not(report), report.invariant
+
+
+def judged(job: tuple[Path, str, int, bool]) -> Row:
+    """One build: filmed, enrolled, judged."""
+    top, kind, build, quick = job
+    folder = badge_folder(top, kind, build)
+    badge = load_badge(folder / "badge" / "badge.json")
+    films = [filmed(folder, kind, build, number) for number in range(3)]
+    before, why_before, _ = verdict(films[2], Claim(badge, badge.id), "before")
+    row: Row = {"build": kind, "number": build, "before": before, "why before": why_before}
+    figures = enrolled(films[:2], badge)
+    if isinstance(figures, str):
+        return row | {"refused": figures}
+    claim = Claim(badge, badge.id, as_built=figures)
+    after, why, motion = verdict(films[2], claim, "after")
+    off = (figures.gain_ratio - traced_gain(kind, build, folder)) / figures.gain_sd
+    row |= {"enrolled gain": figures.gain_ratio, "bars off": off, "gain": motion.gain_ratio}
+    row |= {"gain bars off": motion.gain_ratio and (motion.gain_ratio - 1) / motion.gain_sd, "after": after, "why": why}
+    if not quick:
+        row["copy"] = verdict(filmed(folder, kind, build + COPY, 2), claim, "after")[0]
+        row["half gain"] = verdict(filmed(folder, kind, build, 2, "gain_0.5"), claim, "after")[0]
+    return row
+
+
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a build."""
+    """One row a build, and one a kind."""
+    builds = range(1, 1 + wish.own.seeds)
     with wish.kept_folder() as name:
-        for kind in wish.chosen(KINDS):
-            narrowed = kind.endswith("narrowed")
-            folder = prepared(name / "narrowed", "--ink-growth", "85") if narrowed else prepared(name)
-            badge = load_badge(folder / "badge" / "badge.json")
-            for build in range(1, 1 + (wish.clips or 1)):
-                again = filmed(folder, kind, build, 2)
-                before = verify(again, Claim(badge, badge.id))
-                figures: AsBuilt | None = None
-                refused = ""
-                try:
-                    figures = capture_as_built([filmed(folder, kind, build, k) for k in (0, 1)], badge)
-                except MediaError as error:
-                    refused = str(error).split("cannot be used:")[-1][:60]
-                row: Row = {"build": kind, "number": build, "before": before.verdict, "why before": why_not(before)}
-                if figures is None:
-                    yield row | {"refused": refused}
-                    continue
-                claim = Claim(badge, badge.id, as_built=figures)
-                after = verify(again, claim)
-                row |= {
-                    "enrolled gain": figures.gain_ratio,
-                    "gain": after.invariant.gain_ratio,
-                    "after": after.verdict,
-                    "why": why_not(after),
-                }
-                if not wish.quick:
-                    row["copy"] = verify(filmed(folder, kind, build + 100, 2), claim).verdict
-                    row["half gain"] = verify(filmed(folder, kind, build, 2, "gain_0.5"), claim).verdict
-                yield row
+        kinds = wish.chosen(KINDS)
+        # Badges are printed first, as builds of several kinds, which are made side by side, are of the same.
+        for kind in kinds:
+            for build in builds:
+                badge_folder(name, kind, build)
+        jobs = {f"{kind}: {build}": (name, kind, build, wish.quick) for build in builds for kind in kinds}
+        found = list(replace(wish, only=None).each(judged, jobs))
+    yield from found
+    for kind, own in grouped(found, "build").items():
+        yield summed(kind, own)
+
+
+def summed(kind: str, own: list[Row]) -> Row:
+    """What became of the builds of one kind."""
+    after = Counter(row.get("after") for row in own)
+    reasons = Counter(code for row in own for code in row.get("why", []))
+    bars = [row["gain bars off"] for row in own if row.get("gain bars off") is not None]
+    forged = {f"{name} accepted": sum(row.get(name) == "accept" for row in own) for name in ("copy", "half gain")}
+    return {
+        "kind": kind,
+        "builds": len(own),
+        "enrolled": sum("refused" not in row for row in own),
+        **{name: after[name] for name in ("accept", "inconclusive", "reject")},
+        "most bars off": max(bars, key=abs, default=None),
+        **forged,
+        "reasons": ", ".join(f"{code} {count}" for code, count in reasons.most_common()),
+    }
 
 
 COLUMNS = {
@@ -102,10 +202,15 @@ COLUMNS = {
     "before": "<12",
     "why before": "<16",
     "enrolled gain": ">13.3f",
+    "bars off": ">8.1f",
     "gain": ">6.3f",
+    "gain bars off": ">13.1f",
 }
 COLUMNS |= {"after": "<12", "why": "<16", "copy": "<12", "half gain": "<12", "refused": "<1"}
-BENCH = Bench(rows, COLUMNS)
+COLUMNS |= {"kind": "<19", "builds": ">6", "enrolled": ">8", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
+COLUMNS |= {"most bars off": ">13.1f", "copy accepted": ">13", "half gain accepted": ">18", "reasons": "<1"}
+OPTIONS = {"--seeds": {"type": int, "default": 1, "metavar": "N", "help": "builds of each kind"}}
+BENCH = Bench(rows, COLUMNS, options=OPTIONS)
 
 if __name__ == "__main__":
     run_script(__file__)

@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from outside.bend import outline
 from outside.build import Build
 from outside.camera import Camera
 from outside.forge import FLAT, Lie, flat_page, lie_about
+from outside.lamps import Lamps, relight
 from outside.motion import Course
 from outside.page import PAPER, Page
 from outside.rivals import KINDS as RIVALS
@@ -36,13 +38,14 @@ CODER = {
 
 @dataclass(frozen=True)
 class Shoot:
-    """Length, frame rate, quality of coding, seed, and which lie, if any."""
+    """Length, frame rate, quality of coding, seed, which lie, if any, and lamps besides the room's even light."""
 
     frames: int = 240
     fps: int = 30
     crf: int = 23
     seed: int = 0
     forge: str | None = None
+    lamps: Lamps | None = None
 
 
 class Tracer:
@@ -95,12 +98,15 @@ class Tracer:
             eyes = self.lie.eye(times)
             lie = np.vstack([np.ones((1, 4)), self.lie.warp(start)])
             patches = self.lie.true_at
-        lens = self.page.lens
-        figures_of_lens = np.array([lens.thickness_mm, lens.index, lens.radius_mm, lens.air_mm])
+        lens, sheets, bend, lamps = self.page.lens, self.build.sheets, self.page.bend.figures, self.shoot.lamps
         trace(
-            self.light, box, self.rays, figures, places, turns, self.build.sheets, figures_of_lens, lens.round,
-            self.fine, self.page.coarse, self.size, self.sets, eyes, lie, patches, self.shoot.seed * 1009 + number,
+            self.light, box, self.rays, figures, places, turns, sheets, lens.figures, lens.round, self.fine,
+            self.page.coarse, self.size, self.sets, eyes, lie, patches, self.shoot.seed * 1009 + number, bend,
+            self.page.air_mm,
         )  # fmt: skip
+        if lamps:
+            seen = self.course.in_badge(np.array([lamps.side_mm, lamps.glare_mm]), np.array([start]))
+            relight(self.light, box, self.rays, figures, places, turns, (sheets, self.size, bend), lamps, seen)
         return self.light
 
     def luma(self, number: int, out: NDArray[np.uint8]) -> None:
@@ -120,7 +126,7 @@ class Tracer:
     def _box(self, places: NDArray[np.float64], turns: NDArray[np.float64]) -> tuple[int, int, int, int]:
         """Pixels in which the badge can be during this frame."""
         x, y = self.size[2], self.size[3]
-        corners = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+        corners = outline(x, y, self.page.bend)
         seen = np.einsum("kji,kcj->kci", turns, corners[None] - places[:, None])
         px = self.camera.project(seen).reshape(-1, 2)
         low, high = np.floor(px.min(axis=0)).astype(int) - 4, np.ceil(px.max(axis=0)).astype(int) + 4

@@ -1,23 +1,28 @@
-"""What real printers and sheets do to a badge, each as a change of the page before it is traced.
+"""What real printers, sheets and wearers do to a badge, each as a change of the page before it is traced.
 
 A flaw belongs to one built badge, so its chance follows from a seed of the build and stays the same in all its films.
 Magnitudes: a 1200 dpi laser was measured to widen lines by 42 to 64 um; sheets for pictures that flip have a radius up
-to 1.47 times that which focuses on the back (US6726858).
+to 1.47 times that which focuses on the back (US6726858); their pitch differs across the web, as they shrink when they are
+extruded (US8192654); good lenses are elliptical (SPIE 5874-06).
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
+from outside.bend import Bend
 from outside.page import Page
 
 Grey = NDArray[np.uint8]
-#: Light that is scattered within a sheet spreads over about this far, mm; lenses wander over this far; bands recur.
-HAZE_MM, WANDER_MM, BAND_MM = 3.0, 25.0, 12.7
+#: Light that is scattered within a sheet spreads over about this far, mm; lenses wander, and air changes, over this far;
+#: bands recur.
+HAZE_MM, WANDER_MM, WAVES_MM, BAND_MM = 3.0, 25.0, 25.0, 12.7
 
 
 @dataclass(frozen=True)
@@ -27,7 +32,10 @@ class Flaws:
     ink_um: by which printed lines are wider, both edges together; bands: change of reflectance along the page, as a
     share; focus: the lenses' radius over that which was sold as; air_mm: between sheet and page; wander_mm: root mean
     square by which lenses are off their places, smooth across the sheet; haze: share of the light that is mixed from
-    all around.
+    all around; waves_mm: root mean square of the air's change over the sheet, about air_mm and never below 0; ellipse:
+    lenses of the profile that focuses; gradient: by how much the last lens of a sheet is wider than the first, as a
+    share; bow_m: radius to which the badge is bent, positive where its edges recede, 0 for a flat one; bow_deg: that
+    cylinder's axis in the page, from x to y, by chance where None; twist_per_m: z = twist x y.
     """
 
     ink_um: float = 0.0
@@ -36,6 +44,12 @@ class Flaws:
     air_mm: float = 0.0
     wander_mm: float = 0.0
     haze: float = 0.0
+    waves_mm: float = 0.0
+    ellipse: bool = False
+    gradient: float = 0.0
+    bow_m: float = 0.0
+    bow_deg: float | None = None
+    twist_per_m: float = 0.0
 
 
 def flawed(page: Page, flaws: Flaws, seed: int) -> Page:
@@ -44,8 +58,8 @@ def flawed(page: Page, flaws: Flaws, seed: int) -> Page:
     fine = page.fine
     if flaws.ink_um:
         fine = _wider(fine, flaws.ink_um / 2000 * page.px_per_mm[0])
-    if flaws.wander_mm:
-        fine = _wandering(page, fine, flaws.wander_mm, rng)
+    if flaws.wander_mm or flaws.gradient:
+        fine = _displaced(page, fine, flaws, rng)
     if flaws.bands:
         rows = np.arange(fine.shape[0]) / page.px_per_mm[1]
         wave = 1 + flaws.bands * np.sin(2 * np.pi * rows / BAND_MM + rng.uniform(0, 6.28))
@@ -54,8 +68,24 @@ def flawed(page: Page, flaws: Flaws, seed: int) -> Page:
         fine = _hazy(page, fine, flaws.haze)
     size = page.coarse.shape[::-1]
     coarse = cv2.resize(fine, size, interpolation=cv2.INTER_AREA)
-    radius = page.lens.radius_mm * flaws.focus
-    return replace(page, fine=fine, coarse=coarse, lens=replace(page.lens, radius_mm=radius, air_mm=flaws.air_mm))
+    radius, conic = page.lens.radius_mm * flaws.focus, -1 / page.lens.index**2 if flaws.ellipse else 0.0
+    lens = replace(page.lens, radius_mm=radius, air_mm=flaws.air_mm, conic=conic)
+    air = _air(page, flaws, rng) if flaws.waves_mm else page.air_mm
+    return replace(page, fine=fine, coarse=coarse, lens=lens, air_mm=air, bend=_bend(flaws, seed))
+
+
+def _bend(flaws: Flaws, seed: int) -> Bend:
+    """The badge's shape."""
+    by_chance = float(np.random.default_rng([seed, 43]).uniform(0, math.pi))
+    axis = by_chance if flaws.bow_deg is None else math.radians(flaws.bow_deg)
+    return Bend(1 / (1000 * flaws.bow_m) if flaws.bow_m else 0.0, axis, flaws.twist_per_m / 1000)
+
+
+def _air(page: Page, flaws: Flaws, rng: np.random.Generator) -> NDArray[np.float32]:
+    """A map of the air beneath the sheets, one figure a mm; its correlation falls to 1 / e within `WAVES_MM`."""
+    noise = rng.normal(size=[math.ceil(size) for size in page.size_mm[::-1]])
+    waves = gaussian_filter(noise, WAVES_MM / 2, mode="wrap")
+    return np.maximum(flaws.air_mm + flaws.waves_mm * waves / waves.std(), 0.0).astype(np.float32)
 
 
 def _wider(fine: Grey, by_px: float) -> Grey:
@@ -82,7 +112,7 @@ def _places(page: Page) -> list[tuple[slice, slice, bool]]:
     return found
 
 
-def _wandering(page: Page, fine: Grey, rms_mm: float, rng: np.random.Generator) -> Grey:
+def _displaced(page: Page, fine: Grey, flaws: Flaws, rng: np.random.Generator) -> Grey:
     """The lines under each sheet moved as its lenses are off their places, the other way."""
     fine = fine.copy()
     for rows, columns, upright in _places(page):
@@ -92,7 +122,10 @@ def _wandering(page: Page, fine: Grey, rms_mm: float, rng: np.random.Generator) 
         knots = max(4, round(width / scale / WANDER_MM) + 3)
         smooth = np.interp(np.arange(width), np.linspace(0, width, knots), rng.normal(size=knots))
         smooth -= np.polyval(np.polyfit(np.arange(width), smooth, 1), np.arange(width))
-        off = (rms_mm * scale * smooth / max(smooth.std(), 1e-9)).astype(np.float32)
+        wander = flaws.wander_mm * scale * smooth / max(smooth.std(), 1e-9)
+        # A pitch that grows evenly puts lenses off by a parabola.
+        parabola = flaws.gradient * width / 2 * (np.arange(width) / width - 0.5) ** 2
+        off = (wander + parabola - parabola.mean()).astype(np.float32)
         x, y = np.meshgrid(np.arange(width, dtype=np.float32) + off, np.arange(part.shape[0], dtype=np.float32))
         moved = cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         fine[rows, columns] = moved if upright else moved.T

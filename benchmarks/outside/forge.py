@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from outside.bend import Bend
 from outside.build import Build
 from outside.motion import Course
 from outside.page import INK, PAPER, Page
@@ -130,9 +131,8 @@ def flat_page(kind: str, page: Page, build: Build, distance_mm: float, footprint
     pitch = SCREEN_PITCH_MM if kind == "screen" else 25.4 / PHOTO_DPI
     shape = round(page.size_mm[1] / pitch), round(page.size_mm[0] / pitch)
     half = page.size_mm[0] * build.scale[0] / 2, page.size_mm[1] * build.scale[1] / 2
-    lens = np.array([page.lens.thickness_mm, page.lens.index, page.lens.radius_mm, page.lens.air_mm])
     scale = page.px_per_mm[0] / build.scale[0], page.px_per_mm[1] / build.scale[1]
-    picture = _picture(shape, distance_mm, build.sheets, lens, page.lens.round, page.fine.T, (*scale, *half))
+    picture = _picture(shape, distance_mm, build.sheets, page.lens.figures, page.lens.round, page.fine.T, (*scale, *half))
     # The paper's or the display's own black and white.
     grey = np.clip(255 * (picture - INK) / (PAPER - INK), 0, 255).astype(np.uint8)
     dots = 8 if kind == "screen" else 4
@@ -146,9 +146,8 @@ def flat_page(kind: str, page: Page, build: Build, distance_mm: float, footprint
     # A camera whose pixels are larger than a display's sees the mean of its grid.
     fine = fine if footprint_mm < pitch else cv2.resize(fine, grey.shape[::-1], interpolation=cv2.INTER_AREA)
     px_per_mm = fine.shape[1] / page.size_mm[0], fine.shape[0] / page.size_mm[1]
-    return replace(page, fine=fine, coarse=fine, px_per_mm=px_per_mm, sheets=()), replace(
-        build, sheets=np.zeros((0, 8))
-    )
+    flat = replace(page, fine=fine, coarse=fine, px_per_mm=px_per_mm, sheets=(), bend=Bend())
+    return flat, replace(build, sheets=np.zeros((0, 8)))
 
 
 @njit(cache=True)

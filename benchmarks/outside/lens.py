@@ -19,10 +19,11 @@ STEPS = 3
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def through_cylinder(s, ds, dt, edge, pitch, radius, thickness, index, air=0.0):
+def through_cylinder(s, ds, dt, edge, pitch, radius, thickness, index, air=0.0, conic=0.0):
     """Where the ray lands on the back: s, t less where it began, and the share of light that passes the surface.
 
-    edge: s of an edge between two lenses; air: mm of it between the sheet's back and the print.
+    edge: s of an edge between two lenses; radius: at the crown; air: mm of it between the sheet's back and the print;
+    conic: constant of the profile, x^2 + (1 + conic) z^2 = 2 radius z.
     """
     cell = math.floor((s - edge) / pitch)
     middle, z, x = 0.0, 0.0, 0.0
@@ -30,27 +31,29 @@ def through_cylinder(s, ds, dt, edge, pitch, radius, thickness, index, air=0.0):
         middle = edge + (cell + 0.5) * pitch
         x = s - middle
         b = ds * x - radius
-        disc = b * b - (1.0 + ds * ds) * x * x
+        disc = b * b - (1.0 + conic + ds * ds) * x * x
         if disc >= 0.0:
             z = x * x / (math.sqrt(disc) - b)
             x += ds * z
             if abs(x) <= 0.5 * pitch:
                 break
         cell += 1 if ds > 0 else -1
-    return _refract(s, 0.0, ds, dt, z, x / radius, 0.0, (z - radius) / radius, thickness, index, air)
+    deep = (1.0 + conic) * z - radius
+    length = radius if conic == 0.0 else math.sqrt(x * x + deep * deep)
+    return _refract(s, 0.0, ds, dt, z, x / length, 0.0, deep / length, thickness, index, air)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness, index, air=0.0):
+def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness, index, air=0.0, conic=0.0):
     """As `through_cylinder` for `count` rays: s and t become where they land, share what passes.
 
     The loop has no branch, so that a processor does several rays at a time; a ray passes over `STEPS` lenses at
-    most, which is enough up to slopes of one.
+    most, which is enough up to slopes of one.  Without `conic` numba compiles it for circles.
     """
     for k in range(count):
         cell = np.floor((s[k] - edge) / pitch)
         way = 1.0 if ds[k] > 0 else -1.0
-        a = 1.0 + ds[k] * ds[k]
+        a = 1.0 + conic + ds[k] * ds[k]
         z, x = 0.0, 0.0
         for step in range(STEPS):
             x = s[k] - edge - (cell + 0.5) * pitch
@@ -60,8 +63,10 @@ def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness
             x += ds[k] * z
             missed = disc < 0.0 or abs(x) > 0.5 * pitch
             cell += way if missed and step < STEPS - 1 else 0.0
+        deep = (1.0 + conic) * z - radius
+        length = radius if conic == 0.0 else math.sqrt(x * x + deep * deep)
         s[k], t[k], share[k] = _refract(
-            s[k], t[k], ds[k], dt[k], z, x / radius, 0.0, (z - radius) / radius, thickness, index, air
+            s[k], t[k], ds[k], dt[k], z, x / length, 0.0, deep / length, thickness, index, air
         )
 
 

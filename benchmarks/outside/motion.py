@@ -45,6 +45,16 @@ class Course:
         place = back.apply(self.camera(t)[:, 3:] - self.badge(t)[:, 3:])
         return place, (back * _rotation(self.camera(t))).as_matrix()
 
+    def in_badge(self, points: Array, t: Array) -> Array:
+        """Points (..., 3) of the world in the badge's frame at one time (1,), mm."""
+        found: Array = _rotation(self.badge(t)).inv().apply(points - self.badge(t)[:, 3:])
+        return found
+
+    def in_world(self, points: Array, t: Array) -> Array:
+        """Points of the badge's frame in the world: the way back of `in_badge`."""
+        found: Array = _rotation(self.badge(t)).apply(points) + self.badge(t)[:, 3:]
+        return found
+
     def gaze(self, t: float) -> Array:
         """The camera's pose in the world at one time, (6,); the background is fixed there."""
         found: Array = self.camera(np.array([t]))[0]

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from outside.bend import Bend
 
 DPI, POINTS_PER_INCH, MM_PER_INCH = 1200, 72.0, 25.4
 #: Reflectance of toner and of card.
@@ -29,7 +31,7 @@ OVERHANG_MM = 1.0
 @dataclass(frozen=True)
 class Lens:
     """What is known of a sheet: sizes in mm; `round` for an array of round lenses; air_mm between its back and
-    the print."""
+    the print; conic: constant of a cylinder's profile, 0 for a circle, -1 / index^2 for the ellipse that focuses."""
 
     pitch_mm: float
     thickness_mm: float
@@ -37,6 +39,12 @@ class Lens:
     radius_mm: float
     round: bool
     air_mm: float = 0.0
+    conic: float = 0.0
+
+    @property
+    def figures(self) -> NDArray[np.float64]:
+        """As `trace.trace` reads."""
+        return np.array([self.thickness_mm, self.index, self.radius_mm, self.air_mm, self.conic])
 
 
 @dataclass(frozen=True)
@@ -52,7 +60,8 @@ class Sheet:
 class Page:
     """The board as printed.
 
-    fine, coarse: reflectance, 0 to 1 as bytes 0 to 255; px_per_mm: of the fine one, along x and y; size_mm: the board.
+    fine, coarse: reflectance, 0 to 1 as bytes 0 to 255; px_per_mm: of the fine one, along x and y; size_mm: the board;
+    air_mm: a map over the board of the air under its sheets, in place of the lens's one figure; bend: its shape.
     """
 
     fine: NDArray[np.uint8]
@@ -61,6 +70,8 @@ class Page:
     size_mm: tuple[float, float]
     lens: Lens
     sheets: tuple[Sheet, ...]
+    air_mm: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0), np.float32))
+    bend: Bend = Bend()
 
 
 def load_page(folder: Path, *, edge_to_edge: bool = False) -> Page:

@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from outside.bend import in_space, onto, slopes_on
 from outside.lens import through_cylinder, through_cylinders, through_sphere
 
 #: Samples of a pixel on a sheet, of one that shows less than `NEAR` of a lens, and of one on plain paper.
@@ -54,7 +55,7 @@ def offsets(count: int, blur_px: float, rng: np.random.Generator) -> NDArray[np.
 def seen_through(x, y, ex, ey, sheets, k, lens, is_round, raster, size):
     """Light from the sheet at (x, y) of its crown plane, along a ray of slopes ex = dx/dz, ey = dy/dz.
 
-    lens: thickness, index, radius, air beneath; raster: the page, transposed, as rays through one lens land along its
+    lens: thickness, index, radius, air beneath, conic constant; raster: the page, transposed, as rays through one lens land along its
     lines; size: pixels in a built mm along x and y, and the board's half size.
     """
     c, s = sheets[k, 2], sheets[k, 3]
@@ -67,7 +68,7 @@ def seen_through(x, y, ex, ey, sheets, k, lens, is_round, raster, size):
         )
     else:
         across, off, share = through_cylinder(
-            across, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3]
+            across, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3], lens[4]
         )
         along += off
     x, y = sheets[k, 0] + across * c - along * s, sheets[k, 1] + across * s + along * c
@@ -88,20 +89,23 @@ def _sheet_at(x, y, sheets, spare):
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def trace(
-    light, box, rays, camera, places, turns, sheets, lens, is_round, fine, coarse, size, sets, eyes, lie, patches, seed
+    light, box, rays, camera, places, turns, sheets, lens, is_round, fine, coarse, size, sets, eyes, lie, patches, seed,
+    bend, air,
 ):
     """Draw the badge into `light`, within `box` (left, top, right, bottom).
 
     camera: focal px, knots in a row's exposure, knots to the last row; places, turns: (K, 3), (K, 3, 3); fine, coarse:
     the page, the fine one transposed; size: pixels in a built mm along x and y of the fine one, and the built board's
     half size; sets: samples of a pixel on a sheet and on paper, of `offsets`; eyes: (K, 3), from where the lens region
-    is pictured in a forgery; lie: on, then rows of amplitude, k_x, k_y, phase; patches: where it is true.
+    is pictured in a forgery; lie: on, then rows of amplitude, k_x, k_y, phase; patches: where it is true; bend: of
+    `Bend.figures`; air: a map of the air beneath the sheets, mm, or nothing.
     """
     focal, height, last = camera[0], light.shape[0], places.shape[0] - 1.0
     half_x, half_y = size[2], size[3]
     lens_set, paper_set = sets
     a, b, work = np.empty(12), np.empty(12), np.empty((7, max(lens_set.shape[2], paper_set.shape[2])))
     x, y, ex, ey = work[0], work[1], work[2], work[3]
+    lens = lens.copy()
     state = np.uint32(seed * 7919 + 1)
     for row in range(box[1], box[3]):
         # Poses at the begin and the end of the row's exposure give each pixel's ray and its change.
@@ -113,6 +117,8 @@ def trace(
             state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
             rx, ry = rays[row, column, 0], rays[row, column, 1]
             hx, hy, wide = _footprint(rx, ry, a, b, focal)
+            if len(bend) > 0:
+                hx, hy, _, _ = onto(hx, hy, (hx - a[0]) / -a[2], (hy - a[1]) / -a[2], 0.0, bend)
             if abs(hx) > half_x + wide or abs(hy) > half_y + wide:
                 continue
             # A ray at an angle meets the crowns, which are in front of the page, elsewhere.
@@ -122,10 +128,16 @@ def trace(
             pattern = int(state >> np.uint32(22)) % PATTERNS
             _spread(rx, ry, chosen[pattern], a, b, focal, above, x, y, ex, ey)
             count = chosen.shape[2]
+            if len(bend) > 0:
+                for k in range(count):
+                    x[k], y[k], ex[k], ey[k] = onto(x[k], y[k], ex[k], ey[k], above, bend)
+            if len(air) > 0:
+                at_x, at_y = (hx / half_x + 1.0) / 2.0 * air.shape[1], (hy / half_y + 1.0) / 2.0 * air.shape[0]
+                lens[3] = _lookup(air, at_x, at_y)
             if lie[0, 0] > 0 and covered >= 0:
                 for k in range(count):
                     if _sheet_at(x[k], y[k], sheets, 0.0) >= 0:
-                        ex[k], ey[k] = _false_slopes(x[k], y[k], ex[k], ey[k], lens[0], eyes, at, lie, patches, size)
+                        ex[k], ey[k] = _false_slopes(x[k], y[k], ex[k], ey[k], lens[0], eyes, at, lie, patches, size, bend)
             if not is_round and covered >= 0 and _sheet_at(hx, hy, sheets, -wide - lens[0]) == covered:
                 total = _seen_through_all(count, work, sheets, covered, lens, fine, size)
             else:
@@ -206,7 +218,11 @@ def _seen_through_all(count, work, sheets, k, lens, raster, size):
         s[i], t[i] = u * cosine + v * sine, v * cosine - u * sine
         u, v = ex[i], ey[i]
         ex[i], ey[i] = u * cosine + v * sine, v * cosine - u * sine
-    through_cylinders(count, s, t, ex, ey, share, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3])
+    edge, pitch, radius = sheets[k, 6], sheets[k, 7], lens[2]
+    if lens[4] == 0.0:
+        through_cylinders(count, s, t, ex, ey, share, edge, pitch, radius, lens[0], lens[1], lens[3])
+    else:
+        through_cylinders(count, s, t, ex, ey, share, edge, pitch, radius, lens[0], lens[1], lens[3], lens[4])
     total = 0.0
     for i in range(count):
         px = (cx + s[i] * cosine - t[i] * sine + size[2]) * size[0]
@@ -216,7 +232,7 @@ def _seen_through_all(count, work, sheets, k, lens, raster, size):
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _false_slopes(x, y, ex, ey, thickness, eyes, at, lie, patches, size):
+def _false_slopes(x, y, ex, ey, thickness, eyes, at, lie, patches, size, bend):
     """Slopes of the ray by which a forger's picture shows the place (x, y) of the crowns."""
     half_x, half_y = size[2], size[3]
     j = min(max(int((x + half_x) / (2 * half_x) * patches.shape[1]), 0), patches.shape[1] - 1)
@@ -227,8 +243,13 @@ def _false_slopes(x, y, ex, ey, thickness, eyes, at, lie, patches, size):
     w = at - k
     cx = (1 - w) * eyes[k, 0] + w * eyes[k + 1, 0]
     cy = (1 - w) * eyes[k, 1] + w * eyes[k + 1, 1]
-    depth = -thickness - ((1 - w) * eyes[k, 2] + w * eyes[k + 1, 2])
-    ex, ey = (x - cx) / depth, (y - cy) / depth
+    cz = (1 - w) * eyes[k, 2] + w * eyes[k + 1, 2]
+    if len(bend) > 0:
+        px, py, pz = in_space(x, y, thickness, bend)
+        ex, ey = slopes_on(px, py, (px - cx) / (pz - cz), (py - cy) / (pz - cz), bend)
+    else:
+        depth = -thickness - cz
+        ex, ey = (x - cx) / depth, (y - cy) / depth
     for n in range(1, lie.shape[0]):
         ex += lie[n, 0] * math.sin(lie[n, 1] * x + lie[n, 2] * y + lie[n, 3])
     return ex, ey
