@@ -93,17 +93,21 @@ def _relight(light, box, rays, camera, places, turns, sheets, size, bend, streng
 @njit(cache=True, fastmath=True, error_model="numpy")
 def _from(lamp, x, y, bend):
     """Slopes of the lamp's ray that meets the badge at a place, against the normal there, and its length, mm."""
-    px, py, pz = x, y, 0.0
     if len(bend) > 0:
-        px, py, pz = in_space(x, y, 0.0, bend)
-    dx, dy, dz = px - lamp[0], py - lamp[1], pz - lamp[2]
-    far = math.sqrt(dx * dx + dy * dy + dz * dz)
-    # A lamp behind the badge lights nothing.
-    dz = max(dz, 1e-6)
-    if len(bend) > 0:
-        lx, ly = slopes_on(px, py, dx / dz, dy / dz, bend)
+        plane, there = in_space(x, y, 0.0, bend)
+        lx, ly, far = _slopes(there, lamp)
+        lx, ly = slopes_on(plane, lx, ly, bend)
         return lx, ly, far
-    return dx / dz, dy / dz, far
+    return _slopes((x, y, 0.0), lamp)
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _slopes(place, lamp):
+    """As `_from`, against the flat badge's normal."""
+    dx, dy, dz = place[0] - lamp[0], place[1] - lamp[1], place[2] - lamp[2]
+    # A lamp behind the badge lights nothing.
+    deep = max(dz, 1e-6)
+    return dx / deep, dy / deep, math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")

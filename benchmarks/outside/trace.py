@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from outside.bend import in_space, onto, slopes_on
+from outside.bend import in_space, onto_plane, plane_under, slopes_on
 from outside.lens import through_cylinder, through_cylinders, through_sphere
 
 #: Samples of a pixel on a sheet, of one that shows less than `NEAR` of a lens, and of one on plain paper.
@@ -118,7 +118,8 @@ def trace(
             rx, ry = rays[row, column, 0], rays[row, column, 1]
             hx, hy, wide = _footprint(rx, ry, a, b, focal)
             if len(bend) > 0:
-                hx, hy, _, _ = onto(hx, hy, (hx - a[0]) / -a[2], (hy - a[1]) / -a[2], 0.0, bend)
+                plane = plane_under(hx, hy, (hx - a[0]) / -a[2], (hy - a[1]) / -a[2], bend)
+                hx, hy = plane[6], plane[7]
             if abs(hx) > half_x + wide or abs(hy) > half_y + wide:
                 continue
             # A ray at an angle meets the crowns, which are in front of the page, elsewhere.
@@ -130,7 +131,7 @@ def trace(
             count = chosen.shape[2]
             if len(bend) > 0:
                 for k in range(count):
-                    x[k], y[k], ex[k], ey[k] = onto(x[k], y[k], ex[k], ey[k], above, bend)
+                    x[k], y[k], ex[k], ey[k] = onto_plane(x[k], y[k], ex[k], ey[k], above, bend, plane)
             if len(air) > 0:
                 at_x, at_y = (hx / half_x + 1.0) / 2.0 * air.shape[1], (hy / half_y + 1.0) / 2.0 * air.shape[0]
                 lens[3] = _lookup(air, at_x, at_y)
@@ -245,8 +246,9 @@ def _false_slopes(x, y, ex, ey, thickness, eyes, at, lie, patches, size, bend):
     cy = (1 - w) * eyes[k, 1] + w * eyes[k + 1, 1]
     cz = (1 - w) * eyes[k, 2] + w * eyes[k + 1, 2]
     if len(bend) > 0:
-        px, py, pz = in_space(x, y, thickness, bend)
-        ex, ey = slopes_on(px, py, (px - cx) / (pz - cz), (py - cy) / (pz - cz), bend)
+        plane, there = in_space(x, y, thickness, bend)
+        deep = there[2] - cz
+        ex, ey = slopes_on(plane, (there[0] - cx) / deep, (there[1] - cy) / deep, bend)
     else:
         depth = -thickness - cz
         ex, ey = (x - cx) / depth, (y - cy) / depth
