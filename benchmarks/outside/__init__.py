@@ -7,10 +7,13 @@ law or the lenticule's table of `moireid`; a test checks this.
 
 page.py      the page as a raster, and the sheets placed on it
 build.py     what goes wrong when a badge is printed and put together
+flaws.py     what printers, sheets and wearers do to a badge
+bend.py      a badge bent to a cylinder, or twisted
 lens.py      one ray through a cylinder lens or a round lens, by Snell's law
 motion.py    where badge and camera are: a wearer who sways, a camera that walks, a measured hand
 camera.py    a phone's or laptop's camera: rays of its pixels, shutter, noise
 trace.py     one frame in linear light
+lamps.py     a lamp to the side, and one that lenses mirror
 sensor.py    from light to bytes: vignetting, noise, gamma
 forge.py     thirteen lies: the lens region's picture taken from a wrong view
 rivals.py    forgeries on the film's own trajectory, each rival of the law at its best

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-#: Steps from the flat plane to the surface; the next one would change a place under a radius of 0.3 m by less than 1e-6 mm.
+#: Steps from the flat plane to the surface; a fourth would change a place under a radius of 0.3 m by less than 1e-6 mm.
 STEPS = 3
 #: A cylinder ends where its surface is this steep (sine), which no badge reaches.
 STEEPEST = 0.95

@@ -2,8 +2,8 @@
 
 A flaw belongs to one built badge, so its chance follows from a seed of the build and stays the same in all its films.
 Magnitudes: a 1200 dpi laser was measured to widen lines by 42 to 64 um; sheets for pictures that flip have a radius up
-to 1.47 times that which focuses on the back (US6726858); their pitch differs across the web, as they shrink when they are
-extruded (US8192654); good lenses are elliptical (SPIE 5874-06).
+to 1.47 times that which focuses on the back (US6726858); their pitch differs across the web, as they shrink when
+they are extruded (US8192654); good lenses are elliptical (SPIE 5874-06).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from outside.bend import Bend
 from outside.page import Page
 
 Grey = NDArray[np.uint8]
-#: Light that is scattered within a sheet spreads over about this far, mm; lenses wander, and air changes, over this far;
+#: Light that is scattered within a sheet spreads over about this far, mm; lenses wander, and air changes, over so much;
 #: bands recur.
 HAZE_MM, WANDER_MM, WAVES_MM, BAND_MM = 3.0, 25.0, 25.0, 12.7
 

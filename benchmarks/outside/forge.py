@@ -132,7 +132,8 @@ def flat_page(kind: str, page: Page, build: Build, distance_mm: float, footprint
     shape = round(page.size_mm[1] / pitch), round(page.size_mm[0] / pitch)
     half = page.size_mm[0] * build.scale[0] / 2, page.size_mm[1] * build.scale[1] / 2
     scale = page.px_per_mm[0] / build.scale[0], page.px_per_mm[1] / build.scale[1]
-    picture = _picture(shape, distance_mm, build.sheets, page.lens.figures, page.lens.round, page.fine.T, (*scale, *half))
+    lens = page.lens
+    picture = _picture(shape, distance_mm, build.sheets, lens.figures, lens.round, page.fine.T, (*scale, *half))
     # The paper's or the display's own black and white.
     grey = np.clip(255 * (picture - INK) / (PAPER - INK), 0, 255).astype(np.uint8)
     dots = 8 if kind == "screen" else 4

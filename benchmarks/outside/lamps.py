@@ -81,7 +81,8 @@ def _relight(light, box, rays, camera, places, turns, sheets, size, bend, streng
                 x, y, ex, ey = onto(x, y, ex, ey, 0.0, bend)
             mm = -a[2] / dz / camera[0]
             # The share of the pixel that is on the badge.
-            cover = min(max((size[2] - abs(x)) / mm + 0.5, 0.0), 1.0) * min(max((size[3] - abs(y)) / mm + 0.5, 0.0), 1.0)
+            cover = min(max((size[2] - abs(x)) / mm + 0.5, 0.0), 1.0)
+            cover *= min(max((size[3] - abs(y)) / mm + 0.5, 0.0), 1.0)
             if cover == 0.0:
                 continue
             light[row, column] *= 1.0 + cover * strengths[0] * (lambert(x, y, bend, seen[0]) * strengths[1] - 1.0)

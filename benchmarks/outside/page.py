@@ -26,6 +26,7 @@ PRINTER_BLUR_MM = 0.012
 COARSE = 3
 #: A piece of lens sheet is cut a little wider than the field, across its lenses, mm.
 OVERHANG_MM = 1.0
+UNBENT = Bend()
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class Page:
     lens: Lens
     sheets: tuple[Sheet, ...]
     air_mm: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0), np.float32))
-    bend: Bend = Bend()
+    bend: Bend = UNBENT
 
 
 def load_page(folder: Path, *, edge_to_edge: bool = False) -> Page:

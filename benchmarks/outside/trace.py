@@ -55,8 +55,8 @@ def offsets(count: int, blur_px: float, rng: np.random.Generator) -> NDArray[np.
 def seen_through(x, y, ex, ey, sheets, k, lens, is_round, raster, size):
     """Light from the sheet at (x, y) of its crown plane, along a ray of slopes ex = dx/dz, ey = dy/dz.
 
-    lens: thickness, index, radius, air beneath, conic constant; raster: the page, transposed, as rays through one lens land along its
-    lines; size: pixels in a built mm along x and y, and the board's half size.
+    lens: of `Lens.figures`; raster: the page, transposed, as rays through one lens land along its lines;
+    size: pixels in a built mm along x and y, and the board's half size.
     """
     c, s = sheets[k, 2], sheets[k, 3]
     dx, dy = x - sheets[k, 0], y - sheets[k, 1]
@@ -90,8 +90,8 @@ def _sheet_at(x, y, sheets, spare):
 @njit(cache=True, fastmath=True, error_model="numpy")
 def trace(
     light, box, rays, camera, places, turns, sheets, lens, is_round, fine, coarse, size, sets, eyes, lie, patches, seed,
-    bend, air,
-):
+    bend, air
+):  # fmt: skip
     """Draw the badge into `light`, within `box` (left, top, right, bottom).
 
     camera: focal px, knots in a row's exposure, knots to the last row; places, turns: (K, 3), (K, 3, 3); fine, coarse:
@@ -138,7 +138,8 @@ def trace(
             if lie[0, 0] > 0 and covered >= 0:
                 for k in range(count):
                     if _sheet_at(x[k], y[k], sheets, 0.0) >= 0:
-                        ex[k], ey[k] = _false_slopes(x[k], y[k], ex[k], ey[k], lens[0], eyes, at, lie, patches, size, bend)
+                        place = x[k], y[k], ex[k], ey[k], lens[0]
+                        ex[k], ey[k] = _false_slopes(*place, eyes, at, lie, patches, size, bend)
             if not is_round and covered >= 0 and _sheet_at(hx, hy, sheets, -wide - lens[0]) == covered:
                 total = _seen_through_all(count, work, sheets, covered, lens, fine, size)
             else:

@@ -206,7 +206,7 @@ def test_from_the_axis_of_a_hollow_badge_each_lens_is_seen_straight_on() -> None
 
 
 def test_an_ellipse_brings_parallel_light_to_one_point() -> None:
-    """At radius g (n - 1) / n and conic constant -1 / n^2, every ray lands in the middle (Descartes); a circle's miss it.
+    """At radius g (n - 1) / n and conic constant -1 / n^2, all rays land in the middle (Descartes); a circle's do not.
 
     Catches: a constant of the wrong sign or place, and the normal of a circle on an ellipse.
     """
