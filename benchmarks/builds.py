@@ -111,9 +111,7 @@ def filmed(folder: Path, kind: str, build: int, number: int, forge: str | None =
 def traced_gain(kind: str, build: int, folder: Path) -> float:
     """How much further fringes move under the build's lenses than under those of the design, at small angles."""
     plain = load_page(folder / "badge")
-    page = flawed(plain, KINDS[kind], build)
-    air = float(page.air_mm.mean()) if page.air_mm.size else page.lens.air_mm
-    return _fringe_rad(replace(page.lens, air_mm=air), 0.05) / _fringe_rad(plain.lens, 0.05)
+    return _fringe_rad(flawed(plain, KINDS[kind], build).lens, 0.05) / _fringe_rad(plain.lens, 0.05)
 
 
 def _fringe_rad(lens: Lens, tangent: float) -> float:
@@ -173,8 +171,10 @@ def rows(wish: Wish) -> Iterator[Row]:
             for build in builds:
                 badge_folder(name, kind, build)
         jobs = {f"{kind}: {build}": (name, kind, build, wish.quick) for build in builds for kind in kinds}
-        found = list(replace(wish, only=None).each(judged, jobs))
-    yield from found
+        found = []
+        for row in replace(wish, only=None).each(judged, jobs):
+            found.append(row)
+            yield row
     for kind, own in grouped(found, "build").items():
         yield summed(kind, own)
 

@@ -70,8 +70,8 @@ def flawed(page: Page, flaws: Flaws, seed: int) -> Page:
     coarse = cv2.resize(fine, size, interpolation=cv2.INTER_AREA)
     radius, conic = page.lens.radius_mm * flaws.focus, -1 / page.lens.index**2 if flaws.ellipse else 0.0
     lens = replace(page.lens, radius_mm=radius, air_mm=flaws.air_mm, conic=conic)
-    air = _air(page, flaws, rng) if flaws.waves_mm else page.air_mm
-    return replace(page, fine=fine, coarse=coarse, lens=lens, air_mm=air, bend=_bend(flaws, seed))
+    page = replace(page, fine=fine, coarse=coarse, lens=lens, bend=_bend(flaws, seed))
+    return _on_waves(page, flaws, rng) if flaws.waves_mm else page
 
 
 def _bend(flaws: Flaws, seed: int) -> Bend:
@@ -81,11 +81,16 @@ def _bend(flaws: Flaws, seed: int) -> Bend:
     return Bend(1 / (1000 * flaws.bow_m) if flaws.bow_m else 0.0, axis, flaws.twist_per_m / 1000)
 
 
-def _air(page: Page, flaws: Flaws, rng: np.random.Generator) -> NDArray[np.float32]:
-    """A map of the air beneath the sheets, one figure a mm; its correlation falls to 1 / e within `WAVES_MM`."""
+def _on_waves(page: Page, flaws: Flaws, rng: np.random.Generator) -> Page:
+    """The page with a map of the air beneath its sheets, one figure a mm, and their mean as the lens's own figure.
+
+    The map's correlation falls to 1 / e within `WAVES_MM`.
+    """
     noise = rng.normal(size=[math.ceil(size) for size in page.size_mm[::-1]])
     waves = gaussian_filter(noise, WAVES_MM / 2, mode="wrap")
-    return np.maximum(flaws.air_mm + flaws.waves_mm * waves / waves.std(), 0.0).astype(np.float32)
+    air = np.maximum(flaws.air_mm + flaws.waves_mm * (waves - waves.mean()) / waves.std(), 0.0).astype(np.float32)
+    beneath = [air[place[:2]].mean() for place in _places(replace(page, px_per_mm=(1.0, 1.0)))]
+    return replace(page, air_mm=air, lens=replace(page.lens, air_mm=float(np.mean(beneath))))
 
 
 def _wider(fine: Grey, by_px: float) -> Grey:
