@@ -1,8 +1,9 @@
-"""Lens sheets and printers, by their names on the command line: those sold (`sheets`), and measured sheets.
+"""Lens sheets and printers, by their names on the command line: those sold (`sheets`), and measured ones.
 
 A label gives nominal figures; a real sheet's pitch differs by some tenths of a percent, and its thickness by some
 percent.  A lens profile is a file with the measured figures of one sheet (`moireid calibrate` writes it), and can be
-used in place of a label.  Enrolment as built still measures each badge.
+used in place of a label.  Enrolment as built still measures each badge.  A printer profile is the same of a printer: by
+how much it widens lines, and its scale.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from msgspec import Meta, Struct
 
@@ -23,12 +24,13 @@ from moireid.sheets import ACRYLIC_INDEX, MM_PER_INCH, PRODUCTS, sheet_lens
 
 #: Family of a pitch test sheet's grating: uniform bands and no code.
 CHART_FAMILY = "pitch-test"
-#: Format of a lens profile's file.
+#: Format of a lens profile's file, and of a printer profile's.
 PROFILE_FORMAT = 1
 #: Largest relative standard deviation of a measured pitch; a worse one would be no better than a label.
 MAX_PITCH_SD_SHARE = 0.02
 #: How lines are put on a page; see `fabrication.page`.
 FORMS = ("dots", "vector")
+Profile = TypeVar("Profile")
 #: Paper sizes, width by height, mm (ISO 216; ANSI A).
 PAPERS_MM = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 
@@ -152,7 +154,14 @@ def array_named(label: str) -> Lens:
 
 def load_lens_profile(path: Path) -> LensProfile:
     """Read a lens profile.  Raises: SpecError if the file is missing or no lens profile, or has impossible figures."""
-    source, advice = f"lens profile {path}", "correct it, or give a file that moireid calibrate wrote"
+    file = _read_profile(path, f"lens profile {path}", ProfileFile)
+    sheet = sheet_lens(file.lens.pitch_mm, file.lens.thickness_mm, file.lens.refractive_index)
+    return LensProfile(file.name, sheet, file.pitch_sd_mm, file.found)
+
+
+def _read_profile(path: Path, source: str, model: type[Profile]) -> Profile:
+    """The content of a profile's file.  Raises: SpecError."""
+    advice = "correct it, or give a file that moireid calibrate wrote"
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -160,9 +169,7 @@ def load_lens_profile(path: Path) -> LensProfile:
         raise SpecError(f"{source} cannot be read ({reason}); {advice}") from error
     document = parse_json(text, source, advice)
     check_format(document, PROFILE_FORMAT, source)
-    file = read_model(document, ProfileFile, source, advice)
-    sheet = sheet_lens(file.lens.pitch_mm, file.lens.thickness_mm, file.lens.refractive_index)
-    return LensProfile(file.name, sheet, file.pitch_sd_mm, file.found)
+    return read_model(document, model, source, advice)
 
 
 def save_lens_profile(profile: LensProfile, path: Path) -> None:
@@ -171,3 +178,68 @@ def save_lens_profile(profile: LensProfile, path: Path) -> None:
         temporary.write_text(profile.to_json(), encoding="utf-8")
         if load_lens_profile(temporary) != profile:
             raise SpecError(f"lens profile {path} does not read back as it was written; report this")
+
+
+class PrinterFile(Struct, rename={"found": "from"}):
+    """What the file of a printer profile holds."""
+
+    format: Literal[1]
+    kind: Literal["printer-profile"]
+    name: str
+    dpi: Annotated[int, Meta(ge=72, le=9600)]
+    ink_growth_um: Annotated[float, Meta(ge=-100, le=150)] | None = None
+    ink_growth_sd_um: Annotated[float, Meta(ge=0, le=100)] | None = None
+    measured_scale: tuple[Annotated[float, Meta(ge=0.9, le=1.1)], Annotated[float, Meta(ge=0.9, le=1.1)]] | None = None
+    found: dict[str, Any] = {}
+
+
+@dataclass(frozen=True)
+class PrinterProfile:
+    """One printer with its paper.
+
+    ink_growth_um, ink_growth_sd_um: by how much it widens a line, both edges together, and its standard deviation; None
+    where that was not measured.  measured_scale: measured over true size along x and y, None likewise; found: how it
+    was measured, for people.
+    """
+
+    name: str
+    dpi: int
+    ink_growth_um: float | None = None
+    ink_growth_sd_um: float | None = None
+    measured_scale: tuple[float, float] | None = None
+    found: dict[str, Any] = field(default_factory=dict, hash=False)
+
+    @property
+    def drawn_growth_um(self) -> float:
+        """The growth that pages are drawn for: none where it was not measured, or where lines become narrower."""
+        return max(self.ink_growth_um or 0.0, 0.0)
+
+    def to_json(self) -> str:
+        """The text of a printer profile's file, with a final newline."""
+        document = {
+            "format": PROFILE_FORMAT,
+            "kind": "printer-profile",
+            "name": self.name,
+            "dpi": self.dpi,
+            "ink_growth_um": self.ink_growth_um,
+            "ink_growth_sd_um": self.ink_growth_sd_um,
+            "measured_scale": self.measured_scale,
+            "from": self.found,
+        }
+        return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def load_printer_profile(path: Path) -> PrinterProfile:
+    """Read a printer profile.  Raises: SpecError if it is missing or none, or has impossible figures."""
+    file = _read_profile(path, f"printer profile {path}", PrinterFile)
+    return PrinterProfile(
+        file.name, file.dpi, file.ink_growth_um, file.ink_growth_sd_um, file.measured_scale, file.found
+    )
+
+
+def save_printer_profile(profile: PrinterProfile, path: Path) -> None:
+    """Write a printer profile, whole or not at all.  Raises: SpecError if it could not be read back."""
+    with whole_file(path) as temporary:
+        temporary.write_text(profile.to_json(), encoding="utf-8")
+        if load_printer_profile(temporary) != profile:
+            raise SpecError(f"printer profile {path} does not read back as it was written; report this")

@@ -49,6 +49,8 @@ class ChartView:
         Camera centre, page mm; z is negative before the page.
     profiles : array (P, N)
         Brightness along each part of each band, light and not coded counts.
+    page : array (3, 3), optional
+        Homography from the page, mm, to the picture as it was given, px.
 
     Notes
     -----
@@ -57,6 +59,7 @@ class ChartView:
 
     camera_mm: Array
     profiles: Array
+    page: Array | None = None
 
 
 def check_chart(chart: Badge) -> None:
@@ -138,9 +141,11 @@ def view_chart(
     middle_mm = corners_mm.mean(axis=0)
     shrink = WORK_PX_PER_MM / scale_px_per_mm(start, middle_mm)
     # Average light and not counts: over ink and paper, a mean of coded counts is wrong by a tenth.
-    light = LINEAR_COUNTS[luma]
+    light, change = LINEAR_COUNTS[luma], np.eye(3)
     if shrink < 1:
-        light, start = _shrunk(light, start, shrink)
+        light, change = _shrunk(light, shrink)
+        start = change @ start
+        start /= start[2, 2]
         luma = counts_of(light)
         focal_px *= shrink
     registered = PageRegistrar(chart.squares).register(luma, start)
@@ -154,7 +159,7 @@ def view_chart(
     blur_px = BLUR_MM * scale_px_per_mm(homography, middle_mm)
     smooth = np.asarray(cv2.GaussianBlur(light, (0, 0), blur_px))
     profiles = ProfileReader(parts_of(chart)).read_light(smooth, homography)
-    return ChartView(camera, np.asarray(profiles, float))
+    return ChartView(camera, np.asarray(profiles, float), np.linalg.inv(change) @ homography)
 
 
 def _found(luma: NDArray[np.uint8], chart: Badge) -> Array:
@@ -208,10 +213,9 @@ def parts_in_a_band(chart: Badge) -> int:
     return max(2, round(lowest / PART_MM))
 
 
-def _shrunk(light: NDArray[np.float32], homography: Array, share: float) -> tuple[NDArray[np.float32], Array]:
-    """The picture and its homography, scaled by `share`; areas are averaged, and pixel edges stay in place."""
+def _shrunk(light: NDArray[np.float32], share: float) -> tuple[NDArray[np.float32], Array]:
+    """The picture scaled by `share`, and the homography to it; areas are averaged, and pixel edges stay in place."""
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
     x, y = size[0] / light.shape[1], size[1] / light.shape[0]
     change = np.array([[x, 0, (x - 1) / 2], [0, y, (y - 1) / 2], [0, 0, 1.0]])
-    moved = change @ homography
-    return np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA)), moved / moved[2, 2]
+    return np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA)), change

@@ -54,7 +54,35 @@ VERDICT_EXIT = {"accept": ACCEPT, "reject": REJECT, "inconclusive": INCONCLUSIVE
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object on stdout.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that already exist.")
+
+
 # Options about the printer and the paper.
+def _use_printer(context: click.Context, _: click.Parameter, path: Path | None) -> Path | None:
+    """Take the options about the printer from its profile, where they are not given."""
+    if path is not None and not context.resilient_parsing:
+        from moireid.profiles import load_printer_profile
+
+        try:
+            printer = load_printer_profile(path)
+        except SpecError as error:
+            raise click.UsageError(str(error)) from error
+        found: dict[str, Any] = {"printer_dpi": printer.dpi, "ink_growth_um": printer.drawn_growth_um}
+        if printer.measured_scale is not None:
+            found["scale_text"] = ",".join(map(str, printer.measured_scale))
+        context.default_map = {**(context.default_map or {}), **found}
+    return path
+
+
+printer_option = click.option(
+    "--printer",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    is_eager=True,
+    expose_value=False,
+    callback=_use_printer,
+    help="The printer's profile, as moireid calibrate --printer-out writes it: dpi, ink growth and scale, unless "
+    "they are given.",
+)
 printer_dpi_option = click.option(
     "--printer-dpi",
     type=click.IntRange(72, 9600),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,19 +20,12 @@ from moireid.cli.common import (
     scale_option,
     show_json,
 )
-from moireid.errors import MediaError, SpecError
+from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from moireid.badge import Badge
-    from moireid.calibration.chart_reading import ChartView
+    from moireid.calibration.ink_reading import InkGrowth
     from moireid.calibration.lens_fit import Calibration
-
-#: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
-#: was calibrated, one that the camera noted (rounded, and cropped by stabilisation), and that of a usual phone.
-DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06, "a usual phone": 0.35}
+    from moireid.calibration.sheet_reading import SheetReading
 
 
 @click.command("pitch-test")
@@ -135,6 +127,11 @@ def pitch_test_command(
     help="The lens profile to write, .json.",
 )
 @click.option(
+    "--printer-out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Also write a printer profile, .json: ink growth from the photo, and the measured scale.",
+)
+@click.option(
     "--distance",
     type=FiniteRange(0.1, 100),
     metavar="M",
@@ -157,6 +154,7 @@ def calibrate_command(
     chart_json: Path,
     band: float | None,
     out: Path,
+    printer_out: Path | None,
     distance: float | None,
     focal_px: float | None,
     scale_text: str | None,
@@ -166,14 +164,16 @@ def calibrate_command(
     """Make a lens profile from a chart of `moireid pitch-test`.
 
     Give a PHOTO or a film of the chart with the sheet on it, or the number of the matching band as --band. A film that
-    is moved sideways also measures the sheet's thickness. Then print badges for that sheet: print-your-badge NAME
-    --lens my-lens.json.
+    is moved sideways also measures the sheet's thickness; a photo from about 1 m also measures by how much the printer
+    widens lines. Then print badges for that sheet and printer: print-your-badge NAME --lens my-lens.json
+    --printer my-printer.json.
     """
     from moireid.badge import load_badge
     from moireid.calibration.lens_fit import lens_from_band
+    from moireid.calibration.sheet_reading import printer_profile, read_sheet
     from moireid.designer.request import parse_scale
     from moireid.files import planned
-    from moireid.profiles import save_lens_profile
+    from moireid.profiles import save_lens_profile, save_printer_profile
 
     if (photo is None) == (band is None):
         raise SpecError("give either a photo of the chart or --band with the matching band's number")
@@ -181,78 +181,45 @@ def calibrate_command(
         raise SpecError("--focal-px belongs to a photo; give it with one, or leave it out")
     if not out.name.lower().endswith(".json"):
         raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
-    planned([out], overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
-    scale = parse_scale(scale_text)[0] if scale_text else None
+    if printer_out is not None and photo is None:
+        raise SpecError("--printer-out is measured from a photo; give one in place of --band")
+    outs = [out, *([printer_out] if printer_out else [])]
+    planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
+    scales = parse_scale(scale_text) if scale_text else None
+    scale = scales[0] if scales else None
     chart = load_badge(chart_json)
+    ink = None
     if band is not None:
         intended_m = chart.range_m[0] if chart.range_m else 1.0
         made = lens_from_band(chart, band, distance_mm=1000 * (distance or intended_m), measured_scale=scale)
     else:
         assert photo is not None
-        made = _from_photo(photo, chart, distance, focal_px, scale)
-    planned([out], overwrite=overwrite, kept=[chart_json, photo])
+        found = read_sheet(photo, chart, distance_m=distance, focal_px=focal_px, measured_scale=scale)
+        made, ink = found.calibration, found.ink
+        _say_notes(found)
+    planned(outs, overwrite=overwrite, kept=[chart_json, photo])
+    if printer_out is not None and ink is not None:
+        save_printer_profile(printer_profile(chart, ink, scales), printer_out)
     save_lens_profile(made.profile, out)
-    _show(made, out, as_json=as_json)
+    _show(made, ink, out, as_json=as_json)
 
 
-def _from_photo(
-    photo: Path, chart: Badge, distance_m: float | None, focal_px: float | None, scale: float | None
-) -> Calibration:
-    """Read the photo, with the best known distance of the camera."""
-    from moireid.calibration.chart_reading import check_chart
-    from moireid.calibration.lens_fit import lens_from_views
-    from moireid.calibration.still import is_film, load_pictures
-    from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
-
-    check_chart(chart)
-    pictures, noted_px = load_pictures(photo)
-    focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(pictures[0].shape)
-    known = {"--distance": distance_m, "--focal-px": focal_px, "the camera's note": noted_px}
-    source = next((name for name, value in known.items() if value), "a usual phone")
-    distance_mm = 1000 * distance_m if distance_m else None
-    views = _views(pictures, chart, focal, distance_mm)
-    made = lens_from_views(
-        views, chart, distance_sd_share=DISTANCE_SD[source], distance_from=source, measured_scale=scale
-    )
-    if is_film(photo):
-        made = _with_thickness(made, photo, chart, focal_px)
-    if source == "a usual phone":
+def _say_notes(found: SheetReading) -> None:
+    """Say on stderr what the pictures do not show."""
+    profile = found.calibration.profile
+    if found.thickness is not None and found.thickness.mm is None:
+        why = found.thickness.why
+        say(f"note: the film does not show how thick the sheet is, so the thickness on its label is used: {why}")
+    if found.distance_from == "a usual phone":
         say(
             f"note: the focal length is not known, so the camera's distance is guessed to be "
-            f"{made.profile.found['distance_mm'] / 1000:.2f} m; give --distance or --focal-px for a smaller error"
+            f"{profile.found['distance_mm'] / 1000:.2f} m; give --distance or --focal-px for a smaller error"
         )
-    return made
+    if found.ink.um is None:
+        say(f"note: the printer's ink growth is not measured: {found.ink.why}")
 
 
-def _views(
-    pictures: list[NDArray[np.uint8]], chart: Badge, focal_px: float, distance_mm: float | None
-) -> list[ChartView]:
-    """The chart in those pictures that show it; if none does, raises the error of the first."""
-    from moireid.calibration.chart_reading import view_chart
-
-    views: list[ChartView] = []
-    first: MediaError | None = None
-    for picture in pictures:
-        try:
-            views.append(view_chart(picture, chart, focal_px=focal_px, distance_mm=distance_mm))
-        except MediaError as wrong:
-            first = first or wrong
-    if not views and first is not None:
-        raise first
-    return views
-
-
-def _with_thickness(made: Calibration, film: Path, chart: Badge, focal_px: float | None) -> Calibration:
-    """The result with the thickness measured from the film, or a note that it could not be measured."""
-    from moireid.calibration.thickness import thickness_from_film, with_thickness
-
-    found = thickness_from_film(film, chart, focal_px=focal_px)
-    if found.mm is None:
-        say(f"note: the film does not show how thick the sheet is, so the thickness on its label is used: {found.why}")
-    return replace(made, profile=with_thickness(made.profile, found))
-
-
-def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
+def _show(made: Calibration, ink: InkGrowth | None, out: Path, *, as_json: bool) -> None:
     """Print the result."""
     from moireid.sheets import MM_PER_INCH
 
@@ -272,6 +239,8 @@ def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
                 "bands": made.bands,
                 "bands_used": made.used,
                 "twist_deg": made.twist_deg,
+                "ink_growth_um": ink.um if ink else None,
+                "ink_growth_sd_um": ink.sd_um if ink and ink.um is not None else None,
                 "scatter_fringes": made.scatter_fringes,
                 "unit": profile.found["unit"],
                 "from": profile.found,
@@ -286,6 +255,8 @@ def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
         click.echo(f"  {made.used} of {made.bands} bands read; the match is at band {made.matching_band:.2f}")
         if made.twist_deg is not None:
             click.echo(f"  the sheet was rotated by {abs(made.twist_deg):.2f} degrees, which is corrected")
+    if ink is not None and ink.um is not None:
+        click.echo(f"  the printer widens lines by {ink.um:.0f} um, sd {ink.sd_um:.0f} um")
     if profile.found["unit"] == "printed page":
         click.echo(
             "  this is in mm of the printed page: right for badges from the same printer at the same scale; for "

@@ -14,6 +14,7 @@ from moireid.cli.common import (
     friendly,
     json_option,
     overwrite_option,
+    printer_option,
     report_mount,
     say,
     scale_option,
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
     help="Use the fingerprint of this public key (PEM file) as the identity.",
 )
 @wear_options
+@printer_option
 @design_options
 @scale_option
 @mount_options

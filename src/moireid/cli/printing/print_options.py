@@ -123,8 +123,8 @@ design_options = gathered(
             default=0.0,
             show_default=True,
             metavar="UM",
-            help="By how many micrometres the printer widens a line, as the strip of moireid pitch-test shows; lines "
-            "are drawn narrower by that.",
+            help="By how many micrometres the printer widens a line, as the strip of moireid pitch-test shows it; "
+            "lines are drawn narrower by that.",
         ),
         paper_option,
         click.option(

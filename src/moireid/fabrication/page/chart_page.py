@@ -17,6 +17,7 @@ from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPag
 from moireid.fabrication.page.pdf import DEFAULT_DPI, on_dots, write_badge_pdf
 from moireid.files import planned, write_text
 from moireid.frames import Rect
+from moireid.ink_strip import ink_patches
 from moireid.profiles import Printer
 from moireid.sheets import MM_PER_INCH
 
@@ -28,7 +29,7 @@ LABEL_GAP_MM, SIDE_GAP_MM = 2.0, 4.0
 #: Width of a band's number; its lines per inch are next to it.
 NUMBER_MM = 7.0
 #: Growth of lines that the ink strip can show, um; its coarse pitch over the fine one; its height.
-INK_STEPS_UM, INK_COARSE, INK_HIGH_MM = (0, 15, 30, 45, 60, 75, 90), 4, 6.0
+INK_STEPS_UM, INK_COARSE, INK_HIGH_MM = (0, 15, 30, 45, 60, 75, 90), 4, 5.0
 
 
 def print_chart(
@@ -90,15 +91,15 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
     _lines(
         sheet,
         middle,
-        chart.squares.centers_mm[3][1] - 9.5,
+        chart.squares.centers_mm[3][1] - 10.0,
         room_mm,
         [
             f"Then:  moireid calibrate --chart {JSON} --band NUMBER --out my-lens.json",
-            "or photograph the whole board, all four squares in the picture, and give",
-            "the photo in place of the number; it is read finer than by eye.",
+            "or give, in place of the number, a photo of the whole board with all four squares.",
         ],
     )
-    _draw_ink_strip(sheet, chart, middle, chart.squares.centers_mm[3][1] + 3.8, room_mm)
+    _draw_eye_strip(sheet, chart, middle, chart.squares.centers_mm[3][1] - 0.6, room_mm)
+    _fill_lines(sheet, chart, [line for patch in ink_patches(chart) for line in patch.lines_mm])
     for number, cell in enumerate(grating.cells, 1):
         baseline = (cell.rect_mm[1] + cell.rect_mm[3]) / 2 + 0.36 * LABEL_POINTS / POINTS_PER_MM
         name, pitch = band_label(number, cell.pitch_mm)
@@ -109,14 +110,21 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
         sheet.text(right + NUMBER_MM, baseline, pitch, points=TEXT_POINTS, align="left")
 
 
-def _draw_ink_strip(sheet: PdfPage, chart: Badge, middle: float, top: float, room_mm: float) -> None:
-    """A strip that shows by how much the printer widens lines: coarse lines above, patches of fine ones below.
+def _fill_lines(sheet: PdfPage, chart: Badge, lines: list[Rect]) -> None:
+    """Fill upright lines, on the printer's dots if the chart's form says so."""
+    print_data = chart.print or {}
+    drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
+    dot_mm = Printer(int(print_data.get("dpi", DEFAULT_DPI))).dot_mm
+    sheet.fill_drawn(drawn if print_data.get("form") == "vector" else [on_dots(line, "x", dot_mm) for line in drawn])
+
+
+def _draw_eye_strip(sheet: PdfPage, chart: Badge, middle: float, top: float, room_mm: float) -> None:
+    """A strip that shows the eye by how much the printer widens lines: coarse lines above, patches of fine ones below.
 
     A growth g makes coarse lines of pitch P darker by g / P, and fine ones of pitch p by g / p.  A patch whose fine
     lines are drawn narrower by c is as dark as the coarse ones where c = g (1 - p / P).
     """
-    print_data = chart.print or {}
-    dot_mm = Printer(int(print_data.get("dpi", DEFAULT_DPI))).dot_mm
+    dot_mm = Printer(int((chart.print or {}).get("dpi", DEFAULT_DPI))).dot_mm
     # No whole number of dots, so that rounded edges are right in the mean.
     fine = (math.floor(chart.gratings[0].pitch_mm / dot_mm) + 0.382) * dot_mm
     coarse, half = INK_COARSE * fine, INK_HIGH_MM / 2
@@ -129,11 +137,12 @@ def _draw_ink_strip(sheet: PdfPage, chart: Badge, middle: float, top: float, roo
         start = left + k * wide
         lines += [(x, top + half, x + dark, top + INK_HIGH_MM) for x in np.arange(start, start + wide - fine, fine)]
         sheet.text(start + wide / 2, top + INK_HIGH_MM + 2.4, f"{growth_um}", points=TEXT_POINTS)
-    drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
-    sheet.fill_drawn(drawn if print_data.get("form") == "vector" else [on_dots(line, "x", dot_mm) for line in drawn])
-    words = "Ink growth, um: over which number are both halves equally dark from 5 m away? Give it as --ink-growth."
+    _fill_lines(sheet, chart, lines)
+    words = (
+        "Ink growth, um: over which number are both halves equally dark from 5 m away? A photo reads the lowest row."
+    )
     sheet.text(
-        middle, top - 1.2, words, points=TEXT_POINTS * min(1.0, room_mm / sheet.text_width_mm(words, TEXT_POINTS))
+        middle, top - 1.4, words, points=TEXT_POINTS * min(1.0, room_mm / sheet.text_width_mm(words, TEXT_POINTS))
     )
 
 

@@ -1,0 +1,158 @@
+"""The growth of printed lines, read from pictures of the strip.  Next to each test: the fault that it catches."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pypdfium2 as pdfium
+import pytest
+from click.testing import CliRunner
+
+from kit.drawn_strip import OddCamera, filmed, photographed_strip, printed_strip
+from moireid.badge import Badge
+from moireid.calibration.chart_reading import view_chart
+from moireid.calibration.ink_reading import InkGrowth, ink_growth
+from moireid.cli.main import moireid
+from moireid.cli.printing.print_cmd import print_command
+from moireid.designer.chart import ChartRequest, design_chart
+from moireid.errors import SpecError
+from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
+from moireid.ink_strip import ink_patches, strip_rect_mm
+from moireid.profiles import PrinterProfile, load_printer_profile, save_printer_profile
+from moireid.verifier.picture import CODING_POWER
+from moireid_lab.bench.fabricate.calibration import STILL, PhotoCase, photograph
+
+#: Cameras and light: as the reader expects; other tone curves; blurred, noisy, unevenly lit; sharpened; small.
+CAMERAS = {
+    "plain": OddCamera(),
+    "steep": OddCamera(coding=1.7),
+    "flat": OddCamera(coding=2.7),
+    "contrasty": OddCamera(shape=0.5, px_per_mm=3),
+    "pale": OddCamera(shape=-0.3),
+    "blurred": OddCamera(blur_px=1.8, noise=5),
+    "uneven": OddCamera(unevenness=0.5, exposure=0.6),
+    "sharpened": OddCamera(px_per_mm=3, coding=1.9, shape=0.3, blur_px=1.2, sharpening=0.4),
+    "small": OddCamera(px_per_mm=2.3, coding=1.9),
+    "large": OddCamera(px_per_mm=8, coding=2.4),
+}
+
+
+@pytest.fixture(scope="module")
+def chart() -> Badge:
+    return design_chart(ChartRequest())
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize("growth_um", [0.0, 25.0, 60.0])
+def test_the_growth_is_read_whatever_the_camera_does_to_greys(chart, camera, growth_um):
+    """Catches: the camera's tone curve taken for sRGB (30 um off); light that falls off; neighbours that blur in."""
+    found = ink_growth([photographed_strip(chart, growth_um, CAMERAS[camera])], chart)
+    assert found.um is not None, found.why
+    assert abs(found.um - growth_um) < 2.5 * found.sd_um and abs(found.um - growth_um) < 8
+
+
+@pytest.mark.parametrize("dpi", [300, 600, 2400])
+def test_other_printers_dots_are_read_as_well(dpi):
+    """Catches: widths of a strip for 1200 dpi taken for another printer's; patches that have no whole dots."""
+    chart = design_chart(ChartRequest(printer_dpi=dpi))
+    found = ink_growth([photographed_strip(chart, 40, CAMERAS["steep"])], chart)
+    assert found.um is not None and abs(found.um - 40) < max(8, 2.5 * found.sd_um)
+
+
+def test_several_pictures_give_their_median_and_no_smaller_error(chart):
+    """Catches: errors that all pictures share averaged away; one bad picture that decides."""
+    pictures = [photographed_strip(chart, 40, CAMERAS["plain"], seed) for seed in range(3)]
+    far = photographed_strip(chart, 40, OddCamera(px_per_mm=1.2))
+    one, all_of_them = ink_growth(pictures[:1], chart), ink_growth([*pictures, far], chart)
+    assert all_of_them.pictures == 3 and all_of_them.sd_um > 0.8 * one.sd_um and abs(all_of_them.um - 40) < 8
+
+
+def test_pictures_that_do_not_show_it_say_why(chart):
+    """Catches: a growth from a strip under the lens sheet, from paper alone, from overexposed or cut pictures."""
+
+    def why(luma: np.ndarray, page: np.ndarray) -> str:
+        found = ink_growth([(luma, page)], chart)
+        assert found.um is None
+        return found.why
+
+    assert "from nearer" in why(*photographed_strip(chart, 40, OddCamera(px_per_mm=1.5)))
+    assert "farther away" in why(*photographed_strip(chart, 40, OddCamera(px_per_mm=12)))
+    assert "overexposed" in why(*photographed_strip(chart, 40, OddCamera(exposure=1.4)))
+    luma, page = photographed_strip(chart, 40, CAMERAS["plain"])
+    assert "does not look as printed" in why(np.full_like(luma, 200), page)
+    assert "not wholly within" in why(luma[:, : luma.shape[1] // 2], page)
+    # Lenses show either ink or paper of what is under them: stripes as wide as the fringes of each pitch.
+    covered = luma.copy()
+    covered[:, ::2] = np.where(np.arange(luma.shape[1])[::2] // 9 % 2, 40, 210).astype(np.uint8)
+    assert "does not look as printed" in why(cv2.blur(covered, (9, 1)), page)
+    assert ink_growth([], chart).um is None
+
+
+@pytest.mark.parametrize(("dpi", "form"), [(600, "dots"), (1200, "dots"), (600, "vector")])
+def test_the_page_holds_the_strip_that_the_reader_expects(tmp_path, dpi, form):
+    """Catches: another place, pitch or width on paper than in the reader; edges that dots round away."""
+    chart = design_chart(ChartRequest(printer_dpi=dpi, form=form))
+    print_chart(chart, tmp_path)
+    page = pdfium.PdfDocument(tmp_path / PDF)[0]
+    scale = 40
+    x0, y0, x1, y1 = strip_rect_mm(chart)
+    wide, high = chart.page_mm
+    crop = tuple(value * 72 / 25.4 for value in (x0, high - y1, wide - x1, y0))
+    grey = page.render(scale=scale * 25.4 / 72, crop=crop, grayscale=True).to_numpy()
+    grey = grey.reshape(grey.shape[:2]) / 255
+    for patch in ink_patches(chart):
+        left, top, right, bottom = (round(scale * v) for v in np.subtract(patch.inner_mm, (x0, y0, x0, y0)))
+        # The page's edges are drawn a quarter of a dot within the dots that a printer inks.
+        drawn = 25.4 / dpi / 2 / patch.pitch_mm if patch.pitch_mm and form == "dots" else 0.0
+        inked = 1 - grey[top:bottom, left:right].mean()
+        assert inked + drawn == pytest.approx(patch.ink_share(0.0), abs=0.012), patch
+
+
+def test_a_printer_profile_reads_back_and_serves_the_print_commands(tmp_path):
+    """Catches: a profile whose figures the commands ignore, or put before those that are given."""
+    path = tmp_path / "mine.json"
+    printer = PrinterProfile("mine", 600, 41.5, 4.0, (0.998, 0.999), {"how": "a test"})
+    save_printer_profile(printer, path)
+    assert load_printer_profile(path) == printer and PrinterProfile("thin", 600, -3.0).drawn_growth_um == 0
+    made = ["Ada", "--out", "ada", "--printer", str(path)]
+    for given, dpi, growth in ((["--printer-dpi", "1200"], 1200, 41.5), (["--ink-growth", "0"], 600, 0)):
+        taken = print_command.make_context("print", [*made, *given]).params
+        assert (taken["printer_dpi"], taken["ink_growth_um"], taken["scale_text"]) == (dpi, growth, "0.998,0.999")
+
+
+def test_what_is_no_printer_profile_is_refused(tmp_path):
+    """Catches: a sheet's profile taken for a printer's; a growth that no printer has; a traceback."""
+    with pytest.raises(SpecError, match="cannot be read"):
+        load_printer_profile(tmp_path / "none.json")
+    path = tmp_path / "odd.json"
+    path.write_text(json.dumps({"format": 1, "kind": "printer-profile", "name": "x", "dpi": 600, "ink_growth_um": 900}))
+    with pytest.raises(SpecError, match="ink_growth_um must be a number from -100 to 150"):
+        load_printer_profile(path)
+    ran = CliRunner().invoke(print_command, ["Ada", "--out", str(tmp_path / "a"), "--printer", str(path)])
+    assert ran.exit_code == 2 and "ink_growth_um" in ran.output and not (tmp_path / "a").exists()
+
+
+@pytest.mark.slow
+def test_a_photograph_of_the_chart_gives_sheet_and_printer(tmp_path: Path):
+    """Catches: the strip read from the shrunken picture, or where the chart's page is not; a profile without it."""
+    chart = design_chart(ChartRequest())
+    print_chart(chart, tmp_path)
+    luma = photograph(chart, PhotoCase("50lpi", 1.0023, 0.7, 0.9, 9.0), 5)
+    page = view_chart(luma, chart, focal_px=STILL.focal_px).page
+    light = filmed(printed_strip(chart, 45.0), page, (luma.shape[1], luma.shape[0]), chart, 0.7)
+    coded = 255 * ((luma / 255.0) ** CODING_POWER * light) ** (1 / CODING_POWER)
+    cv2.imwrite(str(tmp_path / "photo.jpg"), np.rint(coded).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, 90])
+    wish = [tmp_path / "photo.jpg", "--chart", tmp_path / JSON, "--out", tmp_path / "sheet.json", "--printer-out"]
+    ran = CliRunner().invoke(moireid, ["calibrate", *map(str, wish), str(tmp_path / "printer.json"), "--json"])
+    assert ran.exit_code == 0, ran.output
+    found = json.loads(ran.stdout)
+    assert abs(found["ink_growth_um"] - 45) < 2.5 * found["ink_growth_sd_um"] < 20
+    assert load_printer_profile(tmp_path / "printer.json").ink_growth_um == found["ink_growth_um"]
+
+
+def test_nothing_is_a_growth_without_a_picture():
+    """Catches: a default growth of 0 that looks measured."""
+    assert InkGrowth().um is None
