@@ -2,7 +2,8 @@
 
 commands.md     every command, from click's own help
 api.md          what the rooms' faces export, from their docstrings (by mkdocstrings)
-badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report
+badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report, and
+                capture-record.md of a capture record
 reason-codes.md written by hand; `{{ module.NAME }}` in it becomes the value of that constant
 """
 
@@ -53,6 +54,9 @@ you would keep a key. Lengths are in millimetres of the page: origin top left, x
 REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys
 are only added. So a program must pass over the keys that it does not know. A figure is null where nothing was
 measured."""
+RECORD_TEXT = """What `moireid first-badge FOLDER --record FILE` writes: films of a badge that somebody built, as signals
+and crops of the fringes. What it reveals is [said with the first film](../first-physical-film.md#what-a-record-reveals).
+Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
 #: `{{ verifier.decision.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
 
@@ -76,6 +80,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "api": API + "".join(_faces()),
         "badge-json": _fields("badge", "badge.json", BADGE_TEXT, "`src/moireid/schema/badge.schema.json`"),
         "report-json": _fields("report", "The report", REPORT_TEXT, "print it with `moireid verify --schema`"),
+        "capture-record": _fields(
+            "capture-record", "The capture record", RECORD_TEXT, "`src/moireid/schema/capture-record.schema.json`"
+        ),
     }
     for name, text in made.items():
         files.append(File.generated(config, f"reference/{name}.md", content=text))

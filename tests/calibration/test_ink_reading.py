@@ -11,9 +11,8 @@ import pypdfium2 as pdfium
 import pytest
 from click.testing import CliRunner
 
-from kit.drawn_strip import OddCamera, filmed, photographed_strip, printed_strip
+from kit.drawn_strip import OddCamera, photographed_chart, photographed_strip
 from moireid.badge import Badge
-from moireid.calibration.chart_reading import view_chart
 from moireid.calibration.ink_reading import InkGrowth, ink_growth
 from moireid.cli.main import moireid
 from moireid.cli.printing.print_cmd import print_command
@@ -22,8 +21,7 @@ from moireid.errors import SpecError
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.ink_strip import ink_patches, strip_rect_mm
 from moireid.profiles import PrinterProfile, load_printer_profile, save_printer_profile
-from moireid.verifier.picture import CODING_POWER
-from moireid_lab.bench.fabricate.calibration import STILL, PhotoCase, photograph
+from moireid_lab.bench.fabricate.calibration import PhotoCase
 
 #: Cameras and light: as the reader expects; other tone curves; blurred, noisy, unevenly lit; sharpened; small.
 CAMERAS = {
@@ -140,11 +138,8 @@ def test_a_photograph_of_the_chart_gives_sheet_and_printer(tmp_path: Path):
     """Catches: the strip read from the shrunken picture, or where the chart's page is not; a profile without it."""
     chart = design_chart(ChartRequest())
     print_chart(chart, tmp_path)
-    luma = photograph(chart, PhotoCase("50lpi", 1.0023, 0.7, 0.9, 9.0), 5)
-    page = view_chart(luma, chart, focal_px=STILL.focal_px).page
-    light = filmed(printed_strip(chart, 45.0), page, (luma.shape[1], luma.shape[0]), chart, 0.7)
-    coded = 255 * ((luma / 255.0) ** CODING_POWER * light) ** (1 / CODING_POWER)
-    cv2.imwrite(str(tmp_path / "photo.jpg"), np.rint(coded).astype(np.uint8), [cv2.IMWRITE_JPEG_QUALITY, 90])
+    luma = photographed_chart(chart, PhotoCase("50lpi", 1.0023, 0.7, 0.9, 9.0), 45.0)
+    cv2.imwrite(str(tmp_path / "photo.jpg"), luma, [cv2.IMWRITE_JPEG_QUALITY, 90])
     wish = [tmp_path / "photo.jpg", "--chart", tmp_path / JSON, "--out", tmp_path / "sheet.json", "--printer-out"]
     ran = CliRunner().invoke(moireid, ["calibrate", *map(str, wish), str(tmp_path / "printer.json"), "--json"])
     assert ran.exit_code == 0, ran.output

@@ -29,7 +29,7 @@ FIRST = DOCS / "tutorial" / "first-verdict.md"
 #: Pages that people read in the project itself.
 READ_THERE = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "THREATS.md")]
 #: Pages that are made from the code as the site is built.
-MADE = {"reference/commands.html", "reference/api.html", "reference/badge-json.html", "reference/report-json.html"}
+MADE = {f"reference/{name}.html" for name in ("commands", "api", "badge-json", "report-json", "capture-record")}
 #: Blocks that may be left unrun: each needs minutes, a camera or a second machine, and says so.
 MOST_UNRUN = 3
 #: What makes a browser fetch something; a link that somebody has to click is no such thing.

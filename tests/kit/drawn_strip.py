@@ -12,7 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
+from moireid.calibration.chart_reading import view_chart
 from moireid.ink_strip import ink_patches, strip_rect_mm
+from moireid.verifier.picture import CODING_POWER
+from moireid_lab.bench.fabricate.calibration import STILL, PhotoCase, photograph
 
 #: Dots of the drawn strip to a millimetre, across and down its lines; white around it, mm.
 FINE, COARSE, AROUND_MM = 100, 20, 4.0
@@ -88,3 +91,12 @@ def photographed_strip(
         coded = coded + camera.sharpening * (coded - cv2.GaussianBlur(coded, (0, 0), 1.5))
     counts = 255 * coded + camera.noise * np.random.default_rng(seed).standard_normal(coded.shape)
     return np.clip(np.rint(counts), 0, 255).astype(np.uint8), page
+
+
+def photographed_chart(chart: Badge, case: PhotoCase, growth_um: float, seed: int = 5) -> NDArray[np.uint8]:
+    """A photograph of the whole chart under a sheet, with the strip at its foot, which the simulator does not draw."""
+    luma = photograph(chart, case, seed)
+    page = view_chart(luma, chart, focal_px=STILL.focal_px).page
+    light = filmed(printed_strip(chart, growth_um), page, (luma.shape[1], luma.shape[0]), chart, 0.7)
+    coded = 255 * ((luma / 255.0) ** CODING_POWER * light) ** (1 / CODING_POWER)
+    return np.rint(coded).astype(np.uint8)

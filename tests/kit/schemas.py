@@ -14,6 +14,7 @@ import msgspec
 
 import moireid
 from moireid.badge import BadgeFile
+from moireid.bringup.capture_record import CaptureRecord
 from moireid.fiducials import CodedFrame, FiducialKind, Markers
 from moireid.models import resolved
 
@@ -28,7 +29,12 @@ def badge_schema() -> dict[str, Any]:
     return {"$schema": DRAFT, "title": "moireid badge, format 1"} | schema
 
 
-SCHEMAS = {"badge": badge_schema}
+def record_schema() -> dict[str, Any]:
+    """The schema of a capture record."""
+    return {"$schema": DRAFT, "title": "moireid capture record, format 1"} | _of(CaptureRecord)
+
+
+SCHEMAS = {"badge": badge_schema, "capture-record": record_schema}
 
 
 def text_of(name: str) -> str:

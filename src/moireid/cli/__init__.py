@@ -9,6 +9,7 @@ registry/        registry init, list, show and so on
 verify/          verify, identify
 attest/          verify --sign, and attest check
 simulate_cmd.py  simulate
+first_badge_cmd.py  first-badge
 pitch_cmd.py     pitch-test, calibrate
 camera_cmd.py    calibrate-camera
 

@@ -20,7 +20,9 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Commands that most people need": (
         *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "serve"),
     ),
-    "Lens sheets and cameras": ("pitch-test", "calibrate", "calibrate-camera"),
+    "Your first badge; lens sheets, printers and cameras": (
+        *("first-badge", "pitch-test", "calibrate", "calibrate-camera"),
+    ),
     "The registry, and access to the studio": ("registry", "token", "verdicts", "worker"),
     "Many films at once": ("film-set", "generator-kit", "evaluate"),
     "The figures that this project states": ("bench",),
@@ -33,6 +35,7 @@ OWN = {
     "identify": "moireid.cli.verify.identify_cmd:identify_command",
     "attest": "moireid.cli.attest.attest_cmd:attest_group",
     "simulate": "moireid.cli.simulate_cmd:simulate_command",
+    "first-badge": "moireid.cli.first_badge_cmd:first_badge_command",
     "pitch-test": "moireid.cli.pitch_cmd:pitch_test_command",
     "calibrate": "moireid.cli.pitch_cmd:calibrate_command",
     "calibrate-camera": "moireid.cli.camera_cmd:calibrate_camera_command",

@@ -46,14 +46,27 @@ def capture_as_built(
     parts = []
     for video in videos:
         report = verify(video, Claim(badge, badge.id, focal_px, camera=camera, enrolling=True), progress=progress)
-        if report.verdict != "accept" or report.measurement is None:
-            why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
-            raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")
-        gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
-        sharp = _from_front(report)
-        parts.append(filmed_built(report.track, report.measurement, gain, gain_sd, sharp).as_built)
-    _check_gains(parts, videos)
+        built = built_in(report)
+        if built is None:
+            raise MediaError(
+                f"capture {video} cannot be used: {why_refused(report)} Film the badge again, moving it sideways."
+            )
+        parts.append(built)
+    check_gains(parts, videos)
     return replace(merge(parts), measured_scale=measured_scale)
+
+
+def built_in(report: Report) -> AsBuilt | None:
+    """As-built figures of the badge in one film that was judged for an enrolment; None where it was not accepted."""
+    if report.verdict != "accept" or report.measurement is None:
+        return None
+    gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
+    return filmed_built(report.track, report.measurement, gain, gain_sd, _from_front(report)).as_built
+
+
+def why_refused(report: Report) -> str:
+    """The first finding for which a film was not accepted, as a sentence."""
+    return next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
 
 
 def _from_front(report: Report) -> float | None:
@@ -64,7 +77,7 @@ def _from_front(report: Report) -> float | None:
     return found["third_harmonic"] / found["let_through"]
 
 
-def _check_gains(parts: list[AsBuilt], videos: list[Path]) -> None:
+def check_gains(parts: list[AsBuilt], videos: list[Path]) -> None:
     """Raise MediaError if two films do not agree on the gain of one sheet."""
     for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
         apart = abs(one.gain_ratio - other.gain_ratio)

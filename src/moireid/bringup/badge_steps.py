@@ -1,0 +1,154 @@
+"""Steps with the badge: print it for the measured sheet and printer, and read two films of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import msgspec
+import numpy as np
+
+from moireid.asbuilt import merge
+from moireid.badge import Badge, load_badge
+from moireid.bringup.build_folder import BADGE_FILMS, BuildFolder, Figure, Reading, digests
+from moireid.bringup.capture_record import CaptureRecord, FilmRecord, capture_record, film_record
+from moireid.bringup.chart_steps import CAMERA, PRINTER, SHEET
+from moireid.bringup.field_crops import FieldCrop, field_crops
+from moireid.bringup.film_figures import FilmFound, film_figures
+from moireid.errors import DesignError, MediaError, SpecError
+from moireid.files import whole_file, write_text
+from moireid.issuing import IssueOrder, Wear, plan_badge
+from moireid.profiles import load_lens_profile, load_printer_profile
+from moireid.verifier.camera.known_camera import KnownCamera, load_camera
+from moireid.verifier.report.plots import law_plot
+from moireid.verifier.session.capture import built_in, check_gains, why_refused
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.film import verify
+from moireid.verifier.video import Progress
+
+BADGE, BADGE_JSON, FILMS, AS_BUILT = "badge", "badge/badge.json", "films.json", "as-built.json"
+#: White between two crops in a picture, px.
+RIM_PX = 8
+
+
+def print_first_badge(folder: BuildFolder, _: Progress | None) -> Reading:
+    """Print a badge for the sheet and the printer as they were measured."""
+    from moireid.designer import Request
+    from moireid.designer.request import clean_name
+    from moireid.fabrication.package import print_badge
+    from moireid.fabrication.process_figures import mount_figures
+
+    wish, printer = folder.wish, load_printer_profile(folder.at(PRINTER))
+    notes, growth_um = [], printer.drawn_growth_um
+    wear = Wear(None, None, None, str(folder.at(SHEET)), None, None, (), None, None, None)
+
+    def order(growth_um: float) -> IssueOrder:
+        request = Request(clean_name(wish.name), printer_dpi=printer.dpi, paper=wish.paper, ink_growth_um=growth_um)
+        return IssueOrder(wear.fit(request), wear, "none", mount_figures([]))
+
+    try:
+        plan = plan_badge(order(growth_um), None)
+    except DesignError as error:
+        if not growth_um:
+            raise
+        notes.append(f"The badge is drawn without regard to ink spread, as no lines so narrow can be drawn: {error}")
+        plan = plan_badge(order(0.0), None)
+    print_badge(
+        plan.badge,
+        folder.at(BADGE),
+        parts=plan.parts,
+        measured_scale=printer.measured_scale or (1.0, 1.0),
+        overwrite=True,
+    )
+    sheet = load_lens_profile(folder.at(SHEET))
+    return Reading(notes=[*notes, *plan.notes, f"Printed for a sheet of {sheet.lens.pitch_mm:.5f} mm."])
+
+
+def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
+    """Judge both films as an enrolment would, and say what they show of the badge."""
+    badge, camera = load_badge(folder.at(BADGE_JSON)), _camera(folder)
+    paths = [path for path in map(folder.found, BADGE_FILMS) if path is not None]
+    films, records, pictures = [], [], dict[str, str]()
+    for number, path in enumerate(paths, 1):
+        found = _judged(path, badge, camera, progress)
+        films.append(found)
+        crops = field_crops(found.report)
+        records.append(film_record(found.report, found.built, crops))
+        pictures |= _film_pictures(folder, number, found, crops)
+    refused = _refused(films, paths)
+    figures = film_figures(films, badge, _figure(folder, "Sheet thickness"))
+    with whole_file(folder.at(FILMS)) as new:
+        new.write_bytes(msgspec.json.encode(records))
+    built = [film.built for film in films if film.built is not None]
+    if built and refused is None:
+        write_text(folder.at(AS_BUILT), merge(built).to_json() + "\n")
+    return Reading(figures=figures, pictures=pictures, refused=refused)
+
+
+def film_inputs(folder: BuildFolder) -> dict[str, str]:
+    """What the reading of the films depends on."""
+    films = [path for path in map(folder.found, BADGE_FILMS) if path is not None]
+    camera = [folder.at(CAMERA)] if folder.at(CAMERA).exists() else []
+    return digests([*films, *camera, folder.at(BADGE_JSON)], {"thickness_mm": folder.wish.thickness_mm})
+
+
+def _camera(folder: BuildFolder) -> KnownCamera | None:
+    path = folder.at(CAMERA)
+    return load_camera(path) if path.exists() else None
+
+
+def _judged(path: Path, badge: Badge, camera: KnownCamera | None, progress: Progress | None) -> FilmFound:
+    report = verify(path, Claim(badge, badge.id, camera=camera, enrolling=True), progress=progress)
+    return FilmFound(path.name, report, built_in(report))
+
+
+def _refused(films: Sequence[FilmFound], paths: list[Path]) -> str | None:
+    """Why the films cannot enroll the badge; None if they can."""
+    for film in films:
+        if film.built is None:
+            return f"{film.name} cannot be used: {why_refused(film.report)} Film the badge again, moving it sideways."
+    try:
+        check_gains([film.built for film in films if film.built is not None], paths)
+    except MediaError as error:
+        return str(error)
+    return None
+
+
+def _film_pictures(folder: BuildFolder, number: int, found: FilmFound, crops: Sequence[FieldCrop]) -> dict[str, str]:
+    """The law over time, and the badge's fringes in some frames side by side."""
+    made = {}
+    if (svg := law_plot(found.report)) is not None:
+        name = f"law-{number}.svg"
+        write_text(folder.at(name), svg)
+        made[name] = f"Film {number}: where the fringes should be by the law, and where they were."
+    if crops:
+        name = f"fringes-{number}.jpg"
+        blank = np.full((crops[0].picture.shape[0], RIM_PX), 255, np.uint8)
+        strip = cv2.hconcat([part for crop in crops for part in (crop.picture, blank)][:-1])
+        cv2.imwrite(str(folder.at(name)), strip, [cv2.IMWRITE_JPEG_QUALITY, 80])
+        made[name] = f"Film {number}: the fringes from one side to the other."
+    return made
+
+
+def _figure(folder: BuildFolder, name: str) -> Figure | None:
+    return next((one for one in folder.figures() if one.name == name), None)
+
+
+def record_of(folder: BuildFolder, *, with_badge: bool, note: str) -> CaptureRecord:
+    """The capture record of a folder whose films were read.
+
+    Raises: SpecError where they were not.
+    """
+    if not folder.at(FILMS).exists():
+        raise SpecError(f"{folder.path} has no films of a badge yet; do the steps of moireid first-badge first")
+    films = msgspec.json.decode(folder.at(FILMS).read_bytes(), type=list[FilmRecord])
+    return capture_record(
+        films,
+        load_badge(folder.at(BADGE_JSON)),
+        figures=folder.figures(),
+        sheet=load_lens_profile(folder.at(SHEET)),
+        printer=load_printer_profile(folder.at(PRINTER)),
+        with_badge=with_badge,
+        note=note,
+    )

@@ -1,0 +1,220 @@
+"""The steps of a first badge, in their order: what can be done is done, and what comes next is said.
+
+Each step has the files that it needs from the builder, and a function that does it.  A step whose inputs are as they
+were when it was done is not done again.  A step that cannot be done ends the round: the next step is then to make its
+files, or to make them better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+
+import msgspec
+
+from moireid.bringup.badge_steps import BADGE_JSON, film_inputs, print_first_badge, read_films
+from moireid.bringup.build_folder import (
+    BADGE_FILMS,
+    CAMERA_FILM,
+    SHEET_FILM,
+    SHEET_PHOTO,
+    BuildFolder,
+    Reading,
+    digests,
+)
+from moireid.bringup.chart_steps import (
+    CAMERA,
+    CHART_FILES,
+    PRINTER,
+    SHEET,
+    calibrate,
+    print_charts,
+    read_charts,
+    sheet_inputs,
+)
+from moireid.errors import MoireIdError
+from moireid.profiles import lens_named
+from moireid.sheets import MM_PER_INCH
+from moireid.verifier.video import Progress
+
+#: How a step shows its progress: given its title, a context that yields what counts frames.
+Watch = Callable[[str], AbstractContextManager[Progress | None]]
+
+
+def _quiet(_: str) -> AbstractContextManager[Progress | None]:
+    return nullcontext()
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step.
+
+    needs: files of the builder, each a choice of well-known names, of which one must be there; made: files that it
+    writes; inputs: what it depends on, given the folder; ask: what the builder is to do for it, in plain words, with
+    {folder}, {lens} and {paper}; optional: whether the round goes on without it; once: whether it is done no more
+    where its files are there, as a badge that is printed is never changed.
+    """
+
+    name: str
+    title: str
+    do: Callable[[BuildFolder, Progress | None], Reading]
+    ask: tuple[str, ...]
+    needs: tuple[tuple[str, ...], ...] = ()
+    made: tuple[str, ...] = ()
+    inputs: Callable[[BuildFolder], dict[str, str]] = lambda _: {}
+    optional: bool = False
+    once: bool = False
+
+    def ready(self, folder: BuildFolder) -> bool:
+        """Whether the builder's files are there."""
+        return all(any(folder.found(name) for name in choice) for choice in self.needs)
+
+    def done(self, folder: BuildFolder) -> bool:
+        """Whether it was done with the files that are there."""
+        reading = folder.reading(self.name)
+        written = all(folder.at(name).exists() for name in self.made)
+        if reading is None or (reading.refused is None and not written):
+            return False
+        return self.once or reading.inputs == self.inputs(folder)
+
+
+def _camera_inputs(folder: BuildFolder) -> dict[str, str]:
+    film = folder.found(CAMERA_FILM)
+    return digests([film] if film else [], {})
+
+
+def _wished(folder: BuildFolder) -> dict[str, str]:
+    wish = folder.wish
+    return digests([], {"lens": wish.lens, "printer_dpi": wish.printer_dpi, "paper": wish.paper})
+
+
+STEPS: tuple[Step, ...] = (
+    Step(
+        "charts",
+        "Print the pitch test",
+        print_charts,
+        (),
+        made=CHART_FILES,
+        inputs=_wished,
+    ),
+    Step(
+        "sheet",
+        "Photograph the pitch test",
+        read_charts,
+        (
+            "Buy a lenticular sheet of {lens}, 15 x 15 cm or more (shops for lenticular printing sell single sheets), "
+            "clear tape, and heavy smooth paper of size {paper}. A laser printer of 600 dpi or more is best.",
+            "Print {folder}/pitch-test.pdf at 100 % (“actual size”), and check with a ruler that both bars are 150 mm.",
+            "Lay the sheet on the bands, ribs up and along the lines, so that the rows at the foot stay free. Turn it "
+            "until the fringes are upright.",
+            "From about 1 m, straight in front, in even daylight and without flash, take a photo with all four squares "
+            "in it. Save it as {folder}/sheet-photo.jpg.",
+            "If you have no calliper, also film the sheet at about 1 m for ten seconds while you move the phone 20 cm "
+            "to both sides: {folder}/sheet-film.mp4. It shows how thick the sheet is.",
+        ),
+        needs=((SHEET_PHOTO, SHEET_FILM),),
+        made=(SHEET, PRINTER),
+        inputs=sheet_inputs,
+    ),
+    Step(
+        "camera",
+        "Calibrate the camera, if you like",
+        calibrate,
+        (
+            "This step may be left out: then the camera is solved from the badge's films, less exactly.",
+            "Print {folder}/camera-chart.pdf, glue it to glass, and film it for 20 seconds from all sides and in every "
+            "corner of the picture; hold still for a moment each time. Save it as {folder}/camera-film.mp4.",
+        ),
+        needs=((CAMERA_FILM,),),
+        made=(CAMERA,),
+        inputs=_camera_inputs,
+        optional=True,
+    ),
+    Step("badge", "Print the badge", print_first_badge, (), made=(BADGE_JSON,), once=True),
+    Step(
+        "films",
+        "Film the badge twice",
+        read_films,
+        (
+            "Print {folder}/badge/badge.pdf at 100 % on the same printer and paper, and build it as "
+            "{folder}/badge/assembly.pdf shows.",
+            "Film it from about 1 m, in 1080p, without zoom and with stabilisation off, for ten seconds. Move the "
+            "phone 20 cm to both sides, four times, and a little nearer and farther. Save it as "
+            "{folder}/badge-film-1.mp4.",
+            "Put the badge down, take it up again, and film it once more: {folder}/badge-film-2.mp4. Two films show "
+            "how well the figures repeat.",
+        ),
+        needs=tuple((name,) for name in BADGE_FILMS),
+        inputs=film_inputs,
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Advance:
+    """A folder after a round: all steps, those that were done in it, and the step that is next, None at the end.
+
+    refused: why the next step's files could not be used, None where they are not there yet.
+    """
+
+    folder: BuildFolder
+    steps: Sequence[Step]
+    did: tuple[str, ...]
+    next_step: Step | None
+    refused: str | None = None
+
+    @property
+    def ask(self) -> list[str]:
+        """What the builder is to do, sentence by sentence."""
+        if self.next_step is None:
+            return ["All steps are done. Enter the badge into a registry with both films:", self._enroll()]
+        wish, lens = self.folder.wish, lens_named(self.folder.wish.lens)
+        sheet = f"{MM_PER_INCH / lens.pitch_mm:.4g} lenses to the inch, about {lens.thickness_mm:.2g} mm thick"
+        return [one.format(folder=self.folder.path, lens=sheet, paper=wish.paper.upper()) for one in self.next_step.ask]
+
+    def _enroll(self) -> str:
+        at = self.folder.at
+        films = " ".join(f"--capture {film}" for film in map(self.folder.found, BADGE_FILMS) if film is not None)
+        camera = f" --camera {at(CAMERA)}" if at(CAMERA).exists() else ""
+        return f"moireid enroll {at(BADGE_JSON)} {films}{camera}"
+
+
+def advance(folder: BuildFolder, steps: Sequence[Step] = STEPS, watch: Watch = _quiet) -> Advance:
+    """Do what can be done now, and keep it; the folder's state is saved after every step.
+
+    Parameters
+    ----------
+    watch : callable, optional
+        Shows the progress of a step, given its title.
+
+    Raises
+    ------
+    SpecError
+        Where several files have one well-known name, or one has a format that cannot be read.
+    """
+    did: list[str] = []
+    for step in steps:
+        if not step.ready(folder):
+            if step.optional:
+                continue
+            return Advance(folder, steps, tuple(did), step)
+        if not step.done(folder):
+            folder = _done(step, folder, watch)
+            did.append(step.name)
+        refused = folder.state.readings[step.name].refused
+        if refused is not None:
+            return Advance(folder, steps, tuple(did), step, refused)
+    return Advance(folder, steps, tuple(did), None)
+
+
+def _done(step: Step, folder: BuildFolder, watch: Watch) -> BuildFolder:
+    """The folder after a step; files that cannot be used are a result too."""
+    try:
+        with watch(step.title) as progress:
+            reading = step.do(folder, progress)
+    except MoireIdError as error:
+        reading = Reading(refused=str(error))
+    folder = folder.with_reading(step.name, msgspec.structs.replace(reading, inputs=step.inputs(folder)))
+    folder.save()
+    return folder

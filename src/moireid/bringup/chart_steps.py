@@ -1,0 +1,182 @@
+"""Steps before there is a badge: print the pitch test, read it, calibrate the camera."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+
+from moireid.badge import Badge, load_badge
+from moireid.bringup.build_folder import (
+    CAMERA_FILM,
+    SHEET_FILM,
+    SHEET_PHOTO,
+    BuildFolder,
+    Figure,
+    Reading,
+    digests,
+    good_or,
+    unknown,
+)
+from moireid.bringup.field_crops import rectified
+from moireid.calibration.camera_fit import CameraFound, camera_from_film, write_camera
+from moireid.calibration.chart_reading import view_chart
+from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
+from moireid.calibration.still import load_pictures
+from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
+from moireid.errors import MoireIdError
+from moireid.fabrication.page.camera_page import print_camera_chart
+from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
+from moireid.ink_strip import strip_rect_mm
+from moireid.profiles import save_lens_profile, save_printer_profile
+from moireid.sheets import MM_PER_INCH
+from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
+from moireid.verifier.video import Progress
+
+CAMERA_CHART, SHEET, PRINTER, CAMERA = "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml"
+#: Below these, a pitch needs no better photo; a growth needs no care.  Shares, um.
+GOOD_PITCH_SD_SHARE, GOOD_INK_SD_UM = 5e-4, 8.0
+
+
+def print_charts(folder: BuildFolder, _: Progress | None) -> Reading:
+    """Write the pitch test and the camera's chart."""
+    from moireid.designer.chart import ChartRequest, design_chart
+
+    wish = folder.wish
+    chart = design_chart(ChartRequest(lens=wish.lens, printer_dpi=wish.printer_dpi, paper=wish.paper))
+    print_chart(chart, folder.path, overwrite=True)
+    print_camera_chart(folder.at(CAMERA_CHART), wish.paper, overwrite=True)
+    return Reading()
+
+
+def read_charts(folder: BuildFolder, _: Progress | None) -> Reading:
+    """The sheet's pitch and the growth of lines from the photo; the thickness from the film, or a calliper."""
+    wish, chart = folder.wish, load_badge(folder.at(JSON))
+    scales = wish.measured_scale
+    photo, film = folder.found(SHEET_PHOTO), folder.found(SHEET_FILM)
+    source = photo or film
+    assert source is not None
+    found = read_sheet(
+        source,
+        chart,
+        distance_m=wish.distance_m,
+        focal_px=wish.focal_px if photo else None,
+        measured_scale=scales[0] if scales else None,
+    )
+    thickness = found.thickness if film is None or photo is None else thickness_from_film(film, chart)
+    thickness, how = _by_hand(thickness, wish.thickness_mm)
+    profile = with_thickness(found.calibration.profile, thickness)
+    printer = printer_profile(chart, found.ink, scales)
+    save_lens_profile(profile, folder.at(SHEET))
+    save_printer_profile(printer, folder.at(PRINTER))
+    figures = [
+        _pitch(found),
+        _thickness(thickness, how, profile.lens.thickness_mm),
+        _ink(found),
+        _scale(scales),
+    ]
+    pictures = _pictures(folder, source, chart, wish.focal_px)
+    return Reading(figures=figures, pictures=pictures)
+
+
+def sheet_inputs(folder: BuildFolder) -> dict[str, str]:
+    """What the reading of the pitch test depends on."""
+    files = [path for path in (folder.found(SHEET_PHOTO), folder.found(SHEET_FILM)) if path is not None]
+    wish = folder.wish
+    given = {
+        "thickness_mm": wish.thickness_mm,
+        "measured_scale": wish.measured_scale,
+        "distance_m": wish.distance_m,
+        "focal_px": wish.focal_px,
+    }
+    return digests(files, given)
+
+
+def _by_hand(film: Thickness | None, calliper_mm: float | None) -> tuple[Thickness, str]:
+    """The thickness by a calliper, or else by the film, and how it was measured."""
+    if calliper_mm is not None:
+        return Thickness(calliper_mm, 0.01), "By a calliper; its error is taken to be 0.01 mm."
+    if film is None:
+        return Thickness(why="A photo does not show it."), ""
+    return film, "From the motion of the fringes; air under the sheet counts as thickness."
+
+
+def _pitch(found: SheetReading) -> Figure:
+    profile, made = found.calibration.profile, found.calibration
+    good = profile.pitch_sd_mm < GOOD_PITCH_SD_SHARE * profile.lens.pitch_mm
+    unit = "true mm" if profile.found["unit"] == "true mm" else "mm of the page"
+    words = (
+        f"{MM_PER_INCH / profile.lens.pitch_mm:.3f} lenses to the inch, from {made.used} of {made.bands} bands; the "
+        f"camera's distance is from {found.distance_from}."
+    )
+    advice = "" if good else "Give the camera's distance by a tape measure (--distance), or its --focal-px."
+    return Figure("Sheet pitch", profile.lens.pitch_mm, profile.pitch_sd_mm, unit, good_or(good), words, advice)
+
+
+def _thickness(found: Thickness, how: str, label_mm: float) -> Figure:
+    if found.mm is None:
+        words = f"Not measured: {found.why} The label's {label_mm:.2f} mm is used."
+        advice = "Measure the sheet with a calliper (--thickness), or film the pitch test moved sideways (sheet-film)."
+        return unknown("Sheet thickness", "mm", words, advice)
+    return Figure("Sheet thickness", found.mm, found.sd_mm, "mm", "good", how)
+
+
+def _ink(found: SheetReading) -> Figure:
+    ink = found.ink
+    if ink.um is None:
+        return unknown("Ink spread", "um", f"Not measured: {ink.why}", "Or read the strip by eye.")
+    good = ink.sd_um < GOOD_INK_SD_UM
+    words = "How much wider than drawn the printer makes a line, with the shadow of ink within the paper."
+    advice = "The badge is drawn with lines narrower by that; nothing is left to do."
+    return Figure("Ink spread", ink.um, ink.sd_um, "um", good_or(good), words, advice)
+
+
+def _scale(scales: tuple[float, float] | None) -> Figure:
+    if scales is None:
+        words = "Not measured. Pitches are in mm of the printed page, which is right for this printer at this scale."
+        advice = "For true mm, measure both scale bars with a ruler and give --measured-scale."
+        return unknown("Print scale", "x", words, advice)
+    words = f"By a ruler: {scales[0]:.4f} across, {scales[1]:.4f} down. The badge is drawn at the inverse."
+    return Figure("Print scale", scales[0], 0.001, "x", "good", words)
+
+
+def _pictures(folder: BuildFolder, source: Path, chart: Badge, focal_px: float | None) -> dict[str, str]:
+    """The chart as it was seen, straightened."""
+    pictures, noted_px = load_pictures(source)
+    shown = {
+        "sheet-seen.jpg": (chart.outline_mm, 3.0, "The pitch test as it was read, straightened."),
+        "strip-seen.jpg": (strip_rect_mm(chart), 8.0, "The row of patches from which the ink spread is read."),
+    }
+    for luma in pictures:
+        focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(luma.shape)
+        try:
+            page = view_chart(luma, chart, focal_px=focal).page
+        except MoireIdError:
+            continue
+        assert page is not None
+        for name, (rect, px_per_mm, _) in shown.items():
+            cv2.imwrite(str(folder.at(name)), rectified(luma, page, rect, px_per_mm), [cv2.IMWRITE_JPEG_QUALITY, 80])
+        return {name: words for name, (_, _, words) in shown.items()}
+    return {}
+
+
+def calibrate(folder: BuildFolder, progress: Progress | None) -> Reading:
+    """Calibrate the camera by a film of its chart."""
+    film = folder.found(CAMERA_FILM)
+    assert film is not None
+    found = camera_from_film(film, progress=progress)
+    write_camera(found, folder.at(CAMERA))
+    return Reading(figures=[_camera(found)])
+
+
+def _camera(found: CameraFound) -> Figure:
+    long_px = max(found.size_px)
+    words = (
+        f"By the camera chart: corners fit within {found.error_px:.2f} px in {found.views} views; k1 "
+        f"{found.distortion[0]:+.3f}."
+    )
+    return Figure("Camera", found.matrix[0, 0] / long_px, found.focal_sd_px / long_px, "x long side", "good", words)
+
+
+#: Files that these steps write.
+CHART_FILES = (PDF, JSON, CAMERA_CHART)

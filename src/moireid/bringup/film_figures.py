@@ -1,0 +1,246 @@
+"""What films say about a badge as it was built: each figure with its error bar, and what to do about it.
+
+Convention: lengths in mm of the printed page, as markers are printed with the lines; gains over the design.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from moireid.asbuilt import AsBuilt, merge
+from moireid.badge import Badge, Markers
+from moireid.bringup.build_folder import Figure, good_or, unknown
+from moireid.bringup.sharpness import radius_ratios, third_harmonic_expected
+from moireid.sheets import effective_gap_mm
+from moireid.verifier.picture import LINEAR_COUNTS
+from moireid.verifier.session.result import Report
+
+#: Air of this thickness is tried for the slope of the gain, mm.
+TRIED_AIR_MM = 0.1
+#: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; unevenness of the
+#: light, as a share; fringe contrast; difference of two films in standard deviations.
+GOOD_AIR_MM, GOOD_TWIST_DEG, GOOD_SHARPNESS, GOOD_LIGHT, GOOD_CONTRAST, GOOD_SDS = 0.05, 0.3, 0.6, 0.4, 0.2, 3.0
+#: The pitch that the badge is printed for may be off by this share.
+GOOD_PITCH_SHARE = 0.003
+#: Fundamental of a square wave over its mean: the most that fringes can have.
+MOST_CONTRAST = 4 / math.pi
+#: Error of the third harmonic as a share, where one film alone shows it.
+SHARPNESS_SD_SHARE = 0.15
+#: White rim of a marker, over its side.
+RIM_SHARE = 1 / 12
+
+
+@dataclass(frozen=True)
+class FilmFound:
+    """One film: how it was judged, and its as-built figures, None where it was not accepted."""
+
+    name: str
+    report: Report
+    built: AsBuilt | None
+
+
+def film_figures(films: Sequence[FilmFound], badge: Badge, thickness: Figure | None) -> list[Figure]:
+    """All figures that the films show.
+
+    Parameters: thickness: of the sheet, as it was measured without the badge; None or without value if it was not.
+    """
+    built = [film.built for film in films if film.built is not None]
+    shared = [_light(films), _contrast(films), _focal(films), _flatness(films)]
+    if not built:
+        return shared
+    found = merge(built)
+    return [
+        _gain(found),
+        _air(found, badge, thickness),
+        *_sharpness(built, badge),
+        _twist(found, badge),
+        _pitch(films, found, badge),
+        *([_repeats(built)] if len(built) > 1 else []),
+        *shared,
+    ]
+
+
+def _gain(found: AsBuilt) -> Figure:
+    words = "How far the fringes move, over the design. Any sheet from 0.5 to 1.6 can be enrolled."
+    return Figure("Fringe motion", found.gain_ratio, found.gain_sd, "x design", "good", words)
+
+
+def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
+    """Air under the sheet, from the gain beyond what the sheet's thickness gives."""
+    lens, pitch_mm = badge.lens, badge.gratings[0].pitch_mm
+    own = effective_gap_mm(lens, pitch_mm)
+    per_mm = (effective_gap_mm(lens, pitch_mm, TRIED_AIR_MM) - own) / TRIED_AIR_MM
+    air_mm, sd_mm = ((found.gain_ratio - 1) * own / per_mm, found.gain_sd * own / per_mm)
+    measured = thickness is not None and thickness.state == "good" and thickness.sd is not None
+    if measured and thickness is not None and thickness.sd is not None:
+        # A sheet that is thicker by its error moves fringes as much more.
+        sd_mm = math.hypot(sd_mm, thickness.sd * own / lens.thickness_mm / per_mm)
+    advice = "Press the sheet flat, or glue it with clear film; dust and bubbles hold it up."
+    if not measured:
+        words = (
+            f"Motion as if by {air_mm:+.3f} mm of air; so does a sheet of another thickness, and its thickness was not "
+            "measured."
+        )
+        return unknown("Air under the sheet", "mm", words, "Measure the sheet with a calliper, and give --thickness.")
+    good = air_mm - 2 * sd_mm < GOOD_AIR_MM
+    words = "From the fringes' motion beyond what the measured thickness gives. Elliptical lenses look like some air."
+    return Figure("Air under the sheet", air_mm, sd_mm, "mm", good_or(good), words, "" if good else advice)
+
+
+def _sharpness(built: Sequence[AsBuilt], badge: Badge) -> list[Figure]:
+    """Focus and radius, from the third harmonic."""
+    seen = [one.third_harmonic for one in built if one.third_harmonic is not None]
+    if not seen:
+        words = "The films do not show the fringes' third harmonic."
+        advice = "Film nearer, sharp, with fringes that pass by whole turns."
+        return [unknown("Focus", "contrasts", words, advice), unknown("Radius", "x focal", words, advice)]
+    cell = badge.gratings[0].cells[0]
+    lens, pitch_mm, duty = badge.lens, badge.gratings[0].pitch_mm, cell.duty
+    sharpest = third_harmonic_expected(lens, pitch_mm, duty, 1.0)
+    value = float(np.mean(seen))
+    sd = max(float(np.std(seen)), SHARPNESS_SD_SHARE * value) / math.sqrt(len(seen))
+    good = value >= GOOD_SHARPNESS * sharpest
+    words = f"The fringes' third harmonic; a sheet that focuses on the page shows {sharpest:.2f}."
+    advice = "" if good else "Sheets for flip pictures are soft on purpose; this one can be enrolled by its films."
+    focus = Figure("Focus", value, sd, "contrasts", good_or(good), words, advice)
+    low, high = radius_ratios(lens, pitch_mm, duty, max(value - sd, 1e-3))
+    words = (
+        f"Of the lenses, over the radius that focuses on the back: {low:.2f} to {high:.2f}, as too small "
+        "and too large blur alike. Haze does not change it; air and ink that runs do."
+    )
+    radius = Figure("Radius", (low + high) / 2, (high - low) / 2, "x focal", good_or(good), words, advice)
+    return [focus, radius]
+
+
+def _twist(found: AsBuilt, badge: Badge) -> Figure:
+    """Twist between sheet and page: phase runs along the lenses by 2 pi a / p_f per mm."""
+    degrees, sd = (
+        math.degrees(value * badge.lens.pitch_mm / (2 * math.pi)) for value in (found.twist_rad_per_mm, found.twist_sd)
+    )
+    good = abs(degrees) < GOOD_TWIST_DEG
+    advice = "" if good else "Turn the sheet until the fringes are upright, then fix it."
+    words = "Between lenses and lines. It is measured at enrolment, so a small one does no harm."
+    return Figure("Twist", degrees, sd, "degrees", good_or(good), words, advice)
+
+
+def _pitch(films: Sequence[FilmFound], found: AsBuilt, badge: Badge) -> Figure:
+    """Pitch of the lenses on the badge, from the beat with the printed lines: 1/p_f = 1/p_r - f.
+
+    The beat is that for a camera far away, with the design's effective gap.  A sheet that moves fringes `gain` times as
+    far adds (gain - 1) g_eff / (D p_r), and an error of the distance D its share of gain g_eff / (D p_r).
+    """
+    pitch_mm = _reference(badge)
+    near, focal_sd = _nearness(films, effective_gap_mm(badge.lens, pitch_mm) / pitch_mm)
+    lens_per_mm = 1 / pitch_mm - found.beat_frequency_per_mm + (found.gain_ratio - 1) * near
+    sd = math.hypot(found.beat_frequency_sd, found.gain_sd * near, found.gain_ratio * focal_sd * near)
+    off = abs(1 / lens_per_mm / badge.lens.pitch_mm - 1)
+    words = (
+        f"From the beat of {found.beat_period_mm:.1f} mm with the printed lines; the badge is printed for "
+        f"{badge.lens.pitch_mm:.4f} mm."
+    )
+    good = off < GOOD_PITCH_SHARE
+    advice = "" if good else "Begin again in another folder, with a new photo of the pitch test under this sheet."
+    return Figure("Pitch on the badge", 1 / lens_per_mm, sd / lens_per_mm**2, "mm", good_or(good), words, advice)
+
+
+def _nearness(films: Sequence[FilmFound], beats: float) -> tuple[float, float]:
+    """What the camera's nearness adds to the beat frequency, cycles per mm, and the distance's error as a share.
+
+    Parameters: beats: g_eff / p_r.
+    """
+    measured = [film.report.measurement for film in films if film.report.measurement]
+    if not measured:
+        return 0.0, 0.0
+    distance_mm = float(np.median(np.concatenate([np.abs(one.camera_mm[:, 2]) for one in measured])))
+    return beats / distance_mm, max(one.camera.focal_sd_px / one.camera.focal_px for one in measured)
+
+
+def _reference(badge: Badge) -> float:
+    """Pitch of the reference cell of the first grating with a code, mm."""
+    grating = next(one for one in badge.gratings if one.code is not None)
+    assert grating.code is not None
+    return grating.cells[grating.code.reference_cell].pitch_mm
+
+
+def _repeats(built: Sequence[AsBuilt]) -> Figure:
+    """Whether the first two films agree, over their error bars."""
+    one, other = built[:2]
+    apart = [
+        (one.gain_ratio - other.gain_ratio, math.hypot(one.gain_sd, other.gain_sd)),
+        (math.remainder(one.offset_rad - other.offset_rad, 2 * math.pi), math.hypot(one.offset_sd, other.offset_sd)),
+        (one.twist_rad_per_mm - other.twist_rad_per_mm, math.hypot(one.twist_sd, other.twist_sd)),
+    ]
+    worst = max(abs(value) / max(sd, 1e-9) for value, sd in apart)
+    good = worst < GOOD_SDS
+    words = "Of gain, offset and twist, the two films' greatest difference over its error bar."
+    advice = "" if good else "The sheet moved, or the page bends: fix it, and film again."
+    return Figure("Two films differ by", worst, None, "error bars", good_or(good), words, advice)
+
+
+def _light(films: Sequence[FilmFound]) -> Figure:
+    """Unevenness of the light: paper around the markers, brightest less darkest over their mean."""
+    found = [_unevenness(film.report) for film in films]
+    seen = [one for one in found if one is not None]
+    if not seen:
+        return unknown("Light, uneven by", "%", "The badge is not seen.", "Film it again.")
+    worst = max(seen)
+    good = worst < GOOD_LIGHT
+    advice = "" if good else "Turn away from the lamp or window at the side, or film in the shade."
+    words = "Paper at the four squares, brightest less darkest. Light from one side moves the fringes by up to 0.7 rad."
+    return Figure("Light, uneven by", 100 * worst, None, "%", good_or(good), words, advice)
+
+
+def _unevenness(report: Report) -> float | None:
+    picture, badge = report.track.snapshot, report.track.badge
+    if picture is None or not isinstance(badge.markers, Markers):
+        return None
+    x0, y0, x1, _ = badge.outline_mm
+    scale, half = picture.shape[1] / (x1 - x0), badge.squares.size_mm / 2
+    rim = badge.squares.size_mm * RIM_SHARE
+    paper = []
+    for x, y in badge.squares.centers_mm:
+        top, left, right = (y - half - 1.5 * rim - y0, x - half - x0, x + half - x0)
+        sides = (top, top + rim), (left, right)
+        rows, columns = (slice(max(0, round(scale * low)), round(scale * high) + 1) for low, high in sides)
+        paper.append(float(np.median(LINEAR_COUNTS[picture[rows, columns]])))
+    return (max(paper) - min(paper)) / max(float(np.mean(paper)), 1e-6)
+
+
+def _contrast(films: Sequence[FilmFound]) -> Figure:
+    """Fringe contrast over level, median over strips and frames of all films."""
+    strips = [strip for film in films if film.report.measurement for strip in film.report.measurement.strips if strip]
+    shares = [float(np.nanmedian(strip.contrast / np.maximum(strip.level, 1e-6))) for strip in strips]
+    if not shares:
+        return unknown("Fringe contrast", "of the most", "The fringes are not seen.", "Film again.")
+    value = float(np.median(shares)) / MOST_CONTRAST
+    good = value > GOOD_CONTRAST
+    advice = "" if good else "Wipe the sheet, keep glare off, print darker; haze lowers it too."
+    words = "Of the fringes, over that of full light and full dark; haze, glare, air and a soft sheet lower it."
+    return Figure("Fringe contrast", value, None, "of the most", good_or(good), words, advice)
+
+
+def _focal(films: Sequence[FilmFound]) -> Figure:
+    """The camera's focal length over the picture's longer side, as the films give it."""
+    cameras = [(film.report, film.report.measurement.camera) for film in films if film.report.measurement]
+    if not cameras:
+        return unknown("Camera", "x long side", "The films do not show the badge.", "Film again.")
+    report, camera = cameras[0]
+    long_px = max(report.track.image_px)
+    given = "as calibrated" if camera.focal_given else "solved from the badge; a film of the camera chart is finer"
+    words = f"Focal length, {given}. Shutter from first to last row: {1000 * camera.shutter_s:.0f} ms."
+    advice = "Film the camera chart, and give it as camera-film." if camera.focal_at_limit else ""
+    value, sd = camera.focal_px / long_px, camera.focal_sd_px / long_px
+    return Figure("Camera", value, sd, "x long side", good_or(not camera.focal_at_limit), words, advice)
+
+
+def _flatness(films: Sequence[FilmFound]) -> Figure:
+    """Not measured; what the corners leave is stated."""
+    seen = [film.report.measurement.camera for film in films if film.report.measurement]
+    left = f" The squares' corners fit a flat page within {np.median(seen[0].reprojection_px):.2f} px." if seen else ""
+    words = f"Not measured: this version takes the page to be flat.{left}"
+    advice = "Lay a ruler over the badge: light under its edge should not be wider than a sheet of paper (0.1 mm)."
+    return unknown("Flatness", "mm", words, advice)

@@ -1,0 +1,176 @@
+"""first-badge: lead a builder from an empty folder to a badge that is built and measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from moireid.cli.common import (
+    INCONCLUSIVE,
+    FiniteRange,
+    FolderPath,
+    friendly,
+    json_option,
+    overwrite_option,
+    progress_bar,
+    say,
+    show_json,
+)
+from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.bringup.bring_up import Advance
+
+MEDIA = click.Path(path_type=Path, dir_okay=False)
+
+
+@click.command("first-badge")
+@click.argument("folder", type=FolderPath())
+@click.option("--name", metavar="NAME", help="Who will wear it.  [default: First Badge]")
+@click.option("--lens", metavar="LABEL", help="What the sheet is sold as; see print-your-badge.  [default: 50lpi]")
+@click.option("--printer-dpi", type=click.IntRange(72, 9600), metavar="DPI", help="[default: 1200]")
+@click.option("--paper", type=click.Choice(["a4", "letter"]), help="[default: a4]")
+@click.option(
+    "--thickness", type=FiniteRange(0.05, 20), metavar="MM", help="Thickness of the sheet, measured with a calliper."
+)
+@click.option(
+    "--measured-scale",
+    "scale_text",
+    metavar="X[,Y]",
+    help="Measured over stated length of the pitch test's scale bars, such as 0.9973.",
+)
+@click.option("--distance", type=FiniteRange(0.1, 100), metavar="M", help="Of the photo of the pitch test, in metres.")
+@click.option("--focal-px", type=FiniteRange(50, 100_000), metavar="PX", help="Focal length of that photo, if known.")
+@click.option("--sheet-photo", type=MEDIA, help="The photo of the pitch test, if it is not in the folder.")
+@click.option("--sheet-film", type=MEDIA, help="A film of the pitch test, moved sideways.")
+@click.option("--camera-film", type=MEDIA, help="The film of the camera chart.")
+@click.option("--badge-film", "badge_films", type=MEDIA, multiple=True, help="A film of the badge; give two.")
+@click.option("--record", type=MEDIA, help="Write the films as a capture record to share: signals and fringes (.json).")
+@click.option("--with-badge", is_flag=True, help="With --record: also badge.json, which has name and identity.")
+@click.option("--note", default="", metavar="TEXT", help="With --record: your words, such as where the sheet is from.")
+@overwrite_option
+@json_option
+@friendly
+def first_badge_command(
+    folder: Path,
+    name: str | None,
+    lens: str | None,
+    printer_dpi: int | None,
+    paper: str | None,
+    thickness: float | None,
+    scale_text: str | None,
+    distance: float | None,
+    focal_px: float | None,
+    sheet_photo: Path | None,
+    sheet_film: Path | None,
+    camera_film: Path | None,
+    badge_films: tuple[Path, ...],
+    record: Path | None,
+    with_badge: bool,
+    note: str,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Build a first badge, step by step, in FOLDER.
+
+    Call it again and again: each time it looks at what is in the folder, does what can be done, and says what you do
+    next. A phone, a laser printer and a lens sheet are enough.
+
+    \b
+    1. It writes pitch-test.pdf; print it and put the sheet on it.
+    2. Photograph it: sheet-photo.jpg, and film it: sheet-film.mp4.
+    3. Film the camera's chart, if you like: camera-film.mp4.
+    4. It prints the badge for your sheet and printer: badge/badge.pdf.
+    5. Build it, and film it twice: badge-film-1.mp4, badge-film-2.mp4.
+
+    report.html has every figure with its error bar and what to do about it; sheet.json, printer.json and camera.yaml
+    are profiles for the other commands. It exits with 3 where a photo or film could not be used.
+    """
+    from moireid.bringup.bring_up import advance
+    from moireid.bringup.build_folder import BADGE_FILMS, CAMERA_FILM, SHEET_FILM, SHEET_PHOTO, open_folder
+    from moireid.bringup.progress_page import PAGE, render_progress
+    from moireid.designer.request import clean_name, parse_scale
+    from moireid.files import planned, write_text
+
+    if len(badge_films) > len(BADGE_FILMS):
+        raise SpecError(f"{len(badge_films)} films of the badge are given, and two are read; give two")
+    if record is None and (with_badge or note):
+        raise SpecError("--with-badge and --note belong to a capture record; give --record FILE with them")
+    named = {SHEET_PHOTO: sheet_photo, SHEET_FILM: sheet_film, CAMERA_FILM: camera_film}
+    named |= dict(zip(BADGE_FILMS, badge_films, strict=False))
+    files = {key: path for key, path in named.items() if path is not None}
+    if record is not None:
+        planned([record], overwrite=overwrite, make_folders=False, kept=files.values())
+    wished = {
+        "name": clean_name(name) if name is not None else None,
+        "lens": lens,
+        "printer_dpi": printer_dpi,
+        "paper": paper,
+        "thickness_mm": thickness,
+        "measured_scale": parse_scale(scale_text) if scale_text else None,
+        "distance_m": distance,
+        "focal_px": focal_px,
+    }
+    made = advance(open_folder(folder, wished, files), watch=progress_bar)
+    page = made.folder.at(PAGE)
+    write_text(page, render_progress(made))
+    if record is not None:
+        _write_record(made, record, with_badge=with_badge, note=note, overwrite=overwrite)
+    _show(made, page, record, as_json=as_json)
+    if made.refused is not None:
+        raise click.exceptions.Exit(INCONCLUSIVE)
+
+
+def _write_record(made: Advance, record: Path, *, with_badge: bool, note: str, overwrite: bool) -> None:
+    """Write the capture record, and say what it reveals."""
+    from moireid.bringup.badge_steps import record_of
+    from moireid.bringup.capture_record import write_record
+    from moireid.files import planned
+
+    found = record_of(made.folder, with_badge=with_badge, note=note)
+    planned([record], overwrite=overwrite)
+    write_record(found, record)
+    say(
+        f"note: {record} has the fringes of the badge, from which its identity can be read, and no name, face or sound"
+        if not with_badge
+        else f"note: {record} has the name and the identity of the badge"
+    )
+
+
+def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> None:
+    """Print the figures and the next step."""
+    from moireid.bringup.progress_page import shown_value
+
+    figures = made.folder.figures()
+    if as_json:
+        import msgspec
+
+        step: dict[str, Any] | None = None
+        if made.next_step is not None:
+            step = {"name": made.next_step.name, "title": made.next_step.title}
+        show_json(
+            {
+                "folder": str(made.folder.path),
+                "did": list(made.did),
+                "done": made.next_step is None,
+                "next": step,
+                "ask": made.ask,
+                "refused": made.refused,
+                "figures": msgspec.to_builtins(figures),
+                "files": {"report": str(page)} | ({"record": str(record)} if record else {}),
+            }
+        )
+        return
+    for figure in figures:
+        mark = {"good": " ", "look": "!", "unknown": "?"}[figure.state]
+        click.echo(f" {mark} {figure.name:<20} {shown_value(figure)}")
+    if figures:
+        click.echo("")
+    if made.refused is not None:
+        click.echo(f"Not usable: {made.refused}\n")
+    click.echo(f"Next: {made.next_step.title}" if made.next_step else "Done.")
+    for number, sentence in enumerate(made.ask, 1):
+        click.echo(click.wrap_text(sentence, 100, f"  {number}. ", "     ") if " " in sentence else sentence)
+    click.echo(f"\nThe whole report: {page}")

@@ -1,0 +1,182 @@
+"""The steps of a first badge, with work that costs nothing.  Next to each test: the fault that it catches."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from moireid.bringup.bring_up import STEPS, Step, advance
+from moireid.bringup.build_folder import STATE, BuildFolder, Figure, Reading, digests, open_folder
+from moireid.bringup.progress_page import render_progress, shown_value
+from moireid.cli.main import moireid
+from moireid.errors import MediaError, SpecError
+
+WITH_FIGURE = Reading(figures=[Figure("P", 1.0, 0.1, "mm", "look", "words")])
+
+
+class Work:
+    """What a step does, counted; it fails where `refuse` says why."""
+
+    def __init__(self, name: str, made: tuple[str, ...] = ()) -> None:
+        self.name, self.made, self.times, self.refuse = name, made, 0, ""
+
+    def __call__(self, folder: BuildFolder, _: object) -> Reading:
+        self.times += 1
+        if self.refuse:
+            raise MediaError(self.refuse)
+        for name in self.made:
+            folder.at(name).write_text("x")
+        return Reading(figures=[Figure(self.name, 1.0, 0.1, "mm", "good", "measured")])
+
+
+def inputs_of(folder: BuildFolder) -> dict[str, str]:
+    film = folder.found("film")
+    return digests([film] if film else [], {"mm": folder.wish.thickness_mm})
+
+
+def steps_of(first: Work, second: Work, third: Work) -> tuple[Step, ...]:
+    """Print something; read a film of it; print once; a film that may be left out is between."""
+    ask = ("Put a film into {folder}, of {lens} on {paper}.",)
+    return (
+        Step("first", "First", first, (), made=first.made),
+        Step("extra", "Extra", Work("extra"), ask, needs=(("extra",),), optional=True),
+        Step("second", "Second", second, ask, needs=(("film", "photo"),), inputs=inputs_of),
+        Step("third", "Third", third, (), made=third.made, once=True),
+    )
+
+
+@pytest.fixture
+def works() -> tuple[Work, Work, Work]:
+    return Work("first", ("page.txt",)), Work("second"), Work("third", ("badge.txt",))
+
+
+def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
+    """Catches: a step that waits for a film and is done without it; one that may be left out and blocks; no advice."""
+    found = advance(open_folder(tmp_path, {}, {}), steps_of(*works))
+    assert found.did == ("first",) and found.next_step.name == "second" and found.refused is None
+    assert found.ask == [f"Put a film into {tmp_path}, of 50 lenses to the inch, about 1 mm thick on A4."]
+    (tmp_path / "film.mp4").write_text("one")
+    found = advance(open_folder(tmp_path, {}, {}), steps_of(*works))
+    assert found.did == ("second", "third") and found.next_step is None
+    assert "moireid enroll" in found.ask[1]
+
+
+def test_nothing_is_read_twice_and_a_new_film_is_read_at_once(tmp_path: Path, works):
+    """Catches: films read at every call; an old reading kept for a new film or a new wish; a badge printed anew."""
+    (tmp_path / "film.mp4").write_text("one")
+    for wish, film, did in (
+        ({}, "one", ("first", "second", "third")),
+        ({}, "one", ()),
+        ({}, "two", ("second",)),
+        ({"thickness_mm": 1.02}, "two", ("second",)),
+        ({}, "two", ()),
+    ):
+        (tmp_path / "film.mp4").write_text(film)
+        assert advance(open_folder(tmp_path, wish, {}), steps_of(*works)).did == did
+    assert works[2].times == 1
+    (tmp_path / "badge.txt").unlink()
+    assert advance(open_folder(tmp_path, {}, {}), steps_of(*works)).did == ("third",)
+
+
+def test_a_film_that_cannot_be_used_stops_the_round_and_says_why(tmp_path: Path, works):
+    """Catches: a badge printed for a sheet that was not measured; a refusal forgotten, or kept for the next film."""
+    works[1].refuse = "the film is dark"
+    (tmp_path / "film.mp4").write_text("one")
+    for did in (("first", "second"), ()):
+        found = advance(open_folder(tmp_path, {}, {}), steps_of(*works))
+        assert (found.did, found.refused, found.next_step.name) == (did, "the film is dark", "second")
+    assert works[2].times == 0
+    works[1].refuse = ""
+    (tmp_path / "film.mp4").write_text("two")
+    assert advance(open_folder(tmp_path, {}, {}), steps_of(*works)).next_step is None
+
+
+def test_files_are_found_by_their_names_or_by_options(tmp_path: Path):
+    """Catches: a film taken for a photo of the same stem; an option that is forgotten at the next call."""
+    folder = tmp_path / "badge"
+    other = tmp_path / "IMG_1.JPG"
+    other.write_text("a photo")
+    opened = open_folder(folder, {}, {"photo": other})
+    opened.with_reading("a", Reading()).save()
+    assert open_folder(folder, {}, {}).found("photo") == other
+    (folder / "film.MP4").write_text("x")
+    assert open_folder(folder, {}, {}).found("film") == folder / "film.MP4"
+    (folder / "film.mp4.txt").write_text("x")
+    (folder / "film.mov").write_text("x")
+    with pytest.raises(SpecError, match=r"film\.MP4 and film\.mov"):
+        open_folder(folder, {}, {}).found("film")
+    (folder / "sheet-photo.heic").write_text("x")
+    with pytest.raises(SpecError, match="export it as JPEG"):
+        open_folder(folder, {}, {}).found("sheet-photo")
+    with pytest.raises(SpecError, match="does not exist"):
+        open_folder(folder, {}, {"film": tmp_path / "none.mp4"})
+
+
+def test_a_folder_keeps_what_it_was_begun_for(tmp_path: Path):
+    """Catches: a pitch test of another sheet read as this one's; a state file that ends in a traceback."""
+    open_folder(tmp_path, {"lens": "75lpi"}, {}).with_reading("charts", Reading()).save()
+    assert open_folder(tmp_path, {}, {}).wish.lens == "75lpi"
+    with pytest.raises(SpecError, match="begun with lens=75lpi, and 50lpi is given"):
+        open_folder(tmp_path, {"lens": "50lpi"}, {})
+    (tmp_path / STATE).write_text('{"format": 1, "kind": "something"}')
+    with pytest.raises(SpecError, match="kind must be first-badge"):
+        open_folder(tmp_path, {}, {})
+    (tmp_path / STATE).write_text("{")
+    with pytest.raises(SpecError, match="is not JSON"):
+        open_folder(tmp_path, {}, {})
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "shown"),
+    [
+        (0.50917, 0.0000231, "0.509170 ± 0.000023 mm"),
+        (44.71, 3.62, "44.7 ± 3.6 mm"),
+        (1.0, 0.0, "1 mm"),
+        (123.4, 45.0, "123 ± 45 mm"),
+        (None, None, "not known"),
+    ],
+)
+def test_figures_are_shown_as_exactly_as_they_are_known(value, sd, shown):
+    """Catches: digits that say nothing, or too few; an unknown figure shown as 0."""
+    assert shown_value(Figure("a", value, sd, "mm", "good", "")) == shown
+
+
+def test_the_page_shows_every_figure_and_lets_no_text_be_markup(tmp_path: Path, works):
+    """Catches: figures or reasons left out; a name or reason that is run as HTML; a picture that is fetched."""
+    works[1].refuse = "<script>alert(1)</script>"
+    (tmp_path / "film.mp4").write_text("one")
+    found = advance(open_folder(tmp_path, {}, {}), steps_of(*works))
+    page = render_progress(replace(found, folder=found.folder.with_reading("extra", WITH_FIGURE)))
+    assert "&lt;script&gt;" in page and "<script>" not in page
+    assert "1.00 ± 0.10 mm" in page and "look at it" in page and 'src="http' not in page
+
+
+def test_the_command_begins_prints_and_asks(tmp_path: Path):
+    """Catches: talk in the JSON; a page that is not written; files of the wish that are not made."""
+    folder = tmp_path / "first"
+    ran = CliRunner().invoke(moireid, ["first-badge", str(folder), "--lens", "60lpi", "--json"])
+    assert ran.exit_code == 0, ran.output
+    found = json.loads(ran.stdout)
+    assert found["next"]["name"] == "sheet" and found["did"] == ["charts"] and not found["done"]
+    assert any("60 lenses to the inch" in sentence for sentence in found["ask"])
+    made = {"pitch-test.pdf", "pitch-test.json", "camera-chart.pdf", "report.html", STATE}
+    assert {path.name for path in folder.iterdir()} == made
+    ran = CliRunner().invoke(moireid, ["first-badge", str(folder)])
+    assert ran.exit_code == 0 and "Next: Photograph the pitch test" in ran.stdout
+    (folder / "sheet-photo.jpg").write_bytes(b"no picture")
+    ran = CliRunner().invoke(moireid, ["first-badge", str(folder), "--json"])
+    assert ran.exit_code == 3 and json.loads(ran.stdout)["refused"]
+    for wrong in (["--with-badge"], ["--record", str(tmp_path / "r.json")], 3 * ["--badge-film", "a.mp4"]):
+        ran = CliRunner().invoke(moireid, ["first-badge", str(folder), *wrong])
+        assert ran.exit_code == 2 and "error:" in ran.stderr and not (tmp_path / "r.json").exists()
+
+
+def test_every_step_asks_for_what_it_needs_by_name():
+    """Catches: a step whose words do not name the file that it waits for."""
+    for step in STEPS:
+        for choice in step.needs:
+            assert any(any(f"/{name}." in sentence for name in choice) for sentence in step.ask), step.name

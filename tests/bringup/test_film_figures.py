@@ -1,0 +1,114 @@
+"""Figures of films against the builds that they would come from.  Next to each test: the fault that it catches."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
+from moireid.bringup.build_folder import Figure
+from moireid.bringup.film_figures import FilmFound, film_figures
+from moireid.bringup.sharpness import radius_ratios, third_harmonic_expected
+from moireid.designer import Request, design_badge
+from moireid.profiles import lens_named
+from moireid.sheets import effective_gap_mm, sheet_lens
+
+THICKNESS = Figure("Sheet thickness", 1.0, 0.01, "mm", "good", "by a calliper")
+
+
+@pytest.fixture(scope="module")
+def badge() -> Badge:
+    return design_badge(Request("Ada"), bytes(16))
+
+
+def built(badge: Badge, **figures: float) -> AsBuilt:
+    """A badge exactly as designed, but for some figures."""
+    usual = {"beat_frequency_per_mm": -0.04, "beat_frequency_sd": 1e-5, "offset_rad": 0.5, "offset_sd": 0.02}
+    usual |= {"twist_rad_per_mm": 0.0, "twist_sd": 1e-4, "gain_ratio": 1.0, "gain_sd": 0.01, "third_harmonic": 0.3}
+    return AsBuilt(badge.id, **(usual | figures))
+
+
+def film_of(badge: Badge, one: AsBuilt | None, paper: tuple[float, float] = (200.0, 200.0)) -> FilmFound:
+    """A film of it: its board, the paper's counts at its left and right side."""
+    x0, y0, x1, y1 = badge.outline_mm
+    board = np.tile(np.linspace(*paper, round(3 * (x1 - x0))), (round(3 * (y1 - y0)), 1)).astype(np.uint8)
+    track = SimpleNamespace(badge=badge, snapshot=board)
+    return FilmFound("film", SimpleNamespace(track=track, measurement=None), one)
+
+
+def figures_of(badge: Badge, *films: FilmFound, thickness: Figure | None = THICKNESS) -> dict[str, Figure]:
+    return {figure.name: figure for figure in film_figures(films, badge, thickness)}
+
+
+@pytest.mark.parametrize("air_mm", [0.0, 0.06, 0.15])
+def test_air_is_what_the_thickness_does_not_explain(badge, air_mm):
+    """Catches: air as gain times thickness, 30 % off; an error bar without the thickness's; air from a label."""
+    pitch = badge.gratings[0].pitch_mm
+    gain = effective_gap_mm(badge.lens, pitch, air_mm) / effective_gap_mm(badge.lens, pitch)
+    found = figures_of(badge, film_of(badge, built(badge, gain_ratio=gain)))["Air under the sheet"]
+    assert found.value == pytest.approx(air_mm, abs=0.004) and 0.006 < found.sd < 0.02
+    assert found.state == ("good" if air_mm < 0.1 else "look") and bool(found.advice) == (air_mm > 0.1)
+    blind = figures_of(badge, film_of(badge, built(badge, gain_ratio=gain)), thickness=None)["Air under the sheet"]
+    assert blind.value is None and blind.state == "unknown" and "calliper" in blind.advice
+
+
+def test_pitch_and_twist_are_those_of_the_sheet(badge):
+    """Catches: the beat's sign; phase per mm taken for an angle; the sheet's pitch where the lines' is meant."""
+    grating = next(one for one in badge.gratings if one.code is not None)
+    lines_mm = grating.cells[grating.code.reference_cell].pitch_mm
+    one = built(badge, beat_frequency_per_mm=1 / lines_mm - 1 / 0.5092, twist_rad_per_mm=2 * math.pi * 0.004 / 0.508)
+    found = figures_of(badge, film_of(badge, one))
+    assert found["Pitch on the badge"].value == pytest.approx(0.5092, abs=1e-6)
+    assert found["Twist"].value == pytest.approx(math.degrees(0.004 * badge.lens.pitch_mm / 0.508), rel=1e-6)
+    far = built(badge, beat_frequency_per_mm=1 / lines_mm - 1 / 0.513, twist_rad_per_mm=-0.2)
+    found = figures_of(badge, film_of(badge, far))
+    assert found["Pitch on the badge"].state == found["Twist"].state == "look"
+
+
+def test_two_films_must_agree_within_their_error_bars(badge):
+    """Catches: offsets compared across a whole turn; differences over no error bar."""
+    one = built(badge, offset_rad=math.pi - 0.01)
+    near, far = (replace(one, offset_rad=-math.pi + apart) for apart in (0.01, 0.4))
+    agree = figures_of(badge, film_of(badge, one), film_of(badge, near))["Two films differ by"]
+    differ = figures_of(badge, film_of(badge, one), film_of(badge, far))["Two films differ by"]
+    assert agree.value == pytest.approx(0.02 / math.hypot(0.02, 0.02)) and agree.state == "good"
+    assert differ.value > 10 and differ.state == "look"
+
+
+def test_a_lamp_at_the_side_is_seen(badge):
+    """Catches: counts taken for light; the squares' black taken for a shadow; no result taken for even light."""
+    even = figures_of(badge, film_of(badge, None))["Light, uneven by"]
+    side = figures_of(badge, film_of(badge, None, (120.0, 230.0)))["Light, uneven by"]
+    assert even.value == 0 and even.state == "good"
+    assert 60 < side.value < 140 and side.state == "look" and "lamp" in side.advice
+
+
+def test_what_is_not_measured_is_never_a_number(badge):
+    """Catches: a flatness of 0 that looks measured; figures of a badge whose films were refused."""
+    found = figures_of(badge, film_of(badge, None))
+    assert found["Flatness"].value is None and "Not measured" in found["Flatness"].words
+    assert set(found) == {"Light, uneven by", "Fringe contrast", "Camera", "Flatness"}
+
+
+@pytest.mark.parametrize("label", ["50lpi", "75lpi-18mil"])
+def test_a_soft_sheet_s_radius_is_within_the_range_that_is_given(label):
+    """Catches: the radius of the sharpest sheet for any; one side alone; lenses that do not meet."""
+    lens = lens_named(label)
+    for ratio in (1.0, 1.15, 1.3):
+        through = third_harmonic_expected(lens, lens.pitch_mm, 0.5, ratio)
+        low, high = radius_ratios(lens, lens.pitch_mm, 0.5, through)
+        assert low - 0.011 <= ratio <= high + 0.011
+    sharp, soft = (radius_ratios(lens, lens.pitch_mm, 0.5, size) for size in (0.5, 0.1))
+    assert sharp[1] - sharp[0] < 0.03 < soft[1] - soft[0] and soft[1] > 1.3
+
+
+def test_the_third_harmonic_of_a_mask_like_sheet_is_that_of_its_lines():
+    """Catches: harmonics without the lines' share of ink, which hides the third one where two thirds are dark."""
+    lens = sheet_lens(0.508, 1.0, 1.56)
+    half, two_thirds = (third_harmonic_expected(lens, 0.508, duty, 1.05) for duty in (0.5, 2 / 3))
+    assert 0.3 < half <= 1 / 3 and two_thirds < 1e-9

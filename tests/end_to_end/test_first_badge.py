@@ -1,0 +1,87 @@
+"""A first badge from the empty folder to the record, with pictures as a builder would take them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import jsonschema
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from kit.drawn_strip import photographed_chart
+from kit.schemas import SCHEMAS
+from moireid.badge import load_badge
+from moireid.bringup.build_folder import open_folder
+from moireid.cli.main import moireid
+from moireid.profiles import load_lens_profile, load_printer_profile
+from moireid.simulate import Build, Scene, film, motion_named
+from moireid_lab.bench.fabricate.calibration import STILL, PhotoCase
+
+#: The sheet is finer than its label, twisted on the badge, with air under it; the printer widens lines.
+LENS_SCALE, TWIST_RAD, AIR_MM, GROWTH_UM = 0.9981, 0.003, 0.08, 45.0
+
+
+def call(folder: Path, *more: str, code: int = 0) -> dict:
+    """What the program answers."""
+    ran = CliRunner().invoke(moireid, ["first-badge", str(folder), *more, "--json"])
+    assert ran.exit_code == code, ran.output
+    return json.loads(ran.stdout)
+
+
+@pytest.mark.slow
+def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
+    """Catches: a badge printed for the label in place of the sheet; figures that are off by more than their error
+    bars; air that is put down to the sheet; a step that is asked for twice; a name or identity in the record."""
+    folder = tmp_path / "first"
+    assert call(folder, "--name", "Ada Lovelace")["next"]["name"] == "sheet"
+    chart = load_badge(folder / "pitch-test.json")
+    luma = photographed_chart(chart, PhotoCase("50lpi", LENS_SCALE, 0.4, 1.0, 4.0), GROWTH_UM)
+    cv2.imwrite(str(folder / "sheet-photo.jpg"), luma, [cv2.IMWRITE_JPEG_QUALITY, 92])
+    read = call(folder, "--thickness", "1.0", "--focal-px", str(STILL.focal_px))
+    assert read["did"] == ["sheet", "badge"] and read["next"]["name"] == "films"
+    badge, printer = load_badge(folder / "badge" / "badge.json"), load_printer_profile(folder / "printer.json")
+    assert badge.name == "Ada Lovelace" and badge.lens == load_lens_profile(folder / "sheet.json").lens
+    assert badge.lens.pitch_mm == pytest.approx(0.508 * LENS_SCALE, rel=2e-4)
+    assert badge.print["ink_growth_um"] == printer.ink_growth_um == pytest.approx(GROWTH_UM, abs=8)
+
+    true = 0.508 * LENS_SCALE / badge.lens.pitch_mm
+    scene = Scene(badge, Build(lens_scale=true, twist_rad=TWIST_RAD, air_gap_mm=AIR_MM, lens_offset_mm=0.1))
+    for number in (1, 2):
+        motion = motion_named("handheld", distance_mm=1000.0, seed=number)
+        film(scene, motion, tmp_path / f"{number}.mp4", frames=180, fps=30.0, seed=number)
+    films = [word for k in (1, 2) for word in ("--badge-film", str(tmp_path / f"{k}.mp4"))]
+    record = tmp_path / "record.json"
+    done = call(folder, *films, "--record", str(record))
+    assert done["did"] == ["films"] and done["done"] and done["refused"] is None
+    assert call(folder)["did"] == []
+
+    figures = {figure["name"]: figure for figure in done["figures"]}
+    for name, value in {
+        "Sheet pitch": 0.508 * LENS_SCALE,
+        "Ink spread": GROWTH_UM,
+        "Air under the sheet": AIR_MM,
+        "Twist": -np.degrees(TWIST_RAD),
+        "Pitch on the badge": 0.508 * LENS_SCALE,
+        "Radius": 1.0,
+    }.items():
+        assert abs(figures[name]["value"] - value) < 3 * figures[name]["sd"], figures[name]
+    assert figures["Air under the sheet"]["sd"] < 0.04 and figures["Flatness"]["value"] is None
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "is built and measured" in page and page.count("data:image") >= 6 and 'src="http' not in page
+
+    text = record.read_text()
+    document = json.loads(text)
+    assert list(jsonschema.Draft202012Validator(SCHEMAS["capture-record"]()).iter_errors(document)) == []
+    for shared in document["films"]:
+        assert len(shared["crops"]) == 6 and shared["verdict"] == "accept"
+        measured, predicted = (shared["signals"][0][key] for key in ("measured_rad", "predicted_rad"))
+        pairs = [(m, p) for m, p in zip(measured, predicted, strict=True) if m is not None]
+        assert np.corrcoef(*np.array(pairs).T)[0, 1] > 0.99
+        for crop in shared["crops"]:
+            crop.pop("png")
+    left = json.dumps(document)
+    assert "Lovelace" not in text and badge.id not in text and str(tmp_path) not in left
+    assert open_folder(folder, {}, {}).found("badge-film-1") == tmp_path / "1.mp4"
