@@ -54,9 +54,9 @@ you would keep a key. Lengths are in millimetres of the page: origin top left, x
 REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys
 are only added. So a program must pass over the keys that it does not know. A figure is null where nothing was
 measured."""
-RECORD_TEXT = """What `moireid first-badge FOLDER --record FILE` writes: films of a badge that somebody built, as signals
-and crops of the fringes. What it reveals is [said with the first film](../first-physical-film.md#what-a-record-reveals).
-Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
+RECORD_TEXT = """What `moireid first-badge FOLDER --record FILE` writes: films of a badge that somebody built, as
+signals and crops of the fringes. [What it reveals](../first-physical-film.md#what-a-record-reveals) is said with the
+first film. Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
 #: `{{ verifier.decision.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
 

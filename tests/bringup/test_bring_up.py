@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.bringup.bring_up import STEPS, Step, advance
-from moireid.bringup.build_folder import STATE, BuildFolder, Figure, Reading, digests, open_folder
+from moireid.bringup.build_folder import OWN_FILES, STATE, BuildFolder, Figure, Reading, digests, open_folder
 from moireid.bringup.progress_page import render_progress, shown_value
 from moireid.cli.main import moireid
 from moireid.errors import MediaError, SpecError
@@ -42,10 +42,10 @@ def steps_of(first: Work, second: Work, third: Work) -> tuple[Step, ...]:
     """Print something; read a film of it; print once; a film that may be left out is between."""
     ask = ("Put a film into {folder}, of {lens} on {paper}.",)
     return (
-        Step("first", "First", first, (), made=first.made),
-        Step("extra", "Extra", Work("extra"), ask, needs=(("extra",),), optional=True),
-        Step("second", "Second", second, ask, needs=(("film", "photo"),), inputs=inputs_of),
-        Step("third", "Third", third, (), made=third.made, once=True),
+        Step("first", "First", "", first, (), made=first.made),
+        Step("extra", "Extra", "", Work("extra"), ask, needs=(("extra",),), optional=True),
+        Step("second", "Second", "", second, ask, needs=(("film", "photo"),), inputs=inputs_of),
+        Step("third", "Third", "", third, (), made=third.made, once=True),
     )
 
 
@@ -173,6 +173,14 @@ def test_the_command_begins_prints_and_asks(tmp_path: Path):
     for wrong in (["--with-badge"], ["--record", str(tmp_path / "r.json")], 3 * ["--badge-film", "a.mp4"]):
         ran = CliRunner().invoke(moireid, ["first-badge", str(folder), *wrong])
         assert ran.exit_code == 2 and "error:" in ran.stderr and not (tmp_path / "r.json").exists()
+
+
+def test_files_of_others_are_not_replaced(tmp_path: Path):
+    """Catches: a sheet.json of one's own overwritten, as the folder was given by mistake; a file that is missed."""
+    (tmp_path / "sheet.json").write_text("mine")
+    with pytest.raises(SpecError, match=r"sheet\.json exists already"):
+        open_folder(tmp_path, {}, {})
+    assert {name.split("/")[0] for step in STEPS for name in step.made} <= set(OWN_FILES)
 
 
 def test_every_step_asks_for_what_it_needs_by_name():

@@ -38,7 +38,7 @@ from moireid.profiles import lens_named
 from moireid.sheets import MM_PER_INCH
 from moireid.verifier.video import Progress
 
-#: How a step shows its progress: given its title, a context that yields what counts frames.
+#: How a step shows its progress: given what it does, a context that yields what counts frames.
 Watch = Callable[[str], AbstractContextManager[Progress | None]]
 
 
@@ -50,7 +50,7 @@ def _quiet(_: str) -> AbstractContextManager[Progress | None]:
 class Step:
     """One step.
 
-    needs: files of the builder, each a choice of well-known names, of which one must be there; made: files that it
+    title, work: what the builder does, and what the program does meanwhile; needs: files of the builder, each a choice of well-known names, of which one must be there; made: files that it
     writes; inputs: what it depends on, given the folder; ask: what the builder is to do for it, in plain words, with
     {folder}, {lens} and {paper}; optional: whether the round goes on without it; once: whether it is done no more
     where its files are there, as a badge that is printed is never changed.
@@ -58,6 +58,7 @@ class Step:
 
     name: str
     title: str
+    work: str
     do: Callable[[BuildFolder, Progress | None], Reading]
     ask: tuple[str, ...]
     needs: tuple[tuple[str, ...], ...] = ()
@@ -93,6 +94,7 @@ STEPS: tuple[Step, ...] = (
     Step(
         "charts",
         "Print the pitch test",
+        "drawing the pitch test",
         print_charts,
         (),
         made=CHART_FILES,
@@ -101,6 +103,7 @@ STEPS: tuple[Step, ...] = (
     Step(
         "sheet",
         "Photograph the pitch test",
+        "reading the pitch test",
         read_charts,
         (
             "Buy a lenticular sheet of {lens}, 15 x 15 cm or more (shops for lenticular printing sell single sheets), "
@@ -120,6 +123,7 @@ STEPS: tuple[Step, ...] = (
     Step(
         "camera",
         "Calibrate the camera, if you like",
+        "looking for the camera chart",
         calibrate,
         (
             "This step may be left out: then the camera is solved from the badge's films, less exactly.",
@@ -131,14 +135,16 @@ STEPS: tuple[Step, ...] = (
         inputs=_camera_inputs,
         optional=True,
     ),
-    Step("badge", "Print the badge", print_first_badge, (), made=(BADGE_JSON,), once=True),
+    Step("badge", "Print the badge", "drawing the badge", print_first_badge, (), made=(BADGE_JSON,), once=True),
     Step(
         "films",
         "Film the badge twice",
+        "reading the films of the badge",
         read_films,
         (
             "Print {folder}/badge/badge.pdf at 100 % on the same printer and paper, and build it as "
-            "{folder}/badge/assembly.pdf shows.",
+            "{folder}/badge/assembly.pdf shows. (If you measured the sheet again since, delete {folder}/badge "
+            "first, and it is made anew.)",
             "Film it from about 1 m, in 1080p, without zoom and with stabilisation off, for ten seconds. Move the "
             "phone 20 cm to both sides, four times, and a little nearer and farther. Save it as "
             "{folder}/badge-film-1.mp4.",
@@ -186,7 +192,7 @@ def advance(folder: BuildFolder, steps: Sequence[Step] = STEPS, watch: Watch = _
     Parameters
     ----------
     watch : callable, optional
-        Shows the progress of a step, given its title.
+        Shows the progress of a step, given what it does.
 
     Raises
     ------
@@ -211,7 +217,7 @@ def advance(folder: BuildFolder, steps: Sequence[Step] = STEPS, watch: Watch = _
 def _done(step: Step, folder: BuildFolder, watch: Watch) -> BuildFolder:
     """The folder after a step; files that cannot be used are a result too."""
     try:
-        with watch(step.title) as progress:
+        with watch(step.work) as progress:
             reading = step.do(folder, progress)
     except MoireIdError as error:
         reading = Reading(refused=str(error))

@@ -27,6 +27,11 @@ PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff")
 FILM_SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi")
 #: Phones write these, and the project cannot read them.
 UNREADABLE = (".heic", ".heif")
+#: What is written into the folder, and replaced as better pictures come.
+OWN_FILES = (
+    *("pitch-test.pdf", "pitch-test.json", "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml", "badge"),
+    *("films.json", "as-built.json", "report.html"),
+)
 ADVICE = "give another folder, or correct the file"
 
 State = Literal["good", "look", "unknown"]
@@ -154,12 +159,17 @@ def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]
     """The folder, made where it does not exist, with what is wished now.
 
     Parameters: wished: fields of `Wish` that were given, None for others; files: paths by well-known names.
-    Raises: SpecError where the folder is another one's, or was begun for another sheet, printer or paper.
+    Raises: SpecError where the folder holds files that would be replaced, or was begun for another sheet, printer or
+        paper.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise SpecError(f"folder {path} cannot be made ({error.strerror}); choose another one") from error
+    if not (path / STATE).exists() and (taken := [name for name in OWN_FILES if (path / name).exists()]):
+        raise SpecError(
+            f"{path / taken[0]} exists already, and {path} was not begun by moireid first-badge; give a new folder"
+        )
     state = _state_in(path)
     given = {key: value for key, value in wished.items() if value is not None}
     wish = msgspec.structs.replace(state.wish, **given)

@@ -175,7 +175,8 @@ def _camera(found: CameraFound) -> Figure:
         f"By the camera chart: corners fit within {found.error_px:.2f} px in {found.views} views; k1 "
         f"{found.distortion[0]:+.3f}."
     )
-    return Figure("Camera", found.matrix[0, 0] / long_px, found.focal_sd_px / long_px, "x long side", "good", words)
+    focal = float(found.matrix[0, 0]) / long_px
+    return Figure("Camera", focal, found.focal_sd_px / long_px, "x long side", "good", words)
 
 
 #: Files that these steps write.

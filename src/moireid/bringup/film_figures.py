@@ -213,7 +213,8 @@ def _unevenness(report: Report) -> float | None:
 def _contrast(films: Sequence[FilmFound]) -> Figure:
     """Fringe contrast over level, median over strips and frames of all films."""
     strips = [strip for film in films if film.report.measurement for strip in film.report.measurement.strips if strip]
-    shares = [float(np.nanmedian(strip.contrast / np.maximum(strip.level, 1e-6))) for strip in strips]
+    ratios = [strip.contrast / np.maximum(strip.level, 1e-6) for strip in strips]
+    shares = [float(np.median(ratio[np.isfinite(ratio)])) for ratio in ratios if np.isfinite(ratio).any()]
     if not shares:
         return unknown("Fringe contrast", "of the most", "The fringes are not seen.", "Film again.")
     value = float(np.median(shares)) / MOST_CONTRAST
