@@ -11,7 +11,6 @@ import pypdfium2 as pdfium
 import pytest
 from click.testing import CliRunner
 
-from kit.drawn_strip import OddCamera, photographed_chart, photographed_strip
 from moireid.badge import Badge
 from moireid.calibration.ink_reading import InkGrowth, ink_growth
 from moireid.cli.main import moireid
@@ -22,6 +21,7 @@ from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.ink_strip import ink_patches, strip_rect_mm
 from moireid.profiles import PrinterProfile, load_printer_profile, save_printer_profile
 from moireid_lab.bench.fabricate.calibration import PhotoCase
+from moireid_lab.bench.fabricate.strip_photographs import OddCamera, photographed_chart, photographed_strip
 
 #: Cameras and light: as the reader expects; other tone curves; blurred, noisy, unevenly lit; sharpened; small.
 CAMERAS = {

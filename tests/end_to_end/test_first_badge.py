@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from kit.drawn_strip import photographed_chart
 from kit.schemas import SCHEMAS
 from moireid.badge import load_badge
 from moireid.bringup.build_folder import open_folder
@@ -19,6 +18,7 @@ from moireid.cli.main import moireid
 from moireid.profiles import load_lens_profile, load_printer_profile
 from moireid.simulate import Build, Scene, film, motion_named
 from moireid_lab.bench.fabricate.calibration import STILL, PhotoCase
+from moireid_lab.bench.fabricate.strip_photographs import photographed_chart
 
 #: The sheet is finer than its label, twisted on the badge, with air under it; the printer widens lines.
 LENS_SCALE, TWIST_RAD, AIR_MM, GROWTH_UM = 0.9981, 0.003, 0.08, 45.0

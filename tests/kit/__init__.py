@@ -12,7 +12,6 @@ photographed.py     signals of a badge and of photographs of it
 made_corners.py     a badge's corners as a film would give them
 rendered_frames.py  frames by either renderer, and their phase
 takes.py            a page before a camera, as effects know it
-drawn_strip.py      the ink strip of a pitch test, printed and photographed
 drawn.py            the shapes on a PDF page
 mounting.py         mounts, and what a camera sees of them
 film_stubs.py       jobs that stand in for films

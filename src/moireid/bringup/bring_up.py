@@ -50,10 +50,11 @@ def _quiet(_: str) -> AbstractContextManager[Progress | None]:
 class Step:
     """One step.
 
-    title, work: what the builder does, and what the program does meanwhile; needs: files of the builder, each a choice of well-known names, of which one must be there; made: files that it
-    writes; inputs: what it depends on, given the folder; ask: what the builder is to do for it, in plain words, with
-    {folder}, {lens} and {paper}; optional: whether the round goes on without it; once: whether it is done no more
-    where its files are there, as a badge that is printed is never changed.
+    title, work: what the builder does, and what the program does meanwhile; needs: files of the builder, each a choice
+    of well-known names, of which one must be there; made: files that it writes; inputs: what it depends on, given the
+    folder; ask: what the builder is to do for it, in plain words, with {folder}, {lens} and {paper}; optional: whether
+    the round goes on without it; once: whether it is done no more where its files are there, as a badge that is printed
+    is never changed.
     """
 
     name: str

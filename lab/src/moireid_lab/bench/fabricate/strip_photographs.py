@@ -24,8 +24,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class OddCamera:
-    """px_per_mm: scale; coding: power of its tone curve, with an S-shaped term; blur_px; noise in counts; unevenness:
-    of the light, as a share; exposure: light of paper; sharpening: share of detail that is added to the picture."""
+    """A camera that codes light in its own way.
+
+    px_per_mm: scale; coding: power of its tone curve, and shape: an S-shaped term of it; blur_px, noise: of the
+    picture, px and counts; unevenness: of the light, as a share; exposure: light of paper, 1 being the most;
+    sharpening: share of detail that is added to the picture.
+    """
 
     px_per_mm: float = 4.0
     coding: float = 2.2
@@ -35,6 +39,21 @@ class OddCamera:
     unevenness: float = 0.15
     exposure: float = 0.75
     sharpening: float = 0.0
+
+
+def any_camera(seed: int) -> OddCamera:
+    """A camera drawn over what phones do, from about 1 m."""
+    rng = np.random.default_rng(seed)
+    return OddCamera(
+        px_per_mm=float(rng.uniform(2.2, 8.0)),
+        coding=float(rng.uniform(1.7, 2.7)),
+        shape=float(rng.uniform(-0.3, 0.5)),
+        blur_px=float(rng.uniform(0.6, 1.6)),
+        noise=float(rng.uniform(1.0, 5.0)),
+        unevenness=float(rng.uniform(-0.4, 0.4)),
+        exposure=float(rng.uniform(0.5, 0.9)),
+        sharpening=float(rng.choice([0.0, 0.0, 0.3])),
+    )
 
 
 def printed_strip(chart: Badge, growth_um: float, ink: float = 0.08) -> NDArray[np.float32]:
@@ -97,6 +116,7 @@ def photographed_chart(chart: Badge, case: PhotoCase, growth_um: float, seed: in
     """A photograph of the whole chart under a sheet, with the strip at its foot, which the simulator does not draw."""
     luma = photograph(chart, case, seed)
     page = view_chart(luma, chart, focal_px=STILL.focal_px).page
+    assert page is not None
     light = filmed(printed_strip(chart, growth_um), page, (luma.shape[1], luma.shape[0]), chart, 0.7)
     coded = 255 * ((luma / 255.0) ** CODING_POWER * light) ** (1 / CODING_POWER)
     return np.rint(coded).astype(np.uint8)
