@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from moireid.bringup.bring_up import STEPS, Step, advance
+from moireid.bringup.bring_up import STEPS, BuildStep, advance
 from moireid.bringup.build_folder import OWN_FILES, STATE, BuildFolder, Figure, Reading, digests, open_folder
 from moireid.bringup.progress_page import render_progress, shown_value
 from moireid.cli.main import moireid
@@ -38,20 +38,27 @@ def inputs_of(folder: BuildFolder) -> dict[str, str]:
     return digests([film] if film else [], {"mm": folder.wish.thickness_mm})
 
 
-def steps_of(first: Work, second: Work, third: Work) -> tuple[Step, ...]:
+def steps_of(first: Work, second: Work, third: Work) -> tuple[BuildStep, ...]:
     """Print something; read a film of it; print once; a film that may be left out is between."""
     ask = ("Put a film into {folder}, of {lens} on {paper}.",)
     return (
-        Step("first", "First", "", first, (), made=first.made),
-        Step("extra", "Extra", "", Work("extra"), ask, needs=(("extra",),), optional=True),
-        Step("second", "Second", "", second, ask, needs=(("film", "photo"),), inputs=inputs_of),
-        Step("third", "Third", "", third, (), made=third.made, once=True),
+        BuildStep("first", "First", "", first, (), made=first.made),
+        BuildStep("extra", "Extra", "", Work("extra"), ask, needs=(("extra",),), optional=True),
+        BuildStep("second", "Second", "", second, ask, needs=(("film", "photo"),), inputs=inputs_of),
+        BuildStep("third", "Third", "", third, (), made=third.made, once=True),
     )
 
 
 @pytest.fixture
 def works() -> tuple[Work, Work, Work]:
     return Work("first", ("page.txt",)), Work("second"), Work("third", ("badge.txt",))
+
+
+def test_a_folder_that_could_not_begin_can_begin_otherwise(tmp_path: Path):
+    """Catches: a printer too coarse for the sheet that is kept for ever, so that the right one is refused."""
+    coarse = advance(open_folder(tmp_path, {"lens": "100lpi-14mil", "printer_dpi": 144}, {}))
+    assert coarse.refused and coarse.next_step.name == "charts" and coarse.ask == []
+    assert advance(open_folder(tmp_path, {"printer_dpi": 600}, {})).did == ("charts",)
 
 
 def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
@@ -122,6 +129,9 @@ def test_a_folder_keeps_what_it_was_begun_for(tmp_path: Path):
     assert open_folder(tmp_path, {}, {}).wish.lens == "75lpi"
     with pytest.raises(SpecError, match="begun with lens=75lpi, and 50lpi is given"):
         open_folder(tmp_path, {"lens": "50lpi"}, {})
+    with pytest.raises(SpecError, match="99lpi"):
+        open_folder(tmp_path / "new", {"lens": "99lpi"}, {})
+    assert not (tmp_path / "new").exists()
     (tmp_path / STATE).write_text('{"format": 1, "kind": "something"}')
     with pytest.raises(SpecError, match="kind must be first-badge"):
         open_folder(tmp_path, {}, {})

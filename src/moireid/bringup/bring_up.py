@@ -47,7 +47,7 @@ def _quiet(_: str) -> AbstractContextManager[Progress | None]:
 
 
 @dataclass(frozen=True)
-class Step:
+class BuildStep:
     """One step.
 
     title, work: what the builder does, and what the program does meanwhile; needs: files of the builder, each a choice
@@ -91,8 +91,8 @@ def _wished(folder: BuildFolder) -> dict[str, str]:
     return digests([], {"lens": wish.lens, "printer_dpi": wish.printer_dpi, "paper": wish.paper})
 
 
-STEPS: tuple[Step, ...] = (
-    Step(
+STEPS: tuple[BuildStep, ...] = (
+    BuildStep(
         "charts",
         "Print the pitch test",
         "drawing the pitch test",
@@ -101,7 +101,7 @@ STEPS: tuple[Step, ...] = (
         made=CHART_FILES,
         inputs=_wished,
     ),
-    Step(
+    BuildStep(
         "sheet",
         "Photograph the pitch test",
         "reading the pitch test",
@@ -121,7 +121,7 @@ STEPS: tuple[Step, ...] = (
         made=(SHEET, PRINTER),
         inputs=sheet_inputs,
     ),
-    Step(
+    BuildStep(
         "camera",
         "Calibrate the camera, if you like",
         "looking for the camera chart",
@@ -136,8 +136,8 @@ STEPS: tuple[Step, ...] = (
         inputs=_camera_inputs,
         optional=True,
     ),
-    Step("badge", "Print the badge", "drawing the badge", print_first_badge, (), made=(BADGE_JSON,), once=True),
-    Step(
+    BuildStep("badge", "Print the badge", "drawing the badge", print_first_badge, (), made=(BADGE_JSON,), once=True),
+    BuildStep(
         "films",
         "Film the badge twice",
         "reading the films of the badge",
@@ -166,9 +166,9 @@ class Advance:
     """
 
     folder: BuildFolder
-    steps: Sequence[Step]
+    steps: Sequence[BuildStep]
     did: tuple[str, ...]
-    next_step: Step | None
+    next_step: BuildStep | None
     refused: str | None = None
 
     @property
@@ -187,7 +187,7 @@ class Advance:
         return f"moireid enroll {at(BADGE_JSON)} {films}{camera}"
 
 
-def advance(folder: BuildFolder, steps: Sequence[Step] = STEPS, watch: Watch = _quiet) -> Advance:
+def advance(folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watch = _quiet) -> Advance:
     """Do what can be done now, and keep it; the folder's state is saved after every step.
 
     Parameters
@@ -215,7 +215,7 @@ def advance(folder: BuildFolder, steps: Sequence[Step] = STEPS, watch: Watch = _
     return Advance(folder, steps, tuple(did), None)
 
 
-def _done(step: Step, folder: BuildFolder, watch: Watch) -> BuildFolder:
+def _done(step: BuildStep, folder: BuildFolder, watch: Watch) -> BuildFolder:
     """The folder after a step; files that cannot be used are a result too."""
     try:
         with watch(step.work) as progress:

@@ -18,6 +18,7 @@ from msgspec import Meta, Struct
 from moireid.errors import SpecError
 from moireid.files import write_text
 from moireid.models import check_format, parse_json, read_model
+from moireid.profiles import lens_named
 
 FORMAT, STATE = 1, "first-badge.json"
 #: Files that a builder makes, by their names without suffix.
@@ -160,12 +161,8 @@ def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]
 
     Parameters: wished: fields of `Wish` that were given, None for others; files: paths by well-known names.
     Raises: SpecError where the folder holds files that would be replaced, or was begun for another sheet, printer or
-        paper.
+        paper; and for a sheet that is not known.
     """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SpecError(f"folder {path} cannot be made ({error.strerror}); choose another one") from error
     if not (path / STATE).exists() and (taken := [name for name in OWN_FILES if (path / name).exists()]):
         raise SpecError(
             f"{path / taken[0]} exists already, and {path} was not begun by moireid first-badge; give a new folder"
@@ -173,8 +170,10 @@ def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]
     state = _state_in(path)
     given = {key: value for key, value in wished.items() if value is not None}
     wish = msgspec.structs.replace(state.wish, **given)
+    # A sheet that is not known is refused before anything is made for it.
+    lens_named(wish.lens)
     changed = [key for key in PRINTED_FOR if getattr(wish, key) != getattr(state.wish, key)]
-    if changed and state.readings:
+    if changed and any(reading.refused is None for reading in state.readings.values()):
         key = changed[0]
         raise SpecError(
             f"{path} was begun with {key}={getattr(state.wish, key)}, and {getattr(wish, key)} is given; give another "
@@ -183,6 +182,10 @@ def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]
     missing = [str(one) for one in files.values() if not one.is_file()]
     if missing:
         raise SpecError(f"{missing[0]} does not exist or is no file; give a photograph or film that is there")
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SpecError(f"folder {path} cannot be made ({error.strerror}); choose another one") from error
     elsewhere = state.files | {name: str(one.absolute()) for name, one in files.items()}
     return BuildFolder(path, msgspec.structs.replace(state, wish=wish, files=elsewhere))
 

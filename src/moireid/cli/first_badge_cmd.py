@@ -33,15 +33,25 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
 @click.option("--printer-dpi", type=click.IntRange(72, 9600), metavar="DPI", help="[default: 1200]")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), help="[default: a4]")
 @click.option(
-    "--thickness", type=FiniteRange(0.05, 20), metavar="MM", help="Thickness of the sheet, measured with a calliper."
+    "--thickness",
+    "thickness_mm",
+    type=FiniteRange(0.05, 20),
+    metavar="MM",
+    help="Thickness of the sheet, measured with a calliper.",
 )
 @click.option(
     "--measured-scale",
-    "scale_text",
+    "measured_scale",
     metavar="X[,Y]",
     help="Measured over stated length of the pitch test's scale bars, such as 0.9973.",
 )
-@click.option("--distance", type=FiniteRange(0.1, 100), metavar="M", help="Of the photo of the pitch test, in metres.")
+@click.option(
+    "--distance",
+    "distance_m",
+    type=FiniteRange(0.1, 100),
+    metavar="M",
+    help="Of the photo of the pitch test, in metres.",
+)
 @click.option("--focal-px", type=FiniteRange(50, 100_000), metavar="PX", help="Focal length of that photo, if known.")
 @click.option("--sheet-photo", type=MEDIA, help="The photo of the pitch test, if it is not in the folder.")
 @click.option("--sheet-film", type=MEDIA, help="A film of the pitch test, moved sideways.")
@@ -55,14 +65,6 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
 @friendly
 def first_badge_command(
     folder: Path,
-    name: str | None,
-    lens: str | None,
-    printer_dpi: int | None,
-    paper: str | None,
-    thickness: float | None,
-    scale_text: str | None,
-    distance: float | None,
-    focal_px: float | None,
     sheet_photo: Path | None,
     sheet_film: Path | None,
     camera_film: Path | None,
@@ -72,6 +74,7 @@ def first_badge_command(
     note: str,
     overwrite: bool,
     as_json: bool,
+    **wished: Any,
 ) -> None:
     """Build a first badge, step by step, in FOLDER.
 
@@ -89,31 +92,16 @@ def first_badge_command(
     are profiles for the other commands. It exits with 3 where a photo or film could not be used.
     """
     from moireid.bringup.bring_up import advance
-    from moireid.bringup.build_folder import BADGE_FILMS, CAMERA_FILM, SHEET_FILM, SHEET_PHOTO, open_folder
+    from moireid.bringup.build_folder import open_folder
     from moireid.bringup.progress_page import PAGE, render_progress
-    from moireid.designer.request import clean_name, parse_scale
     from moireid.files import planned, write_text
 
-    if len(badge_films) > len(BADGE_FILMS):
-        raise SpecError(f"{len(badge_films)} films of the badge are given, and two are read; give two")
+    files = _named(sheet_photo, sheet_film, camera_film, badge_films)
     if record is None and (with_badge or note):
         raise SpecError("--with-badge and --note belong to a capture record; give --record FILE with them")
-    named = {SHEET_PHOTO: sheet_photo, SHEET_FILM: sheet_film, CAMERA_FILM: camera_film}
-    named |= dict(zip(BADGE_FILMS, badge_films, strict=False))
-    files = {key: path for key, path in named.items() if path is not None}
     if record is not None:
         planned([record], overwrite=overwrite, make_folders=False, kept=files.values())
-    wished = {
-        "name": clean_name(name) if name is not None else None,
-        "lens": lens,
-        "printer_dpi": printer_dpi,
-        "paper": paper,
-        "thickness_mm": thickness,
-        "measured_scale": parse_scale(scale_text) if scale_text else None,
-        "distance_m": distance,
-        "focal_px": focal_px,
-    }
-    made = advance(open_folder(folder, wished, files), watch=progress_bar)
+    made = advance(open_folder(folder, _read(wished), files), watch=progress_bar)
     page = made.folder.at(PAGE)
     write_text(page, render_progress(made))
     if record is not None:
@@ -121,6 +109,30 @@ def first_badge_command(
     _show(made, page, record, as_json=as_json)
     if made.refused is not None:
         raise click.exceptions.Exit(INCONCLUSIVE)
+
+
+def _named(photo: Path | None, sheet: Path | None, camera: Path | None, badge: tuple[Path, ...]) -> dict[str, Path]:
+    """The files that were given, by their well-known names."""
+    from moireid.bringup.build_folder import BADGE_FILMS, CAMERA_FILM, SHEET_FILM, SHEET_PHOTO
+
+    if len(badge) > len(BADGE_FILMS):
+        raise SpecError(f"{len(badge)} films of the badge are given, and two are read; give two")
+    named = {SHEET_PHOTO: photo, SHEET_FILM: sheet, CAMERA_FILM: camera} | dict(zip(BADGE_FILMS, badge, strict=False))
+    return {name: path for name, path in named.items() if path is not None}
+
+
+def _read(wished: dict[str, Any]) -> dict[str, Any]:
+    """The wish, with its texts read.  Raises: SpecError for an impossible name or scale."""
+    from moireid.designer.request import clean_name, parse_scale
+
+    name, scale, lens = wished["name"], wished["measured_scale"], wished["lens"]
+    # The next call may come from another folder.
+    profile = lens is not None and lens.lower().endswith(".json")
+    return wished | {
+        "lens": str(Path(lens).absolute()) if profile else lens,
+        "name": None if name is None else clean_name(name),
+        "measured_scale": None if scale is None else parse_scale(scale),
+    }
 
 
 def _write_record(made: Advance, record: Path, *, with_badge: bool, note: str, overwrite: bool) -> None:
@@ -172,5 +184,7 @@ def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> N
         click.echo(f"Not usable: {made.refused}\n")
     click.echo(f"Next: {made.next_step.title}" if made.next_step else "Done.")
     for number, sentence in enumerate(made.ask, 1):
-        click.echo(click.wrap_text(sentence, 100, f"  {number}. ", "     ") if " " in sentence else sentence)
+        # A command is copied, so it is one line.
+        wide = len(sentence) + 10 if sentence.startswith("moireid ") else 100
+        click.echo(click.wrap_text(sentence, wide, f"  {number}. ", "     "))
     click.echo(f"\nThe whole report: {page}")
