@@ -77,6 +77,9 @@ LOGO = (
     "L84 22v26H74zM124 12h28v9h-18v5h15v9h-15v4h18v9h-28zM160 12h11l6 22 7-22h9l7 22 6-22h10l-11 36h-10l-7-21-7 21"
     'h-10z" fill="#1f2a37"/></svg>'
 )
+#: Where a badge is filmed, and how it is built there; a moment of each film, its width and height on the page, px.
+SCENES = {"worn": "usual:3", "lectern": "typical:3", "call": "typical:3", "desk": "typical:3"}
+MOMENT, SCENE_PX = 20, (640, 360)
 #: Where the studio's form has a small picture of each template, and its longer side, px.
 STYLES, STYLE_PX = DOCS.parent / "src" / "moireid" / "web" / "static", 300
 #: Pixels of the window that a report's page is shown in; all of the page is shown.
@@ -91,11 +94,13 @@ def main() -> None:
         work = Path(folder)
         words += [_badge(work, name, *entry) for name, entry in PRINTED.items()]
         words += ["</div>\n", "## Moving\n", _moving(work)]
+        words += ["## Where it is worn\n", SCENE_WORDS]
         words += ["## Verdicts\n", "Thick: where the law puts the fringes. Thin: where they were seen.\n"]
         words += [_verdict(work, name, text) for name, text in VERDICTS.items()]
         _side_by_side(work)
         _report(work)
         _worn(work)
+        _scenes(work)
     (OUT / "gallery.md").write_text("\n".join(words) + "\n", encoding="utf-8")
     _rays()
     _law()
@@ -152,6 +157,36 @@ def _worn(work: Path) -> None:
         row.paste(one, (sum(before.width + 14 for before in shown[:k]), 0))
     row.quantize(128).save(OUT / "templates.png", optimize=True)
     shutil.copyfile(work / "worn-conference" / "preview.webp", OUT / "worn.webp")
+
+
+SCENE_WORDS = """The badge of a speaker, simulated: worn in an office, at a lectern, in a call, on a desk. The
+background is drawn by the project. In the first picture the badge is built as usual, not as designed: with bled ink,
+air beneath the sheet, haze, and a lamp in its ribs. Such films are accepted.
+
+![Four simulated pictures of a badge in its holder: worn, behind a lectern, in a study, on a desk](gallery/scenes.webp)
+
+```text
+moireid simulate ada/badge.json --out film.mp4 --scene worn --build usual:3 --motion sway --distance 0.8
+```
+"""
+
+
+def _scenes(work: Path) -> None:
+    """A moment of a film in each scene, in two rows."""
+    import cv2
+
+    wish = f"--frames {2 * MOMENT} --fps 30 --motion sway --distance 0.8 --overwrite"
+    shown = Image.new("RGB", (2 * SCENE_PX[0] + 8, 2 * SCENE_PX[1] + 8), "white")
+    for number, (scene, build) in enumerate(SCENES.items()):
+        film = work / f"{scene}.mp4"
+        badge_json = work / "worn-conference" / "badge.json"
+        _run(f"moireid simulate {badge_json} --out {film} --scene {scene} --build {build} {wish}")
+        reader = cv2.VideoCapture(str(film))
+        for _ in range(MOMENT):
+            _, picture = reader.read()
+        small = Image.fromarray(picture[..., ::-1]).resize(SCENE_PX, Image.Resampling.LANCZOS)
+        shown.paste(small, (number % 2 * (SCENE_PX[0] + 8), number // 2 * (SCENE_PX[1] + 8)))
+    shown.save(OUT / "scenes.webp", quality=72, method=6)
 
 
 def _moving(work: Path) -> str:

@@ -11,6 +11,7 @@ fringe_signals.py   phase signals of one grating, and series of them
 photographed.py     signals of a badge and of photographs of it
 made_corners.py     a badge's corners as a film would give them
 rendered_frames.py  frames by either renderer, and their phase
+seen_gratings.py    a grating from straight in front, and the phase of its fringes
 takes.py            a page before a camera, as effects know it
 drawn.py            the shapes on a PDF page
 mounting.py         mounts, and what a camera sees of them

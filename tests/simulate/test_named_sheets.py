@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 from dataclasses import replace
 
@@ -10,8 +11,9 @@ import pytest
 
 from moireid.cli.simulate_cmd import SHEETS
 from moireid.errors import SpecError
+from moireid.simulate.build import Build, sheet_named
 from moireid.simulate.motion import Poses
-from moireid.simulate.scene import Build, Scene, sheet_named
+from moireid.simulate.scene import Scene
 from moireid.simulate.truth import Truth, shown_phase_rad
 
 TYPICAL = Build.typical(3)
@@ -35,7 +37,7 @@ def test_the_truth_tells_the_sheet_and_moves_as_it_does(prototype, name, gain):
     stream = io.StringIO()
     place = np.array([50.0, 0.0, -1000.0])
     Truth(stream, scene, "genuine").add(0, 0.0, Poses(place[None], np.eye(3)[None]), place, place, None)
-    columns, row = (line.split(",") for line in stream.getvalue().splitlines())
+    columns, row = csv.reader(stream.getvalue().splitlines())
     told = dict(zip(columns, row, strict=True))
     assert float(told["air_gap_mm"]) == pytest.approx(0.1 if name == "gap" else 0.0)
     assert float(told["sheet_thickness_mm"]) == pytest.approx(0.457 / 0.67 if name == "thin" else 1.0, abs=1e-5)

@@ -176,6 +176,9 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
         "format": "1280x720@24",
         "effect": "zoom",
         "backend": "mitsuba",
+        "scene": "desk",
+        "build": "usual:7",
+        "flaw": "air=0.1 ink=40",
     }
     columns = [name for name in options if name not in no_columns]
     plan.write_text(f"badge,{','.join(columns)}\nada.json,{','.join(cells.get(name, '9') for name in columns)}\n")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
+from moireid.errors import SpecError
+from moireid.simulate.flaw_table import BUILDS, flaw_lines, read_flaw
 
 if TYPE_CHECKING:
     from moireid.simulate.filming import FilmReport
@@ -86,6 +89,7 @@ MOTIONS = (
 )
 LIGHT_NAMES = ("even", "softbox", "window", "lamp", "sun")
 SHEETS = ("thin", "gap", "bowed", "warm", "jittered", "fed")
+PLACES = ("desk", "worn", "lectern", "call")
 PARTS = ("background", "page", "shutter", "glare")
 
 
@@ -101,6 +105,20 @@ class EffectName(click.ParamType[str]):
             self.fail(f"{kind!r} is not one of {', '.join(EFFECTS)}.", param, ctx)
         if colon and strength not in STRENGTHS:
             self.fail(f"{strength!r} is no strength; choose {', '.join(STRENGTHS)}.", param, ctx)
+        return str(value)
+
+
+class FlawValue(click.ParamType[str]):
+    """NAME=VALUE."""
+
+    name = "flaw"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The text as it was given.  Raises: click.BadParameter."""
+        try:
+            read_flaw(str(value))
+        except SpecError as error:
+            self.fail(f"{error}.", param, ctx)
         return str(value)
 
 
@@ -161,6 +179,28 @@ class EffectName(click.ParamType[str]):
     type=click.Choice(FORGERIES),
     metavar="KIND",
     help="Forge the film in one thing; the kinds are listed above.",
+)
+@click.option(
+    "--scene",
+    type=click.Choice(PLACES),
+    help="Where the badge is, in colour: on a desk, worn in an office, at a lectern, in a call; printed as in "
+    "preview.png next to badge.json. Default: before grey clouds. With --effect or --recipe the film is grey.",
+)
+@click.option(
+    "--build",
+    default="typical",
+    show_default=True,
+    metavar="NAME[:SEED]|CSV",
+    help=f"How the badge was built: {', '.join(BUILDS)}, with a seed of its own; or the one of another film, by its "
+    ".truth.csv.",
+)
+@click.option(
+    "--flaw",
+    "flaws",
+    type=FlawValue(),
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="One quantity of the build; may be given several times; the names are listed above.",
 )
 @click.option("--sheet", type=click.Choice(SHEETS), help="A sheet or page not as designed; the kinds are listed above.")
 @click.option(
@@ -227,7 +267,20 @@ def simulate_command(
     The true camera poses and fringe phases are written next to the film, as VIDEO.truth.csv.
 
     The badge is filmed as if built by hand: the sheet is a little shifted and rotated, and print and lens pitch differ
-    a little from their nominal size. The seed decides how much.
+    a little from their nominal size. The seed decides how much. A badge keeps its flaws from film to film if --build
+    is given the same seed.
+
+    \b
+    Kinds of --build:
+    ideal    as designed
+    typical  built by hand of good parts: only place, turn and scales are off
+    usual    bled ink, 7 % out of focus, some air, uneven lenses, a third of
+             haze, bent to 1.5 m, a lamp in its ribs, more light on one side
+    poor     all of that and more, as badly as still occurs
+
+    \b
+    Names of --flaw, as NAME=VALUE; each overrides one quantity of the build:
+    {flaws}
 
     \b
     Kinds of --forge, each wrong in one thing:
@@ -280,10 +333,11 @@ def simulate_command(
 
     badge = load_badge(badge_json)
     from moireid.simulate.filming import FilmOptions, filmed, scene_of
+    from moireid.simulate.settings.wearing import print_of
 
     # The options of the film have the names of the wish's fields.
     wish = FilmOptions(**wished)
-    scene = scene_of(badge, wish)
+    scene = scene_of(badge, wish, print_of(badge_json) if wish.scene else None)
     with progress_bar("filming") as progress:
         report = filmed(scene, wish, video, overwrite=overwrite, progress=progress)
     if as_json:
@@ -292,6 +346,9 @@ def simulate_command(
     click.echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
     if explain:
         _explain(report)
+
+
+simulate_command.help = cleandoc(simulate_command.help or "").format(flaws="\n".join(flaw_lines()))
 
 
 def _document(report: FilmReport, scene: Scene) -> dict[str, Any]:

@@ -1,6 +1,8 @@
 """Films of a badge, true or forged, with their ground truth.
 
-scene.py       one description of badge as built, camera and light, for every renderer; sheets by name
+scene.py       one description of badge as built, camera and light, for every renderer
+build.py       how a built badge differs from its design; builds and sheets by name
+flaw_table.py  every flaw of a build: unit, range and meaning
 motion.py      where the camera is: named motions, two measured ones, CSV files
 phone_walk.py  a phone's measured walk, changed to a walk around the badge
 cameras.py     cameras: lens and its distortion, shutter, exposure; some by name
@@ -8,6 +10,7 @@ light.py       a disc of light before an even sky, and the bands into which the 
 analytic/      rays traced in closed form through the true lenses
 mitsuba/       the same scene as geometry for Mitsuba 3
 recording/     what a camera and a codec make of a picture
+settings/      where the badge is filmed: desk, worn, lectern, call
 forgeries/     what a forged film shows
 effects/       what phones, editors, calls and services do to a film
 truth.py       the ground truth of a film, as CSV; seconds by stage
@@ -22,11 +25,12 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
+    from moireid.simulate.build import Build
     from moireid.simulate.cameras import Camera, camera_named
     from moireid.simulate.filming import FilmReport, film, truth_path
     from moireid.simulate.light import DiscLight, light_named
     from moireid.simulate.motion import Motion, Poses, motion_named
-    from moireid.simulate.scene import Build, Need, Scene
+    from moireid.simulate.scene import Need, Scene
 
 __all__ = [
     "Build",
@@ -47,7 +51,7 @@ __all__ = [
 __getattr__ = lazy(
     __name__,
     {
-        "Build": "scene",
+        "Build": "build",
         "Camera": "cameras",
         "FilmReport": "filming",
         "DiscLight": "light",

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -19,17 +18,21 @@ from moireid.errors import SpecError
 from moireid.files import planned, whole_file
 from moireid.simulate.analytic.accuracy import Estimate, cheapest, estimate_error
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
+from moireid.simulate.build import build_named, flaw_name, flawed, sheet_named
 from moireid.simulate.cameras import camera_named, format_named
 from moireid.simulate.effects.effect import Effect, begun, timing_of
 from moireid.simulate.effects.table import CAMERAS as EFFECT_CAMERAS
 from moireid.simulate.effects.table import effect_named
+from moireid.simulate.flaw_table import IN_MITSUBA, read_flaw
 from moireid.simulate.forgeries.rear_layer import ShownViews, shown_in
 from moireid.simulate.left_out import LeftOut, left_out
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.recording.encode import FilmWriter, kept_frames, recipe_for
 from moireid.simulate.recording.sensor import Sensor, opened
-from moireid.simulate.scene import Build, Instant, Need, Scene, sheet_named
+from moireid.simulate.scene import Instant, Need, Scene
+from moireid.simulate.settings.painting import Painter
+from moireid.simulate.settings.places import setting_named
 from moireid.simulate.shots import Edit, Render, Shots, take_of
 from moireid.simulate.truth import TRUTH_COLUMNS, Stages, Truth
 
@@ -107,6 +110,7 @@ def film(
     forge: str | None = None,
     show: Show | None = None,
     edit: Edit | None = None,
+    setting: str | None = None,
     effects: Sequence[Effect] = (),
     seed: int = 0,
     codec: str = "h264",
@@ -135,6 +139,8 @@ def film(
         A kind of `forgeries.trajectories.KINDS`; None for a true film.
     show, edit : Show, Edit, optional
         A forgery of the caller's own, in place of `forge`; and what is done to each finished picture.
+    setting : str, optional
+        Where the badge is, of `settings.places`, in colour; None for clouds behind it, in grey.
     effects : sequence of Effect
         What the world does to the film, one after the other, of `effects.table`.
     seed : int
@@ -197,9 +203,10 @@ def film(
     estimate = _estimate(scene, instants, backend, error_rad, seed)
     stages.end("estimate")
     render, sensor = _renderer(scene, backend, seed, estimate), Sensor(camera, seed, need=scene.need)
+    painter = _painter(setting, scene, seed)
     steps, behind = begun(effects, take_of(scene, poses, timing.fps, seed))
     longest_s = 1 / min(fps, timing.fps)
-    shots = Shots(scene, motion, shown, timing.fps, longest_s, render, sensor, steps, edit, stages)
+    shots = Shots(scene, motion, shown, timing.fps, longest_s, render, sensor, steps, edit, stages, painter)
     stages.end("set up")
     with whole_file(truth_path(video)) as truth_file, whole_file(video) as video_file:
         with (
@@ -214,7 +221,8 @@ def film(
                 stages.begin()
                 if written:
                     written.result()
-                written = encoder.submit(writer.write, picture, frame)
+                chroma = shot.chroma if len(timing.parts[frame]) == 1 else None
+                written = encoder.submit(writer.write, picture, frame, chroma)
                 stages.end("encode")
                 place, sight = shown.camera_mm[number], shown.sight_mm[number]
                 truth.add(row, frame / fps, shot.pose, place, sight, shot.field)
@@ -226,7 +234,20 @@ def film(
         stages.end("encode")
     exposed = opened(motion, camera, scene.board_half_mm, timing.count / timing.fps / 2, 1 / longest_s)[1]
     unseen = left_out(scene, backend, estimate, instants[1], instants=len(exposed), sensor_s=stages.least["sensor"])
+    in_view = (
+        ("the printed name", "the mount", "colour" if shot.chroma and writer.keeps_colour else "") if setting else ()
+    )
+    unseen = tuple(one for one in unseen if one.what not in in_view)
     return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, unseen, estimate)
+
+
+def _painter(setting: str | None, scene: Scene, seed: int) -> Painter | None:
+    """What paints the setting, None where there is none.  Raises: SpecError."""
+    if setting is None:
+        return None
+    if not scene.need.background:
+        raise SpecError(f"scene {setting} is a background; leave out either it, or the part background")
+    return Painter(setting_named(setting, scene, seed), scene.camera)
 
 
 def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
@@ -241,9 +262,9 @@ def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
         raise SpecError("the mitsuba backend covers no part of the board; use the analytic one")
     if forge is not None:
         raise SpecError(f"the mitsuba backend films true badges alone, not {forge}; use the analytic one")
-    build = scene.build
-    if build.air_gap_mm or build.pitch_jitter or math.isfinite(build.bow_radius_m):
-        raise SpecError("the mitsuba backend builds no air gap, bow or jitter of a sheet; use the analytic one")
+    strange = [name for name in map(flaw_name, scene.build.differences) if name not in IN_MITSUBA]
+    if strange:
+        raise SpecError(f"the mitsuba backend builds no {', '.join(strange)}; leave that out, or use the analytic one")
     if any(scene.camera.distortion) or scene.camera.principal_px is not None:
         raise SpecError("the mitsuba backend knows no lens distortion; choose another camera, or the analytic backend")
 
@@ -283,7 +304,8 @@ class FilmOptions:
 
     fps: None for that of the format, or 60; motion: a name, or the path of a CSV file; leave_out: fields of
     `scene.Need` that are not needed; effects: NAME or NAME:STRENGTH, as `effects.table.effect_named` takes them, after
-    that of the camera.
+    that of the camera; build: as `build.build_named` takes it; flaws: NAME=VALUE of `flaw_table`, after the sheet;
+    scene: where the badge is, of `settings.places`.
     """
 
     motion: str = "handheld"
@@ -293,7 +315,10 @@ class FilmOptions:
     backend: str = "analytic"
     error_rad: float | None = None
     forge: str | None = None
+    build: str = "typical"
+    flaws: tuple[str, ...] = ()
     sheet: str | None = None
+    scene: str | None = None
     camera: str = "phone"
     format: str | None = None
     mirror: bool = False
@@ -312,17 +337,25 @@ class FilmOptions:
         return self.fps or (format_named(self.format).fps if self.format else 60.0)
 
 
-def scene_of(badge: Badge, wish: FilmOptions) -> Scene:
-    """What is filmed: a typical build of the badge before the camera.  Raises: SpecError where a name is not known."""
+def scene_of(badge: Badge, wish: FilmOptions, print_picture: NDArray[np.uint8] | None = None) -> Scene:
+    """What is filmed: a build of the badge before the camera.  Raises: SpecError where a name is not known.
+
+    Parameters: print_picture: as `Scene.print_picture`.
+    """
     name = "phone" if wish.camera in EFFECT_CAMERAS else wish.camera
     camera = camera_named(name, mirror=wish.mirror, focus_blur_px=wish.blur_px)
-    build = Build.typical(wish.seed)
+    build = build_named(wish.build, wish.seed)
+    build = build if wish.sheet is None else sheet_named(wish.sheet, build)
+    flaws = dict(read_flaw(text) for text in wish.flaws)
+    if wish.light and flaws.get("glare"):
+        raise SpecError(f"light {wish.light} and the lamp of flaw glare are two lights; leave one of them out")
     return Scene(
         badge,
-        build if wish.sheet is None else sheet_named(wish.sheet, build),
+        flawed(build, flaws),
         format_named(wish.format).of(camera) if wish.format else camera,
         light=light_named(wish.light) if wish.light else None,
         need=Need(**dict.fromkeys(wish.leave_out, False)),
+        print_picture=print_picture,
     )
 
 
@@ -344,6 +377,7 @@ def filmed(
         frames=wish.frames,
         fps=wish.rate_fps,
         forge=wish.forge,
+        setting=wish.scene,
         effects=[effect_named(name) for name in (*named, *wish.effects)],
         seed=wish.seed,
         codec=wish.codec,

@@ -135,6 +135,27 @@ def light_named(name: str) -> DiscLight:
     return LIGHTS[name]
 
 
+def ribs_lamp(share: float) -> DiscLight:
+    """A lamp at the height of the badge, which upright ribs mirror to a camera in front, in a band across the badge.
+
+    Parameters
+    ----------
+    share : float
+        Of the light on the page that comes from the lamp, 0 to 1.
+
+    Returns
+    -------
+    DiscLight
+        12 cm across, 1.5 m away, 23 degrees to the left; the even sky gives the rest.
+
+    Notes
+    -----
+    Source: a cylinder keeps a ray's direction along its axis; so each lens mirrors the lamp where line of sight and
+    light are at equal angles to the ribs, and all these places form one band.
+    """
+    return DiscLight((-600.0, 40.0, -1400.0), 60.0, share)
+
+
 def straight_share(refractive_index: float) -> float:
     """`passed_share` straight on.  Convention: the same.  Source: its limit, 4 n / (n + 1)^2."""
     return 4.0 * refractive_index / (refractive_index + 1.0) ** 2

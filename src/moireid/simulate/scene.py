@@ -1,119 +1,23 @@
-"""One description of badge as built, camera and light, for every renderer, and sheets by name.
-
-`sheet_named` gives what a shop, a shelf, the weather or a printer make of a badge's sheet and page:
-
-thin      75 lines per inch are sold at 0.457 mm as well as at 0.67 mm: the sheet is 0.68 times as thick, and fringes
-          move 0.6 to 0.7 times as far
-gap       0.1 mm of air between sheet and page, as where a sheet is held at its edges: a fifth more gain at 1 mm
-bowed     sheet and page bent together to a radius of 1.5 m, edges away from the camera: 1.8 mm at the board's edge
-warm      20 K warmer than when the badge was made: the sheet is wider by 0.14 %, the paper is not
-jittered  each lens 0.5 % wider or narrower than the next, by itself, so that places wander over the sheet
-fed       the sheet is as designed, but the printer fed the page 0.3 % too far, so that all is higher by that
-
-Source: thicknesses as `moireid.sheets`; growth of PMMA, PETG and PET by 7e-5 a kelvin, makers' data; gap, bow and
-jitter set by hand, as what one sees of a sheet in a clip.  Along the feed, Canon's service manual of the GP160 office
-copier, p. 2-20, passes a page that is 1 mm too long or short: 0.3 % of A4.
-"""
+"""One description of badge as built, camera and light, for every renderer."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge, Grating, Lens, Rect
-from moireid.errors import SpecError
+from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.frames import own_rect
-from moireid.sheets import sheet_lens
+from moireid.simulate.build import Build
 from moireid.simulate.cameras import Camera
-from moireid.simulate.light import DiscLight
+from moireid.simulate.light import DiscLight, ribs_lamp
 from moireid.simulate.motion import Poses
 
 __all__ = ["Build", "Camera", "Instant", "Need", "Scene"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Build:
-    """How the built badge differs from its design: the sheet's place on the page, and the scale of print and sheet.
-
-    Parameters
-    ----------
-    lens_offset_mm : float
-        How far each sheet is moved along its fringes' axis, mm; positive for +x on an "x" grating.
-    twist_rad : float
-        How far each sheet is turned about the view axis, rad; positive from x towards y.
-    pieces : tuple of (float, float)
-        Offset and twist of each grating's own piece of sheet, added to those of all, as each is mounted by itself.
-    print_scale : float
-        Printed over nominal width, about the board's centre.
-    lens_scale : float
-        Real over nominal pitch of the sheet, about the board's centre.
-    thickness_ratio : float
-        Real over nominal thickness of the sheet; the lenses focus on its back again, as far as their pitch lets them.
-    air_gap_mm : float
-        Air between sheet and page, mm.
-    bow_radius_m : float
-        Radius to which sheet and page are bent together along x, m; the edges lie farther from the camera.
-    pitch_jitter : float
-        Standard deviation of each lens's width, as a share of the pitch; widths are independent.
-    print_aspect : float
-        Printed height over printed width, over that of the design; the width is `print_scale`'s.
-    """
-
-    lens_offset_mm: float = 0.0
-    twist_rad: float = 0.0
-    print_scale: float = 1.0
-    lens_scale: float = 1.0
-    thickness_ratio: float = 1.0
-    air_gap_mm: float = 0.0
-    bow_radius_m: float = math.inf
-    pitch_jitter: float = 0.0
-    print_aspect: float = 1.0
-    pieces: tuple[tuple[float, float], ...] = ()
-
-    def sheet(self, grating: int) -> tuple[float, float]:
-        """Offset, mm, and twist, rad, of the piece of sheet over a grating, by its number."""
-        offset_mm, twist_rad = self.pieces[grating] if self.pieces else (0.0, 0.0)
-        return self.lens_offset_mm + offset_mm, self.twist_rad + twist_rad
-
-    @property
-    def print_scales(self) -> tuple[float, float]:
-        """Printed over nominal size along the page's x and y, about the board's centre.
-
-        Notes
-        -----
-        Convention: both belong to the page; a twist turns the sheet alone.
-        """
-        return self.print_scale, self.print_scale * self.print_aspect
-
-    @staticmethod
-    def typical(seed: int) -> Build:
-        """One badge out of many.
-
-        Parameters
-        ----------
-        seed : int
-            Of what chance decides.
-
-        Returns
-        -------
-        Build
-            With a random offset within +-0.25 mm, and normal twist (standard deviation 0.1 degrees, at most 0.3),
-            print scale (0.2 %, at most 0.5 % off), lens scale and print aspect (0.1 %, at most 0.3 % off).
-        """
-        rng = np.random.default_rng(seed)
-        return Build(
-            lens_offset_mm=float(rng.uniform(-0.25, 0.25)),
-            twist_rad=math.radians(float(np.clip(rng.normal(0, 0.1), -0.3, 0.3))),
-            print_scale=1 + float(np.clip(rng.normal(0, 0.002), -0.005, 0.005)),
-            lens_scale=1 + float(np.clip(rng.normal(0, 0.001), -0.003, 0.003)),
-            # Drawn last, so that a seed keeps what it drew before.
-            print_aspect=1 + float(np.clip(rng.normal(0, 0.001), -0.003, 0.003)),
-        )
 
 
 @dataclass(frozen=True)
@@ -185,6 +89,8 @@ class Scene:
         None for a page that shines by itself, with no glare and no ray lost.
     need : Need
         What a film must show.
+    print_picture : array (rows, columns, 3) of uint8, optional
+        What is printed on the board apart from lines and markers: blue, green, red over the whole board.
 
     Notes
     -----
@@ -201,17 +107,22 @@ class Scene:
     hidden_mm: Rect | None = None
     light: DiscLight | None = None
     need: Need = field(default_factory=Need)
+    print_picture: NDArray[np.uint8] | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Light the badge by the lamp of its build, unless it has a light of its own."""
+        if self.light is None and self.build.glare:
+            object.__setattr__(self, "light", ribs_lamp(self.build.glare))
 
     @property
     def lens(self) -> Lens:
-        """The lens sheet of its thickness as built, at its nominal pitch."""
-        nominal, ratio = self.badge.lens, self.build.thickness_ratio
-        if ratio == 1.0:
-            return nominal
-        thickness_mm = ratio * nominal.thickness_mm
-        if nominal.kind == "mask":
-            return replace(nominal, thickness_mm=thickness_mm)
-        return sheet_lens(nominal.pitch_mm, thickness_mm, nominal.refractive_index)
+        """The lens sheet of its thickness and lens radius as built, at its nominal pitch."""
+        return self.build.lens_of(self.badge.lens)
+
+    def printed_line(self, cell: Cell) -> tuple[float, float]:
+        """Where a dark line of a cell begins, page mm, and its share of the pitch, with the ink's spread."""
+        wider_mm = self.build.ink_um / 1000
+        return cell.edge_mm - wider_mm / 2, min(cell.duty + wider_mm / cell.pitch_mm, 1.0)
 
     @property
     def height_mm(self) -> float:
@@ -227,11 +138,30 @@ class Scene:
         rects = np.array([self.badge.bounds_of(grating) for grating in self.badge.gratings]) - (cx, cy, cx, cy)
         return np.column_stack([rects, np.full(len(rects), -self.height_mm)])
 
+    def sunk_mm(self, x: Array, y: Array) -> Array:
+        """How much deeper places of the bent board lie than its centre, mm; as `bend`."""
+        curvature, along_x, along_y, twist = self.bend
+        return curvature * (x * along_x + y * along_y) ** 2 / 2 + twist * x * y
+
     def own_rect_mm(self, grating: Grating, rect_mm: Rect) -> Rect:
         """A rectangle of a grating or of its cell in own order, counted from the board's centre, mm."""
         first, second = self.badge.frame_of(grating).places(self.board_centre_mm).tolist()
         low, top, high, bottom = own_rect(grating.axis, rect_mm)
         return low - first, top - second, high - first, bottom - second
+
+    @property
+    def bend(self) -> tuple[float, float, float, float]:
+        """How sheet and page are bent: curvature, 1/mm; its direction, x and y; and twist, 1/mm.
+
+        Notes
+        -----
+        Convention: a place (x, y) is curvature s^2 / 2 + twist x y deeper than the board's centre, s along the
+        direction.
+        Source: a table under three corners is met by the saddle twist x y but for four times its depth at a corner.
+        """
+        build, (half_x, half_y) = self.build, self.printed_half_mm
+        angle, twist = build.bow_angle_rad, build.corner_lift_mm / (4 * half_x * half_y)
+        return 1e-3 / build.bow_radius_m, math.cos(angle), math.sin(angle), twist
 
     @property
     def board_half_mm(self) -> tuple[float, float]:
@@ -250,30 +180,3 @@ class Scene:
         """The board frame's origin in page coordinates."""
         x0, y0, x1, y1 = self.badge.outline_mm
         return (x0 + x1) / 2, (y0 + y1) / 2
-
-
-THIN_RATIO = 0.457 / 0.67
-GAP_MM, BOW_RADIUS_M, WARMER_K, PITCH_JITTER = 0.1, 1.5, 20.0, 0.005
-FED_ASPECT = 1.003
-#: Thermal growth of acrylic and polyester sheet, per kelvin.
-GROWTH_PER_K = 7e-5
-
-
-def sheet_named(name: str, build: Build) -> Build:
-    """The build with the named sheet in place of its own.
-
-    Convention: what the build says of place and twist, and of the print's width, stays.
-    Raises: SpecError for a name that is none.
-    Source: module docstring.
-    """
-    made = {
-        "thin": replace(build, thickness_ratio=THIN_RATIO),
-        "gap": replace(build, air_gap_mm=GAP_MM),
-        "bowed": replace(build, bow_radius_m=BOW_RADIUS_M),
-        "warm": replace(build, lens_scale=build.lens_scale * (1 + WARMER_K * GROWTH_PER_K)),
-        "jittered": replace(build, pitch_jitter=PITCH_JITTER),
-        "fed": replace(build, print_aspect=FED_ASPECT),
-    }
-    if name not in made:
-        raise SpecError(f"sheet {name!r} is not known; choose one of {', '.join(made)}")
-    return made[name]

@@ -15,6 +15,7 @@ from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.recording.sensor import Sensor, averaged, opened
 from moireid.simulate.scene import Instant, Scene
+from moireid.simulate.settings.painting import Painter, chroma_of, light_of
 from moireid.simulate.truth import Stages
 
 Array = NDArray[np.float64]
@@ -27,18 +28,20 @@ KEPT = 5
 
 
 class Shot(NamedTuple):
-    """One picture of the camera, (height, width), the pose of its middle row, and the forged field."""
+    """One picture of the camera, (height, width), the pose of its middle row, the forged field, and its colours."""
 
     luma: Luma
     pose: Poses
     field: Array | None
+    chroma: tuple[Luma, Luma] | None = None
 
 
 @dataclass
 class Shots:
     """The camera's pictures by number, at `fps`, to be asked for in order; those asked for last are kept.
 
-    longest_s: a row's exposure at most.
+    longest_s: a row's exposure at most; painter: of what is around the badge, None for clouds.  Colours are the
+    painter's, where nothing changes the pictures afterwards.
     """
 
     scene: Scene
@@ -51,6 +54,7 @@ class Shots:
     steps: Sequence[Step]
     edit: Edit | None
     stages: Stages
+    painter: Painter | None = None
 
     def __post_init__(self) -> None:
         camera = self.scene.camera
@@ -80,13 +84,20 @@ class Shots:
         pose, opening = opened(self.motion, self._shutter, self.scene.board_half_mm, time_s, 1 / self.longest_s)
         board, field = gathered(self.render, opening, self.shown, number)
         self.stages.end("render")
-        luma = self.sensor.expose(board, pose.rotation[0], time_s)
+        behind, chroma = None, None
+        if self.painter:
+            rows = opening[len(opening) // 2]
+            around = self.painter.paint(rows.one(0), rows.one(2))
+            behind = light_of(around)
+            if not self.steps and not self.edit:
+                chroma = chroma_of(around, mirror=self.scene.camera.mirror)
+        luma = self.sensor.expose(board, pose.rotation[0], time_s, behind)
         if self.edit:
             luma = self.edit(number, luma, page_homographies(self.scene, pose)[0])
         for step in self.steps:
             luma = step(number, luma)
         self.stages.end("sensor")
-        return Shot(luma, pose, field)
+        return Shot(luma, pose, field, chroma)
 
 
 def page_homographies(scene: Scene, poses: Poses) -> Array:

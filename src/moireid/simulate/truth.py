@@ -13,7 +13,8 @@ phase_other_rad, phase_third_rad: as phase_rad, for the first grating of a secon
     badge has none.
 sheet_gain: how far the traced sheet moves fringes near the axis, over the badge's own; then what makes it so and what
     else it does, the same in every row: sheet_thickness_mm, air_gap_mm, bow_per_m (one over the radius), lens_scale,
-    pitch_jitter and print_aspect, as in `scene.Build`.
+    pitch_jitter and print_aspect, as in `build.Build`.
+build_*: the whole build, the same in every row: each number of `build.Build`, in full, so that `--build` can read it.
 
 `Stages` counts the seconds of each stage.
 """
@@ -23,6 +24,7 @@ from __future__ import annotations
 import csv
 import math
 import time
+from dataclasses import replace
 from typing import TextIO
 
 import numpy as np
@@ -31,6 +33,8 @@ from numpy.typing import NDArray
 from moireid.badge import Grating
 from moireid.lenticule import MAX_TANGENT, view_law
 from moireid.sheets import effective_gap_mm
+from moireid.simulate.analytic.traced_sheet import sheet_as_built, traced_gap_mm
+from moireid.simulate.build import BUILD_NUMBERS
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Scene
 
@@ -59,6 +63,7 @@ TRUTH_COLUMNS = (
     "pitch_jitter",
     "print_aspect",
     "phase_third_rad",
+    *(f"build_{name}" for name in BUILD_NUMBERS),
 )
 
 
@@ -66,8 +71,9 @@ def shown_phase_rad(scene: Scene, grating: Grating, shown_mm: Array, sight_mm: A
     """Phase of a grating's fringes at the board's centre, as it is measured in a film rectified to the page's plane.
 
     Parameters: shown_mm, sight_mm (3,): as in `rear_layer.ShownViews`; field (2,): parallax added at the centre.
-    Convention: phase by `lenticule.ViewLaw` for the grating's pitch, with print and sheet of their nominal scale; nan
-        beyond its table.  A gap below the sheet adds what it does near the axis.
+    Convention: phase by `lenticule.ViewLaw` for the grating's pitch, with print and sheet of their nominal scale, and
+        without what changes over the sheet; nan beyond its table.  A gap below the sheet, and lenses that are not
+        round, add what they do near the axis.
     Source: the line of sight to the page's centre crosses the lenses at -g t; the lenses show there what is seen from
         the shown place.  Where both places are equal, this is the law for the page's plane.
     """
@@ -80,10 +86,24 @@ def shown_phase_rad(scene: Scene, grating: Grating, shown_mm: Array, sight_mm: A
     lines = 1 / pitch - 1 / lens.pitch_mm
     (across, along), offset = frame.directions(tangents), float(frame.directions(crossing)[0])
     view = float(view_law(lens, pitch).phase_rad(across, along))
-    if scene.build.air_gap_mm:
-        bare, apart = (effective_gap_mm(lens, pitch, air) for air in (0.0, scene.build.air_gap_mm))
-        view += 2 * math.pi * (apart - bare) * float(across) / pitch
+    if scene.build.air_gap_mm or scene.build.conic:
+        more_mm = sheet_gap_mm(scene, pitch) - effective_gap_mm(lens, pitch)
+        view += 2 * math.pi * more_mm * float(across) / pitch
     return view + 2 * math.pi * lines * offset
+
+
+def sheet_gap_mm(scene: Scene, pitch_mm: float) -> float:
+    """How far the sheet as built moves fringes near the axis, as a length: phase = 2 pi g tan_x / p_r.
+
+    Source: `sheets.effective_gap_mm`; lenses that are not round are traced by the renderer, and differ from round ones
+        by as much.
+    """
+    lens, build = scene.lens, scene.build
+    gap_mm = effective_gap_mm(lens, pitch_mm, build.air_gap_mm)
+    if build.conic and lens.kind == "lenticular":
+        sheet = sheet_as_built(replace(scene, build=replace(build, lens_scale=1.0)))
+        gap_mm += traced_gap_mm(sheet, pitch_mm) - traced_gap_mm(sheet._replace(conic=0.0), pitch_mm)
+    return gap_mm
 
 
 class Truth:
@@ -92,10 +112,10 @@ class Truth:
     def __init__(self, stream: TextIO, scene: Scene, label: str) -> None:
         badge, self._scene, self._label = scene.badge, scene, label
         pitch_mm = badge.gratings[0].pitch_mm
-        moved = effective_gap_mm(scene.lens, pitch_mm, scene.build.air_gap_mm)
-        build, gain = scene.build, moved / effective_gap_mm(badge.lens, pitch_mm)
+        build, gain = scene.build, sheet_gap_mm(scene, pitch_mm) / effective_gap_mm(badge.lens, pitch_mm)
         figures = gain, scene.lens.thickness_mm, build.air_gap_mm, 1 / build.bow_radius_m, build.lens_scale
         self._sheet = [f"{value:.6f}" for value in (*figures, build.pitch_jitter, build.print_aspect)]
+        self._build = [repr(float(getattr(build, name))) for name in BUILD_NUMBERS]
         of_axis = {grating.axis: grating for grating in reversed(badge.gratings)}
         self._gratings = [of_axis[axis] for axis in dict.fromkeys(g.axis for g in badge.gratings)][:MOST_AXES]
         self._writer = csv.writer(stream, lineterminator="\n")
@@ -119,6 +139,7 @@ class Truth:
                 *(f"{value:.6f}" for value in after),
                 *self._sheet,
                 f"{phases[2]:.6f}",
+                *self._build,
             ]
         )
 

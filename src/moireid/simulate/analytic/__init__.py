@@ -6,6 +6,8 @@ quick.py              most pixels, many rays at once
 trace.py              the rest, ray by ray in float64
 traced_sheet.py       the lens sheet, and a ray through it
 traced_page.py        what is printed, as tables
+uneven_sheet.py       what changes over the sheet: places of lenses, air
+page_light.py         bands, haze, and light from one side
 light_kernels.py      what a light adds
 fly_eye.py            boards under a lens array, as pictures
 accuracy.py           how far one picture is from another, in radians

@@ -21,10 +21,12 @@ from numpy.typing import NDArray
 from moireid.errors import SpecError
 from moireid.simulate.analytic.fly_eye import FlyEye
 from moireid.simulate.analytic.light_kernels import lamp_figures
+from moireid.simulate.analytic.page_light import light_rows, page_light
 from moireid.simulate.analytic.rows import trace_rows
 from moireid.simulate.analytic.trace import FrameView, TracedBoard
 from moireid.simulate.analytic.traced_page import BLOCK_PX, TEXTURE_PX_PER_MM, cell_table, even_blocks, page_texture
 from moireid.simulate.analytic.traced_sheet import land, sheet_as_built
+from moireid.simulate.analytic.uneven_sheet import air_waves, lens_asides, lens_walk
 from moireid.simulate.light import turned_light
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Need, Scene
@@ -92,8 +94,11 @@ class AnalyticRenderer:
             lamps=lamps,
             lights=lights,
             field=NO_FIELD,
-            places=_wandering(scene),
+            places=lens_walk(scene),
+            asides=lens_asides(scene),
+            waves=air_waves(scene),
         )
+        self._light = page_light(scene)
 
     def render(self, instant: Instant, *, crop: Crop | None = None) -> BoardRadiance | None:
         """Render one frame; None where no pixel sees the board.
@@ -139,12 +144,14 @@ class AnalyticRenderer:
         )
         radiance, coverage = np.zeros((2, bottom - top, right - left), np.float32)
         trace_rows(radiance, coverage, view, self._sheet, cells, board)
+        if self._light is not None and instant.picture is None:
+            light_rows(radiance, view, self._sheet, self._light)
         return BoardRadiance(radiance, coverage, left, top)
 
     def _spread(self, instant: Instant) -> float:
         """The most that a lens's rays land away from its middle ray, mm; infinite where all pixels need `trace`."""
         build = self.scene.build
-        careful = build.air_gap_mm > 0 or build.pitch_jitter > 0 or math.isfinite(build.bow_radius_m)
+        careful = build.air_gap_mm > 0 or build.conic != 0 or build.is_uneven or build.is_bent
         if self.precision == "float64" or self.scene.light is not None or careful:
             return math.inf
         # Nine rays through the lens, along the tangents of the board's corners, and half as much again.
@@ -155,9 +162,9 @@ class AnalyticRenderer:
             tx, ty = (x - place[0]) / -place[2], (y - place[1]) / -place[2]
             for grating in self.scene.badge.gratings:
                 a, b = self.scene.badge.frame_of(grating).directions((tx, ty)).tolist()
-                middle = land(0.0, 0.0, a, b, sheet)
+                middle = land(0.0, 0.0, a, b, sheet.air, sheet)
                 for step in (-0.499, -0.4, -0.25, -0.1, 0.1, 0.25, 0.4, 0.499):
-                    one = land(step * sheet.pitch, 0.0, a, b, sheet)
+                    one = land(step * sheet.pitch, 0.0, a, b, sheet.air, sheet)
                     if one[2] and sheet.radius > 0:
                         near = math.remainder(one[0] - middle[0], sheet.pitch)
                         worst = max(worst, abs(near), abs(one[1] - middle[1]))
@@ -182,6 +189,10 @@ def board_box(scene: Scene, *views: Poses) -> Crop | None:
             if {s, e} & {0.0, 1.0}
         ]
     )
+    if scene.build.is_bent:
+        # Seen at an angle, a bent board reaches beyond the flat one, and its middle beyond its bent edges.
+        sunk = outline + np.column_stack([np.zeros((len(outline), 2)), scene.sunk_mm(*outline[:, :2].T)])
+        outline = np.concatenate([outline, sunk])
     local = np.concatenate([(outline - view.camera_mm[0]) @ view.rotation[0].T for view in views])
     if local[:, 2].min() <= 1.0:
         return None
@@ -226,17 +237,3 @@ def ray_places(across: int, down: int) -> NDArray[np.float32]:
 def _rank(turns: NDArray[Any]) -> NDArray[np.int64]:
     """Rank of each number's fraction among all fractions."""
     return np.argsort(np.argsort(turns % 1.0))
-
-
-def _wandering(scene: Scene) -> Array:
-    """How far each lens lies from its even place, mm; the middle one at the board's centre, one entry where none does.
-
-    Source: independent widths add up to a random walk, here about the board's centre.
-    """
-    share = scene.build.pitch_jitter
-    if share == 0:
-        return np.zeros(1)
-    half = math.ceil(2 * max(scene.board_half_mm) / scene.lens.pitch_mm)
-    rng = np.random.default_rng(np.random.SeedSequence([0x4A17, 2 * half + 1]))
-    walk = share * scene.lens.pitch_mm * np.cumsum(rng.standard_normal(2 * half + 1))
-    return np.asarray(walk - walk[half])

@@ -38,8 +38,12 @@ class FlyEye:
 
     def __init__(self, scene: Scene, per_mm: float) -> None:
         """Prepare the page.  Raises: SpecError for what this renderer leaves out."""
-        if scene.light is not None or scene.build.pitch_jitter or math.isfinite(scene.build.bow_radius_m):
-            raise SpecError("a lens array is rendered flat, even and in even light; leave light, bow and jitter out")
+        build = scene.build
+        if scene.light is not None or build.is_uneven or build.is_bent or build.conic:
+            raise SpecError(
+                "a lens array is rendered flat, with even round lenses and in even light; leave light, glare, bow, "
+                "corner, ellipse, wander, gradient, jitter and air waves out"
+            )
         self._scene, self._cells = scene, cell_table(scene)
         self._sheet = sheet_as_built(scene)
         half = scene.printed_half_mm
@@ -132,7 +136,9 @@ def _landed(x: float, y: float, tx: float, ty: float, sheet: TracedSheet) -> tup
         depth = c / (-b + math.sqrt(root))
         hit_x, hit_y = off_x + tx * depth, off_y + ty * depth
         if abs(hit_x) <= pitch * 0.5 and abs(hit_y) <= pitch * 0.5:
-            return through(axis_x + hit_x, axis_y + hit_y, depth, tx, ty, hit_x / radius, hit_y / radius, sheet)
+            return through(
+                axis_x + hit_x, axis_y + hit_y, depth, tx, ty, hit_x / radius, hit_y / radius, sheet.air, sheet
+            )
         # A ray that has left its own square meets the neighbour on that side.
         if abs(hit_x) > pitch * 0.5:
             axis_x += pitch if hit_x > 0 else -pitch

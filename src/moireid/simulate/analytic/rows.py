@@ -101,7 +101,7 @@ def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: TracedSheet, c
     """What a pixel is on: the number of a grating, PAGE or BORDER."""
     x, y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
     half_x, half_y = half_footprint(centre, turning)
-    if sheet.curvature != 0.0:
+    if sheet.curvature != 0.0 or sheet.twist != 0.0:
         return BORDER
     if abs(x) + half_x > board.half_x or abs(y) + half_y > board.half_y:
         return BORDER

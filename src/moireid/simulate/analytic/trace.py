@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from moireid.simulate.analytic.light_kernels import lit
 from moireid.simulate.analytic.traced_sheet import TracedSheet, land
+from moireid.simulate.analytic.uneven_sheet import smooth_at
 from moireid.simulate.compiled import njit
 
 #: Radiance of what covers a part of the board, such as a hand.
@@ -26,7 +27,7 @@ class TracedBoard(NamedTuple):
     picture of the markers, its columns and rows to the printed millimetre, and the value of its even blocks
     (`traced_page`); lamps, lights: as `light_kernels.lit` wants them;
     field: parallax added to parts of a forged badge, of one entry where there is none; places: how far each lens lies
-    from its even place, of one entry where none does."""
+    from its even place, of one entry where none does; asides, waves: of `uneven_sheet`."""
 
     half_x: float
     half_y: float
@@ -42,6 +43,8 @@ class TracedBoard(NamedTuple):
     lights: Any
     field: Any
     places: Any
+    asides: Any
+    waves: Any
 
 
 class FrameView(NamedTuple):
@@ -103,29 +106,25 @@ def careful_ray(
     tx: float, ty: float, centre: Any, view: FrameView, sheet: TracedSheet, cells: Any, board: TracedBoard
 ) -> float:
     """Radiance along one sight line from `centre`, by its tangents; -1 where it misses the board."""
-    page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
-    sunk, slope = 0.0, 0.0
-    if sheet.curvature != 0.0:
-        # The bow is shallow, so the place where the sight line meets it is found in a few steps.
-        for _ in range(4):
-            sunk = 0.5 * sheet.curvature * page_x * page_x
-            page_x = centre[0] + (sunk - centre[2]) * tx
-        page_y = centre[1] + (sunk - centre[2]) * ty
-        slope = sheet.curvature * page_x
+    x, y, page_x, page_y, sunk, slope_x, slope_y = on_page(tx, ty, centre, sheet)
     if abs(page_x) > board.half_x or abs(page_y) > board.half_y:
         return -1.0
     hidden = board.hidden
     if hidden[0] <= page_x < hidden[2] and hidden[1] <= page_y < hidden[3]:
         return HIDDEN_RADIANCE
-    lens_x, lens_y = page_x - sheet.height * (tx + slope) / (1.0 - tx * slope), page_y - sheet.height * ty
+    fall = 1.0 - tx * slope_x - ty * slope_y
+    lens_x = page_x - sheet.height * (tx + slope_x) / fall
+    lens_y = page_y - sheet.height * (ty + slope_y) / fall
     for k in range(cells.gratings.shape[0]):
         rect, frame = cells.gratings[k], cells.frames[k]
         across, along = turned(lens_x, lens_y, frame)
         if rect[0] <= across <= rect[2] and rect[1] <= along <= rect[3]:
             shown = view.shown
             depth = sunk - (centre[2] + shown[2]) - sheet.height
-            fx = (page_x - sheet.height * tx - centre[0] - shown[0]) / depth
-            fx, fy = (fx + slope) / (1.0 - fx * slope), (lens_y - centre[1] - shown[1]) / depth
+            fx = (x - sheet.height * tx - centre[0] - shown[0]) / depth
+            fy = (y - sheet.height * ty - centre[1] - shown[1]) / depth
+            fall = 1.0 - fx * slope_x - fy * slope_y
+            fx, fy = (fx + slope_x) / fall, (fy + slope_y) / fall
             if board.field.size > 2:
                 i, j = field_part(page_x, page_y, board)
                 fx -= board.field[i, j, 0]
@@ -138,6 +137,37 @@ def careful_ray(
 
 
 @njit(inline="always")
+def on_page(
+    tx: float, ty: float, centre: Any, sheet: TracedSheet
+) -> tuple[float, float, float, float, float, float, float]:
+    """Where a sight line meets the page: x and y; the same along the bent page; how deep; its slopes along x and y.
+
+    Source: the bend is shallow, so a few steps find the place.  A circle's arc is longer than its chord s by
+        curvature^2 s^3 / 6, to fifth order.
+    """
+    x, y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
+    if sheet.curvature == 0.0 and sheet.twist == 0.0:
+        return x, y, x, y, 0.0, 0.0, 0.0
+    sunk = 0.0
+    for _ in range(4):
+        out = sheet.bent_x * x + sheet.bent_y * y
+        sunk = 0.5 * sheet.curvature * out * out + sheet.twist * x * y
+        x, y = centre[0] + (sunk - centre[2]) * tx, centre[1] + (sunk - centre[2]) * ty
+    out = sheet.bent_x * x + sheet.bent_y * y
+    longer = sheet.curvature * sheet.curvature * out * out * out / 6.0
+    slope = sheet.curvature * out
+    return (
+        x,
+        y,
+        x + longer * sheet.bent_x,
+        y + longer * sheet.bent_y,
+        sunk,
+        slope * sheet.bent_x + sheet.twist * y,
+        slope * sheet.bent_y + sheet.twist * x,
+    )
+
+
+@njit(inline="always")
 def _lines_seen(
     grating: int, across: float, along: float, tx: float, ty: float, depth: float, sheet: Any, cells: Any, board: Any
 ) -> float:
@@ -146,11 +176,17 @@ def _lines_seen(
     offset, cosine, sine = frame[6], frame[7], frame[8]
     x, y = across * cosine + along * sine - offset, along * cosine - across * sine
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
-    aside = 0.0
+    air, aside = sheet.air, 0.0
+    if board.waves.size > 1:
+        # Where there is more air the lenses are higher, so the ray meets them before.
+        air = max(air + smooth_at(board.waves[grating], x, y), 0.0)
+        x, y = x - (air - sheet.air) * tan_x, y - (air - sheet.air) * tan_y
     if board.places.size > 1:
         number = math.floor(x / sheet.pitch + 0.5) + board.places.size // 2
         aside = board.places[min(max(number, 0), board.places.size - 1)]
-    landed, ly, seen = land(x - aside, y, tan_x, tan_y, sheet)
+    if board.asides.size > 1:
+        aside += smooth_at(board.asides[grating], x, y)
+    landed, ly, seen = land(x - aside, y, tan_x, tan_y, air, sheet)
     value: float = board.ink
     if not seen:
         return value

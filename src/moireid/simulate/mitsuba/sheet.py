@@ -151,8 +151,9 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
     """
     found: dict[str, list[Array]] = {"ink": [], "paper": []}
     for cell in grating.cells:
-        found["ink"].append(_cell_strips(scene, grating, cell, 0.0, cell.duty))
-        found["paper"].append(_cell_strips(scene, grating, cell, cell.duty, 1.0 - cell.duty))
+        duty = scene.printed_line(cell)[1]
+        found["ink"].append(_cell_strips(scene, grating, cell, 0.0, duty))
+        found["paper"].append(_cell_strips(scene, grating, cell, duty, 1.0 - duty))
     frame = scene.badge.frame_of(grating)
     placed = {}
     for name, parts in found.items():
@@ -171,7 +172,7 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
 def _cell_strips(scene: Scene, grating: Grating, cell: Cell, first: float, width: float) -> Array:
     """Strips (N, 4) of one kind in one cell, as drawn: from `first` of each pitch, `width` of it wide, cut to it."""
     low, begin, high, end = scene.own_rect_mm(grating, cell.rect_mm)
-    edge = cell.edge_mm - float(scene.badge.frame_of(grating).places(scene.board_centre_mm)[0])
+    edge = scene.printed_line(cell)[0] - float(scene.badge.frame_of(grating).places(scene.board_centre_mm)[0])
     lines = np.arange(math.floor((low - edge) / cell.pitch_mm) - 1, math.ceil((high - edge) / cell.pitch_mm) + 1)
     start = edge + (lines + first) * cell.pitch_mm
     cut = np.clip(np.stack([start, start + width * cell.pitch_mm]), low, high)

@@ -161,12 +161,14 @@ class FilmWriter:
         rate = Fraction(fps).limit_denominator(1001)
         self._step, self._name = 1 / rate, name
         self._links: list[_Link] = []
+        self._chroma: tuple[NDArray[np.uint8], NDArray[np.uint8]] | None = None
         for one in recipe.passes[:-1]:
             with self._translated_errors():
                 self._links.append(_Link(one, size, rate))
             size = self._links[-1].size
         last = self._last = recipe.passes[-1]
         self.size = scaled(size, last.height)
+        self.keeps_colour = not self._links and self.size == size and last.transfer is None
         encoder, options = _encoder(last)
         try:
             self._container = av.open(str(path), "w")
@@ -196,11 +198,16 @@ class FilmWriter:
             self._pass_on([], 0, flush=True)
             self._container.close()
 
-    def write(self, picture: NDArray[np.uint8], number: int) -> None:
-        """Encode one grey picture (height, width), 0 to 255; `number`: its time in frames, rising.
+    def write(
+        self, picture: NDArray[np.uint8], number: int, chroma: tuple[NDArray[np.uint8], NDArray[np.uint8]] | None = None
+    ) -> None:
+        """Encode one picture (height, width), 0 to 255; `number`: its time in frames, rising.
 
+        Parameters: chroma: both planes of colour differences, half as wide and high, as the file holds them; None for
+            a grey picture, as is every one that passes an encoder before the last, is scaled, or has 10 bits.
         Raises: MediaError where the file takes no more, or cannot hold the codec.
         """
+        self._chroma = chroma
         with self._translated_errors():
             self._pass_on([(np.asarray(cv2.LUT(picture, TO_VIDEO), dtype=np.uint8), number)], 0, flush=False)
 
@@ -221,7 +228,8 @@ class FilmWriter:
             self._pass_on(self._links[link].feed(frames, flush=flush), link + 1, flush=flush)
             return
         for luma, number in frames:
-            frame = _frame(luma, self.size, number, self._step, self._last.transfer)
+            chroma = self._chroma if self.keeps_colour else None
+            frame = _frame(luma, self.size, number, self._step, self._last.transfer, chroma)
             self._container.mux(self._stream.encode(frame))
         if flush:
             self._container.mux(self._stream.encode())
@@ -328,9 +336,14 @@ def _set_up(context: Any, size: tuple[int, int], rate: Fraction, one: Pass) -> N
 
 
 def _frame(
-    luma: NDArray[np.uint8], size: tuple[int, int], number: int, time_base: Fraction, transfer: str | None = None
+    luma: NDArray[np.uint8],
+    size: tuple[int, int],
+    number: int,
+    time_base: Fraction,
+    transfer: str | None = None,
+    chroma: tuple[NDArray[np.uint8], NDArray[np.uint8]] | None = None,
 ) -> Any:
-    """A grey frame for an encoder, scaled to its size; of 10 bits with a transfer curve."""
+    """A frame for an encoder, scaled to its size; grey without colour differences; of 10 bits with a transfer curve."""
     import av
 
     if (luma.shape[1], luma.shape[0]) != size:
@@ -339,7 +352,7 @@ def _frame(
         frame = av.VideoFrame(*size, format="yuv420p")
         for index, plane in enumerate(frame.planes):
             lines = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)
-            lines[:, : plane.width] = luma if index == 0 else GREY
+            lines[:, : plane.width] = luma if index == 0 else chroma[index - 1] if chroma else GREY
     else:
         counts = CURVES[transfer].counts[luma]
         planes = np.concatenate([counts, np.full((size[1] // 2, size[0]), 512, np.uint16)])

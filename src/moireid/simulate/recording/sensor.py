@@ -186,24 +186,38 @@ class Sensor:
         place = np.clip((np.arange(height) + 0.5) * coarse / height - 0.5, 0.0, coarse - 1.0)
         self._above = np.minimum(place.astype(np.intp), coarse - 2)
         self._share = (place - self._above).astype(np.float32)
+        # Of a background at full size, each row is itself.
+        above = np.minimum(np.arange(height), height - 2)
+        self._each_row = above, (np.arange(height) - above).astype(np.float32)
 
-    def expose(self, board: BoardRadiance | None, rotation: NDArray[np.float64], time_s: float) -> NDArray[np.uint8]:
+    def expose(
+        self,
+        board: BoardRadiance | None,
+        rotation: NDArray[np.float64],
+        time_s: float,
+        behind: NDArray[np.float32] | None = None,
+    ) -> NDArray[np.uint8]:
         """One picture (height, width) uint8.
 
-        Convention: rotation board -> camera; the background is at infinity and turns with it.
+        Parameters: behind: radiance of all that is around the board, (height, width); None for clouds.
+        Convention: rotation board -> camera; the clouds are at infinity and turn with it.
         """
         camera = self._camera
-        if self._shows_background:
-            self._paint(rotation)
-        # The clouds at full width; the rows between them are interpolated as each is developed.
-        wide = cv2.resize(self._behind, (camera.width, self._behind.shape[0]), interpolation=cv2.INTER_LINEAR)
+        if behind is None:
+            if self._shows_background:
+                self._paint(rotation)
+            # The clouds at full width; the rows between them are interpolated as each is developed.
+            wide = cv2.resize(self._behind, (camera.width, self._behind.shape[0]), interpolation=cv2.INTER_LINEAR)
+            rows = self._above, self._share
+        else:
+            wide, rows = behind, self._each_row
         patch, top, left = NO_PATCH, 0, 0
         if board is not None:
-            patch, top, left = self._with_board(board, wide)
+            patch, top, left = self._with_board(board, wide, rows)
         drift = 1 + camera.exposure_drift * math.sin(2 * math.pi * DRIFT_HZ * time_s + self._phase)
         place = self._rng.integers(0, 256, 2)
         grain = Grain(self._noise, int(place[0]), int(place[1]), np.float32(camera.noise_counts))
-        light = SensorLight(wide, self._above, self._share, patch, top, left, np.float32(camera.exposure * drift))
+        light = SensorLight(wide, *rows, patch, top, left, np.float32(camera.exposure * drift))
         picture = np.empty((camera.height, camera.width), np.float32 if camera.sharpen else np.uint8)
         _develop(picture, light, grain, not camera.sharpen)
         if camera.sharpen:
@@ -221,7 +235,9 @@ class Sensor:
         spread = np.array([[steps[0], 0, steps[0] / 2 - 0.5], [0, steps[1], steps[1] / 2 - 0.5], [0, 0, 1.0]])
         _background(self._behind, self._world, to_world @ spread)
 
-    def _with_board(self, board: BoardRadiance, wide: NDArray[np.float32]) -> tuple[NDArray[np.float32], int, int]:
+    def _with_board(
+        self, board: BoardRadiance, wide: NDArray[np.float32], rows: tuple[NDArray[np.intp], NDArray[np.float32]]
+    ) -> tuple[NDArray[np.float32], int, int]:
         """The board placed over the background, both blurred as the lens does, with a margin; its top and left, px."""
         camera = self._camera
         blur = math.hypot(BLUR_PX, camera.focus_blur_px)
@@ -229,9 +245,9 @@ class Sensor:
         height, width = board.radiance.shape
         top, left = max(board.top - margin, 0), max(board.left - margin, 0)
         bottom, right = min(board.top + height + margin, camera.height), min(board.left + width + margin, camera.width)
-        first = self._above[top:bottom]
+        first = rows[0][top:bottom]
         above, below = wide[first, left:right], wide[first + 1, left:right]
-        patch = above + self._share[top:bottom, None] * (below - above)
+        patch = above + rows[1][top:bottom, None] * (below - above)
         row, column = board.top - top, board.left - left
         behind = patch[row : row + height, column : column + width]
         behind += board.coverage * (board.radiance - behind)

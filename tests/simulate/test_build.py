@@ -1,0 +1,138 @@
+"""Builds by name, by flaw, and of a film's truth.  Next to each test: what it would catch."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from moireid.cli.simulate_cmd import simulate_command
+from moireid.errors import SpecError
+from moireid.simulate.build import Build, build_named, build_of_truth, flawed
+from moireid.simulate.filming import FilmOptions, _check_backend, scene_of
+from moireid.simulate.flaw_table import BUILDS, FLAWS, PRESETS, read_flaw
+from moireid.simulate.motion import Poses
+from moireid.simulate.scene import Scene
+from moireid.simulate.truth import Truth
+
+
+def test_a_flaw_has_a_field_and_the_help_names_it():
+    """Catches: a field of `Build` that no option sets; two options for one; a flaw that the help leaves out."""
+    named = [one.field for one in FLAWS.values()]
+    assert sorted(named) == sorted({one.name for one in fields(Build)} - {"pieces", "seed"})
+    words = (simulate_command.help or "").split()
+    assert {*FLAWS, *BUILDS} <= set(words)
+    assert all({*wishes} <= {*FLAWS} for wishes in PRESETS.values())
+
+
+@pytest.mark.parametrize("name", BUILDS)
+def test_a_named_build_is_alike_in_all_films(name):
+    """Catches: chance that follows the film's seed though the build has its own; a preset out of its own ranges."""
+    one, again, other = (build_named(f"{name}:{seed}", film) for seed, film in ((7, 1), (7, 2), (8, 1)))
+    assert one == again and (one == other) == (name == "ideal")
+    assert build_named(name, 7) == one
+
+
+def test_poor_is_beyond_usual_in_every_flaw():
+    """Catches: presets exchanged; a flaw that the worse build lacks."""
+    usual, poor, plain = (build_named(name, 3) for name in ("usual", "poor", "typical"))
+    assert plain == Build.typical(3)
+    for name in PRESETS["usual"]:
+        # The worse badge is bent more: to a smaller radius.
+        mine, worse = (
+            1 / value if name == "bow" else abs(value - getattr(Build(), FLAWS[name].field))
+            for value in (getattr(build, FLAWS[name].field) for build in (usual, poor))
+        )
+        assert worse > mine > 0
+
+
+def test_an_option_overrides_one_quantity():
+    """Catches: degrees taken for radians; a flaw that resets the rest of the build."""
+    build = flawed(build_named("usual", 1), dict([read_flaw("turn=2"), read_flaw("bow=inf")]))
+    assert build.twist_rad == pytest.approx(math.radians(2)) and build.bow_radius_m == math.inf
+    assert build.haze == 0.3 and build.lens_offset_mm == Build.typical(1).lens_offset_mm
+
+
+@pytest.mark.parametrize("text", ["air", "air=", "air=x", "air=nan", "air=-0.1", "air=3", "wind=1", "=1", "bow=0.1"])
+def test_no_other_flaw_is_taken(text):
+    """Catches: a value that the tracer cannot follow, or nan that passes both bounds."""
+    with pytest.raises(SpecError, match="flaw"):
+        read_flaw(text)
+
+
+@pytest.mark.parametrize("text", ["usual:", "usual:-1", "usual:1.5", "usual:99999999999", "good", "", "usual:٣"])
+def test_no_other_build_is_taken(text):
+    """Catches: a traceback of int() or of the generator."""
+    with pytest.raises(SpecError, match=r"usual:7.*truth\.csv"):
+        build_named(text, 0)
+
+
+def truth_text(prototype, build: Build) -> str:
+    stream, place = io.StringIO(), np.array([50.0, 0.0, -1000.0])
+    Truth(stream, Scene(prototype, build), "genuine").add(
+        0, 0.0, Poses(place[None], np.eye(3)[None]), place, place, None
+    )
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("name", ["ideal", "poor"])
+def test_the_truth_holds_the_build_whole(prototype, tmp_path, name):
+    """Catches: a figure that is rounded, or left out, so that the next film shows another badge."""
+    path, build = tmp_path / "film.mp4.truth.csv", build_named(name, 11)
+    path.write_text(truth_text(prototype, build), encoding="utf-8")
+    assert build_of_truth(path) == build_named(str(path), 0) == build
+    row = next(csv.DictReader(path.open(encoding="utf-8")))
+    assert {key: float(value) for key, value in row.items() if key != "label"}["build_haze"] == build.haze
+
+
+def test_a_file_without_a_build_is_refused(prototype, tmp_path):
+    """Catches: a traceback for another CSV file; figures of a file that the options would refuse."""
+    good = truth_text(prototype, Build())
+    bad = {"empty": "", "other": "a,b\n1,2\n", "huge": good.replace("0.0\n", "1e400\n"), "nul": "a\0b\n"}
+    for name, text in bad.items():
+        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
+        with pytest.raises(SpecError, match="no build"):
+            build_of_truth(tmp_path / f"{name}.csv")
+    with pytest.raises(SpecError, match="cannot be read"):
+        build_named(str(tmp_path / "none.csv"), 0)
+    lines = list(csv.reader(good.splitlines()))
+    lines[1][lines[0].index("build_air_gap_mm")] = "-5"
+    (tmp_path / "odd.csv").write_text("\n".join(",".join(line) for line in lines), encoding="utf-8")
+    with pytest.raises(SpecError, match="air=-5"):
+        build_of_truth(tmp_path / "odd.csv")
+
+
+def test_a_lamp_of_the_build_lights_a_scene_without_a_light(prototype):
+    """Catches: a glare that only the command shows; two lights at once; one in place of the light asked for."""
+    assert Scene(prototype, Build(glare=0.2)).light.share == 0.2 and Scene(prototype).light is None
+    window = scene_of(prototype, FilmOptions(build="usual", light="window")).light
+    assert window is not None and window.place_mm[0] > 0
+    with pytest.raises(SpecError, match="two lights"):
+        scene_of(prototype, FilmOptions(flaws=("glare=0.1",), light="window"))
+
+
+def test_mitsuba_refuses_what_it_does_not_build(prototype):
+    """Catches: a reference film that silently lacks a flaw; a refusal of what it has."""
+    for name in FLAWS:
+        value = 0.6 if name == "bow" else 1.02 if getattr(Build(), FLAWS[name].field) == 1 else 0.01
+        scene = Scene(prototype, flawed(Build(), {name: value}))
+        if name in ("offset", "turn", "print-scale", "feed", "lens-scale", "thickness", "ink", "focus", "glare"):
+            _check_backend(scene, "mitsuba", None)
+        else:
+            with pytest.raises(SpecError, match=f"builds no {name};"):
+                _check_backend(scene, "mitsuba", None)
+
+
+def test_lenses_that_do_not_meet_are_refused_in_words(prototype, tmp_path: Path):
+    """Catches: a root of a negative number in place of a sentence."""
+    from moireid.simulate.analytic.traced_sheet import sheet_as_built
+
+    with pytest.raises(SpecError, match="radius"):
+        _ = Scene(prototype, Build(focus_ratio=0.7)).lens
+    with pytest.raises(SpecError, match="conic constant"):
+        sheet_as_built(Scene(prototype, Build(conic=1.2)))
