@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
+from typing import Any
 
 from moireid.errors import SpecError
 from moireid.models import check_format, parse_json, read_model
@@ -27,7 +28,9 @@ class AsBuilt:
     phase in the middle of the first grating at zero parallax, which depends on how the sheet was placed;
     twist_rad_per_mm: slope of that phase along the lenses; gain_ratio: measured over predicted motion; captures: number
     of films used; measured_scale: a ruler's reading over the printed length, or None; third_harmonic: how much of the
-    fringes' third harmonic turns with them, contrasts, seen from the front; None where it was not measured.
+    fringes' third harmonic turns with them, contrasts, seen from the front; None where it was not measured; place_maps:
+    for each grating, how far the fringes are ahead of the law at its knots (`fringes.place_map`), rad; none where they
+    were not measured; place_map_sd: standard deviation of a knot.
     """
 
     badge_id: str
@@ -42,6 +45,8 @@ class AsBuilt:
     captures: int = 1
     measured_scale: float | None = None
     third_harmonic: float | None = None
+    place_maps: tuple[tuple[float, ...], ...] = ()
+    place_map_sd: float | None = None
 
     @property
     def beat_period_mm(self) -> float:
@@ -71,7 +76,7 @@ def merge(parts: list[AsBuilt]) -> AsBuilt:
     """
     if not parts or len({part.badge_id for part in parts}) != 1:
         raise SpecError("captures to merge must be of one badge, and at least one is needed")
-    figures: dict[str, float] = {}
+    figures: dict[str, Any] = {}
     for value, sd in (
         ("beat_frequency_per_mm", "beat_frequency_sd"),
         ("offset_rad", "offset_sd"),
@@ -89,5 +94,32 @@ def merge(parts: list[AsBuilt]) -> AsBuilt:
         figures[sd] = max(1.0 / math.sqrt(sum(weights)), spread / math.sqrt(len(parts)))
     scale = next((part.measured_scale for part in parts if part.measured_scale), None)
     sharp = min((part.third_harmonic for part in parts if part.third_harmonic is not None), default=None)
-    captures = sum(part.captures for part in parts)
-    return AsBuilt(parts[0].badge_id, **figures, captures=captures, measured_scale=scale, third_harmonic=sharp)
+    return AsBuilt(
+        parts[0].badge_id,
+        **figures,
+        captures=sum(part.captures for part in parts),
+        measured_scale=scale,
+        third_harmonic=sharp,
+        **_merged_maps(parts),
+    )
+
+
+def _merged_maps(parts: list[AsBuilt]) -> dict[str, Any]:
+    """Weighted mean of the maps, with an error bar at least as large as their spread; nothing where none is known."""
+    known = [
+        (part.place_maps, part.place_map_sd) for part in parts if part.place_maps and part.place_map_sd is not None
+    ]
+    if not known:
+        return {}
+    weights = [1.0 / max(sd, 1e-12) ** 2 for _, sd in known]
+    each = [[value for row in maps for value in row] for maps, _ in known]
+    mean = [sum(w * v for w, v in zip(weights, at, strict=True)) / sum(weights) for at in zip(*each, strict=True)]
+    spread = math.sqrt(
+        sum(w * (v - m) ** 2 for w, one in zip(weights, each, strict=True) for v, m in zip(one, mean, strict=True))
+        / (sum(weights) * len(mean))
+    )
+    values = iter(round(value, 4) for value in mean)
+    return {
+        "place_maps": tuple(tuple(next(values) for _ in row) for row in known[0][0]),
+        "place_map_sd": max(1.0 / math.sqrt(sum(weights)), spread / math.sqrt(len(known))),
+    }

@@ -47,8 +47,8 @@ class Course:
 
 
 def project(camera: np.ndarray, turn: Rotation, focal: float, places: np.ndarray = PAGE_MM) -> np.ndarray:
-    """Pictures (T, N, 2) of page places (N, 2)."""
-    flat = np.column_stack([places, np.zeros(len(places))])
+    """Pictures (T, N, 2) of page places (N, 2), or (N, 3) of a page that is not flat, z into it."""
+    flat = np.column_stack([places, np.zeros((len(places), 3 - places.shape[1]))])
     local = np.einsum("tij,tnj->tni", turn.as_matrix(), flat[None] - camera[:, None])
     return focal * local[..., :2] / local[..., 2:] + CENTRE
 

@@ -60,7 +60,9 @@ def cad_package(name: str) -> Any:
 
 def export_step(part: Any, path: Path) -> None:
     """Write a build123d part as STEP, mm.  Raises: FabricationError where the kernel cannot write."""
-    b3d = cad_package("build123d")
+    b3d, kernel = cad_package("build123d"), cad_package("OCP.XCAFDoc")
+    # The kernel's settings are the process's: cadquery changes this one where it has written `acrylic.step`.
+    kernel.XCAFDoc_ShapeTool.SetAutoNaming_s(True)
     try:
         b3d.export_step(part, path, timestamp=STEP_TIMESTAMP)
     except RuntimeError as error:

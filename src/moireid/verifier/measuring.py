@@ -65,6 +65,9 @@ STRETCH_PRIOR_SD_LOG, STRETCH_MAX_LOG = 0.0005, 1.0
 #: Prior of the print's aspect (`camera.page_speed`).  Set by hand: printers feed 0.1 to 0.3 % too far or too short,
 #: some more, and paper grows 0.1 % more across its fibres than along them when it gets damp.
 PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
+#: Prior of a page's twist, 1/m: a page that is bent to a radius R about an axis at an angle a to its side has
+#: sin(2 a) / (2 R).  Set by hand: most pages are flatter than 1.5 m; 0.35 m is what a card is bent to in the hand.
+TWIST_PRIOR_SD_PER_M, TWIST_MAX_PER_M = 0.3, 3.0
 #: Prior of the radial distortion (`camera.distortion`: a and b, in units of the usual focal length), and its bounds.
 #: a is calibrated on 987 lenses of phones (`benchmarks/lens_profiles.py --fit`): 90 % are between -0.03 and 0.06.
 #: b is between -0.4 and 0.4 in 90 %, whose quartiles ask for 0.12; 0.05 is set by hand, as the tails of Student's t
@@ -123,6 +126,11 @@ COVERED_CORRELATION, COVERED_CORRELATION_SDS = 0.03, 5.0
 #: (faster patches look like noise to the eye too); blocks with less than this share of the median information are left
 #: out, as they lie on a plateau of the fringe. Set by hand; `EXPECTED["places"]` was fitted with them.
 PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE = 0.3, 0.5, 0.15
+#: A map of places is used where it is larger than this, root mean square, and than so many of its standard deviations.
+#: Smaller ones neither blur a row's fringes (by 1 part in 800) nor move a symbol.  Set by hand.
+MAP_LEAST_RAD, MAP_SDS = 0.05, 3.0
+#: Rounds in which a map is estimated; each leaves about a fifth of what is missing.
+MAP_ROUNDS = 3
 
 # --- How long may nothing be followed, and how wide are gaps? --------------------------------------------------------
 
@@ -196,6 +204,8 @@ SHEET_GROWTH_PER_K, WEATHER_K = 7e-5, 20.0
 #: Repeatability of the offset under pose, light and codec.  Ray-traced films: 0.04 rad on one badge by different
 #: motions.
 OFFSET_REPEATS_RAD = 0.05
+#: Repeatability of a map of places, root mean square, under motion, light and codec.  Ray-traced films: 0.004 to 0.017.
+MAP_REPEATS_RAD = 0.02
 #: Standard deviation of the rows' offsets, from which the twist is estimated.  Set by hand.
 ROW_OFFSET_SD_RAD = 0.03
 #: Rotation of a sheet in its mount between days.  Set by hand: 0.02 mm over 80 mm.

@@ -14,10 +14,12 @@ from kit.made_corners import CENTRE, FPS, MIDDLE, PAGE_MM, SIZE, Course, project
 from moireid.simulate.motion import measured_run
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
+from moireid.verifier.camera.page_shape import gain_sd_share
 from moireid.verifier.camera.page_speed import jumps
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.limits import MAX_LASTING_PX
 from moireid.verifier.measuring import AXIS_PRIOR_SD_SHARE
+from moireid.verifier.tracking.patches import marker_corners_mm
 
 
 def fitted(points: np.ndarray, times: np.ndarray, focal_px: float | None = None) -> CameraFit:
@@ -158,6 +160,51 @@ def test_a_print_of_another_aspect_is_solved(aspect):
     assert fit.print_aspect == pytest.approx(aspect, abs=5e-4) and fit.aspect == pytest.approx(1.0, abs=5e-4)
     slope = np.polyfit(tangents(course.pose(times)[0])[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0]
     assert abs(slope - 1) < max(0.02, 3 * fit.tangent_sd[0]) and fit.tangent_sd[0] < 0.04
+
+
+def lifted(twist_per_m: float, bow_per_m: float = 0.0) -> np.ndarray:
+    """The page's corners, (16, 3), with this twist and this bow along x."""
+    x, y = (PAGE_MM - MIDDLE).T
+    return np.column_stack([PAGE_MM, (twist_per_m * x * y + bow_per_m * x * x / 2) / 1000])
+
+
+@pytest.mark.parametrize("twist", [-0.5, 0.35])
+def test_a_page_that_is_twisted_is_solved(twist, rng):
+    """Catches: a twist of the wrong sign or size; poses of a flat page, which err by twenty times the noise; a focal
+    length that takes the twist up.
+    """
+    times = np.arange(150) / FPS
+    camera, turn = Course(rng, 1000.0).pose(times)
+    fit = fitted(registered(project(camera, turn, 1450.0, lifted(twist)), rng, 0.04), times)
+    assert fit.twist_per_m == pytest.approx(twist, abs=0.05)
+    assert np.median(fit.reprojection_px) < 0.04 and abs(fit.focal_px - 1450.0) < 0.03 * 1450.0
+    assert (tangents(fit.camera_mm) - tangents(camera)).std(axis=0).max() < 0.004
+
+
+def test_a_flat_page_has_no_twist(rng):
+    """Catches: an unknown that is solved where noise alone asks for it, and costs every film time and certainty."""
+    times = np.arange(90) / FPS
+    camera, turn = Course(rng, 1600.0).pose(times)
+    assert fitted(registered(project(camera, turn, 1450.0), rng, 0.1), times).twist_per_m == 0.0
+
+
+def test_the_gain_of_a_twisted_page_owes_an_error_bar_to_its_bows(ada):
+    """Catches: an error bar that is 0, in other units, or that grows with a page that has no beat to move.
+
+    By hand: a bow puts the grating off the markers' plane by half its curvature times the difference of mean squares
+    of places; fringes there move by f_b turns per mm more for each unit of parallax, of g / (n p_r).
+    """
+    grating = ada.gratings[0]
+    page = marker_corners_mm(ada.markers).reshape(-1, 2)
+    square = (page - page.mean(axis=0)) ** 2
+    low, top, high, bottom = grating.rect_mm
+    inside = np.array([[high - low, bottom - top]]) ** 2 / 12
+    off_mm = 0.5 * (square.mean(axis=0) - inside[0]) / 2000
+    beat = 1 / grating.pitch_mm - 1 / ada.lens.pitch_mm
+    slope = ada.lens.thickness_mm / ada.lens.refractive_index / grating.pitch_mm
+    expected = abs(beat) * np.hypot(*off_mm) / slope
+    assert gain_sd_share(ada, grating, page, 0.5) == pytest.approx(expected, rel=0.05) and expected > 0.005
+    assert gain_sd_share(ada, grating, page, 0.0) == 0.0
 
 
 @pytest.mark.parametrize("aspect", [0.9961, 1.0039])

@@ -41,6 +41,30 @@ def test_each_figure_tells_a_copy_alone(ada):
     assert compare_built(replace(ONE, offset_rad=3.0 - 0.35), ONE, ada).built == "not_known"
 
 
+def test_maps_of_places_are_compared_where_both_are_known(ada):
+    """Catches: a map that is never compared; one compared with nothing; an error bar that is left out."""
+    wave = np.cos(np.arange(12))
+    known = replace(ONE, place_maps=(tuple(0.2 * wave),), place_map_sd=0.01)
+    again = replace(known, place_maps=(tuple(0.2 * wave + 0.02 * np.sin(np.arange(12))),))
+    other = replace(known, place_maps=(tuple(-0.2 * wave),))
+    assert compare_built(again, known, ada).built == compare_built(other, ONE, ada).built == "agrees"
+    found = compare_built(other, known, ada)
+    assert found.built == "differs" and found.reasons[-1].code == "as_built_map"
+    assert found.reasons[-1].measured == pytest.approx(0.4 * np.sqrt(np.mean(wave**2)))
+    assert compare_built(replace(other, place_map_sd=0.2), known, ada).built == "agrees"
+
+
+def test_maps_merge_by_their_information_and_keep_their_shape():
+    """Catches: maps that are dropped or mixed between gratings; error bars that shrink where captures disagree."""
+    one = replace(ONE, place_maps=((0.1, 0.2), (0.3, 0.4, 0.5)), place_map_sd=0.01)
+    both = merge([one, replace(one, place_maps=((0.3, 0.4), (0.5, 0.6, 0.7)), place_map_sd=0.02)])
+    assert both.place_maps[0] == pytest.approx((0.14, 0.24)) and both.place_maps[1] == pytest.approx((0.34, 0.44, 0.54))
+    assert both.place_map_sd == pytest.approx(0.08 / np.sqrt(2))
+    assert merge([one, one]).place_map_sd == pytest.approx(0.01 / np.sqrt(2))
+    assert merge([ONE, one]).place_maps == one.place_maps and merge([ONE, ONE]).place_maps == ()
+    assert as_built_from_json(both.to_json()) == both
+
+
 def test_a_badge_that_weather_grew_is_still_the_original(ada):
     """Catches: a limit without room for humidity; and that room given where the beat shows no drift."""
     drift = 0.8 * PAPER_GROWTH_SHARE[0] / ada.lens.pitch_mm

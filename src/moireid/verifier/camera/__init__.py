@@ -3,6 +3,7 @@
 plane_pose.py        both poses of a plane, all frames at once; a camera in closed form
 fast_poses.py        the same near known poses, faster; does one camera explain them?
 distortion.py        radial lens distortion
+page_shape.py        a page that is bent or twisted
 map_search.py        maximum a posteriori search, and the path of a zoom
 self_calibration.py  focal length, axis, shutter, distortion and the print's aspect, of a film
 smoothing.py         the camera's path, smoothed; misfit on a steady path

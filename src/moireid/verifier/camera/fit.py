@@ -47,7 +47,8 @@ class CameraFit:
     axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
     and focal length are in px of the height; print_aspect: height over width of the print, over those of the design;
     lasting_px: error that one camera leaves over many frames (`fast_poses`); slow_to_fast: as there; log_zoom (T,):
-    logarithm of the zoom within the film, over its mean; cuts (T,): frames before which the picture jumps.
+    logarithm of the zoom within the film, over its mean; twist_per_m: of the page (`page_shape`); cuts (T,): frames
+    before which the picture jumps.
     """
 
     camera_mm: Array
@@ -68,6 +69,7 @@ class CameraFit:
     log_zoom: Array = field(default_factory=lambda: np.zeros(0))
     cuts: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     slow_to_fast: float = 0.0
+    twist_per_m: float = 0.0
 
     @property
     def zoom(self) -> float:
@@ -115,6 +117,7 @@ def fit_camera(
         log_zoom,
         film.cuts,
         slow_to_fast(film.residuals_px(final), times_s, np.cumsum(film.cuts)),
+        film.twist,
     )
 
 

@@ -1,6 +1,6 @@
 """What is the same in all frames of a film: focal length, rolling-shutter time, distortion, and the print's shape.
 
-1. The print's aspect alone: one of a hundredth hides all else.
+1. The print's aspect alone, and then the page's twist: each hides all else.
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
 3. Shutter time alone, then focal length alone, each from its prior.
 4. All together.
@@ -26,6 +26,7 @@ from moireid.verifier.camera.distortion import MIDDLE, TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
 from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, posterior, repeated, step_together
+from moireid.verifier.camera.page_shape import lifted_px
 from moireid.verifier.camera.page_speed import hidden_speed_px_s, jumps, lengthened_px, velocity_px_s
 from moireid.verifier.camera.plane_pose import (
     ClosedForm,
@@ -53,6 +54,8 @@ from moireid.verifier.measuring import (
     SHUTTER_PRIOR_SD_S,
     STRETCH_MAX_LOG,
     STRETCH_PRIOR_SD_LOG,
+    TWIST_MAX_PER_M,
+    TWIST_PRIOR_SD_PER_M,
 )
 
 Array = NDArray[np.float64]
@@ -69,6 +72,9 @@ BENDS = [
 ASIDE = Unknown(-AXIS_MAX_SHARE, AXIS_MAX_SHARE, 0.0, AXIS_PRIOR_SD_SHARE, 0.03, heavy=True)
 STRETCH = Unknown(-STRETCH_MAX_LOG, STRETCH_MAX_LOG, 0.0, STRETCH_PRIOR_SD_LOG, 0.005, heavy=True)
 PRINT = Unknown(-PRINT_ASPECT_MAX_LOG, PRINT_ASPECT_MAX_LOG, 0.0, PRINT_ASPECT_PRIOR_SD_LOG, 0.001, heavy=True)
+TWIST = Unknown(-TWIST_MAX_PER_M, TWIST_MAX_PER_M, 0.0, TWIST_PRIOR_SD_PER_M, 0.05, heavy=True)
+#: Where a twist moves the points depends on the poses, which depend on it.
+TWIST_ROUNDS = 2
 #: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
@@ -94,8 +100,9 @@ class FilmWide:
 
     focal: px; shutter_s: time from first to last row; bend (2,): distortion in units of the usual focal length; axis
     (2,): place of the optical axis; stretch: logarithm of a pixel's width over its height; print_aspect: logarithm of
-    the page's height over that of its design, at one width; covariance (8, 8): of the focal length's logarithm,
-    shutter, distortion, axis, stretch and print aspect; 0 for what was given or is fixed.
+    the page's height over that of its design, at one width; twist: as `page_shape`; covariance (9, 9): of the
+    focal length's logarithm, shutter, distortion, axis, stretch, print aspect and twist; 0 for what was given or is
+    fixed.
     """
 
     def __init__(
@@ -118,6 +125,8 @@ class FilmWide:
         #: Logarithm of a pixel's width over its height; points are made square with it.
         self.stretch, self._stretched = 0.0, False
         self.print_aspect = 0.0
+        #: Twist of a page that is seen not to be flat, 1/m, and what 1/m moves the points by (`page_shape`).
+        self.twist, self._twisted, self._lifted = 0.0, False, np.zeros_like(points_px)
         #: Whether the focal length is that of a steady path.
         self._steadied = False
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
@@ -144,7 +153,7 @@ class FilmWide:
         self._hidden_sds = 0.0
         #: In how many of the chosen frames one error is seen.
         self._repeats = 1.0
-        self.covariance = np.zeros((8, 8))
+        self.covariance = np.zeros((9, 9))
 
     def _take(self, known: KnownCamera) -> None:
         """Start from a calibrated camera; what is known of it is not solved."""
@@ -195,9 +204,28 @@ class FilmWide:
         # Another direction of the shutter than the usual one may come from what was not yet solved then.
         sure = best._steadied or best._rows is best._directions[0]
         best = best if sure else min((best, best._rolled_down()), key=cost)
+        if not best._twisted:
+            best._untwist()
+            if best._twisted:
+                best._solve_again()
         best._count_once()
         best._loosen()
         return best
+
+    def _untwist(self) -> None:
+        """Take a page's twist for a start that takes much of the errors away, and solve it from then on; less may be
+        noise.
+        """
+        self._lift(self._chosen, self._start)
+        found, _ = minimise(lambda x: self._errors(twist=x), *TWIST.alone)
+        left, before = (float(np.median(self._errors(twist=x))) for x in (found, 0.0))
+        self._twisted = left < HIDING_SHARE * before
+        self.twist = found if self._twisted else 0.0
+
+    def _lift(self, frames: NDArray[np.int64] | slice, poses: PlanePoses) -> None:
+        """Compute what a twist does to these frames' points, at their poses."""
+        self._lifted = self._lifted.copy()
+        self._lifted[frames] = lifted_px(self.plane, poses, self.focal, self._bends, frames)
 
     def _count_once(self) -> None:
         """Estimate all again, with errors that last over some frames counted once; nothing, where few do."""
@@ -262,9 +290,9 @@ class FilmWide:
     def _other_starts(self) -> list[ClosedForm]:
         """Cameras to search from again: the guess, and those of the closed form that leave little, if they are far.
 
-        None where the camera is known.
+        None where the camera is known, or the page twisted, which closed forms take for flat.
         """
-        if self._known:
+        if self._known or self._twisted:
             return []
         points = (self._flat(slice(None), bend=np.zeros(2), stretch=0.0) - self._middle) / self._long_side
         found = [closed_form(points, self.plane[:, :2], square=square) for square in (True, False)]
@@ -288,7 +316,7 @@ class FilmWide:
         if not self._given:
             least, most = (ratio * self._long_side for ratio in FOCAL_RANGE_RATIO)
             film.focal = float(np.clip(camera.focal * self._long_side, least, most))
-        film.shutter_s, film.bend, film.covariance = SHUTTER_PRIOR_S, np.zeros(2), np.zeros((8, 8))
+        film.shutter_s, film.bend, film.covariance = SHUTTER_PRIOR_S, np.zeros(2), np.zeros((9, 9))
         film.print_aspect = 0.0
         film._start = start_poses(film.plane, film._flat(film._chosen), film.focal, film._centre)
         film._start_focal, film._near = film.focal, NearPoses(film.plane, film._start)
@@ -312,7 +340,7 @@ class FilmWide:
 
     def _unknowns(self) -> list[Unknown]:
         """All that a joint search may solve: focal length, shutter, distortion, axis x and y, stretch, print aspect."""
-        return [self._zoom(), SHUTTER, *BENDS, ASIDE, ASIDE, STRETCH, PRINT]
+        return [self._zoom(), SHUTTER, *BENDS, ASIDE, ASIDE, STRETCH, PRINT, TWIST]
 
     def _free(self, *, zoom: bool = True) -> list[int]:
         """Which of the unknowns are solved: not a focal length that was given.
@@ -320,13 +348,15 @@ class FilmWide:
         A stretched picture and a print of another aspect look alike but where the camera rolls.  Where the picture is
         far from square, all of it is the picture's, since prints are not.  Of a known camera, none is solved.
         """
+        page = [8] if self._twisted else []
         if self._known:
-            return [1, 7]
-        return [*([0] if zoom and not self._given else []), *range(1, 7), *([] if self._stretched else [7])]
+            return [1, 7, *page]
+        return [*([0] if zoom and not self._given else []), *range(1, 7), *([] if self._stretched else [7]), *page]
 
     def _at(self) -> Array:
-        """The unknowns as they are estimated now, (8,)."""
-        return np.array([math.log(self.focal), self.shutter_s, *self.bend, *self.axis, self.stretch, self.print_aspect])
+        """The unknowns as they are estimated now, (9,)."""
+        camera = (math.log(self.focal), self.shutter_s, *self.bend, *self.axis, self.stretch)
+        return np.array([*camera, self.print_aspect, self.twist])
 
     def _far(self, camera: ClosedForm) -> bool:
         """Whether a camera is far from a usual one, and possible."""
@@ -352,6 +382,7 @@ class FilmWide:
         """Steps 1 to 5."""
         middle, zoom = math.log(self._guess), self._zoom().alone
         self._unhide()  # 1
+        self._untwist()
         self._rows = self._likeliest_rows()  # 2
         self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *SHUTTER.alone)  # 3
         if not self._given:
@@ -387,8 +418,8 @@ class FilmWide:
             if 0 in free:
                 self.focal = math.exp(place[0])
             self.shutter_s, self.bend, self.axis = float(place[1]), place[BEND_AT], place[AXIS_AT]
-            self.stretch, self.print_aspect = float(place[6]), float(place[7])
-            self.covariance = np.zeros((8, 8))
+            self.stretch, self.print_aspect, self.twist = (float(value) for value in place[6:])
+            self.covariance = np.zeros((9, 9))
             self.covariance[np.ix_(free, free)] = covariance
             if np.all(np.abs(found - before[free]) < [SETTLED * one.step for one in near]):
                 break
@@ -427,6 +458,7 @@ class FilmWide:
             axis=at[AXIS_AT],
             stretch=float(at[6]),
             print_aspect=float(at[7]),
+            twist=float(at[8]),
         )
         return points, math.exp(at[0]), self._placed(at[AXIS_AT])
 
@@ -449,7 +481,12 @@ class FilmWide:
 
     def all_poses(self) -> PlanePoses:
         """Poses of all frames with the estimated parameters."""
-        return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre, self._slack(slice(None)))
+        every = slice(None)
+        poses = start_poses(self.plane, self._flat(every), self.focal, self._centre, self._slack(every))
+        for _ in range(TWIST_ROUNDS if self._twisted else 0):
+            self._lift(every, poses)
+            poses = start_poses(self.plane, self._flat(every), self.focal, self._centre, self._slack(every))
+        return poses
 
     def residuals_px(self, poses: PlanePoses) -> Array:
         """What the poses of all frames leave, (T, 2 N) px; in full, as a zoom would hide behind the rows' slack."""
@@ -488,6 +525,7 @@ class FilmWide:
             axis=self.axis + off[AXIS_AT],
             stretch=self.stretch + off[6],
             print_aspect=self.print_aspect + off[7],
+            twist=self.twist + off[8],
         )
         return self._moved_poses(points, focal, self._placed(self.axis + off[AXIS_AT]))
 
@@ -505,6 +543,7 @@ class FilmWide:
         axis: Array | None = None,
         stretch: float | None = None,
         print_aspect: float | None = None,
+        twist: float | None = None,
     ) -> Array:
         """Points as a pinhole camera without a rolling shutter, with square pixels, sees them of a page as designed."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
@@ -512,6 +551,8 @@ class FilmWide:
         centre = self._placed(self.axis if axis is None else axis)
         points = self._points[frames] - self._bends.px(bent, centre, frames) - rolled
         points -= self._longer[frames] * (self.print_aspect if print_aspect is None else print_aspect)
+        if twist is not None or self._twisted:
+            points -= self._lifted[frames] * (self.twist if twist is None else twist)
         points[..., 0] += (points[..., 0] - self._middle[0]) * math.expm1(
             -(self.stretch if stretch is None else stretch)
         )
@@ -532,6 +573,9 @@ class FilmWide:
     def _settle(self) -> None:
         """Refine the poses at the present estimates, as the start of the next search."""
         self._start = self._moved_poses(self._flat(self._chosen), self.focal, self._centre)
+        if self._twisted:
+            self._lift(self._chosen, self._start)
+            self._start = self._moved_poses(self._flat(self._chosen), self.focal, self._centre)
         self._start_focal, self._near = self.focal, NearPoses(self.plane, self._start, self._slack(self._chosen))
 
     def _likeliest_rows(self) -> Array:

@@ -20,16 +20,18 @@ from moireid.frames import OwnFrame, own_rect
 from moireid.verifier import limits, measuring
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.known_camera import KnownCamera
+from moireid.verifier.camera.page_shape import gain_sd_share
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
-from moireid.verifier.fringes.beyond_phase import depth_law, expected_overtone, mean_overtone
+from moireid.verifier.fringes.all_strips import StripMeasurement, measure_strips
+from moireid.verifier.fringes.beyond_phase import expected_overtone, mean_overtone
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
 from moireid.verifier.fringes.phase_coverage import seen_way
+from moireid.verifier.fringes.place_map import PlaceMap, start_maps
 from moireid.verifier.fringes.sinusoid import joined_frames, numbered, unwrap
-from moireid.verifier.fringes.strip_law import strip_law, within_law
-from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
-from moireid.verifier.fringes.strip_shape import places_apart_rad, strip_shape
+from moireid.verifier.fringes.strip_law import within_law
+from moireid.verifier.fringes.strip_phase import StripPhase, rounding_rad
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
 
@@ -40,7 +42,8 @@ Array = NDArray[np.float64]
 class Measurement:
     """Everything measured in a film: camera, strips, and one signal per grating.
 
-    strips, predictions_rad: one per strip of the track; None for rows of phase cells, which are read with the identity.
+    strips, predictions_rad: one per strip of the track; None for rows of phase cells, which are read with the identity;
+    maps: one per grating.
     """
 
     camera: CameraFit
@@ -49,6 +52,7 @@ class Measurement:
     strips: tuple[StripPhase | None, ...]
     predictions_rad: tuple[Array | None, ...]
     gratings: tuple[GratingSignal, ...]
+    maps: tuple[PlaceMap, ...]
     stages_s: dict[str, float] = field(default_factory=dict)
 
     def under(self, gain: float) -> Measurement:
@@ -56,7 +60,13 @@ class Measurement:
         return replace(self, gratings=tuple(signal.under(gain) for signal in self.gratings))
 
 
-def measure(track: Track, *, focal_px: float | None = None, known: KnownCamera | None = None) -> Measurement:
+def measure(
+    track: Track,
+    *,
+    focal_px: float | None = None,
+    known: KnownCamera | None = None,
+    enrolled_maps: Sequence[Sequence[float]] = (),
+) -> Measurement:
     """Measure a track of at least a few frames.
 
     Parameters
@@ -67,10 +77,17 @@ def measure(track: Track, *, focal_px: float | None = None, known: KnownCamera |
         Focal length, px, if it is known; otherwise it is estimated.
     known : KnownCamera, optional
         A calibrated camera, in place of the focal length.
+    enrolled_maps : sequence of sequences of float
+        As `AsBuilt.place_maps`; none if the badge was not measured as built.
 
     Returns
     -------
     Measurement
+
+    Raises
+    ------
+    SpecError
+        The enrolled maps are not of this badge.
 
     Notes
     -----
@@ -91,7 +108,7 @@ def measure(track: Track, *, focal_px: float | None = None, known: KnownCamera |
     raw_mm, _ = without_outliers(camera.camera_mm, camera.reprojection_px, track.times_s, numbers)
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague, numbers)
     posed = time.perf_counter()
-    strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
+    strips, maps = measure_strips(track, badge, camera_mm, start_maps(badge, enrolled_maps))
     enlarged, doubt = _small_marker_factors(points_px)
     poses = _Poses(
         camera,
@@ -109,7 +126,7 @@ def measure(track: Track, *, focal_px: float | None = None, known: KnownCamera |
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     phases = tuple(strip.phase if strip else None for strip in strips)
     predictions = tuple(strip.predicted_rad if strip else None for strip in strips)
-    return Measurement(camera, camera_mm, track.times_s, phases, predictions, gratings, stages)
+    return Measurement(camera, camera_mm, track.times_s, phases, predictions, gratings, maps, stages)
 
 
 def page_covered(correlations: Array) -> NDArray[np.bool_]:
@@ -122,16 +139,6 @@ def page_covered(correlations: Array) -> NDArray[np.bool_]:
     return np.asarray(
         correlations < usual - max(measuring.COVERED_CORRELATION, measuring.COVERED_CORRELATION_SDS * scatter)
     )
-
-
-@dataclass(frozen=True)
-class _Strip:
-    """One uniform strip: measured phase, predicted phase (T,), deviation of places along it, rad, and the depth law."""
-
-    phase: StripPhase
-    predicted_rad: Array
-    place_residual_rad: float
-    depth: DepthLaw
 
 
 @dataclass(frozen=True)
@@ -158,24 +165,8 @@ class _Poses:
     covered: NDArray[np.bool_]
 
 
-def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) -> _Strip | None:
-    """One strip of a track; None for a row of phase cells, which is read with the identity."""
-    strip = track.strips[index]
-    if not strip.uniform:
-        return None
-    law = strip_law(badge, strip, camera_mm)
-    band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
-    profiles = track.profiles[index].astype(float)
-    found = measure_strip(profiles, law, strip.length_mm, band)
-    shape = strip_shape(profiles, law, found)
-    apart = places_apart_rad(shape, track.times_s)
-    parallax = strip.frame.places(camera_mm[:, :2])[:, 0] / np.abs(camera_mm[:, 2])
-    depth = depth_law(shape, law, found, parallax, strip.length_mm)
-    return _Strip(found, law.middle_phase_rad(found.frequency_per_mm), apart, depth)
-
-
 def _grating_signal(
-    track: Track, badge: Badge, index: int, strips: Sequence[_Strip | None], poses: _Poses
+    track: Track, badge: Badge, index: int, strips: Sequence[StripMeasurement | None], poses: _Poses
 ) -> GratingSignal:
     """The signal of one grating from all its strips, with error bars that include the poses."""
     grating = badge.gratings[index]
@@ -203,7 +194,10 @@ def _grating_signal(
         signal,
         phase_sd_rad=sd,
         place_residual_rad=np.array([strip.place_residual_rad for strip in own]),
-        tangent_sd=float(frame.spreads(poses.camera.tangent_sd)[0]),
+        tangent_sd=math.hypot(
+            float(frame.spreads(poses.camera.tangent_sd)[0]),
+            gain_sd_share(badge, grating, poses.page_mm, poses.camera.twist_per_m),
+        ),
         covariates=_covariates(poses.camera_mm, poses.page_mm, frame),
         rounding_rad=rounding,
         covered_share=1 - clear / max(len(every), 1),
@@ -220,7 +214,7 @@ def _grating_signal(
 
 
 def _beyond(
-    strips: list[_Strip],
+    strips: list[StripMeasurement],
     known: NDArray[np.bool_],
     homographies: Array,
     badge: Badge,
@@ -241,7 +235,9 @@ def _beyond(
     )
 
 
-def _mixed(strips: list[_Strip], known: NDArray[np.bool_], track: Track, frame: OwnFrame, grating: Grating) -> float:
+def _mixed(
+    strips: list[StripMeasurement], known: NDArray[np.bool_], track: Track, frame: OwnFrame, grating: Grating
+) -> float:
     """As `mixed_frames.mixed_share`, of the mean of a grating's strips; known (T,): frames with a good pose."""
     phases = [strip.phase for strip in strips]
     contrast = np.mean([phase.contrast / max(float(np.median(phase.contrast)), 1e-9) for phase in phases], axis=0)
@@ -254,7 +250,7 @@ def _mixed(strips: list[_Strip], known: NDArray[np.bool_], track: Track, frame: 
     return mixed_share(np.where(clear, contrast, np.nan), carried, predicted)
 
 
-def _uncovered(strips: list[_Strip]) -> list[_Strip]:
+def _uncovered(strips: list[StripMeasurement]) -> list[StripMeasurement]:
     """The strips without those that a hand or a caption covers all film long.
 
     They are far vaguer than the clearest strip, or fringes explain far less of them.
@@ -283,20 +279,6 @@ def _small_marker_factors(corners_px: Array) -> tuple[float, float]:
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
     enlarged = math.pow(max(1.0, measuring.SMALL_MARKER_PX / max(side, 1.0)), measuring.SMALL_MARKER_POWER)
     return enlarged, limits.SMALL_MARKER_WORST_RATIO if side < limits.DOUBTED_MARKER_PX else 1.0
-
-
-def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
-    """Lowest and highest beat frequency that a cell may have: of all symbols for a code, else of this cell.
-
-    Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE_SHARE`.
-    """
-    tolerance = measuring.PITCH_TOLERANCE_SHARE / badge.lens.pitch_mm
-    if grating.code is None:
-        own = 1 / grating.cells[cell].pitch_mm - 1 / badge.lens.pitch_mm
-        return own - tolerance, own + tolerance
-    code = grating.code
-    ends = [code.base_frequency_per_mm + code.frequency_step_per_mm * level for level in (0, code.levels - 1)]
-    return min(ends) - tolerance, max(ends) + tolerance
 
 
 def _pose_noise(raw_mm: Array, smooth_mm: Array, good: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.frames import own_rect
 from moireid.lenticule import MAX_TANGENT, view_law
+from moireid.verifier.fringes.place_map import knots_mm
 from moireid.verifier.fringes.strip_phase import StripLaw
 from moireid.verifier.tracking.brightness_profiles import Strip
 
@@ -54,7 +55,7 @@ def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
     return known
 
 
-def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
+def strip_law(badge: Badge, strip: Strip, camera_mm: Array, map_rad: Array | None = None) -> StripLaw:
     """The law of one strip.
 
     Parameters
@@ -65,6 +66,8 @@ def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
         Where it is sampled, own mm.
     camera_mm : array (T, 3)
         Camera centres, page mm, z < 0.
+    map_rad : array (K,), optional
+        How far the fringes are ahead at the knots of the grating's map (`place_map`).
 
     Returns
     -------
@@ -93,4 +96,7 @@ def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
     middle_mm = (low + high) / 2
     lens_x = places[None, :] - middle_mm - badge.lens.thickness_mm * tangent
     fixed, per_frequency = shift / badge.lens.pitch_mm, lens_x + shift
+    if map_rad is not None:
+        # The phase of the strip's middle keeps its meaning: the map has no mean.
+        fixed[:, :-1] += np.interp(strip.along_mm, knots_mm(grating), map_rad) / (2 * np.pi)
     return StripLaw(fixed[:, :-1], per_frequency[:, :-1], fixed[:, -1], per_frequency[:, -1])

@@ -98,7 +98,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
     costs: dict[int, Array] = {}
     views: dict[int, tuple[Array, Array]] = {}
     for index, strip in rows:
-        phase = _field_phase(badge, strip, measurement.camera_mm, field, frames)
+        phase = _field_phase(badge, strip, measurement, field, frames)
         seen = _in_contrasts(track.profiles[index][sampled], field, frames)
         for cell in strip.cells:
             inside = _samples_of(badge, strip, cell)
@@ -133,9 +133,11 @@ def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[fl
     return float(np.mean(expected * (seen - seen.mean(axis=0)))), float(np.mean(expected**2))
 
 
-def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field, frames: NDArray[np.int64]) -> Array:
+def _field_phase(
+    badge: Badge, strip: Strip, measurement: Measurement, field: Field, frames: NDArray[np.int64]
+) -> Array:
     """Phase of the field at the samples of a strip in some frames, (frames, N)."""
-    law = strip_law(badge, strip, camera_mm[frames])
+    law = strip_law(badge, strip, measurement.camera_mm[frames], measurement.maps[strip.grating].used_rad)
     along = law.whole_phase_rad(field.frequency_per_mm) + field.clock_rad[frames, None]
     return along + field.twist_rad_per_mm * (strip.across_mm - field.middle_mm)
 
@@ -155,7 +157,7 @@ def _shape(track: Track, measurement: Measurement, grating: int, field: Field) -
     for index, strip in enumerate(track.strips):
         if strip.grating == grating and strip.uniform and code.roles[strip.cells[0]] == "reference":
             seen.append(_in_contrasts(track.profiles[index][frames], field, frames).ravel())
-            phases.append(_field_phase(track.badge, strip, measurement.camera_mm, field, frames).ravel())
+            phases.append(_field_phase(track.badge, strip, measurement, field, frames).ravel())
     return learn_waveform(np.concatenate(seen), np.concatenate(phases))
 
 

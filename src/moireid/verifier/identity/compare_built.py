@@ -1,7 +1,8 @@
 """The badge as built: measured at enrolment, and compared with that at verification.
 
 A copy made from the same files has the same identity, but its sheet is placed differently: another offset,
-another twist, and another beat if it was printed again.  Weather changes the beat too: paper grows with humidity, along
+another twist, and another beat if it was printed again; and each piece of sheet has lenses that are off their places
+in its own way (`place_map`).  Weather changes the beat too: paper grows with humidity, along
 its fibre less than across, and the sheet with warmth.  A sheet that is held at an edge then slides over the lines, so
 the tolerance of the offset grows with the measured change of the beat.  The badge that was enrolled stays within what
 moisture and warmth do independently; one that was built anew must be beyond both together.
@@ -15,8 +16,9 @@ The sheet is in one place all film long, so the offset must be the same in every
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,7 @@ from moireid.errors import DesignError
 from moireid.frames import own_rect
 from moireid.verifier import measuring
 from moireid.verifier.fringes.grating_signal import GratingSignal
+from moireid.verifier.fringes.place_map import PlaceMap
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import INDEPENDENT_PER_S
@@ -114,9 +117,18 @@ def filmed_built(
         gain_ratio=gain,
         gain_sd=gain_sd,
         third_harmonic=third_harmonic,
+        **_filmed_maps(measurement.maps),
     )
     apart = np.angle(clock * np.conj(mean_turn))
     return FilmFigures(as_built, *_worst_stretch(apart, law_rad, measurement.gratings[index], gain_sd))
+
+
+def _filmed_maps(maps: Sequence[PlaceMap]) -> dict[str, Any]:
+    """The maps as `AsBuilt` holds them; none where a grating does not show its own."""
+    if not all(math.isfinite(one.sd_rad) for one in maps):
+        return {}
+    values = tuple(tuple(round(float(value), 4) for value in one.seen_rad) for one in maps)
+    return {"place_maps": values, "place_map_sd": max(one.sd_rad for one in maps)}
 
 
 def _worst_stretch(apart: Array, law_rad: Array, signal: GratingSignal, gain_sd: float) -> tuple[float, float]:
@@ -168,11 +180,15 @@ def compare_built(
     offset_sd = math.hypot(found.offset_sd, enrolled.offset_sd, measuring.OFFSET_REPEATS_RAD)
     twist = abs(found.twist_rad_per_mm - enrolled.twist_rad_per_mm)
     twist_sd = math.hypot(found.twist_sd, enrolled.twist_sd, 2 * math.pi * measuring.TWIST_REPEATS_RAD * lines_per_mm)
-    checks = (
+    checks: tuple[tuple[str, float, tuple[float, float], float, str, str], ...] = (
         ("as_built_beat", abs(beat), (usual, most), beat_sd, "cycles/mm", "the spacing of the fringes"),
         ("as_built_offset", offset, (slide_rad, slide_rad), offset_sd, "rad", "the place of the lens sheet"),
         ("as_built_twist", twist, (0.0, 0.0), twist_sd, "rad/mm", "the turn of the lens sheet"),
     )
+    if apart := _maps_apart(found, enrolled):
+        checks += (
+            ("as_built_map", apart[0], (0.0, 0.0), apart[1], "rad", "the pattern of the lens sheet's own errors"),
+        )
     reasons, levels = [], []
     for code, difference, (room, widest), sd, unit, words in checks:
         limit, far = room + measuring.AGREES_SDS * sd, widest + measuring.DIFFERS_SDS * sd
@@ -192,3 +208,16 @@ def compare_built(
     room = slide_rad + measuring.KNOWN_SDS * offset_sd
     sure = abs(found.gain_ratio - enrolled.gain_ratio) <= measuring.KNOWN_SDS * gain_sd and offset <= room
     return Comparison(built, tuple(reasons), room if sure else None)
+
+
+def _maps_apart(found: AsBuilt, enrolled: AsBuilt) -> tuple[float, float] | None:
+    """Root mean square between the maps of a film and of enrolment, and its standard deviation, rad; None if unknown.
+
+    Weather does not change a map: what grows evenly has a mean and a slope alone, which a map has not.
+    """
+    if found.place_map_sd is None or enrolled.place_map_sd is None:
+        return None
+    pairs = zip(found.place_maps, enrolled.place_maps, strict=True)
+    apart = [one - other for row, known in pairs for one, other in zip(row, known, strict=True)]
+    sd = math.hypot(found.place_map_sd, enrolled.place_map_sd, measuring.MAP_REPEATS_RAD)
+    return math.sqrt(sum(value**2 for value in apart) / len(apart)), sd

@@ -88,7 +88,9 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     if track.tracked < MIN_FRAMES or track.tracked == repeated:
         return chapter
     sheet = claim.sheet
-    measurement = measure(track, focal_px=claim.focal_px, known=claim.camera).under(sheet.expected)
+    maps = claim.as_built.place_maps if claim.as_built else ()
+    measured = measure(track, focal_px=claim.focal_px, known=claim.camera, enrolled_maps=maps)
+    measurement = measured.under(sheet.expected)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()
     identity = judge_identity(track, measurement, claimed_id=claim.badge_id, seal=claim.seal)

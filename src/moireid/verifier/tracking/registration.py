@@ -30,6 +30,8 @@ MAX_STEPS = 12
 #: No marker in sight after so many steps: it is given up.  On the films of `benchmarks/verify_speed.py`, pages that are
 #: found show one within three.
 HOPELESS_STEPS = 5
+#: Steps in which all patches must agree, where some seem hidden.
+BENT_STEPS = 8
 #: Standard deviation of a sample at a border, in units of the markers' contrast.
 BORDER_NOISE = 0.05
 #: Iteration stops when no point of the page will move by more than this, px.
@@ -151,6 +153,9 @@ class PageRegistrar:
             warp = moved
             if LEFT_SHARE * float(np.abs(step).max()) * self._extent * template.px_per_mm < STOP_PX:
                 break
+        if not all(seen) and (bent := self._with_all(sampler, warp, template)) is not None:
+            warp, compared = bent
+            correlation, seen, contrast = compared.correlation, compared.seen, compared.contrast
         vague = (1.0, 1.0)
         if not self._enough(seen):
             # With two markers on one side the page can still tilt about them, so the pose is useless without the
@@ -165,6 +170,28 @@ class PageRegistrar:
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
         return Registration(homography / homography[2, 2], float(correlation), vague, contrast)
+
+    def _with_all(self, sampler: Sampler, warp: Array, template: Template) -> tuple[Array, PatchComparison] | None:
+        """The warp that all patches agree on, from one that some do not fit; None if there is none.
+
+        On a page that is bent the others' plane misses a patch, which then seems hidden.
+        """
+        every = (True,) * len(self.printer.patches)
+        for _ in range(BENT_STEPS):
+            values = sampler.at(warp, template.samples.places)
+            if values is None:
+                return None
+            self.work_ns += STEP_NS * len(values)
+            compared = _compared(values, template)
+            step = compared.step(template, every)
+            settled = LEFT_SHARE * float(np.abs(step).max()) * self._extent * template.px_per_mm < STOP_PX
+            if settled:
+                return (warp, compared) if all(compared.seen) else None
+            moved = _stepped(warp, step)
+            if moved is None:
+                return None
+            warp = moved
+        return None
 
     def _enough(self, seen: tuple[bool, ...]) -> bool:
         """Whether the visible patches hold the page."""
