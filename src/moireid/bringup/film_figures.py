@@ -24,6 +24,8 @@ TRIED_AIR_MM = 0.1
 #: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; unevenness of the
 #: light, as a share; fringe contrast; difference of two films in standard deviations.
 GOOD_AIR_MM, GOOD_TWIST_DEG, GOOD_SHARPNESS, GOOD_LIGHT, GOOD_CONTRAST, GOOD_SDS = 0.05, 0.3, 0.6, 0.4, 0.2, 3.0
+#: Twist of the page, 1/m; lenses off their places, mm root mean square.
+GOOD_PAGE_TWIST_PER_M, GOOD_WANDER_MM = 0.25, 0.05
 #: The pitch that the badge is printed for may be off by this share.
 GOOD_PITCH_SHARE = 0.003
 #: Fundamental of a square wave over its mean: the most that fringes can have.
@@ -58,6 +60,7 @@ def film_figures(films: Sequence[FilmFound], badge: Badge, thickness: Figure | N
         _air(found, badge, thickness),
         *_sharpness(built, badge),
         _twist(found, badge),
+        _wander(found, badge),
         _pitch(films, found, badge),
         *([_repeats(built)] if len(built) > 1 else []),
         *shared,
@@ -239,9 +242,29 @@ def _focal(films: Sequence[FilmFound]) -> Figure:
 
 
 def _flatness(films: Sequence[FilmFound]) -> Figure:
-    """Not measured; what the corners leave is stated."""
+    """Twist of the page between its corners, as one radius; bows along its sides alone are not seen."""
     seen = [film.report.measurement.camera for film in films if film.report.measurement]
-    left = f" The squares' corners fit a flat page within {np.median(seen[0].reprojection_px):.2f} px." if seen else ""
-    words = f"Not measured: this version takes the page to be flat.{left}"
-    advice = "Lay a ruler over the badge: light under its edge should not be wider than a sheet of paper (0.1 mm)."
-    return unknown("Flatness", "mm", words, advice)
+    if not seen:
+        return unknown("Flatness", "1/m", "The films do not show the badge.", "Film again.")
+    twist = max(abs(camera.twist_per_m) for camera in seen)
+    good = twist < GOOD_PAGE_TWIST_PER_M
+    words = (
+        "How much the page is twisted, 0 where that cannot be seen; 0.3 / m lifts two corners by 1 mm. A page that is "
+        f"bent along a side looks flat. The squares' corners fit within {np.median(seen[0].reprojection_px):.2f} px."
+    )
+    return Figure("Flatness", twist, None, "1/m", good_or(good), words, "" if good else "Put the page on a flat board.")
+
+
+def _wander(found: AsBuilt, badge: Badge) -> Figure:
+    """How far lenses are off their places: a fringe turns by 2 pi for a pitch."""
+    if not found.place_maps or found.place_map_sd is None:
+        words = "The films do not show it: at least two plain rows must be seen."
+        return unknown("Lenses off their places", "mm", words, "Film nearer, the whole badge.")
+    every = np.concatenate([np.array(one) for one in found.place_maps])
+    off, sd = (
+        value * badge.lens.pitch_mm / (2 * math.pi) for value in (np.sqrt(np.mean(every**2)), found.place_map_sd)
+    )
+    good = float(off) < GOOD_WANDER_MM
+    words = "Root mean square along the sheet. It is measured at enrolment, so that it does no harm."
+    advice = "" if good else "Glue the sheet without tension, or take another piece."
+    return Figure("Lenses off their places", float(off), float(sd), "mm", good_or(good), words, advice)

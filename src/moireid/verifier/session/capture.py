@@ -19,6 +19,7 @@ from moireid.verifier.identity.compare_built import filmed_built
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
+from moireid.verifier.session.refusal import build_findings
 from moireid.verifier.session.result import Report
 from moireid.verifier.video import Progress
 
@@ -65,8 +66,11 @@ def built_in(report: Report) -> AsBuilt | None:
 
 
 def why_refused(report: Report) -> str:
-    """The first finding for which a film was not accepted, as a sentence."""
-    return next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
+    """The first finding for which a film was not accepted, and what it shows of the badge's build, in sentences."""
+    why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted.")
+    if report.measurement is None:
+        return why
+    return " ".join([why, *build_findings(report.measurement, report.track.badge, report.invariant.gain_ratio)])
 
 
 def _from_front(report: Report) -> float | None:

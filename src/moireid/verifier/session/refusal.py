@@ -1,0 +1,88 @@
+"""Why a film of a freshly built badge may not have been accepted: what it shows of how the badge is built.
+
+Each finding is beyond what an ordinary badge shows, and names what a builder can do about it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from moireid.badge import Badge
+from moireid.sheets import effective_gap_mm
+from moireid.verifier.fringes.signals import Measurement
+
+#: From here on a figure may explain a refusal: twist of the page, 1/m; lenses off their places, mm root mean square;
+#: gain over the design, as a share; third harmonic and contrast of the fringes, over the most that they can have.
+BENT_PER_M, OFF_MM, GAIN_OFF_SHARE, LEAST_OVERTONE, LEAST_CONTRAST = 0.25, 0.04, 0.1, 0.15, 0.15
+#: Air of this thickness is tried for the slope of the gain, mm.
+TRIED_AIR_MM = 0.1
+#: Fundamental of a square wave over its mean, and its third harmonic over the fundamental.
+MOST_CONTRAST, MOST_OVERTONE = 4 / math.pi, 1 / 3
+
+
+def build_findings(measurement: Measurement, badge: Badge, gain: float | None) -> list[str]:
+    """Sentences about a badge that differs from an ordinary one; none where nothing does.
+
+    Parameters
+    ----------
+    measurement : Measurement
+        Of a film of it.
+    badge : Badge
+        Its design.
+    gain : float or None
+        How far its fringes move, over the design, if that was measured.
+    """
+    found = [_flatness(measurement), _wander(measurement, badge), _gap(badge, gain), _sharpness(measurement)]
+    return [sentence for sentence in (*found, _contrast(measurement)) if sentence]
+
+
+def _flatness(measurement: Measurement) -> str:
+    twist = abs(measurement.camera.twist_per_m)
+    if twist < BENT_PER_M:
+        return ""
+    return f"The page is not flat: as if bent to a radius of {0.5 / twist:.1f} m across its corners. Lay it on a board."
+
+
+def _wander(measurement: Measurement, badge: Badge) -> str:
+    turns = max(math.sqrt(float(np.mean(one.seen_rad**2))) for one in measurement.maps) / (2 * math.pi)
+    if turns * badge.lens.pitch_mm < OFF_MM:
+        return ""
+    return (
+        f"Lenses are {turns * badge.lens.pitch_mm:.2f} mm off their places, root mean square. Glue the sheet without "
+        "tension, or take another piece."
+    )
+
+
+def _gap(badge: Badge, gain: float | None) -> str:
+    """Fringes move in proportion to the optical gap: that of the sheet, and of air beneath it."""
+    if gain is None or abs(gain - 1) < GAIN_OFF_SHARE:
+        return ""
+    pitch_mm = badge.gratings[0].pitch_mm
+    own = effective_gap_mm(badge.lens, pitch_mm)
+    per_mm = (effective_gap_mm(badge.lens, pitch_mm, TRIED_AIR_MM) - own) / TRIED_AIR_MM
+    as_air = f", or with {(gain - 1) * own / per_mm:.2f} mm of air beneath it: press it flat" if gain > 1 else ""
+    return (
+        f"Fringes move {gain:.2f} times as far as designed, as under a sheet of {gain * badge.lens.thickness_mm:.2f} mm"
+        f"{as_air}."
+    )
+
+
+def _sharpness(measurement: Measurement) -> str:
+    size = [np.abs(signal.beyond.overtone) for signal in measurement.gratings if signal.beyond is not None]
+    value = float(np.median(np.concatenate(size))) / MOST_OVERTONE if size else 1.0
+    if value >= LEAST_OVERTONE:
+        return ""
+    return (
+        f"Fringes are soft: their third harmonic is {value:.0%} of the most. So look a sheet for flip pictures, air "
+        "beneath the sheet, lines that ran wide, and a film from too far or out of focus."
+    )
+
+
+def _contrast(measurement: Measurement) -> str:
+    ratios = [strip.contrast / np.maximum(strip.level, 1e-6) for strip in measurement.strips if strip]
+    value = float(np.median(np.concatenate(ratios))) / MOST_CONTRAST if ratios else 1.0
+    if value >= LEAST_CONTRAST:
+        return ""
+    return f"Fringes have {value:.0%} of the contrast that they can have. So look haze, glare, and pale print."

@@ -1,0 +1,52 @@
+"""What a refused film shows of the badge's build.  Each test's docstring names what it would catch."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from moireid.verifier.session.refusal import build_findings
+
+
+def measured(*, twist=0.0, off_rad=0.0, overtone=0.3, contrast=0.8):
+    """A measurement of an ordinary badge, but for what is given."""
+    wave = off_rad * math.sqrt(2) * np.cos(2 * np.pi * np.arange(8) / 8)
+    return SimpleNamespace(
+        camera=SimpleNamespace(twist_per_m=twist),
+        maps=[SimpleNamespace(seen_rad=0 * wave), SimpleNamespace(seen_rad=wave)],
+        gratings=[SimpleNamespace(beyond=SimpleNamespace(overtone=np.full(9, overtone * 1j)))],
+        strips=[None, SimpleNamespace(contrast=np.full(9, contrast), level=np.ones(9))],
+    )
+
+
+def test_an_ordinary_badge_has_no_findings(ada):
+    """Catches: advice about a badge that has nothing wrong; figures that were not measured taken for bad ones."""
+    assert build_findings(measured(twist=0.1, off_rad=0.2), ada, 1.02) == []
+    bare = SimpleNamespace(**vars(measured()) | {"gratings": [SimpleNamespace(beyond=None)], "strips": [None]})
+    assert build_findings(bare, ada, None) == []
+
+
+@pytest.mark.parametrize(
+    ("changed", "gain", "words"),
+    [
+        ({"twist": -1.25}, 1.0, "bent to a radius of 0.4 m"),
+        ({"off_rad": 0.62}, 1.0, "0.05 mm off their places"),
+        ({"overtone": 0.02}, 1.0, "6% of the most"),
+        ({"contrast": 0.08}, 1.0, "6% of the contrast"),
+        ({}, 0.7, "as under a sheet of 0.70 mm."),
+    ],
+)
+def test_each_cause_is_named_alone(ada, changed, gain, words):
+    """Catches: a cause that is never named, one that is named for another, or with another figure."""
+    (found,) = build_findings(measured(**changed), ada, gain)
+    assert words in found
+
+
+def test_air_is_named_by_its_thickness(ada):
+    """Catches: air counted as glass: 0.15 mm of air moved a traced badge's fringes 1.315 times as far."""
+    (found,) = build_findings(measured(), ada, 1.315)
+    air_mm = float(found.split("with ")[1].split(" mm of air")[0])
+    assert air_mm == pytest.approx(0.15, abs=0.04)
