@@ -27,7 +27,7 @@ from moireid.models import parse_json
 from moireid.profiles import LensProfile, lens_named, load_lens_profile
 
 BUILT = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
-OPTIONAL = "measured_scale", "third_harmonic", "place_maps", "place_map_sd"
+OPTIONAL = "measured_scale", "third_harmonic", "place_maps", "place_map_sd", "model"
 REQUIRED = {"format"} | {field.name for field in fields(AsBuilt) if field.default is MISSING}
 BADGE = json.loads((FILMS / "badge.json").read_text(encoding="utf-8"))
 PROFILE = json.loads(LensProfile("mine", lens_named("50lpi"), 1e-4, {"how": "a test"}).to_json())

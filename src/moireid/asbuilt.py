@@ -18,6 +18,9 @@ from moireid.errors import SpecError
 from moireid.models import check_format, parse_json, read_model
 
 FORMAT = 1
+#: The model by which this version measures.  1: one term of radial distortion, a flat page, no map of places.  2: two
+#: terms, a page that may be twisted, and the map.
+MODEL = 2
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class AsBuilt:
     of films used; measured_scale: a ruler's reading over the printed length, or None; third_harmonic: how much of the
     fringes' third harmonic turns with them, contrasts, seen from the front; None where it was not measured; place_maps:
     for each grating, how far the fringes are ahead of the law at its knots (`fringes.place_map`), rad; none where they
-    were not measured; place_map_sd: standard deviation of a knot.
+    were not measured; place_map_sd: standard deviation of a knot; model: as `MODEL`, of the version that measured.
     """
 
     badge_id: str
@@ -47,6 +50,7 @@ class AsBuilt:
     third_harmonic: float | None = None
     place_maps: tuple[tuple[float, ...], ...] = ()
     place_map_sd: float | None = None
+    model: int = 1
 
     @property
     def beat_period_mm(self) -> float:
@@ -100,6 +104,7 @@ def merge(parts: list[AsBuilt]) -> AsBuilt:
         captures=sum(part.captures for part in parts),
         measured_scale=scale,
         third_harmonic=sharp,
+        model=min(part.model for part in parts),
         **_merged_maps(parts),
     )
 
