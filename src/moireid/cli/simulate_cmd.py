@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -212,6 +212,12 @@ class FlawValue(click.ParamType[str]):
     help=f"Kind of camera: {', '.join(CAMERAS)}; or a phone with one effect: {', '.join(EFFECT_CAMERAS)}.",
 )
 @click.option(
+    "--lens-model",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="A real lens in place of the camera's: a calibration of OpenCV, or a lens profile of gyroflow.",
+)
+@click.option(
     "--effect",
     "effects",
     type=EffectName(),
@@ -260,7 +266,7 @@ class FlawValue(click.ParamType[str]):
 @json_option
 @friendly
 def simulate_command(
-    badge_json: Path, video: Path, overwrite: bool, as_json: bool, explain: bool, **wished: Any
+    badge_json: Path, video: Path, overwrite: bool, as_json: bool, explain: bool, lens_model: Path | None, **wished: Any
 ) -> None:
     """Simulate a film of a badge, real or forged.
 
@@ -338,6 +344,11 @@ def simulate_command(
     # The options of the film have the names of the wish's fields.
     wish = FilmOptions(**wished)
     scene = scene_of(badge, wish, print_of(badge_json) if wish.scene else None)
+    if lens_model is not None:
+        from moireid.verifier.camera.known_camera import load_camera
+
+        lens = load_camera(lens_model)
+        scene = replace(scene, camera=scene.camera.through(lens.focal, lens.axis, lens.k1, lens.k2))
     with progress_bar("filming") as progress:
         report = filmed(scene, wish, video, overwrite=overwrite, progress=progress)
     if as_json:
