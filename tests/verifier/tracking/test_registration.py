@@ -51,6 +51,20 @@ def test_every_start_within_reach_leads_to_one_place(page):
     assert max(apart_px(one.homography, found[0].homography) for one in found) < 0.01
 
 
+@pytest.mark.parametrize("off_mm", [(2.0, 1.6), (-2.2, 1.2)])
+def test_a_marker_that_a_bent_page_moves_is_used_and_not_taken_for_hidden(off_mm):
+    """Catches: the plane of three markers kept where the fourth is visible, which jumps as a bent page turns."""
+    truth = seen_from()
+    centers = [*MARKERS.centers_mm]
+    centers[1] = centers[1][0] + off_mm[0], centers[1][1] + off_mm[1]
+    moved = replace(MARKERS, centers_mm=tuple(centers))
+    found = PageRegistrar(MARKERS).register(filmed(draw(truth, moved)), truth)
+    assert found is not None and found.vague == (1.0, 1.0)
+    seen = cv2.perspectiveTransform(marker_corners_mm(moved).reshape(-1, 1, 2), truth)
+    middle, _ = cv2.findHomography(marker_corners_mm(MARKERS).reshape(-1, 1, 2), seen)
+    assert apart_px(found.homography, middle) < 0.35 * apart_px(found.homography, truth)
+
+
 @pytest.mark.slow
 def test_from_far_away_the_page_is_found_whole_or_not_at_all(page, rng):
     """Catches: a search that runs out of steps and calls its last place found, one marker a pixel beside itself."""

@@ -30,8 +30,8 @@ MAX_STEPS = 12
 #: No marker in sight after so many steps: it is given up.  On the films of `benchmarks/verify_speed.py`, pages that are
 #: found show one within three.
 HOPELESS_STEPS = 5
-#: Steps in which all patches must agree, where some seem hidden.
-BENT_STEPS = 8
+#: Where some patches seem hidden: steps after which all must be seen, and in which they must settle.
+BENT_SEEN_STEPS, BENT_STEPS = 3, 8
 #: Standard deviation of a sample at a border, in units of the markers' contrast.
 BORDER_NOISE = 0.05
 #: Iteration stops when no point of the page will move by more than this, px.
@@ -177,15 +177,16 @@ class PageRegistrar:
         On a page that is bent the others' plane misses a patch, which then seems hidden.
         """
         every = (True,) * len(self.printer.patches)
-        for _ in range(BENT_STEPS):
+        for steps in range(BENT_STEPS):
             values = sampler.at(warp, template.samples.places)
             if values is None:
                 return None
             self.work_ns += STEP_NS * len(values)
             compared = _compared(values, template)
+            if steps >= BENT_SEEN_STEPS and not all(compared.seen):
+                return None
             step = compared.step(template, every)
-            settled = LEFT_SHARE * float(np.abs(step).max()) * self._extent * template.px_per_mm < STOP_PX
-            if settled:
+            if LEFT_SHARE * float(np.abs(step).max()) * self._extent * template.px_per_mm < STOP_PX:
                 return (warp, compared) if all(compared.seen) else None
             moved = _stepped(warp, step)
             if moved is None:
