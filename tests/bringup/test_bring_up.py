@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.bringup.bring_up import STEPS, BuildStep, advance
-from moireid.bringup.build_folder import OWN_FILES, STATE, BuildFolder, Figure, Reading, digests, open_folder
+from moireid.bringup.build_folder import BADGE_JSON, OWN_FILES, STATE, BuildFolder, Figure, Reading, open_folder
 from moireid.bringup.progress_page import render_progress, shown_value
 from moireid.cli.main import moireid
 from moireid.errors import MediaError, SpecError
@@ -33,18 +34,13 @@ class Work:
         return Reading(figures=[Figure(self.name, 1.0, 0.1, "mm", "good", "measured")])
 
 
-def inputs_of(folder: BuildFolder) -> dict[str, str]:
-    film = folder.found("film")
-    return digests([film] if film else [], {"mm": folder.wish.thickness_mm})
-
-
 def steps_of(first: Work, second: Work, third: Work) -> tuple[BuildStep, ...]:
     """Print something; read a film of it; print once; a film that may be left out is between."""
     ask = ("Put a film into {folder}, of {lens} on {paper}.",)
     return (
         BuildStep("first", "First", "", first, (), made=first.made),
         BuildStep("extra", "Extra", "", Work("extra"), ask, needs=(("extra",),), optional=True),
-        BuildStep("second", "Second", "", second, ask, needs=(("film", "photo"),), inputs=inputs_of),
+        BuildStep("second", "Second", "", second, ask, needs=(("film", "photo"),), wishes=("thickness_mm",)),
         BuildStep("third", "Third", "", third, (), made=third.made, once=True),
     )
 
@@ -70,6 +66,64 @@ def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
     found = advance(open_folder(tmp_path, {}, {}), steps_of(*works))
     assert found.did == ("second", "third") and found.next_step is None
     assert "moireid enroll" in found.ask[1]
+
+
+def test_commands_can_be_copied_from_a_folder_with_a_space(tmp_path: Path, works):
+    """Catches: a path that the shell takes for two words."""
+    (tmp_path / "my first").mkdir()
+    (tmp_path / "my first" / "film.mp4").write_text("one")
+    found = advance(open_folder(tmp_path / "my first", {}, {}), steps_of(*works))
+    assert shlex.split(found.ask[1])[2] == str(tmp_path / "my first" / BADGE_JSON)
+
+
+def test_films_of_one_name_in_two_folders_are_two_films(tmp_path: Path):
+    """Catches: digests by the files' own names, by which a change of the first film is not seen."""
+    films = [tmp_path / name / "film.mp4" for name in "ab"]
+    for film in films:
+        film.parent.mkdir()
+        film.write_text(str(film))
+    folder = open_folder(tmp_path / "first", {}, {"one": films[0], "two": films[1]})
+    before = folder.inputs(("one", "two"), (), ())
+    films[0].write_text("another film")
+    assert len(before) == 2 and folder.inputs(("one", "two"), (), ()) != before
+
+
+def test_what_is_wished_is_kept_though_nothing_can_be_done_yet(tmp_path: Path, works):
+    """Catches: a calliper's reading, or a film named by an option, that is forgotten before the photo is there; a folder
+    that an interrupt leaves, and that is then taken for someone else's."""
+    (tmp_path / "a.mp4").write_text("a film")
+    folder = tmp_path / "badge"
+    advance(open_folder(folder, {"thickness_mm": 1.02}, {"film-2": tmp_path / "a.mp4"}), steps_of(*works))
+    again = open_folder(folder, {}, {})
+    assert again.wish.thickness_mm == 1.02 and again.found("film-2") == tmp_path / "a.mp4"
+
+    def interrupted(folder: BuildFolder, _: object) -> Reading:
+        folder.at("pitch-test.pdf").write_text("x")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        advance(open_folder(tmp_path / "new", {}, {}), (BuildStep("first", "First", "", interrupted, ()),))
+    assert advance(open_folder(tmp_path / "new", {}, {}), steps_of(*works)).did == ("first",)
+
+
+def test_a_badge_that_could_not_be_printed_is_tried_again(tmp_path: Path, works):
+    """Catches: a refusal that is kept for ever, as what is printed once has no inputs that change."""
+    works[2].refuse = "the name is too long"
+    (tmp_path / "film.mp4").write_text("one")
+    assert advance(open_folder(tmp_path, {}, {}), steps_of(*works)).refused == "the name is too long"
+    works[2].refuse = ""
+    assert advance(open_folder(tmp_path, {"name": "Ada"}, {}), steps_of(*works)).did == ("third",)
+
+
+def test_a_file_that_may_be_left_out_never_stops_the_round(tmp_path: Path, works):
+    """Catches: a film of the camera chart that cannot be used and blocks the badge; one that is taken for done."""
+    works[1].refuse = "the chart is not seen"
+    steps = (replace(steps_of(*works)[1], do=works[1]), steps_of(*works)[3])
+    (tmp_path / "extra.mp4").write_text("one")
+    found = advance(open_folder(tmp_path, {}, {}), steps)
+    assert found.did == ("extra", "third") and found.next_step is None
+    assert "Extra: not usable" in render_progress(found)
+    assert advance(open_folder(tmp_path, {}, {}), steps).did == ()
 
 
 def test_nothing_is_read_twice_and_a_new_film_is_read_at_once(tmp_path: Path, works):
@@ -110,6 +164,14 @@ def test_files_are_found_by_their_names_or_by_options(tmp_path: Path):
     opened = open_folder(folder, {}, {"photo": other})
     opened.with_reading("a", Reading()).save()
     assert open_folder(folder, {}, {}).found("photo") == other
+    # A better photo in the folder counts before the one that an option named, and neither hides the other.
+    (folder / "photo.jpg").write_text("a better photo")
+    assert open_folder(folder, {}, {}).found("photo") == folder / "photo.jpg"
+    with pytest.raises(SpecError, match=r"photo\.jpg is there, and .*IMG_1\.JPG is given"):
+        open_folder(folder, {}, {"photo": other})
+    (folder / "photo.jpg").unlink()
+    other.unlink()
+    assert open_folder(folder, {}, {}).found("photo") is None
     (folder / "film.MP4").write_text("x")
     assert open_folder(folder, {}, {}).found("film") == folder / "film.MP4"
     (folder / "film.mp4.txt").write_text("x")
@@ -132,6 +194,10 @@ def test_a_folder_keeps_what_it_was_begun_for(tmp_path: Path):
     with pytest.raises(SpecError, match="99lpi"):
         open_folder(tmp_path / "new", {"lens": "99lpi"}, {})
     assert not (tmp_path / "new").exists()
+    (tmp_path / BADGE_JSON).parent.mkdir()
+    (tmp_path / BADGE_JSON).write_text("x")
+    with pytest.raises(SpecError, match="begun with name=First Badge, and Ada is given"):
+        open_folder(tmp_path, {"name": "Ada"}, {})
     (tmp_path / STATE).write_text('{"format": 1, "kind": "something"}')
     with pytest.raises(SpecError, match="kind must be first-badge"):
         open_folder(tmp_path, {}, {})
@@ -153,6 +219,11 @@ def test_a_folder_keeps_what_it_was_begun_for(tmp_path: Path):
 def test_figures_are_shown_as_exactly_as_they_are_known(value, sd, shown):
     """Catches: digits that say nothing, or too few; an unknown figure shown as 0."""
     assert shown_value(Figure("a", value, sd, "mm", "good", "")) == shown
+
+
+def test_a_range_is_no_error_bar():
+    """Catches: half a range shown as a standard deviation."""
+    assert shown_value(Figure("a", None, None, "x focal", "good", "", within=(0.951, 1.12))) == "0.95 to 1.12 x focal"
 
 
 def test_the_page_shows_every_figure_and_lets_no_text_be_markup(tmp_path: Path, works):
@@ -180,9 +251,12 @@ def test_the_command_begins_prints_and_asks(tmp_path: Path):
     (folder / "sheet-photo.jpg").write_bytes(b"no picture")
     ran = CliRunner().invoke(moireid, ["first-badge", str(folder), "--json"])
     assert ran.exit_code == 3 and json.loads(ran.stdout)["refused"]
-    for wrong in (["--with-badge"], ["--record", str(tmp_path / "r.json")], 3 * ["--badge-film", "a.mp4"]):
+    record = ["--record", str(tmp_path / "r.json")]
+    own = ["--overwrite", "--record", str(folder / STATE)]
+    for wrong in (["--with-badge"], record, [*record, "--note", "a" * 2001], ["--badge-film", "a.mp4"], own):
         ran = CliRunner().invoke(moireid, ["first-badge", str(folder), *wrong])
         assert ran.exit_code == 2 and "error:" in ran.stderr and not (tmp_path / "r.json").exists()
+    assert json.loads((folder / STATE).read_text())["kind"] == "first-badge"
 
 
 def test_files_of_others_are_not_replaced(tmp_path: Path):

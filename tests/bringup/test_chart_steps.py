@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from moireid.bringup import chart_steps
-from moireid.bringup.build_folder import BuildFolder, Figure, open_folder
+from moireid.bringup.bring_up import STEPS, Advance
+from moireid.bringup.build_folder import BuildFolder, Figure, Reading, open_folder
+from moireid.bringup.progress_page import render_progress
 from moireid.calibration.camera_fit import CameraFound
 from moireid.calibration.ink_reading import InkGrowth
 from moireid.calibration.lens_fit import Calibration
@@ -50,6 +53,31 @@ def test_a_calliper_counts_before_a_film_and_a_film_before_the_label(folder: Pat
     assert load_lens_profile(folder / "sheet.json").lens.thickness_mm == 0.97
     monkeypatch.setattr(chart_steps, "thickness_from_film", lambda *_, **__: Thickness(why="It hardly moves."))
     assert "hardly moves" in read(open_folder(folder, {}, {}))["Sheet thickness"].words
+
+
+def test_films_that_may_be_left_out_cannot_spoil_the_rest(folder: Path):
+    """Catches: a good photo refused for a film beyond it; the path of a file among the figures, which are shared."""
+    for name in ("sheet-film.mp4", "camera-film.mp4"):
+        (folder / name).write_text("no film")
+    opened = open_folder(folder, {}, {})
+    for reading in (chart_steps.read_charts(opened, None), chart_steps.calibrate(opened, None)):
+        assert str(folder) in reading.notes[0]
+        assert not any(str(folder) in figure.words + figure.advice for figure in reading.figures)
+    assert load_lens_profile(folder / "sheet.json").name == "mine"
+    assert reading.refused and reading.figures[0].state == "unknown" and not (folder / "camera.yaml").exists()
+
+
+def test_a_picture_is_whole_or_absent(folder: Path):
+    """Catches: a picture that an interrupt leaves half written; one that keeps the page from being made."""
+    opened = open_folder(folder, {}, {})
+    opened.save_picture("strip-seen.jpg", np.full((20, 30), 90, np.uint8))
+    assert cv2.imread(str(folder / "strip-seen.jpg"), cv2.IMREAD_UNCHANGED).shape == (20, 30)
+    with pytest.raises(cv2.error):
+        opened.save_picture("empty.jpg", np.empty((0, 0), np.uint8))
+    assert not list(folder.glob("*empty*"))
+    shown = opened.with_reading("sheet", Reading(pictures={"strip-seen.jpg": "strip", "gone.jpg": "gone"}))
+    page = render_progress(Advance(shown, STEPS, (), STEPS[-1]))
+    assert page.count("data:image") == 1
 
 
 def test_the_printer_profile_has_what_was_measured_of_the_printer(folder: Path):

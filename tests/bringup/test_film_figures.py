@@ -12,7 +12,7 @@ import pytest
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.bringup.build_folder import Figure
-from moireid.bringup.film_figures import FilmFound, film_figures
+from moireid.bringup.film_figures import FilmResult, film_figures
 from moireid.bringup.sharpness import radius_ratios, third_harmonic_expected
 from moireid.designer import Request, design_badge
 from moireid.profiles import lens_named
@@ -33,15 +33,15 @@ def built(badge: Badge, **figures: float) -> AsBuilt:
     return AsBuilt(badge.id, **(usual | figures))
 
 
-def film_of(badge: Badge, one: AsBuilt | None, paper: tuple[float, float] = (200.0, 200.0)) -> FilmFound:
+def film_of(badge: Badge, one: AsBuilt | None, paper: tuple[float, float] = (200.0, 200.0)) -> FilmResult:
     """A film of it: its board, the paper's counts at its left and right side."""
     x0, y0, x1, y1 = badge.outline_mm
     board = np.tile(np.linspace(*paper, round(3 * (x1 - x0))), (round(3 * (y1 - y0)), 1)).astype(np.uint8)
     track = SimpleNamespace(badge=badge, snapshot=board)
-    return FilmFound("film", SimpleNamespace(track=track, measurement=None), one)
+    return FilmResult("film", SimpleNamespace(track=track, measurement=None), one)
 
 
-def figures_of(badge: Badge, *films: FilmFound, thickness: Figure | None = THICKNESS) -> dict[str, Figure]:
+def figures_of(badge: Badge, *films: FilmResult, thickness: Figure | None = THICKNESS) -> dict[str, Figure]:
     return {figure.name: figure for figure in film_figures(films, badge, thickness)}
 
 

@@ -65,9 +65,10 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
         "Air under the sheet": AIR_MM,
         "Twist": -np.degrees(TWIST_RAD),
         "Pitch on the badge": 0.508 * LENS_SCALE,
-        "Radius": 1.0,
     }.items():
         assert abs(figures[name]["value"] - value) < 3 * figures[name]["sd"], figures[name]
+    low, high = figures["Radius"]["within"]
+    assert low - 0.01 <= 1.0 <= high + 0.01 and figures["Radius"]["sd"] is None
     assert figures["Air under the sheet"]["sd"] < 0.04 and figures["Flatness"]["value"] is None
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "is built and measured" in page and page.count("data:image") >= 6 and 'src="http' not in page

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,11 +12,11 @@ import numpy as np
 
 from moireid.asbuilt import merge
 from moireid.badge import Badge, load_badge
-from moireid.bringup.build_folder import BADGE_FILMS, BuildFolder, Figure, Reading, digests
+from moireid.bringup.build_folder import BADGE_FILMS, BADGE_JSON, BuildFolder, Figure, Reading
 from moireid.bringup.capture_record import CaptureRecord, FilmRecord, capture_record, film_record
 from moireid.bringup.chart_steps import CAMERA, PRINTER, SHEET
 from moireid.bringup.field_crops import FieldCrop, field_crops
-from moireid.bringup.film_figures import FilmFound, film_figures
+from moireid.bringup.film_figures import FilmResult, film_figures
 from moireid.errors import DesignError, MediaError, SpecError
 from moireid.files import whole_file, write_text
 from moireid.issuing import IssueOrder, Wear, plan_badge
@@ -27,7 +28,7 @@ from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.video import Progress
 
-BADGE, BADGE_JSON, FILMS, AS_BUILT = "badge", "badge/badge.json", "films.json", "as-built.json"
+BADGE, FILMS, AS_BUILT = "badge", "films.json", "as-built.json"
 #: White between two crops in a picture, px.
 RIM_PX = 8
 
@@ -69,6 +70,10 @@ def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
     """Judge both films as an enrolment would, and say what they show of the badge."""
     badge, camera = load_badge(folder.at(BADGE_JSON)), _camera(folder)
     paths = [path for path in map(folder.found, BADGE_FILMS) if path is not None]
+    if filecmp.cmp(*paths, shallow=False):
+        raise MediaError(f"{paths[0]} and {paths[1]} are the same film; film the badge a second time")
+    # Those of the films before are of other figures.
+    folder.at(FILMS).unlink(missing_ok=True)
     films, records, pictures = [], [], dict[str, str]()
     for number, path in enumerate(paths, 1):
         found = _judged(path, badge, camera, progress)
@@ -86,24 +91,17 @@ def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
     return Reading(figures=figures, pictures=pictures, refused=refused)
 
 
-def film_inputs(folder: BuildFolder) -> dict[str, str]:
-    """What the reading of the films depends on."""
-    films = [path for path in map(folder.found, BADGE_FILMS) if path is not None]
-    camera = [folder.at(CAMERA)] if folder.at(CAMERA).exists() else []
-    return digests([*films, *camera, folder.at(BADGE_JSON)], {"thickness_mm": folder.wish.thickness_mm})
-
-
 def _camera(folder: BuildFolder) -> KnownCamera | None:
     path = folder.at(CAMERA)
     return load_camera(path) if path.exists() else None
 
 
-def _judged(path: Path, badge: Badge, camera: KnownCamera | None, progress: Progress | None) -> FilmFound:
+def _judged(path: Path, badge: Badge, camera: KnownCamera | None, progress: Progress | None) -> FilmResult:
     report = verify(path, Claim(badge, badge.id, camera=camera, enrolling=True), progress=progress)
-    return FilmFound(path.name, report, built_in(report))
+    return FilmResult(path.name, report, built_in(report))
 
 
-def _refused(films: Sequence[FilmFound], paths: list[Path]) -> str | None:
+def _refused(films: Sequence[FilmResult], paths: list[Path]) -> str | None:
     """Why the films cannot enroll the badge; None if they can."""
     for film in films:
         if film.built is None:
@@ -115,7 +113,7 @@ def _refused(films: Sequence[FilmFound], paths: list[Path]) -> str | None:
     return None
 
 
-def _film_pictures(folder: BuildFolder, number: int, found: FilmFound, crops: Sequence[FieldCrop]) -> dict[str, str]:
+def _film_pictures(folder: BuildFolder, number: int, found: FilmResult, crops: Sequence[FieldCrop]) -> dict[str, str]:
     """The law over time, and the badge's fringes in some frames side by side."""
     made = {}
     if (svg := law_plot(found.report)) is not None:
@@ -126,7 +124,7 @@ def _film_pictures(folder: BuildFolder, number: int, found: FilmFound, crops: Se
         name = f"fringes-{number}.jpg"
         blank = np.full((crops[0].picture.shape[0], RIM_PX), 255, np.uint8)
         strip = cv2.hconcat([part for crop in crops for part in (crop.picture, blank)][:-1])
-        cv2.imwrite(str(folder.at(name)), strip, [cv2.IMWRITE_JPEG_QUALITY, 80])
+        folder.save_picture(name, np.asarray(strip, np.uint8))
         made[name] = f"Film {number}: the fringes from one side to the other."
     return made
 
@@ -135,7 +133,7 @@ def _figure(folder: BuildFolder, name: str) -> Figure | None:
     return next((one for one in folder.figures() if one.name == name), None)
 
 
-def record_of(folder: BuildFolder, *, with_badge: bool, note: str) -> CaptureRecord:
+def collect_record(folder: BuildFolder, *, with_badge: bool, note: str) -> CaptureRecord:
     """The capture record of a folder whose films were read.
 
     Raises: SpecError where they were not.

@@ -7,32 +7,26 @@ files, or to make them better.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import msgspec
 
-from moireid.bringup.badge_steps import BADGE_JSON, film_inputs, print_first_badge, read_films
+from moireid.bringup.badge_steps import print_first_badge, read_films
 from moireid.bringup.build_folder import (
     BADGE_FILMS,
+    BADGE_JSON,
+    BY_HAND,
     CAMERA_FILM,
+    PRINTED_FOR,
     SHEET_FILM,
     SHEET_PHOTO,
     BuildFolder,
     Reading,
-    digests,
 )
-from moireid.bringup.chart_steps import (
-    CAMERA,
-    CHART_FILES,
-    PRINTER,
-    SHEET,
-    calibrate,
-    print_charts,
-    read_charts,
-    sheet_inputs,
-)
+from moireid.bringup.chart_steps import CAMERA, CHART_FILES, PRINTER, SHEET, calibrate, print_charts, read_charts
 from moireid.errors import MoireIdError
 from moireid.profiles import lens_named
 from moireid.sheets import MM_PER_INCH
@@ -50,11 +44,11 @@ def _quiet(_: str) -> AbstractContextManager[Progress | None]:
 class BuildStep:
     """One step.
 
-    title, work: what the builder does, and what the program does meanwhile; needs: files of the builder, each a choice
-    of well-known names, of which one must be there; made: files that it writes; inputs: what it depends on, given the
-    folder; ask: what the builder is to do for it, in plain words, with {folder}, {lens} and {paper}; optional: whether
-    the round goes on without it; once: whether it is done no more where its files are there, as a badge that is printed
-    is never changed.
+    title, work: what the builder does, and what the program does meanwhile; ask: what the builder is to do for it, in
+    plain words, with {folder}, {lens} and {paper}; needs: files of the builder, each a choice of well-known names, of
+    which one must be there; made: files that it writes; own, wishes: files of other steps, and fields of the wish, that
+    it depends on as well; optional: whether the round goes on without it; once: whether it is done no more where its
+    files are there, as a badge that is printed is never changed.
     """
 
     name: str
@@ -64,7 +58,8 @@ class BuildStep:
     ask: tuple[str, ...]
     needs: tuple[tuple[str, ...], ...] = ()
     made: tuple[str, ...] = ()
-    inputs: Callable[[BuildFolder], dict[str, str]] = lambda _: {}
+    own: tuple[str, ...] = ()
+    wishes: tuple[str, ...] = ()
     optional: bool = False
     once: bool = False
 
@@ -72,23 +67,19 @@ class BuildStep:
         """Whether the builder's files are there."""
         return all(any(folder.found(name) for name in choice) for choice in self.needs)
 
+    def inputs(self, folder: BuildFolder) -> dict[str, str]:
+        """What it depends on, as `BuildFolder.inputs`."""
+        return folder.inputs([name for choice in self.needs for name in choice], self.own, self.wishes)
+
     def done(self, folder: BuildFolder) -> bool:
         """Whether it was done with the files that are there."""
         reading = folder.reading(self.name)
-        written = all(folder.at(name).exists() for name in self.made)
-        if reading is None or (reading.refused is None and not written):
+        if reading is None:
             return False
-        return self.once or reading.inputs == self.inputs(folder)
-
-
-def _camera_inputs(folder: BuildFolder) -> dict[str, str]:
-    film = folder.found(CAMERA_FILM)
-    return digests([film] if film else [], {})
-
-
-def _wished(folder: BuildFolder) -> dict[str, str]:
-    wish = folder.wish
-    return digests([], {"lens": wish.lens, "printer_dpi": wish.printer_dpi, "paper": wish.paper})
+        written = reading.refused is None and all(folder.at(name).exists() for name in self.made)
+        if self.once:
+            return written
+        return (written or reading.refused is not None) and reading.inputs == self.inputs(folder)
 
 
 STEPS: tuple[BuildStep, ...] = (
@@ -99,7 +90,7 @@ STEPS: tuple[BuildStep, ...] = (
         print_charts,
         (),
         made=CHART_FILES,
-        inputs=_wished,
+        wishes=PRINTED_FOR,
     ),
     BuildStep(
         "sheet",
@@ -119,7 +110,7 @@ STEPS: tuple[BuildStep, ...] = (
         ),
         needs=((SHEET_PHOTO, SHEET_FILM),),
         made=(SHEET, PRINTER),
-        inputs=sheet_inputs,
+        wishes=BY_HAND,
     ),
     BuildStep(
         "camera",
@@ -133,7 +124,6 @@ STEPS: tuple[BuildStep, ...] = (
         ),
         needs=((CAMERA_FILM,),),
         made=(CAMERA,),
-        inputs=_camera_inputs,
         optional=True,
     ),
     BuildStep("badge", "Print the badge", "drawing the badge", print_first_badge, (), made=(BADGE_JSON,), once=True),
@@ -153,7 +143,8 @@ STEPS: tuple[BuildStep, ...] = (
             "how well the figures repeat.",
         ),
         needs=tuple((name,) for name in BADGE_FILMS),
-        inputs=film_inputs,
+        own=(CAMERA, BADGE_JSON),
+        wishes=("thickness_mm",),
     ),
 )
 
@@ -182,24 +173,35 @@ class Advance:
 
     def _enroll(self) -> str:
         at = self.folder.at
-        films = " ".join(f"--capture {film}" for film in map(self.folder.found, BADGE_FILMS) if film is not None)
-        camera = f" --camera {at(CAMERA)}" if at(CAMERA).exists() else ""
-        return f"moireid enroll {at(BADGE_JSON)} {films}{camera}"
+        films = [part for film in map(self.folder.found, BADGE_FILMS) for part in ("--capture", str(film))]
+        camera = ["--camera", str(at(CAMERA))] if at(CAMERA).exists() else []
+        return shlex.join(["moireid", "enroll", str(at(BADGE_JSON)), *films, *camera])
 
 
 def advance(folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watch = _quiet) -> Advance:
-    """Do what can be done now, and keep it; the folder's state is saved after every step.
+    """Do what can be done now, and keep it; the folder's state is saved before the first step and after each.
 
     Parameters
     ----------
+    folder : BuildFolder
+        As `open_folder` gives it.
+    steps : sequence of BuildStep
+        In their order.
     watch : callable, optional
         Shows the progress of a step, given what it does.
+
+    Returns
+    -------
+    Advance
+        The folder afterwards, and what comes next.
 
     Raises
     ------
     SpecError
         Where several files have one well-known name, or one has a format that cannot be read.
     """
+    # What is wished counts next time as well, and a folder that a crash leaves is known as begun.
+    folder.save()
     did: list[str] = []
     for step in steps:
         if not step.ready(folder):
@@ -210,7 +212,7 @@ def advance(folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watc
             folder = _done(step, folder, watch)
             did.append(step.name)
         refused = folder.state.readings[step.name].refused
-        if refused is not None:
+        if refused is not None and not step.optional:
             return Advance(folder, steps, tuple(did), step, refused)
     return Advance(folder, steps, tuple(did), None)
 

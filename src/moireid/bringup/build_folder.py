@@ -12,11 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import cv2
 import msgspec
+import numpy as np
 from msgspec import Meta, Struct
+from numpy.typing import NDArray
 
 from moireid.errors import SpecError
-from moireid.files import write_text
+from moireid.files import planned, whole_file, write_text
 from moireid.models import check_format, parse_json, read_model
 from moireid.profiles import lens_named
 
@@ -28,11 +31,14 @@ PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff")
 FILM_SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi")
 #: Phones write these, and the project cannot read them.
 UNREADABLE = (".heic", ".heif")
+SUFFIXES = PHOTO_SUFFIXES + FILM_SUFFIXES + UNREADABLE
+JPEG_QUALITY = 80
 #: What is written into the folder, and replaced as better pictures come.
 OWN_FILES = (
     *("pitch-test.pdf", "pitch-test.json", "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml", "badge"),
     *("films.json", "as-built.json", "report.html"),
 )
+BADGE_JSON = "badge/badge.json"
 ADVICE = "give another folder, or correct the file"
 
 State = Literal["good", "look", "unknown"]
@@ -42,7 +48,8 @@ class Figure(Struct, frozen=True):
     """One figure of a badge as it was built.
 
     sd: standard deviation, in the same unit; state: good, to be looked at, or unknown; words: how it was measured, or
-    why it is unknown; advice: what to do about it.
+    why it is unknown; advice: what to do about it; within: least and greatest value, where one standard deviation
+    does not say it, and value is None.
     """
 
     name: str
@@ -52,6 +59,7 @@ class Figure(Struct, frozen=True):
     state: State
     words: str
     advice: str = ""
+    within: tuple[float, float] | None = None
 
 
 def good_or(good: bool) -> State:
@@ -65,7 +73,10 @@ def unknown(name: str, unit: str, words: str, advice: str) -> Figure:
 
 
 class Reading(Struct, frozen=True):
-    """What one step found.  inputs: digests by name; refused: why the files could not be used, None if they could."""
+    """What one step found.  inputs: as `BuildFolder.inputs`; refused: why files could not be used, None if they could.
+
+    notes: for the builder alone; figures are shared in a capture record, so they hold no path.
+    """
 
     inputs: dict[str, str] = {}
     figures: list[Figure] = []
@@ -101,8 +112,9 @@ class BuildState(Struct, frozen=True):
     readings: dict[str, Reading] = {}
 
 
-#: What the pitch test is printed for.
+#: What the pitch test is printed for, and what the builder measures of it by hand.
 PRINTED_FOR = ("lens", "printer_dpi", "paper")
+BY_HAND = ("thickness_mm", "measured_scale", "distance_m", "focal_px")
 
 
 @dataclass(frozen=True)
@@ -122,27 +134,36 @@ class BuildFolder:
         return self.path / name
 
     def found(self, name: str) -> Path | None:
-        """A photograph or film by its well-known name; None where there is none.
+        """A photograph or film by its well-known name, here or else where an option named it; None where there is none.
 
-        Raises: SpecError where there are several, or one in a format that cannot be read.
+        Raises: SpecError where there are several here, or one in a format that cannot be read.
         """
-        if (elsewhere := self.state.files.get(name)) is not None:
-            return Path(elsewhere)
-        suffixes = PHOTO_SUFFIXES + FILM_SUFFIXES + UNREADABLE
-        there = sorted(p for p in self.path.glob(f"{name}.*") if p.suffix.lower() in suffixes)
+        there = sorted(one for one in self.path.glob(f"{name}.*") if one.suffix.lower() in SUFFIXES and one.is_file())
         if len(there) > 1:
             names = " and ".join(path.name for path in there)
             raise SpecError(f"{self.path} has {names}; keep one of them, as both are {name}")
+        if not there and (elsewhere := self.state.files.get(name)) is not None:
+            # One that is gone since does not count.
+            there = [one for one in (Path(elsewhere),) if one.is_file()]
         if there and there[0].suffix.lower() in UNREADABLE:
             raise SpecError(f"{there[0]} is in a format that moireid does not read; export it as JPEG")
         return there[0] if there else None
+
+    def inputs(self, media: Iterable[str], own: Iterable[str], wishes: Iterable[str]) -> dict[str, str]:
+        """What a step depends on: digests of the files that are there, by their names here, and wishes as text.
+
+        Parameters: media: well-known names of photographs and films; own: files that moireid wrote; wishes: fields.
+        """
+        files = {name: self.found(name) for name in media} | {name: self.at(name) for name in own}
+        digests = {name: _digest(path) for name, path in files.items() if path is not None and path.exists()}
+        return digests | {key: str(getattr(self.wish, key)) for key in wishes}
 
     def reading(self, step: str) -> Reading | None:
         """What a step found; None where it was not done."""
         return self.state.readings.get(step)
 
     def figures(self) -> list[Figure]:
-        """All figures, in the order of the steps."""
+        """All figures, in the order in which the steps were first done."""
         return [figure for reading in self.state.readings.values() for figure in reading.figures]
 
     def with_reading(self, step: str, reading: Reading) -> BuildFolder:
@@ -155,39 +176,62 @@ class BuildFolder:
         text = msgspec.json.format(msgspec.json.encode(self.state), indent=1).decode()
         write_text(self.at(STATE), text + "\n")
 
+    def save_picture(self, name: str, picture: NDArray[np.uint8]) -> None:
+        """Write a picture, (height, width) grey, as JPEG, whole or not at all."""
+        with whole_file(self.at(name)) as temporary:
+            temporary.write_bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes())
+
 
 def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]) -> BuildFolder:
     """The folder, made where it does not exist, with what is wished now.
 
-    Parameters: wished: fields of `Wish` that were given, None for others; files: paths by well-known names.
-    Raises: SpecError where the folder holds files that would be replaced, or was begun for another sheet, printer or
-        paper; and for a sheet that is not known.
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    wished : mapping of str
+        Fields of `Wish` that are given now, in their units; None for others.
+    files : mapping of str to Path
+        Photographs and films elsewhere, by their well-known names.
+
+    Raises
+    ------
+    SpecError
+        Where the folder holds files that would be replaced, was begun for another sheet, printer or paper, has the badge
+        of another name, or cannot be written; and for a sheet that is not known, or a file that is not there.
     """
     if not (path / STATE).exists() and (taken := [name for name in OWN_FILES if (path / name).exists()]):
         raise SpecError(
             f"{path / taken[0]} exists already, and {path} was not begun by moireid first-badge; give a new folder"
         )
     state = _state_in(path)
-    given = {key: value for key, value in wished.items() if value is not None}
-    wish = msgspec.structs.replace(state.wish, **given)
+    wish = msgspec.structs.replace(state.wish, **{key: value for key, value in wished.items() if value is not None})
     # A sheet that is not known is refused before anything is made for it.
     lens_named(wish.lens)
-    changed = [key for key in PRINTED_FOR if getattr(wish, key) != getattr(state.wish, key)]
-    if changed and any(reading.refused is None for reading in state.readings.values()):
-        key = changed[0]
-        raise SpecError(
-            f"{path} was begun with {key}={getattr(state.wish, key)}, and {getattr(wish, key)} is given; give another "
-            "folder for another sheet, printer or paper"
-        )
+    _check_printed(path, state, wish)
     missing = [str(one) for one in files.values() if not one.is_file()]
     if missing:
         raise SpecError(f"{missing[0]} does not exist or is no file; give a photograph or film that is there")
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SpecError(f"folder {path} cannot be made ({error.strerror}); choose another one") from error
+    planned([path / STATE], overwrite=True)
     elsewhere = state.files | {name: str(one.absolute()) for name, one in files.items()}
-    return BuildFolder(path, msgspec.structs.replace(state, wish=wish, files=elsewhere))
+    folder = BuildFolder(path, msgspec.structs.replace(state, wish=wish, files=elsewhere))
+    for name, one in files.items():
+        if (there := folder.found(name)) is not None and not there.samefile(one):
+            raise SpecError(f"{there} is there, and {one} is given in its place; keep one of them")
+    return folder
+
+
+def _check_printed(path: Path, state: BuildState, wish: Wish) -> None:
+    """Raise SpecError where something is printed already, and for something else than is wished now."""
+    charts = any(reading.refused is None for reading in state.readings.values())
+    kept = PRINTED_FOR * charts + ("name",) * (path / BADGE_JSON).exists()
+    for key in kept:
+        printed, wished = getattr(state.wish, key), getattr(wish, key)
+        if printed != wished:
+            raise SpecError(
+                f"{path} was begun with {key}={printed}, and {wished} is given; give another folder for another name, "
+                "sheet, printer or paper"
+            )
 
 
 def _state_in(path: Path) -> BuildState:
@@ -205,10 +249,6 @@ def _state_in(path: Path) -> BuildState:
     return read_model(document, BuildState, source, ADVICE)
 
 
-def digests(paths: Iterable[Path], wished: Mapping[str, Any]) -> dict[str, str]:
-    """What a step depends on: digests of files by their names, and values of the wish as text."""
-    found = {}
-    for path in paths:
-        with path.open("rb") as file:
-            found[path.name] = hashlib.file_digest(file, "sha256").hexdigest()
-    return found | {key: str(value) for key, value in wished.items()}
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -43,6 +43,7 @@ from moireid.verifier.report.plots import parallax_of
 from moireid.verifier.session.result import Report
 
 FORMAT = 1
+NOTE_CHARACTERS = 2000
 #: Packages whose versions may change a measurement.
 PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "av")
 Array = NDArray[np.float64]
@@ -130,7 +131,7 @@ class CaptureRecord(Struct, frozen=True, omit_defaults=True):
     sheet: Annotated[dict[str, Any] | None, Meta(description="the lens profile")] = None
     printer: Annotated[dict[str, Any] | None, Meta(description="the printer profile")] = None
     badge: Annotated[dict[str, Any] | None, Meta(description="badge.json with its name, if asked for")] = None
-    note: Annotated[str, Meta(max_length=2000, description="what the builder wrote")] = ""
+    note: Annotated[str, Meta(max_length=NOTE_CHARACTERS, description="what the builder wrote")] = ""
 
 
 def film_record(report: Report, built: AsBuilt | None, crops: Sequence[FieldCrop]) -> FilmRecord:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
-
 from moireid.badge import Badge, load_badge
 from moireid.bringup.build_folder import (
     CAMERA_FILM,
@@ -14,7 +12,6 @@ from moireid.bringup.build_folder import (
     BuildFolder,
     Figure,
     Reading,
-    digests,
     good_or,
     unknown,
 )
@@ -24,7 +21,7 @@ from moireid.calibration.chart_reading import view_chart
 from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
 from moireid.calibration.still import load_pictures
 from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
-from moireid.errors import MoireIdError
+from moireid.errors import MediaError, MoireIdError
 from moireid.fabrication.page.camera_page import print_camera_chart
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.ink_strip import strip_rect_mm
@@ -34,6 +31,10 @@ from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 from moireid.verifier.video import Progress
 
 CAMERA_CHART, SHEET, PRINTER, CAMERA = "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml"
+#: A focal length by the camera chart, over the picture's longer side.
+BY_CHART, LONG_SIDE = "Camera by its chart", "x long side"
+#: Errors of a calliper, mm, and of a ruler on a scale bar, as a share: 0.15 of 150 mm.  Set by hand.
+CALLIPER_SD_MM, RULER_SD_SHARE = 0.01, 0.001
 #: Below these, a pitch needs no better photo; a growth needs no care.  Shares, um.
 GOOD_PITCH_SD_SHARE, GOOD_INK_SD_UM = 5e-4, 8.0
 
@@ -49,7 +50,7 @@ def print_charts(folder: BuildFolder, _: Progress | None) -> Reading:
     return Reading()
 
 
-def read_charts(folder: BuildFolder, _: Progress | None) -> Reading:
+def read_charts(folder: BuildFolder, progress: Progress | None) -> Reading:
     """The sheet's pitch and the growth of lines from the photo; the thickness from the film, or a calliper."""
     wish, chart = folder.wish, load_badge(folder.at(JSON))
     scales = wish.measured_scale
@@ -62,8 +63,15 @@ def read_charts(folder: BuildFolder, _: Progress | None) -> Reading:
         distance_m=wish.distance_m,
         focal_px=wish.focal_px if photo else None,
         measured_scale=scales[0] if scales else None,
+        progress=progress,
     )
-    thickness = found.thickness if film is None or photo is None else thickness_from_film(film, chart)
+    thickness, notes = found.thickness, list[str]()
+    if photo is not None and film is not None and wish.thickness_mm is None:
+        try:
+            thickness = thickness_from_film(film, chart, progress=progress)
+        except MediaError as error:
+            # The photo shows the rest.
+            thickness, notes = Thickness(why="The film cannot be used; the notes say why."), [str(error)]
     thickness, how = _by_hand(thickness, wish.thickness_mm)
     profile = with_thickness(found.calibration.profile, thickness)
     printer = printer_profile(chart, found.ink, scales)
@@ -76,26 +84,13 @@ def read_charts(folder: BuildFolder, _: Progress | None) -> Reading:
         _scale(scales),
     ]
     pictures = _pictures(folder, source, chart, wish.focal_px)
-    return Reading(figures=figures, pictures=pictures)
-
-
-def sheet_inputs(folder: BuildFolder) -> dict[str, str]:
-    """What the reading of the pitch test depends on."""
-    files = [path for path in (folder.found(SHEET_PHOTO), folder.found(SHEET_FILM)) if path is not None]
-    wish = folder.wish
-    given = {
-        "thickness_mm": wish.thickness_mm,
-        "measured_scale": wish.measured_scale,
-        "distance_m": wish.distance_m,
-        "focal_px": wish.focal_px,
-    }
-    return digests(files, given)
+    return Reading(figures=figures, notes=notes, pictures=pictures)
 
 
 def _by_hand(film: Thickness | None, calliper_mm: float | None) -> tuple[Thickness, str]:
     """The thickness by a calliper, or else by the film, and how it was measured."""
     if calliper_mm is not None:
-        return Thickness(calliper_mm, 0.01), "By a calliper; its error is taken to be 0.01 mm."
+        return Thickness(calliper_mm, CALLIPER_SD_MM), f"By a calliper; its error is taken to be {CALLIPER_SD_MM:g} mm."
     if film is None:
         return Thickness(why="A photo does not show it."), ""
     return film, "From the motion of the fringes; air under the sheet counts as thickness."
@@ -137,7 +132,7 @@ def _scale(scales: tuple[float, float] | None) -> Figure:
         advice = "For true mm, measure both scale bars with a ruler and give --measured-scale."
         return unknown("Print scale", "x", words, advice)
     words = f"By a ruler: {scales[0]:.4f} across, {scales[1]:.4f} down. The badge is drawn at the inverse."
-    return Figure("Print scale", scales[0], 0.001, "x", "good", words)
+    return Figure("Print scale", scales[0], RULER_SD_SHARE, "x", "good", words)
 
 
 def _pictures(folder: BuildFolder, source: Path, chart: Badge, focal_px: float | None) -> dict[str, str]:
@@ -155,7 +150,7 @@ def _pictures(folder: BuildFolder, source: Path, chart: Badge, focal_px: float |
             continue
         assert page is not None
         for name, (rect, px_per_mm, _) in shown.items():
-            cv2.imwrite(str(folder.at(name)), rectified(luma, page, rect, px_per_mm), [cv2.IMWRITE_JPEG_QUALITY, 80])
+            folder.save_picture(name, rectified(luma, page, rect, px_per_mm))
         return {name: words for name, (_, _, words) in shown.items()}
     return {}
 
@@ -164,7 +159,11 @@ def calibrate(folder: BuildFolder, progress: Progress | None) -> Reading:
     """Calibrate the camera by a film of its chart."""
     film = folder.found(CAMERA_FILM)
     assert film is not None
-    found = camera_from_film(film, progress=progress)
+    try:
+        found = camera_from_film(film, progress=progress)
+    except MoireIdError as error:
+        words, advice = "Not calibrated; the notes say why.", "Film the chart again, or go on without it."
+        return Reading(figures=[unknown(BY_CHART, LONG_SIDE, words, advice)], notes=[str(error)], refused=str(error))
     write_camera(found, folder.at(CAMERA))
     return Reading(figures=[_camera(found)])
 
@@ -176,7 +175,7 @@ def _camera(found: CameraFound) -> Figure:
         f"{found.distortion[0]:+.3f}."
     )
     focal = float(found.matrix[0, 0]) / long_px
-    return Figure("Camera", focal, found.focal_sd_px / long_px, "x long side", "good", words)
+    return Figure(BY_CHART, focal, found.focal_sd_px / long_px, LONG_SIDE, "good", words)
 
 
 #: Files that these steps write.

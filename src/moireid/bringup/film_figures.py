@@ -30,14 +30,14 @@ GOOD_PAGE_TWIST_PER_M, GOOD_WANDER_MM = 0.25, 0.05
 GOOD_PITCH_SHARE = 0.003
 #: Fundamental of a square wave over its mean: the most that fringes can have.
 MOST_CONTRAST = 4 / math.pi
-#: Error of the third harmonic as a share, where one film alone shows it.
+#: Error of one film's third harmonic as a share, at least.  Set by hand.
 SHARPNESS_SD_SHARE = 0.15
 #: White rim of a marker, over its side.
 RIM_SHARE = 1 / 12
 
 
 @dataclass(frozen=True)
-class FilmFound:
+class FilmResult:
     """One film: how it was judged, and its as-built figures, None where it was not accepted."""
 
     name: str
@@ -45,7 +45,7 @@ class FilmFound:
     built: AsBuilt | None
 
 
-def film_figures(films: Sequence[FilmFound], badge: Badge, thickness: Figure | None) -> list[Figure]:
+def film_figures(films: Sequence[FilmResult], badge: Badge, thickness: Figure | None) -> list[Figure]:
     """All figures that the films show.
 
     Parameters: thickness: of the sheet, as it was measured without the badge; None or without value if it was not.
@@ -78,20 +78,18 @@ def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
     own = effective_gap_mm(lens, pitch_mm)
     per_mm = (effective_gap_mm(lens, pitch_mm, TRIED_AIR_MM) - own) / TRIED_AIR_MM
     air_mm, sd_mm = ((found.gain_ratio - 1) * own / per_mm, found.gain_sd * own / per_mm)
-    measured = thickness is not None and thickness.state == "good" and thickness.sd is not None
-    if measured and thickness is not None and thickness.sd is not None:
-        # A sheet that is thicker by its error moves fringes as much more.
-        sd_mm = math.hypot(sd_mm, thickness.sd * own / lens.thickness_mm / per_mm)
-    advice = "Press the sheet flat, or glue it with clear film; dust and bubbles hold it up."
-    if not measured:
+    if thickness is None or thickness.sd is None:
         words = (
             f"Motion as if by {air_mm:+.3f} mm of air; so does a sheet of another thickness, and its thickness was not "
             "measured."
         )
         return unknown("Air under the sheet", "mm", words, "Measure the sheet with a calliper, and give --thickness.")
+    # A sheet that is thicker by its error moves fringes as much more.
+    sd_mm = math.hypot(sd_mm, thickness.sd * own / lens.thickness_mm / per_mm)
     good = air_mm - 2 * sd_mm < GOOD_AIR_MM
+    advice = "" if good else "Press the sheet flat, or glue it with clear film; dust and bubbles hold it up."
     words = "From the fringes' motion beyond what the measured thickness gives. Elliptical lenses look like some air."
-    return Figure("Air under the sheet", air_mm, sd_mm, "mm", good_or(good), words, "" if good else advice)
+    return Figure("Air under the sheet", air_mm, sd_mm, "mm", good_or(good), words, advice)
 
 
 def _sharpness(built: Sequence[AsBuilt], badge: Badge) -> list[Figure]:
@@ -105,17 +103,18 @@ def _sharpness(built: Sequence[AsBuilt], badge: Badge) -> list[Figure]:
     lens, pitch_mm, duty = badge.lens, badge.gratings[0].pitch_mm, cell.duty
     sharpest = third_harmonic_expected(lens, pitch_mm, duty, 1.0)
     value = float(np.mean(seen))
-    sd = max(float(np.std(seen)), SHARPNESS_SD_SHARE * value) / math.sqrt(len(seen))
+    scatter = float(np.std(seen, ddof=1)) if len(seen) > 1 else 0.0
+    sd = max(scatter, SHARPNESS_SD_SHARE * value) / math.sqrt(len(seen))
     good = value >= GOOD_SHARPNESS * sharpest
     words = f"The fringes' third harmonic; a sheet that focuses on the page shows {sharpest:.2f}."
     advice = "" if good else "Sheets for flip pictures are soft on purpose; this one can be enrolled by its films."
     focus = Figure("Focus", value, sd, "contrasts", good_or(good), words, advice)
-    low, high = radius_ratios(lens, pitch_mm, duty, max(value - sd, 1e-3))
     words = (
-        f"Of the lenses, over the radius that focuses on the back: {low:.2f} to {high:.2f}, as too small "
-        "and too large blur alike. Haze does not change it; air and ink that runs do."
+        "Of the lenses, over the radius that focuses on the back. A range, as too small and too large blur alike; its "
+        "ends are one standard deviation softer than the films show. Haze does not change it; air and ink that runs do."
     )
-    radius = Figure("Radius", (low + high) / 2, (high - low) / 2, "x focal", good_or(good), words, advice)
+    within = radius_ratios(lens, pitch_mm, duty, max(value - sd, 1e-3))
+    radius = Figure("Radius", None, None, "x focal", good_or(good), words, advice, within)
     return [focus, radius]
 
 
@@ -130,7 +129,7 @@ def _twist(found: AsBuilt, badge: Badge) -> Figure:
     return Figure("Twist", degrees, sd, "degrees", good_or(good), words, advice)
 
 
-def _pitch(films: Sequence[FilmFound], found: AsBuilt, badge: Badge) -> Figure:
+def _pitch(films: Sequence[FilmResult], found: AsBuilt, badge: Badge) -> Figure:
     """Pitch of the lenses on the badge, from the beat with the printed lines: 1/p_f = 1/p_r - f.
 
     The beat is that for a camera far away, with the design's effective gap.  A sheet that moves fringes `gain` times as
@@ -150,7 +149,7 @@ def _pitch(films: Sequence[FilmFound], found: AsBuilt, badge: Badge) -> Figure:
     return Figure("Pitch on the badge", 1 / lens_per_mm, sd / lens_per_mm**2, "mm", good_or(good), words, advice)
 
 
-def _nearness(films: Sequence[FilmFound], beats: float) -> tuple[float, float]:
+def _nearness(films: Sequence[FilmResult], beats: float) -> tuple[float, float]:
     """What the camera's nearness adds to the beat frequency, cycles per mm, and the distance's error as a share.
 
     Parameters: beats: g_eff / p_r.
@@ -184,7 +183,7 @@ def _repeats(built: Sequence[AsBuilt]) -> Figure:
     return Figure("Two films differ by", worst, None, "error bars", good_or(good), words, advice)
 
 
-def _light(films: Sequence[FilmFound]) -> Figure:
+def _light(films: Sequence[FilmResult]) -> Figure:
     """Unevenness of the light: paper around the markers, brightest less darkest over their mean."""
     found = [_unevenness(film.report) for film in films]
     seen = [one for one in found if one is not None]
@@ -213,7 +212,7 @@ def _unevenness(report: Report) -> float | None:
     return (max(paper) - min(paper)) / max(float(np.mean(paper)), 1e-6)
 
 
-def _contrast(films: Sequence[FilmFound]) -> Figure:
+def _contrast(films: Sequence[FilmResult]) -> Figure:
     """Fringe contrast over level, median over strips and frames of all films."""
     strips = [strip for film in films if film.report.measurement for strip in film.report.measurement.strips if strip]
     ratios = [strip.contrast / np.maximum(strip.level, 1e-6) for strip in strips]
@@ -227,7 +226,7 @@ def _contrast(films: Sequence[FilmFound]) -> Figure:
     return Figure("Fringe contrast", value, None, "of the most", good_or(good), words, advice)
 
 
-def _focal(films: Sequence[FilmFound]) -> Figure:
+def _focal(films: Sequence[FilmResult]) -> Figure:
     """The camera's focal length over the picture's longer side, as the films give it."""
     cameras = [(film.report, film.report.measurement.camera) for film in films if film.report.measurement]
     if not cameras:
@@ -241,7 +240,7 @@ def _focal(films: Sequence[FilmFound]) -> Figure:
     return Figure("Camera", value, sd, "x long side", good_or(not camera.focal_at_limit), words, advice)
 
 
-def _flatness(films: Sequence[FilmFound]) -> Figure:
+def _flatness(films: Sequence[FilmResult]) -> Figure:
     """Twist of the page between its corners, as one radius; bows along its sides alone are not seen."""
     seen = [film.report.measurement.camera for film in films if film.report.measurement]
     if not seen:

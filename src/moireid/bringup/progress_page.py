@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import base64
+import shlex
 from importlib import resources
 
 from moireid import __version__
-from moireid.bringup.badge_steps import AS_BUILT, BADGE_JSON
+from moireid.bringup.badge_steps import AS_BUILT
 from moireid.bringup.bring_up import Advance
-from moireid.bringup.build_folder import BuildFolder, Figure
+from moireid.bringup.build_folder import BADGE_JSON, BuildFolder, Figure
 from moireid.bringup.chart_steps import CAMERA, PRINTER, SHEET
 from moireid.verifier.report.report_page import KINDS, style
 
@@ -25,7 +26,9 @@ PROFILES = {
 
 
 def shown_value(figure: Figure) -> str:
-    """The value with its error bar, rounded to two digits of it."""
+    """The value with its error bar, rounded to two digits of it; or its range."""
+    if figure.within is not None:
+        return f"{figure.within[0]:.2f} to {figure.within[1]:.2f} {figure.unit}"
     if figure.value is None:
         return "not known"
     if figure.sd is None or figure.sd <= 0:
@@ -56,24 +59,30 @@ def render_progress(advance: Advance) -> str:
         states=STATES,
         shown_value=shown_value,
         source=lambda name: _source(folder, name),
-        files=[(name, words.format(folder.at(name))) for name, words in PROFILES.items() if folder.at(name).exists()],
+        files=[
+            (name, words.format(shlex.quote(str(folder.at(name)))))
+            for name, words in PROFILES.items()
+            if folder.at(name).exists()
+        ],
         version=__version__,
     )
 
 
 def _state(advance: Advance, name: str) -> str:
-    """Of a step: done, next, left out or to come."""
+    """Of a step: done, next, not usable, left out or to come."""
     if advance.next_step is not None and advance.next_step.name == name:
         return "next"
     reading = advance.folder.reading(name)
     if reading is not None:
-        return "done"
+        return "not usable" if reading.refused else "done"
     names = [step.name for step in advance.steps]
     later = advance.next_step is not None and names.index(name) > names.index(advance.next_step.name)
     return "to come" if later else "left out"
 
 
-def _source(folder: BuildFolder, name: str) -> str:
-    """A picture as a data address."""
+def _source(folder: BuildFolder, name: str) -> str | None:
+    """A picture as a data address; None where it is gone."""
+    if not folder.at(name).is_file():
+        return None
     kind = KINDS[name.rpartition(".")[2]]
     return f"data:{kind};base64," + base64.b64encode(folder.at(name).read_bytes()).decode()

@@ -17,6 +17,7 @@ from moireid.calibration.thickness import Thickness, thickness_from_film, with_t
 from moireid.errors import MediaError
 from moireid.profiles import PrinterProfile
 from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
+from moireid.verifier.video import Progress
 
 #: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
 #: was calibrated, one that the camera noted (rounded, and cropped by stabilisation), and that of a usual phone.
@@ -52,6 +53,7 @@ def read_sheet(
     distance_m: float | None = None,
     focal_px: float | None = None,
     measured_scale: float | None = None,
+    progress: Progress | None = None,
 ) -> SheetReading:
     """Read a photograph or a film of the pitch test, with the best known distance of the camera.
 
@@ -67,6 +69,8 @@ def read_sheet(
         Focal length of the picture, px.
     measured_scale : float, optional
         As for `lens_from_views`.
+    progress : callable, optional
+        As for `verify`, which reads a film.
 
     Raises
     ------
@@ -91,7 +95,7 @@ def read_sheet(
     ink = ink_growth([(picture, view.page) for picture, view in seen if view.page is not None], chart)
     if not is_film(path):
         return SheetReading(made, ink, None, source)
-    thickness = thickness_from_film(path, chart, focal_px=focal_px)
+    thickness = thickness_from_film(path, chart, focal_px=focal_px, progress=progress)
     return SheetReading(replace(made, profile=with_thickness(made.profile, thickness)), ink, thickness, source)
 
 

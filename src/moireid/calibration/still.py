@@ -18,8 +18,8 @@ from moireid.verifier.video import Film
 
 #: Frames used of a film, and the step between them: after a quarter of a second the view has changed.
 FILM_FRAMES, FILM_STRIDE = 6, 8
-#: A larger picture shows no more of a chart, and could fill the memory.
-MAX_PIXELS = 250_000_000
+#: A larger picture shows no more of a chart, and could fill the memory.  Below 179 million, where Pillow opens none.
+MAX_PIXELS = 150_000_000
 #: Diagonal of 35 mm film, the reference of a camera's equivalent focal length; its directory and tag in EXIF.
 FILM_DIAGONAL_MM = 43.2666
 EXIF_FOLDER, EXIF_FOCAL_35MM = 0x8769, 0xA405
@@ -56,7 +56,13 @@ def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
 
 def is_film(path: Path) -> bool:
     """Whether a file that `load_pictures` reads is a film."""
-    return _photograph(path) is None
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        Image.open(path).close()
+    except UnidentifiedImageError:
+        return True
+    return False
 
 
 def _photograph(path: Path) -> tuple[NDArray[np.uint8], float | None] | None:
@@ -69,16 +75,17 @@ def _photograph(path: Path) -> tuple[NDArray[np.uint8], float | None] | None:
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(path) as picture:
                 if picture.width * picture.height > MAX_PIXELS:
-                    raise MediaError(
-                        f"picture {path} has {picture.width} x {picture.height} pixels, at most {MAX_PIXELS} are read; "
-                        "give a smaller one"
-                    )
+                    raise Image.DecompressionBombError
                 noted = picture.getexif().get_ifd(EXIF_FOLDER).get(EXIF_FOCAL_35MM)
                 grey = np.asarray(ImageOps.exif_transpose(picture).convert("L"))
-    except UnidentifiedImageError:
+    except UnidentifiedImageError as error:
+        if path.suffix.lower() in Image.registered_extensions():
+            raise MediaError(f"picture {path} is damaged or no picture; export it anew, as JPEG or PNG") from error
         return None
     except Image.DecompressionBombError as error:
-        raise MediaError(f"picture {path} is too large ({error}); give a smaller one") from error
+        raise MediaError(
+            f"picture {path} has more than the {MAX_PIXELS // 1_000_000} million pixels that are read; give a smaller one"
+        ) from error
     except (OSError, ValueError, SyntaxError) as error:
         raise MediaError(f"picture {path} breaks off or is damaged ({error}); take or export it anew") from error
     focal_px = None

@@ -18,6 +18,7 @@ from moireid.profiles import LensProfile
 from moireid.sheets import effective_gap_mm, sheet_lens
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
+from moireid.verifier.video import Progress
 
 #: Thicknesses that are tried, over that of the label.
 TRIED_RATIOS = np.linspace(0.45, 2.2, 141)
@@ -32,14 +33,16 @@ class Thickness:
     why: str = ""
 
 
-def thickness_from_film(film: Path, chart: Badge, *, focal_px: float | None = None) -> Thickness:
+def thickness_from_film(
+    film: Path, chart: Badge, *, focal_px: float | None = None, progress: Progress | None = None
+) -> Thickness:
     """The thickness of the sheet on a chart.
 
     Convention: in true mm, as the index is that of the label.
     Raises: MediaError where the file is no film.
     Source: module docstring; `verifier.decision.sheet_gain`.
     """
-    report = verify(film, Claim(chart, focal_px=focal_px, enrolling=True))
+    report = verify(film, Claim(chart, focal_px=focal_px, enrolling=True), progress=progress)
     found = report.invariant
     if found.verdict != "accept" or found.gain_ratio is None or found.gain_sd is None:
         why = next((reason.text for reason in found.reasons if reason.level in ("fail", "undecided")), "")

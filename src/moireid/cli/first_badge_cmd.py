@@ -11,6 +11,7 @@ from moireid.cli.common import (
     INCONCLUSIVE,
     FiniteRange,
     FolderPath,
+    counted,
     friendly,
     json_option,
     overwrite_option,
@@ -92,15 +93,21 @@ def first_badge_command(
     are profiles for the other commands. It exits with 3 where a photo or film could not be used.
     """
     from moireid.bringup.bring_up import advance
-    from moireid.bringup.build_folder import open_folder
+    from moireid.bringup.build_folder import BADGE_JSON, OWN_FILES, STATE, open_folder
+    from moireid.bringup.capture_record import NOTE_CHARACTERS
     from moireid.bringup.progress_page import PAGE, render_progress
     from moireid.files import planned, write_text
 
     files = _named(sheet_photo, sheet_film, camera_film, badge_films)
     if record is None and (with_badge or note):
         raise SpecError("--with-badge and --note belong to a capture record; give --record FILE with them")
+    if len(note) > NOTE_CHARACTERS:
+        raise SpecError(f"--note has {len(note)} characters, at most {NOTE_CHARACTERS} fit; shorten it")
     if record is not None:
-        planned([record], overwrite=overwrite, make_folders=False, kept=files.values())
+        if record.suffix.lower() != ".json":
+            raise SpecError(f"--record {record} must end in .json, as a capture record is one JSON file")
+        own = [folder / name for name in (STATE, BADGE_JSON, *OWN_FILES)]
+        planned([record], overwrite=overwrite, make_folders=False, kept=[*files.values(), *own])
     made = advance(open_folder(folder, _read(wished), files), watch=progress_bar)
     page = made.folder.at(PAGE)
     write_text(page, render_progress(made))
@@ -115,9 +122,9 @@ def _named(photo: Path | None, sheet: Path | None, camera: Path | None, badge: t
     """The files that were given, by their well-known names."""
     from moireid.bringup.build_folder import BADGE_FILMS, CAMERA_FILM, SHEET_FILM, SHEET_PHOTO
 
-    if len(badge) > len(BADGE_FILMS):
-        raise SpecError(f"{len(badge)} films of the badge are given, and two are read; give two")
-    named = {SHEET_PHOTO: photo, SHEET_FILM: sheet, CAMERA_FILM: camera} | dict(zip(BADGE_FILMS, badge, strict=False))
+    if badge and len(badge) != len(BADGE_FILMS):
+        raise SpecError(f"--badge-film is given {counted(len(badge), 'time')}, and two films are read; give both")
+    named = {SHEET_PHOTO: photo, SHEET_FILM: sheet, CAMERA_FILM: camera} | dict(zip(BADGE_FILMS, badge))
     return {name: path for name, path in named.items() if path is not None}
 
 
@@ -137,11 +144,13 @@ def _read(wished: dict[str, Any]) -> dict[str, Any]:
 
 def _write_record(made: Advance, record: Path, *, with_badge: bool, note: str, overwrite: bool) -> None:
     """Write the capture record, and say what it reveals."""
-    from moireid.bringup.badge_steps import record_of
+    from moireid.bringup.badge_steps import collect_record
     from moireid.bringup.capture_record import write_record
     from moireid.files import planned
 
-    found = record_of(made.folder, with_badge=with_badge, note=note)
+    if made.next_step not in (None, made.steps[-1]):
+        raise SpecError(f"a record needs films of the badge, and {made.folder.path} is not there yet; call without it")
+    found = collect_record(made.folder, with_badge=with_badge, note=note)
     planned([record], overwrite=overwrite)
     write_record(found, record)
     say(
@@ -156,6 +165,7 @@ def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> N
     from moireid.bringup.progress_page import shown_value
 
     figures = made.folder.figures()
+    notes = [note for name in made.did for note in made.folder.state.readings[name].notes]
     if as_json:
         import msgspec
 
@@ -170,11 +180,14 @@ def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> N
                 "next": step,
                 "ask": made.ask,
                 "refused": made.refused,
+                "notes": notes,
                 "figures": msgspec.to_builtins(figures),
                 "files": {"report": str(page)} | ({"record": str(record)} if record else {}),
             }
         )
         return
+    for note in notes:
+        say(f"note: {note}")
     for figure in figures:
         mark = {"good": " ", "look": "!", "unknown": "?"}[figure.state]
         click.echo(f" {mark} {figure.name:<20} {shown_value(figure)}")
