@@ -70,10 +70,10 @@ def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
     """Judge both films as an enrolment would, and say what they show of the badge."""
     badge, camera = load_badge(folder.at(BADGE_JSON)), _camera(folder)
     paths = [path for path in map(folder.found, BADGE_FILMS) if path is not None]
+    # A record never mixes films.
+    folder.at(FILMS).unlink(missing_ok=True)
     if filecmp.cmp(*paths, shallow=False):
         raise MediaError(f"{paths[0]} and {paths[1]} are the same film; film the badge a second time")
-    # Those of the films before are of other figures.
-    folder.at(FILMS).unlink(missing_ok=True)
     films, records, pictures = [], [], dict[str, str]()
     for number, path in enumerate(paths, 1):
         found = _judged(path, badge, camera, progress)

@@ -339,11 +339,11 @@ def simulate_command(
 
     badge = load_badge(badge_json)
     from moireid.simulate.filming import FilmOptions, filmed, scene_of
-    from moireid.simulate.settings.wearing import print_of
+    from moireid.simulate.settings.wearing import load_print
 
     # The options of the film have the names of the wish's fields.
     wish = FilmOptions(**wished)
-    scene = scene_of(badge, wish, print_of(badge_json) if wish.scene else None)
+    scene = scene_of(badge, wish, load_print(badge_json) if wish.scene else None)
     if lens_model is not None:
         from moireid.verifier.camera.known_camera import load_camera
 

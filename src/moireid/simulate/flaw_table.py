@@ -137,7 +137,7 @@ def _in_range(name: str, value: float) -> bool:
 
 def _range(one: Flaw) -> str:
     unit = f" {one.unit}" if one.unit in ("um", "mm", "m", "deg") else ""
-    return f"{one.low:g} or more{unit}" if one.high == math.inf else f"{one.low:g} to {one.high:g}{unit}"
+    return f"{one.low:g}{unit} or more" if one.high == math.inf else f"{one.low:g} to {one.high:g}{unit}"
 
 
 def flaw_lines() -> list[str]:

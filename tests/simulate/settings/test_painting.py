@@ -8,6 +8,7 @@ import av
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from moireid.cli.simulate_cmd import PLACES
 from moireid.errors import MediaError, SpecError
@@ -20,7 +21,7 @@ from moireid.simulate.scene import Need, Scene
 from moireid.simulate.settings.drawn_layers import Canvas
 from moireid.simulate.settings.painting import Painter, chroma_of, light_of
 from moireid.simulate.settings.places import SETTINGS, setting_named
-from moireid.simulate.settings.wearing import PRINT_FILE, print_of
+from moireid.simulate.settings.wearing import PRINT_FILE, load_print
 from moireid.verifier import Claim, verify
 
 CAMERA = Camera(width=640, height=360, focal_px=500.0)
@@ -106,19 +107,23 @@ def test_the_settings_of_the_command_are_those_there_are(ada):
 
 
 def test_the_print_is_that_of_the_picture_next_to_the_badge(ada, tmp_path: Path):
-    """Catches: a print that is mirrored, or as bright as coded; a file that is no picture, with a traceback."""
-    assert print_of(tmp_path / "badge.json") is None
+    """Catches: a print that is mirrored, or as bright as coded; a file that is no picture, with a traceback; a
+    small file of so many pixels that they fill the memory."""
+    assert load_print(tmp_path / "badge.json") is None
     picture = np.full((400, 300, 3), 250, np.uint8)
     picture[:40, :60] = (140, 80, 20)
     cv2.imwrite(str(tmp_path / PRINT_FILE), picture)
-    read = print_of(tmp_path / "badge.json")
+    read = load_print(tmp_path / "badge.json")
     assert read is not None and np.array_equal(read, picture)
     texture = page_texture(scene_of(ada, FilmOptions(), read))
     dark = texture[texture.shape[0] // 20, texture.shape[1] // 6]
     assert texture[texture.shape[0] // 20, -3] == pytest.approx(0.85, rel=1e-4) and dark < 0.4
     (tmp_path / PRINT_FILE).write_text("no picture", encoding="utf-8")
     with pytest.raises(MediaError, match="no picture"):
-        print_of(tmp_path / "badge.json")
+        load_print(tmp_path / "badge.json")
+    Image.new("1", (10_000, 6_000)).save(tmp_path / PRINT_FILE)
+    with pytest.raises(MediaError, match="no picture"):
+        load_print(tmp_path / "badge.json")
 
 
 def test_a_setting_that_is_left_out_is_refused(ada, tmp_path: Path):

@@ -17,6 +17,8 @@ from moireid.simulate.settings.drawn_layers import Canvas, Layer
 
 #: Picture of the board that `print-your-badge` writes next to badge.json.
 PRINT_FILE = "preview.png"
+#: Its pixels, at most; `print-your-badge` writes fewer, and a film shows none of more.
+MOST_PIXELS = 50_000_000
 #: Rim of the holder, its rounding, and width of the cord, mm; depths of holder, cord and person behind the page.
 RIM_MM, ROUND_MM, CORD_MM = 4.0, 5.0, 16.0
 HOLDER_MM, CORD_DEPTH_MM, PERSON_MM = 1.5, 8.0, 22.0
@@ -25,21 +27,26 @@ NECK_MM = (73.0, -246.0)
 CORD, JACKET, SHIRT, SKIN, HAIR, TIE = "#0f4c81", "#39424f", "#e9edf1", "#c99873", "#3a2a20", "#7b2d3b"
 
 
-def print_of(badge_json: Path) -> NDArray[np.uint8] | None:
+def load_print(badge_json: Path) -> NDArray[np.uint8] | None:
     """The board's print in colour, of the picture next to the badge's file; None where there is none.
 
     Raises
     ------
     MediaError
-        For a file of that name that is no picture.
+        For a file of that name that is no picture, or of more than `MOST_PIXELS`.
     """
+    from PIL import Image
+
     path = badge_json.with_name(PRINT_FILE)
     if not path.is_file():
         return None
-    picture = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_COLOR)
-    if picture is None:
-        raise MediaError(f"{path} is no picture of the badge; print the badge again, or move that file away")
-    return np.asarray(picture, np.uint8)
+    try:
+        with Image.open(path) as picture:
+            if picture.width * picture.height > MOST_PIXELS:
+                raise Image.DecompressionBombError
+            return np.asarray(picture.convert("RGB"))[..., ::-1].copy()
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise MediaError(f"{path} is no picture of the badge; print the badge again, or move that file away") from error
 
 
 def board_layer(print_picture: NDArray[np.uint8], half_mm: tuple[float, float]) -> Layer:
