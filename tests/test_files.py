@@ -122,6 +122,8 @@ def test_plans_are_checked_one_and_all_before_anything_is_written(tmp_path: Path
     with pytest.raises(SpecError, match=r"b exists already; add --overwrite"):
         planned([tmp_path / "a", tmp_path / "b"], overwrite=False)
     planned([tmp_path / "a", tmp_path / "b"], overwrite=True)
+    with pytest.raises(SpecError, match="two outputs"):
+        planned([tmp_path / "c", tmp_path / "c"], overwrite=True)
     assert tree(tmp_path) == {"b": b"mine"}
 
 

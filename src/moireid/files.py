@@ -37,10 +37,12 @@ def planned(
 
     Parameters: make_folders: create missing folders; otherwise nothing on the disk changes; kept: files that the work
     reads, which no output may replace, by whatever name; None: no file.
-    Raises: SpecError if a file exists and `overwrite` is false, if it is one of those kept, or if its folder cannot be
-    created or written.
+    Raises: SpecError if two outputs have one name, if a file exists and `overwrite` is false, if it is one of those
+    kept, or if its folder cannot be created or written.
     """
     paths, inputs = list(paths), [one for one in kept if one is not None and one.exists()]
+    if len({path.absolute() for path in paths}) < len(paths):
+        raise SpecError(f"two outputs are given as {paths[0]}; choose a name of its own for each")
     for path in paths:
         if path.is_dir():
             raise SpecError(f"{path} is a folder, but a file of that name is to be written; choose another output")

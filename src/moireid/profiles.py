@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from msgspec import Meta, Struct
 
-from moireid.badge import Lens
+from moireid.badge import Badge, Lens
 from moireid.errors import SpecError
 from moireid.files import whole_file
 from moireid.models import check_format, parse_json, read_model
@@ -28,6 +28,8 @@ CHART_FAMILY = "pitch-test"
 PROFILE_FORMAT = 1
 #: Largest relative standard deviation of a measured pitch; a worse one would be no better than a label.
 MAX_PITCH_SD_SHARE = 0.02
+#: Dots per inch of a page that states none, and of printers.
+DEFAULT_DPI, DPI_RANGE = 1200, (72, 9600)
 #: How lines are put on a page; see `fabrication.page`.
 FORMS = ("dots", "vector")
 Profile = TypeVar("Profile")
@@ -45,6 +47,18 @@ class Printer:
     def dot_mm(self) -> float:
         """Width of one dot, mm."""
         return MM_PER_INCH / self.dpi
+
+
+def find_printer(badge: Badge) -> Printer:
+    """The printer that a badge or a pitch test is drawn for.
+
+    Raises: SpecError where the badge states a resolution that no printer has.
+    """
+    dpi = (badge.print or {}).get("dpi", DEFAULT_DPI)
+    low, high = DPI_RANGE
+    if not (isinstance(dpi, int | float) and low <= dpi <= high):
+        raise SpecError(f"print.dpi={dpi!r} of badge {badge.name!r} is no printer's; correct it to {low} to {high}")
+    return Printer(int(dpi))
 
 
 class SheetFigures(Struct):
@@ -186,7 +200,7 @@ class PrinterFile(Struct, rename={"found": "from"}):
     format: Literal[1]
     kind: Literal["printer-profile"]
     name: str
-    dpi: Annotated[int, Meta(ge=72, le=9600)]
+    dpi: Annotated[int, Meta(ge=DPI_RANGE[0], le=DPI_RANGE[1])]
     ink_growth_um: Annotated[float, Meta(ge=-100, le=150)] | None = None
     ink_growth_sd_um: Annotated[float, Meta(ge=0, le=100)] | None = None
     measured_scale: tuple[Annotated[float, Meta(ge=0.9, le=1.1)], Annotated[float, Meta(ge=0.9, le=1.1)]] | None = None

@@ -89,8 +89,8 @@ def test_films_of_one_name_in_two_folders_are_two_films(tmp_path: Path):
 
 
 def test_what_is_wished_is_kept_though_nothing_can_be_done_yet(tmp_path: Path, works):
-    """Catches: a calliper's reading, or a film named by an option, that is forgotten before the photo is there; a folder
-    that an interrupt leaves, and that is then taken for someone else's."""
+    """Catches: a calliper's reading, or a film named by an option, that is forgotten before the photo is there; a
+    folder that an interrupt leaves, and that is then taken for someone else's."""
     (tmp_path / "a.mp4").write_text("a film")
     folder = tmp_path / "badge"
     advance(open_folder(folder, {"thickness_mm": 1.02}, {"film-2": tmp_path / "a.mp4"}), steps_of(*works))

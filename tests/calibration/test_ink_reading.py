@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -131,6 +132,14 @@ def test_what_is_no_printer_profile_is_refused(tmp_path):
         load_printer_profile(path)
     ran = CliRunner().invoke(print_command, ["Ada", "--out", str(tmp_path / "a"), "--printer", str(path)])
     assert ran.exit_code == 2 and "ink_growth_um" in ran.output and not (tmp_path / "a").exists()
+
+
+def test_a_chart_for_no_printer_is_refused_in_a_sentence(chart):
+    """Catches: a division by zero, or a traceback of int(), for a pitch-test.json that somebody edited."""
+    for dpi in (0, -600, "many", 1e12, None):
+        odd = replace(chart, print=(chart.print or {}) | {"dpi": dpi})
+        with pytest.raises(SpecError, match=r"print\.dpi=.* correct it to 72 to 9600"):
+            ink_patches(odd)
 
 
 @pytest.mark.slow

@@ -72,7 +72,7 @@ def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
     paths = [path for path in map(folder.found, BADGE_FILMS) if path is not None]
     # A record never mixes films.
     folder.at(FILMS).unlink(missing_ok=True)
-    if filecmp.cmp(*paths, shallow=False):
+    if filecmp.cmp(paths[0], paths[1], shallow=False):
         raise MediaError(f"{paths[0]} and {paths[1]} are the same film; film the badge a second time")
     films, records, pictures = [], [], dict[str, str]()
     for number, path in enumerate(paths, 1):

@@ -197,8 +197,8 @@ def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]
     Raises
     ------
     SpecError
-        Where the folder holds files that would be replaced, was begun for another sheet, printer or paper, has the badge
-        of another name, or cannot be written; and for a sheet that is not known, or a file that is not there.
+        Where the folder holds files that would be replaced, was begun for another sheet, printer or paper, has the
+        badge of another name, or cannot be written; and for a sheet that is not known, or a file that is not there.
     """
     if not (path / STATE).exists() and (taken := [name for name in OWN_FILES if (path / name).exists()]):
         raise SpecError(

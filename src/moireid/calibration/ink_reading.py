@@ -47,8 +47,8 @@ MOST_MISFIT, MOST_INK_LIGHT, MOST_SD_UM = 0.03, 0.6, 12.0
 FLOOR_SD_UM = 2.0
 #: Of each patch of paper, at most this share may be overexposed.
 MOST_CLIPPED_SHARE, CLIPPED = 0.05, 254
-#: Growth that is searched, um.
-RANGE_UM = (-60.0, 160.0)
+#: Growth that is searched, um; within what a printer profile holds.
+RANGE_UM = (-60.0, 150.0)
 #: The unknowns: growth, um; power and S-shaped term of the tone curve; light of ink over that of paper; level, slope
 #: and bend of the light along the strip; how much more the coarse and the finest lines grow, um.  PRIOR: which of them
 #: have one.

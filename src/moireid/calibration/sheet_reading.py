@@ -15,7 +15,7 @@ from moireid.calibration.lens_fit import Calibration, lens_from_views
 from moireid.calibration.still import is_film, load_pictures
 from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
 from moireid.errors import MediaError
-from moireid.profiles import PrinterProfile
+from moireid.profiles import PrinterProfile, find_printer
 from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 from moireid.verifier.video import Progress
 
@@ -49,7 +49,6 @@ class SheetReading:
 def read_sheet(
     path: Path,
     chart: Badge,
-    *,
     distance_m: float | None = None,
     focal_px: float | None = None,
     measured_scale: float | None = None,
@@ -120,9 +119,8 @@ def printer_profile(chart: Badge, ink: InkGrowth, measured_scale: tuple[float, f
 
     Parameters: measured_scale: measured over stated length of the scale bars along x and y, None if not measured.
     """
-    made = chart.print or {}
     noted = {"chart": chart.name, "pictures": ink.pictures, "misfit": round(ink.misfit, 4)}
     noted |= {"why_no_ink_growth": ink.why} if ink.um is None else {}
-    dpi = int(made.get("dpi", 1200))
+    dpi = find_printer(chart).dpi
     sd_um = None if ink.um is None else ink.sd_um
     return PrinterProfile(f"printer of {dpi} dpi", dpi, ink.um, sd_um, measured_scale, noted)

@@ -83,9 +83,8 @@ def _photograph(path: Path) -> tuple[NDArray[np.uint8], float | None] | None:
             raise MediaError(f"picture {path} is damaged or no picture; export it anew, as JPEG or PNG") from error
         return None
     except Image.DecompressionBombError as error:
-        raise MediaError(
-            f"picture {path} has more than the {MAX_PIXELS // 1_000_000} million pixels that are read; give a smaller one"
-        ) from error
+        most = f"{MAX_PIXELS // 1_000_000} million pixels"
+        raise MediaError(f"picture {path} has more than the {most} that are read; give a smaller one") from error
     except (OSError, ValueError, SyntaxError) as error:
         raise MediaError(f"picture {path} breaks off or is damaged ({error}); take or export it anew") from error
     focal_px = None

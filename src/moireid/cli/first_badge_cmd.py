@@ -94,18 +94,12 @@ def first_badge_command(
     """
     from moireid.bringup.bring_up import advance
     from moireid.bringup.build_folder import BADGE_JSON, OWN_FILES, STATE, open_folder
-    from moireid.bringup.capture_record import NOTE_CHARACTERS
     from moireid.bringup.progress_page import PAGE, render_progress
     from moireid.files import planned, write_text
 
     files = _named(sheet_photo, sheet_film, camera_film, badge_films)
-    if record is None and (with_badge or note):
-        raise SpecError("--with-badge and --note belong to a capture record; give --record FILE with them")
-    if len(note) > NOTE_CHARACTERS:
-        raise SpecError(f"--note has {len(note)} characters, at most {NOTE_CHARACTERS} fit; shorten it")
+    _check_record(record, with_badge=with_badge, note=note)
     if record is not None:
-        if record.suffix.lower() != ".json":
-            raise SpecError(f"--record {record} must end in .json, as a capture record is one JSON file")
         own = [folder / name for name in (STATE, BADGE_JSON, *OWN_FILES)]
         planned([record], overwrite=overwrite, make_folders=False, kept=[*files.values(), *own])
     made = advance(open_folder(folder, _read(wished), files), watch=progress_bar)
@@ -118,13 +112,25 @@ def first_badge_command(
         raise click.exceptions.Exit(INCONCLUSIVE)
 
 
+def _check_record(record: Path | None, *, with_badge: bool, note: str) -> None:
+    """Raise SpecError where the options of a capture record do not go together."""
+    from moireid.bringup.capture_record import NOTE_CHARACTERS
+
+    if record is None and (with_badge or note):
+        raise SpecError("--with-badge and --note belong to a capture record; give --record FILE with them")
+    if record is not None and record.suffix.lower() != ".json":
+        raise SpecError(f"--record {record} must end in .json, as a capture record is one JSON file")
+    if len(note) > NOTE_CHARACTERS:
+        raise SpecError(f"--note has {len(note)} characters, at most {NOTE_CHARACTERS} fit; shorten it")
+
+
 def _named(photo: Path | None, sheet: Path | None, camera: Path | None, badge: tuple[Path, ...]) -> dict[str, Path]:
     """The files that were given, by their well-known names."""
     from moireid.bringup.build_folder import BADGE_FILMS, CAMERA_FILM, SHEET_FILM, SHEET_PHOTO
 
     if badge and len(badge) != len(BADGE_FILMS):
         raise SpecError(f"--badge-film is given {counted(len(badge), 'time')}, and two films are read; give both")
-    named = {SHEET_PHOTO: photo, SHEET_FILM: sheet, CAMERA_FILM: camera} | dict(zip(BADGE_FILMS, badge))
+    named = {SHEET_PHOTO: photo, SHEET_FILM: sheet, CAMERA_FILM: camera} | dict(zip(BADGE_FILMS, badge, strict=False))
     return {name: path for name, path in named.items() if path is not None}
 
 

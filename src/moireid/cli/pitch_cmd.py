@@ -16,6 +16,7 @@ from moireid.cli.common import (
     overwrite_option,
     paper_option,
     printer_dpi_option,
+    progress_bar,
     say,
     scale_option,
     show_json,
@@ -177,24 +178,21 @@ def calibrate_command(
 
     if (photo is None) == (band is None):
         raise SpecError("give either a photo of the chart or --band with the matching band's number")
-    if band is not None and focal_px is not None:
-        raise SpecError("--focal-px belongs to a photo; give it with one, or leave it out")
+    for option, value in (("--focal-px", focal_px), ("--printer-out", printer_out)):
+        if photo is None and value is not None:
+            raise SpecError(f"{option} belongs to a photo; give one in place of --band, or leave it out")
     if not out.name.lower().endswith(".json"):
         raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
-    if printer_out is not None and photo is None:
-        raise SpecError("--printer-out is measured from a photo; give one in place of --band")
-    outs = [out, *([printer_out] if printer_out else [])]
+    outs = [one for one in (out, printer_out) if one is not None]
     planned(outs, overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scales = parse_scale(scale_text) if scale_text else None
-    scale = scales[0] if scales else None
-    chart = load_badge(chart_json)
-    ink = None
+    scale, chart, ink = scales and scales[0], load_badge(chart_json), None
     if band is not None:
-        intended_m = chart.range_m[0] if chart.range_m else 1.0
-        made = lens_from_band(chart, band, distance_mm=1000 * (distance or intended_m), measured_scale=scale)
-    else:
-        assert photo is not None
-        found = read_sheet(photo, chart, distance_m=distance, focal_px=focal_px, measured_scale=scale)
+        distance = distance or (chart.range_m or (1.0,))[0]
+        made = lens_from_band(chart, band, distance_mm=1000 * distance, measured_scale=scale)
+    elif photo is not None:
+        with progress_bar("reading the pitch test") as progress:
+            found = read_sheet(photo, chart, distance, focal_px, scale, progress)
         made, ink = found.calibration, found.ink
         _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])

@@ -36,7 +36,7 @@ from moireid.idcodes.pitch import BANDS
 from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import PHASE_LEVELS
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import Printer, array_named, lens_named, mask_named, sheet_of_thickness
+from moireid.profiles import Printer, array_named, find_printer, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH
 
 #: More spacing of levels than this many fringes across the grating only shortens the fringes.
@@ -301,7 +301,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
         if role != "phase"
     ]
     far = DESIGN_FOCAL_PX / (1000.0 * badge.range_m[1])
-    dot_mm = Printer(int((badge.print or {}).get("dpi", 1200))).dot_mm
+    dot_mm = find_printer(badge).dot_mm
     rows = [
         ("identity", f"{badge.id}, {badge.payload_bits} bits, {grating.family} code"),
         _explain_front(badge.lens),

@@ -37,11 +37,11 @@ from moireid.fabrication.package import (
 )
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.dress import writer_of
-from moireid.fabrication.page.pdf import CROP_GAP_MM, DEFAULT_DPI, draw_board, draw_mask, draw_scale_bars
+from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.process_figures import MountFigures
 from moireid.files import whole_file, write_text
 from moireid.names import line_of
-from moireid.profiles import Printer
+from moireid.profiles import find_printer
 
 #: The crop marks of two neighbouring boards are in line with each other, so they share the gutter.
 MARK_MM = 3.0
@@ -151,8 +151,7 @@ def write_sheets_pdf(
     first = badges[0]
     if any(badge.outline_mm != first.outline_mm for badge in badges):
         raise FabricationError("boards of several sizes do not share sheets; print one size at a time")
-    print_data = first.print or {}
-    form, dot_mm = str(print_data.get("form", "dots")), Printer(int(print_data.get("dpi", DEFAULT_DPI))).dot_mm
+    form, dot_mm = str((first.print or {}).get("form", "dots")), find_printer(first).dot_mm
     places = places_mm(first)
     scale = (1 / measured_scale[0], 1 / measured_scale[1])
     x0, y0, x1, y1 = first.outline_mm

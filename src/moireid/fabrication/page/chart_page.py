@@ -14,11 +14,11 @@ import numpy as np
 from moireid.badge import Badge, load_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
-from moireid.fabrication.page.pdf import DEFAULT_DPI, on_dots, write_badge_pdf
+from moireid.fabrication.page.pdf import on_dots, write_badge_pdf
 from moireid.files import planned, write_text
 from moireid.frames import Rect
 from moireid.ink_strip import ink_patches
-from moireid.profiles import Printer
+from moireid.profiles import find_printer
 from moireid.sheets import MM_PER_INCH
 
 PDF, JSON = "pitch-test.pdf", "pitch-test.json"
@@ -112,10 +112,11 @@ def _write_words(sheet: PdfPage, chart: Badge) -> None:
 
 def _fill_lines(sheet: PdfPage, chart: Badge, lines: list[Rect]) -> None:
     """Fill upright lines, on the printer's dots if the chart's form says so."""
-    print_data = chart.print or {}
     drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
-    dot_mm = Printer(int(print_data.get("dpi", DEFAULT_DPI))).dot_mm
-    sheet.fill_drawn(drawn if print_data.get("form") == "vector" else [on_dots(line, "x", dot_mm) for line in drawn])
+    if (chart.print or {}).get("form") != "vector":
+        dot_mm = find_printer(chart).dot_mm
+        drawn = [on_dots(line, "x", dot_mm) for line in drawn]
+    sheet.fill_drawn(drawn)
 
 
 def _draw_eye_strip(sheet: PdfPage, chart: Badge, middle: float, top: float, room_mm: float) -> None:
@@ -124,7 +125,7 @@ def _draw_eye_strip(sheet: PdfPage, chart: Badge, middle: float, top: float, roo
     A growth g makes coarse lines of pitch P darker by g / P, and fine ones of pitch p by g / p.  A patch whose fine
     lines are drawn narrower by c is as dark as the coarse ones where c = g (1 - p / P).
     """
-    dot_mm = Printer(int((chart.print or {}).get("dpi", DEFAULT_DPI))).dot_mm
+    dot_mm = find_printer(chart).dot_mm
     # No whole number of dots, so that rounded edges are right in the mean.
     fine = (math.floor(chart.gratings[0].pitch_mm / dot_mm) + 0.382) * dot_mm
     coarse, half = INK_COARSE * fine, INK_HIGH_MM / 2

@@ -37,7 +37,7 @@ from moireid.fabrication.page.lettering import (
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import whole_file
 from moireid.frames import Axis, own_rect
-from moireid.profiles import FORMS, Printer
+from moireid.profiles import FORMS, Printer, find_printer
 
 CROP_MARK_MM = 6.0
 CROP_GAP_MM = 2.0
@@ -53,8 +53,6 @@ BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
 BARS_APART_MM = 8.0
 NAME_POINTS = 20.0
 SMALL_POINTS = 7.0
-#: Of a badge that does not say how it is printed.
-DEFAULT_DPI = 1200
 #: Share of a dot by which a line is drawn within its dots, half of what either kind of raster leaves.
 INSET_DOTS = 0.25
 
@@ -199,7 +197,7 @@ def write_badge_pdf(
         raise SpecError(f"form {form!r} of the page is not known; choose one of {', '.join(FORMS)}")
     with whole_file(path) as temporary:
         scale = (1 / measured_scale[0], 1 / measured_scale[1])
-        dot_mm = Printer(int((badge.print or {}).get("dpi", DEFAULT_DPI))).dot_mm
+        dot_mm = find_printer(badge).dot_mm
         whole = None if form == "vector" else dot_mm
         sheet = PdfPage(temporary, badge.page_mm, f"Moiré badge {badge.id or badge.name}", scale, whole)
         board = badge.outline_mm
