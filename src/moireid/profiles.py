@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -33,6 +34,7 @@ DEFAULT_DPI, DPI_RANGE = 1200, (72, 9600)
 #: How lines are put on a page; see `fabrication.page`.
 FORMS = ("dots", "vector")
 Profile = TypeVar("Profile")
+Written = TypeVar("Written", "LensProfile", "PrinterProfile")
 #: Paper sizes, width by height, mm (ISO 216; ANSI A).
 PAPERS_MM = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 
@@ -98,15 +100,7 @@ class LensProfile:
     def to_json(self) -> str:
         """The text of a lens profile's file, with a final newline."""
         lens = {key: getattr(self.lens, key) for key in ("kind", "pitch_mm", "thickness_mm", "refractive_index")}
-        document = {
-            "format": PROFILE_FORMAT,
-            "kind": "lens-profile",
-            "name": self.name,
-            "lens": lens,
-            "pitch_sd_mm": self.pitch_sd_mm,
-            "from": self.found,
-        }
-        return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return _profile_text("lens-profile", asdict(self) | {"lens": lens})
 
 
 def lens_named(label: str) -> Lens:
@@ -186,12 +180,24 @@ def _read_profile(path: Path, source: str, model: type[Profile]) -> Profile:
     return read_model(document, model, source, advice)
 
 
-def save_lens_profile(profile: LensProfile, path: Path) -> None:
-    """Write a lens profile, whole or not at all.  Raises: SpecError if it could not be read back."""
+def _profile_text(kind: str, figures: dict[str, Any]) -> str:
+    """The text of a profile's file: its figures, and how they were measured as "from"."""
+    noted = {"from": figures.pop("found")}
+    document = {"format": PROFILE_FORMAT, "kind": kind} | figures | noted
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _save_profile(profile: Written, path: Path, load: Callable[[Path], Written]) -> None:
+    """Write a profile, whole or not at all.  Raises: SpecError if it could not be read back."""
     with whole_file(path) as temporary:
         temporary.write_text(profile.to_json(), encoding="utf-8")
-        if load_lens_profile(temporary) != profile:
-            raise SpecError(f"lens profile {path} does not read back as it was written; report this")
+        if load(temporary) != profile:
+            raise SpecError(f"profile {path} does not read back as it was written; report this")
+
+
+def save_lens_profile(profile: LensProfile, path: Path) -> None:
+    """Write a lens profile, whole or not at all.  Raises: SpecError if it could not be read back."""
+    _save_profile(profile, path, load_lens_profile)
 
 
 class PrinterFile(Struct, rename={"found": "from"}):
@@ -230,17 +236,7 @@ class PrinterProfile:
 
     def to_json(self) -> str:
         """The text of a printer profile's file, with a final newline."""
-        document = {
-            "format": PROFILE_FORMAT,
-            "kind": "printer-profile",
-            "name": self.name,
-            "dpi": self.dpi,
-            "ink_growth_um": self.ink_growth_um,
-            "ink_growth_sd_um": self.ink_growth_sd_um,
-            "measured_scale": self.measured_scale,
-            "from": self.found,
-        }
-        return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return _profile_text("printer-profile", asdict(self))
 
 
 def load_printer_profile(path: Path) -> PrinterProfile:
@@ -253,7 +249,4 @@ def load_printer_profile(path: Path) -> PrinterProfile:
 
 def save_printer_profile(profile: PrinterProfile, path: Path) -> None:
     """Write a printer profile, whole or not at all.  Raises: SpecError if it could not be read back."""
-    with whole_file(path) as temporary:
-        temporary.write_text(profile.to_json(), encoding="utf-8")
-        if load_printer_profile(temporary) != profile:
-            raise SpecError(f"printer profile {path} does not read back as it was written; report this")
+    _save_profile(profile, path, load_printer_profile)
