@@ -127,7 +127,8 @@ def test_a_file_that_may_be_left_out_never_stops_the_round(tmp_path: Path, works
 
 
 def test_nothing_is_read_twice_and_a_new_film_is_read_at_once(tmp_path: Path, works):
-    """Catches: films read at every call; an old reading kept for a new film or a new wish; a badge printed anew."""
+    """Catches: films read at every call; an old reading kept for a new film or a new wish; a wish that
+    cannot be taken back; a badge printed anew."""
     (tmp_path / "film.mp4").write_text("one")
     for wish, film, did in (
         ({}, "one", ("first", "second", "third")),
@@ -135,6 +136,7 @@ def test_nothing_is_read_twice_and_a_new_film_is_read_at_once(tmp_path: Path, wo
         ({}, "two", ("second",)),
         ({"thickness_mm": 1.02}, "two", ("second",)),
         ({}, "two", ()),
+        ({"thickness_mm": 0}, "two", ("second",)),
     ):
         (tmp_path / "film.mp4").write_text(film)
         assert advance(open_folder(tmp_path, wish, {}), steps_of(*works)).did == did

@@ -14,6 +14,7 @@ import pytest
 
 from kit.schemas import SCHEMAS
 from moireid.badge import Badge
+from moireid.bringup.build_folder import Figure, unknown
 from moireid.bringup.capture_record import (
     CameraRecord,
     CropRecord,
@@ -63,7 +64,11 @@ def a_film() -> FilmRecord:
 def test_a_record_reads_back_and_keeps_to_its_schema(badge, tmp_path: Path):
     """Catches: fields that the shipped schema does not know, or forbids; a null where a frame is unreadable."""
     lens = LensProfile("mine", badge.lens, 1e-5)
-    record = capture_record([a_film()], badge, sheet=lens, printer=PrinterProfile("mine", 600, 41.0, 4.0))
+    figures = [Figure("Sheet pitch", 0.508, 1e-5, "mm", "good", "x"), unknown("Flatness", "mm", "x", "y")]
+    figures.append(Figure("Radius", None, None, "x focal", "good", "x", within=(0.9, 1.1)))
+    record = capture_record(
+        [a_film()], badge, figures=figures, sheet=lens, printer=PrinterProfile("mine", 600, 41.0, 4.0)
+    )
     write_record(record, tmp_path / "record.json")
     assert read_record(tmp_path / "record.json") == record
     document = json.loads((tmp_path / "record.json").read_text())

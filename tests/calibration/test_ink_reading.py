@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.badge import Badge
-from moireid.calibration.ink_reading import InkGrowth, ink_growth
+from moireid.calibration.ink_reading import ink_growth
 from moireid.cli.main import moireid
 from moireid.cli.printing.print_cmd import print_command
 from moireid.designer.chart import ChartRequest, design_chart
@@ -155,8 +155,3 @@ def test_a_photograph_of_the_chart_gives_sheet_and_printer(tmp_path: Path):
     found = json.loads(ran.stdout)
     assert abs(found["ink_growth_um"] - 45) < 2.5 * found["ink_growth_sd_um"] < 20
     assert load_printer_profile(tmp_path / "printer.json").ink_growth_um == found["ink_growth_um"]
-
-
-def test_nothing_is_a_growth_without_a_picture():
-    """Catches: a default growth of 0 that looks measured."""
-    assert InkGrowth().um is None

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from kit.schemas import SCHEMAS
 from moireid.badge import load_badge
-from moireid.bringup.build_folder import open_folder
+from moireid.bringup.build_folder import OWN_FILES, STATE, open_folder
 from moireid.cli.main import moireid
 from moireid.profiles import load_lens_profile, load_printer_profile
 from moireid.simulate import Build, Scene, film, motion_named
@@ -34,7 +34,8 @@ def call(folder: Path, *more: str, code: int = 0) -> dict:
 @pytest.mark.slow
 def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
     """Catches: a badge printed for the label in place of the sheet; figures that are off by more than their error
-    bars; air that is put down to the sheet; a step that is asked for twice; a name or identity in the record."""
+    bars; air that is put down to the sheet; a step that is asked for twice; a name or identity in the record; a file
+    that is written and not protected in a folder of others."""
     folder = tmp_path / "first"
     assert call(folder, "--name", "Ada Lovelace")["next"]["name"] == "sheet"
     chart = load_badge(folder / "pitch-test.json")
@@ -57,6 +58,7 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
     done = call(folder, *films, "--record", str(record))
     assert done["did"] == ["films"] and done["done"] and done["refused"] is None
     assert call(folder)["did"] == []
+    assert {path.name for path in folder.iterdir()} == {*OWN_FILES, STATE, "sheet-photo.jpg"} - {"camera.yaml"}
 
     figures = {figure["name"]: figure for figure in done["figures"]}
     for name, value in {

@@ -36,7 +36,8 @@ JPEG_QUALITY = 80
 #: What is written into the folder, and replaced as better pictures come.
 OWN_FILES = (
     *("pitch-test.pdf", "pitch-test.json", "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml", "badge"),
-    *("films.json", "as-built.json", "report.html"),
+    *("films.json", "as-built.json", "report.html", "sheet-seen.jpg", "strip-seen.jpg"),
+    *("law-1.svg", "law-2.svg", "fringes-1.jpg", "fringes-2.jpg"),
 )
 BADGE_JSON = "badge/badge.json"
 ADVICE = "give another folder, or correct the file"
@@ -44,7 +45,7 @@ ADVICE = "give another folder, or correct the file"
 State = Literal["good", "look", "unknown"]
 
 
-class Figure(Struct, frozen=True):
+class Figure(Struct, frozen=True, omit_defaults=True):
     """One figure of a badge as it was built.
 
     sd: standard deviation, in the same unit; state: good, to be looked at, or unknown; words: how it was measured, or
@@ -190,7 +191,7 @@ def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]
     path : Path
         The folder.
     wished : mapping of str
-        Fields of `Wish` that are given now, in their units; None for others.
+        Fields of `Wish` that are given now, in their units; 0 for one that is forgotten, None for others.
     files : mapping of str to Path
         Photographs and films elsewhere, by their well-known names.
 
@@ -205,7 +206,8 @@ def open_folder(path: Path, wished: Mapping[str, Any], files: Mapping[str, Path]
             f"{path / taken[0]} exists already, and {path} was not begun by moireid first-badge; give a new folder"
         )
     state = _state_in(path)
-    wish = msgspec.structs.replace(state.wish, **{key: value for key, value in wished.items() if value is not None})
+    given = {key: value or None for key, value in wished.items() if value is not None}
+    wish = msgspec.structs.replace(state.wish, **given)
     # A sheet that is not known is refused before anything is made for it.
     lens_named(wish.lens)
     _check_printed(path, state, wish)

@@ -35,7 +35,7 @@ CAMERA_CHART, SHEET, PRINTER, CAMERA = "camera-chart.pdf", "sheet.json", "printe
 BY_CHART, LONG_SIDE = "Camera by its chart", "x long side"
 #: Errors of a calliper, mm, and of a ruler on a scale bar, as a share: 0.15 of 150 mm.  Set by hand.
 CALLIPER_SD_MM, RULER_SD_SHARE = 0.01, 0.001
-#: Below these, a pitch needs no better photo; a growth needs no care.  Shares, um.
+#: Below these, a pitch needs no better photo; a growth needs no care.  Share, um.  Set by hand.
 GOOD_PITCH_SD_SHARE, GOOD_INK_SD_UM = 5e-4, 8.0
 
 

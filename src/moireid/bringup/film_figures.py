@@ -22,7 +22,7 @@ from moireid.verifier.session.result import Report
 #: Air of this thickness is tried for the slope of the gain, mm.
 TRIED_AIR_MM = 0.1
 #: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; unevenness of the
-#: light, as a share; fringe contrast; difference of two films in standard deviations.
+#: light, as a share; fringe contrast; difference of two films in standard deviations.  Set by hand.
 GOOD_AIR_MM, GOOD_TWIST_DEG, GOOD_SHARPNESS, GOOD_LIGHT, GOOD_CONTRAST, GOOD_SDS = 0.05, 0.3, 0.6, 0.4, 0.2, 3.0
 #: Twist of the page, 1/m; lenses off their places, mm root mean square.
 GOOD_PAGE_TWIST_PER_M, GOOD_WANDER_MM = 0.25, 0.05

@@ -36,7 +36,7 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
 @click.option(
     "--thickness",
     "thickness_mm",
-    type=FiniteRange(0.05, 20),
+    type=FiniteRange(0, 20),
     metavar="MM",
     help="Thickness of the sheet, measured with a calliper.",
 )
@@ -49,11 +49,11 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
 @click.option(
     "--distance",
     "distance_m",
-    type=FiniteRange(0.1, 100),
+    type=FiniteRange(0, 100),
     metavar="M",
     help="Of the photo of the pitch test, in metres.",
 )
-@click.option("--focal-px", type=FiniteRange(50, 100_000), metavar="PX", help="Focal length of that photo, if known.")
+@click.option("--focal-px", type=FiniteRange(0, 100_000), metavar="PX", help="Focal length of that photo, if known.")
 @click.option("--sheet-photo", type=MEDIA, help="The photo of the pitch test, if it is not in the folder.")
 @click.option("--sheet-film", type=MEDIA, help="A film of the pitch test, moved sideways.")
 @click.option("--camera-film", type=MEDIA, help="The film of the camera chart.")
@@ -90,7 +90,8 @@ def first_badge_command(
     5. Build it, and film it twice: badge-film-1.mp4, badge-film-2.mp4.
 
     report.html has every figure with its error bar and what to do about it; sheet.json, printer.json and camera.yaml
-    are profiles for the other commands. It exits with 3 where a photo or film could not be used.
+    are profiles for the other commands. It exits with 3 where a photo or film could not be used. What you give is kept
+    for the next calls; a --thickness, --measured-scale, --distance or --focal-px of 0 is forgotten.
     """
     from moireid.bringup.bring_up import advance
     from moireid.bringup.build_folder import BADGE_JSON, OWN_FILES, STATE, open_folder
@@ -144,7 +145,7 @@ def _read(wished: dict[str, Any]) -> dict[str, Any]:
     return wished | {
         "lens": str(Path(lens).absolute()) if profile else lens,
         "name": None if name is None else clean_name(name),
-        "measured_scale": None if scale is None else parse_scale(scale),
+        "measured_scale": scale and (0 if scale == "0" else parse_scale(scale)),
     }
 
 
