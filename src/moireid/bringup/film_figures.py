@@ -24,7 +24,7 @@ TRIED_AIR_MM = 0.1
 #: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; unevenness of the
 #: light, as a share; fringe contrast; difference of two films in standard deviations.  Set by hand.
 GOOD_AIR_MM, GOOD_TWIST_DEG, GOOD_SHARPNESS, GOOD_LIGHT, GOOD_CONTRAST, GOOD_SDS = 0.05, 0.3, 0.6, 0.4, 0.2, 3.0
-#: Twist of the page, 1/m; lenses off their places, mm root mean square.
+#: Twist of the page, 1/m; lenses off their places, mm root mean square.  Set by hand.
 GOOD_PAGE_TWIST_PER_M, GOOD_WANDER_MM = 0.25, 0.05
 #: The pitch that the badge is printed for may be off by this share.
 GOOD_PITCH_SHARE = 0.003
@@ -246,10 +246,15 @@ def _flatness(films: Sequence[FilmResult]) -> Figure:
     if not seen:
         return unknown("Flatness", "1/m", "The films do not show the badge.", "Film again.")
     twist = max(abs(camera.twist_per_m) for camera in seen)
+    fit = f"The squares' corners fit within {np.median(seen[0].reprojection_px):.2f} px."
+    if not twist:
+        words = f"Not measured: the films show no twist of the page, and no film shows a bend along a side. {fit}"
+        advice = "Lay a ruler over the badge: light under its edge should not be wider than a sheet of paper (0.1 mm)."
+        return unknown("Flatness", "1/m", words, advice)
     good = twist < GOOD_PAGE_TWIST_PER_M
     words = (
-        "How much the page is twisted, 0 where that cannot be seen; 0.3 / m lifts two corners by 1 mm. A page that is "
-        f"bent along a side looks flat. The squares' corners fit within {np.median(seen[0].reprojection_px):.2f} px."
+        "How much the page is twisted; 0.3 / m lifts two corners by 1 mm. A page that is bent along a side looks flat. "
+        f"{fit}"
     )
     return Figure("Flatness", twist, None, "1/m", good_or(good), words, "" if good else "Put the page on a flat board.")
 
@@ -259,11 +264,14 @@ def _wander(found: AsBuilt, badge: Badge) -> Figure:
     if not found.place_maps or found.place_map_sd is None:
         words = "The films do not show it: at least two plain rows must be seen."
         return unknown("Lenses off their places", "mm", words, "Film nearer, the whole badge.")
-    every = np.concatenate([np.array(one) for one in found.place_maps])
-    off, sd = (
-        value * badge.lens.pitch_mm / (2 * math.pi) for value in (np.sqrt(np.mean(every**2)), found.place_map_sd)
-    )
-    good = float(off) < GOOD_WANDER_MM
+    knots = np.concatenate([np.array(one) for one in found.place_maps])
+    noise = found.place_map_sd**2
+    # Each knot's error adds its square to the mean of squares, which is as uncertain as a mean of so many.
+    square = max(float(np.mean(knots**2)) - noise, 0.0)
+    square_sd = math.sqrt((4 * square * noise + 2 * noise**2) / knots.size)
+    off = math.sqrt(square) * badge.lens.pitch_mm / (2 * math.pi)
+    sd = square_sd / (2 * math.sqrt(max(square, square_sd, 1e-12))) * badge.lens.pitch_mm / (2 * math.pi)
+    good = off < GOOD_WANDER_MM
     words = "Root mean square along the sheet. It is measured at enrolment, so that it does no harm."
     advice = "" if good else "Glue the sheet without tension, or take another piece."
-    return Figure("Lenses off their places", float(off), float(sd), "mm", good_or(good), words, advice)
+    return Figure("Lenses off their places", off, sd, "mm", good_or(good), words, advice)
