@@ -12,7 +12,7 @@ import pytest
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.bringup.build_folder import Figure
-from moireid.bringup.film_figures import FilmResult, _flatness, film_figures
+from moireid.bringup.film_figures import FilmResult, _flatness, _wander, film_figures
 from moireid.bringup.sharpness import radius_ratios, third_harmonic_expected
 from moireid.designer import Request, design_badge
 from moireid.profiles import lens_named
@@ -85,7 +85,7 @@ def test_the_error_of_lenses_off_their_places_is_that_of_their_mean(badge, rng):
     for true in (0.0, 0.5):
         maps = [(*(rng.normal(0.0, 0.2, 40) + true * np.tile([1.0, -1.0], 20)),) for _ in range(200)]
         each = [built(badge, place_maps=(one,), place_map_sd=0.2) for one in maps]
-        found = [figures_of(badge, film_of(badge, one))["Lenses off their places"] for one in each]
+        found = [_wander(one, badge) for one in each]
         values, sds = (np.array([getattr(one, key) for one in found]) for key in ("value", "sd"))
         off = values - true * badge.lens.pitch_mm / (2 * math.pi)
         assert 0.5 < math.sqrt(np.mean((off / sds) ** 2)) < 1.3
