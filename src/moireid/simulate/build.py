@@ -57,7 +57,8 @@ class Build:
     print_aspect : float
         Printed height over printed width, over that of the design; the width is `print_scale`'s.
     ink_um : float
-        By how much printed lines are wider than drawn, both edges together, um.
+        By how much printed lines are wider than designed, both edges together, um; of a badge that is drawn narrower
+        for its printer (`print["ink_growth_um"]`), what that leaves.
     banding : float
         Amplitude of the page's reflectance, as a share, in bands that recur every `BAND_MM` along its height.
     focus_ratio : float
