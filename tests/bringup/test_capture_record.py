@@ -14,8 +14,10 @@ import pytest
 
 from kit.schemas import SCHEMAS
 from moireid.badge import Badge
-from moireid.bringup.build_folder import Figure, unknown
+from moireid.bringup.badge_steps import FILMS, collect_record
+from moireid.bringup.build_folder import Figure, open_folder, unknown
 from moireid.bringup.capture_record import (
+    MOST_BYTES,
     CameraRecord,
     CropRecord,
     FilmRecord,
@@ -90,7 +92,7 @@ def test_neither_name_nor_identity_is_in_it_unless_asked(badge, tmp_path: Path):
 
 
 def test_what_is_no_record_is_refused_in_a_sentence(tmp_path: Path):
-    """Catches: a badge or a report read as a record; a traceback."""
+    """Catches: a badge or a report read as a record; a file of any size read whole; a traceback."""
     path = tmp_path / "odd.json"
     path.write_text('{"format": 1, "kind": "first-badge"}')
     with pytest.raises(SpecError, match="kind must be moireid-capture-record"):
@@ -100,6 +102,14 @@ def test_what_is_no_record_is_refused_in_a_sentence(tmp_path: Path):
         read_record(path)
     with pytest.raises(SpecError, match="cannot be read"):
         read_record(tmp_path / "none.json")
+    with path.open("wb") as file:
+        file.truncate(MOST_BYTES + 1)
+    with pytest.raises(SpecError, match="more than 50 MB"):
+        read_record(path)
+    folder = open_folder(tmp_path / "first", {}, {})
+    folder.at(FILMS).write_text('[{"width_px": 0}]')
+    with pytest.raises(SpecError, match="is damaged"):
+        collect_record(folder, with_badge=False, note="")
 
 
 def test_a_crop_holds_its_rectangle_alone():

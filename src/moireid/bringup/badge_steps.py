@@ -136,11 +136,14 @@ def _figure(folder: BuildFolder, name: str) -> Figure | None:
 def collect_record(folder: BuildFolder, *, with_badge: bool, note: str) -> CaptureRecord:
     """The capture record of a folder whose films were read.
 
-    Raises: SpecError where they were not.
+    Raises: SpecError where they were not, or what was read of them is damaged.
     """
     if not folder.at(FILMS).exists():
         raise SpecError(f"{folder.path} has no films of a badge yet; do the steps of moireid first-badge first")
-    films = msgspec.json.decode(folder.at(FILMS).read_bytes(), type=list[FilmRecord])
+    try:
+        films = msgspec.json.decode(folder.at(FILMS).read_bytes(), type=list[FilmRecord])
+    except msgspec.MsgspecError as error:
+        raise SpecError(f"{folder.at(FILMS)} is damaged ({error}); delete it, and the films are read again") from error
     return capture_record(
         films,
         load_badge(folder.at(BADGE_JSON)),

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from moireid.bringup.badge_steps import print_first_badge, read_films
+from moireid.bringup.badge_steps import FILMS, print_first_badge, read_films
 from moireid.bringup.build_folder import (
     BADGE_FILMS,
     BADGE_JSON,
@@ -143,6 +143,7 @@ STEPS: tuple[BuildStep, ...] = (
             "how well the figures repeat.",
         ),
         needs=tuple((name,) for name in BADGE_FILMS),
+        made=(FILMS,),
         own=(CAMERA, BADGE_JSON),
         wishes=("thickness_mm",),
     ),

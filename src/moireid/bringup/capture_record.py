@@ -33,7 +33,7 @@ from moireid.badge import Badge
 from moireid.bringup.build_folder import Figure
 from moireid.bringup.field_crops import FieldCrop
 from moireid.errors import SpecError
-from moireid.files import whole_file
+from moireid.files import read_regular, whole_file
 from moireid.frames import axis_words
 from moireid.models import check_format, parse_json, read_model
 from moireid.profiles import LensProfile, PrinterProfile
@@ -43,7 +43,8 @@ from moireid.verifier.report.plots import parallax_of
 from moireid.verifier.session.result import Report
 
 FORMAT = 1
-NOTE_CHARACTERS = 2000
+#: A record of two films has 0.4 MB; those of strangers are read no further than this.
+NOTE_CHARACTERS, MOST_BYTES = 2000, 50_000_000
 #: Packages whose versions may change a measurement.
 PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "av")
 Array = NDArray[np.float64]
@@ -253,10 +254,13 @@ def write_record(record: CaptureRecord, path: Path) -> None:
 
 
 def read_record(path: Path) -> CaptureRecord:
-    """Read a capture record.  Raises: SpecError if it is none."""
+    """Read a capture record.  Raises: SpecError if it is none, or larger than `MOST_BYTES`."""
     source, advice = f"capture record {path}", "give a file that moireid first-badge --record wrote"
     try:
-        text = path.read_text(encoding="utf-8")
+        data = read_regular(path, MOST_BYTES)
+        if len(data) > MOST_BYTES:
+            raise SpecError(f"{source} has more than {MOST_BYTES // 1_000_000} MB; {advice}")
+        text = data.decode()
     except (OSError, UnicodeDecodeError) as error:
         raise SpecError(f"{source} cannot be read; {advice}") from error
     document = parse_json(text, source, advice)
