@@ -135,7 +135,7 @@ def test_what_is_no_printer_profile_is_refused(tmp_path):
 
 
 def test_a_chart_for_no_printer_is_refused_in_a_sentence(chart):
-    """Catches: a division by zero, or a traceback of int(), for a pitch-test.json that somebody edited."""
+    """Catches: a division by zero, or a traceback of int(), for a pitch-test.json that was edited by hand."""
     for dpi in (0, -600, "many", 1e12, None):
         odd = replace(chart, print=(chart.print or {}) | {"dpi": dpi})
         with pytest.raises(SpecError, match=r"print\.dpi=.* correct it to 72 to 9600"):

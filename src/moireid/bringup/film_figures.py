@@ -17,19 +17,14 @@ from moireid.bringup.build_folder import Figure, good_or, unknown
 from moireid.bringup.sharpness import radius_ratios, third_harmonic_expected
 from moireid.sheets import effective_gap_mm
 from moireid.verifier.picture import LINEAR_COUNTS
+from moireid.verifier.session.refusal import BENT_PER_M, MOST_CONTRAST, OFF_MM, TRIED_AIR_MM
 from moireid.verifier.session.result import Report
 
-#: Air of this thickness is tried for the slope of the gain, mm.
-TRIED_AIR_MM = 0.1
 #: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; unevenness of the
 #: light, as a share; fringe contrast; difference of two films in standard deviations.  Set by hand.
 GOOD_AIR_MM, GOOD_TWIST_DEG, GOOD_SHARPNESS, GOOD_LIGHT, GOOD_CONTRAST, GOOD_SDS = 0.05, 0.3, 0.6, 0.4, 0.2, 3.0
-#: Twist of the page, 1/m; lenses off their places, mm root mean square.  Set by hand.
-GOOD_PAGE_TWIST_PER_M, GOOD_WANDER_MM = 0.25, 0.05
 #: The pitch that the badge is printed for may be off by this share.
 GOOD_PITCH_SHARE = 0.003
-#: Fundamental of a square wave over its mean: the most that fringes can have.
-MOST_CONTRAST = 4 / math.pi
 #: Error of one film's third harmonic as a share, at least.  Set by hand.
 SHARPNESS_SD_SHARE = 0.15
 #: White rim of a marker, over its side.
@@ -251,7 +246,7 @@ def _flatness(films: Sequence[FilmResult]) -> Figure:
         words = f"Not measured: the films show no twist of the page, and no film shows a bend along a side. {fit}"
         advice = "Lay a ruler over the badge: light under its edge should not be wider than a sheet of paper (0.1 mm)."
         return unknown("Flatness", "1/m", words, advice)
-    good = twist < GOOD_PAGE_TWIST_PER_M
+    good = twist < BENT_PER_M
     words = (
         "How much the page is twisted; 0.3 / m lifts two corners by 1 mm. A page that is bent along a side looks flat. "
         f"{fit}"
@@ -271,7 +266,7 @@ def _wander(found: AsBuilt, badge: Badge) -> Figure:
     square_sd = math.sqrt((4 * square * noise + 2 * noise**2) / knots.size)
     off = math.sqrt(square) * badge.lens.pitch_mm / (2 * math.pi)
     sd = square_sd / (2 * math.sqrt(max(square, square_sd, 1e-12))) * badge.lens.pitch_mm / (2 * math.pi)
-    good = off < GOOD_WANDER_MM
+    good = off < OFF_MM
     words = "Root mean square along the sheet. It is measured at enrolment, so that it does no harm."
     advice = "" if good else "Glue the sheet without tension, or take another piece."
     return Figure("Lenses off their places", off, sd, "mm", good_or(good), words, advice)
