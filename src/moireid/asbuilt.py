@@ -12,7 +12,9 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any
+
+from msgspec import Meta
 
 from moireid.errors import SpecError
 from moireid.models import check_format, parse_json, read_model
@@ -21,6 +23,8 @@ FORMAT = 1
 #: The model by which this version measures.  1: one term of radial distortion, a flat page, no map of places.  2: two
 #: terms, a page that may be twisted, and the map.
 MODEL = 2
+#: Bounds of a map of places and of its standard deviation, rad: beyond, a film shows none.
+MOST_MAP_RAD, MOST_MAP_SD_RAD = 10.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -48,8 +52,8 @@ class AsBuilt:
     captures: int = 1
     measured_scale: float | None = None
     third_harmonic: float | None = None
-    place_maps: tuple[tuple[float, ...], ...] = ()
-    place_map_sd: float | None = None
+    place_maps: tuple[tuple[Annotated[float, Meta(ge=-MOST_MAP_RAD, le=MOST_MAP_RAD)], ...], ...] = ()
+    place_map_sd: Annotated[float, Meta(gt=0, le=MOST_MAP_SD_RAD)] | None = None
     model: int = 1
 
     @property
@@ -68,6 +72,8 @@ def as_built_from_json(text: str) -> AsBuilt:
     document = parse_json(text, source, advice)
     check_format(document, FORMAT, source)
     found = read_model(document, AsBuilt, source, advice)
+    if bool(found.place_maps) != (found.place_map_sd is not None):
+        raise SpecError(f"{source}: place_maps and place_map_sd must be both there or both absent; {advice}")
     if found.beat_frequency_per_mm == 0:
         raise SpecError(f"{source}: beat_frequency_per_mm must not be 0, which has no period; {advice}")
     return found
@@ -116,6 +122,8 @@ def _merged_maps(parts: list[AsBuilt]) -> dict[str, Any]:
     ]
     if not known:
         return {}
+    if len({tuple(len(row) for row in maps) for maps, _ in known}) > 1:
+        raise SpecError("captures to merge have maps of different places; they must be of one badge")
     weights = [1.0 / max(sd, 1e-12) ** 2 for _, sd in known]
     each = [[value for row in maps for value in row] for maps, _ in known]
     mean = [sum(w * v for w, v in zip(weights, at, strict=True)) / sum(weights) for at in zip(*each, strict=True)]

@@ -66,8 +66,9 @@ STRETCH_PRIOR_SD_LOG, STRETCH_MAX_LOG = 0.0005, 1.0
 #: some more, and paper grows 0.1 % more across its fibres than along them when it gets damp.
 PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
 #: Prior of a page's twist, 1/m: a page that is bent to a radius R about an axis at an angle a to its side has
-#: sin(2 a) / (2 R).  Set by hand: most pages are flatter than 1.5 m; 0.35 m is what a card is bent to in the hand.
-TWIST_PRIOR_SD_PER_M, TWIST_MAX_PER_M = 0.3, 3.0
+#: sin(2 a) / (2 R).  Set by hand: most pages are flatter than 1.5 m.  Beyond the bound, which is a radius of half a
+#: metre, the poses' two solutions can no longer be distinguished, and a twist at it is no solution.
+TWIST_PRIOR_SD_PER_M, TWIST_MAX_PER_M, TWIST_AT_LIMIT_SHARE = 0.3, 1.0, 0.97
 #: Prior of the radial distortion (`camera.distortion`: a and b, in units of the usual focal length), and its bounds.
 #: a is calibrated on 987 lenses of phones (`benchmarks/lens_profiles.py --fit`): 90 % are between -0.03 and 0.06.
 #: b is between -0.4 and 0.4 in 90 %, whose quartiles ask for 0.12; 0.05 is set by hand, as the tails of Student's t
@@ -206,6 +207,9 @@ SHEET_GROWTH_PER_K, WEATHER_K = 7e-5, 20.0
 OFFSET_REPEATS_RAD = 0.05
 #: Repeatability of a map of places, root mean square, under motion, light and codec.  Ray-traced films: 0.004 to 0.017.
 MAP_REPEATS_RAD = 0.02
+#: A film's own error bar gives its map this much room at most, or who makes a film noisy could show any map; films at
+#: 2 m have 0.003 to 0.034.
+MAP_MOST_SD_RAD = 0.05
 #: Standard deviation of the rows' offsets, from which the twist is estimated.  Set by hand.
 ROW_OFFSET_SD_RAD = 0.03
 #: Rotation of a sheet in its mount between days.  Set by hand: 0.02 mm over 80 mm.

@@ -81,7 +81,9 @@ def test_an_enrolled_map_must_be_of_this_badge(ada):
     """Catches: a map of another layout that is stretched, or read beyond its end."""
     size = len(knots_mm(ada.gratings[0]))
     assert [len(one) for one in start_maps(ada, ())] == [size] * len(ada.gratings)
-    assert start_maps(ada, [[0.1] * size] * len(ada.gratings))[0][0] == 0.1
+    wave = bent_map(knots_mm(ada.gratings[0]), 0.2)
+    sloping = 0.5 + 0.1 * np.arange(size) + wave
+    assert start_maps(ada, [sloping] * len(ada.gratings))[0] == pytest.approx(wave, abs=1e-9)
     with pytest.raises(SpecError, match="enroll the badge"):
         start_maps(ada, [[0.1] * (size + 1)] * len(ada.gratings))
 

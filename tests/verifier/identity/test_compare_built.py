@@ -52,7 +52,9 @@ def test_maps_of_places_are_compared_where_both_are_known(ada):
     found = compare_built(other, known, ada)
     (reason,) = (one for one in found.reasons if one.code == "as_built_map")
     assert found.built == "differs" and reason.measured == pytest.approx(0.4 * np.sqrt(np.mean(wave**2)))
-    assert compare_built(replace(other, place_map_sd=0.2), known, ada).built == "agrees"
+    # A film that is made noisy neither agrees with another map nor is rejected for its own.
+    assert compare_built(replace(other, place_map_sd=0.2), known, ada).built == "not_known"
+    assert compare_built(replace(again, place_map_sd=0.2), known, ada).built == "agrees"
 
 
 def test_figures_of_an_earlier_version_are_marked(ada):
@@ -75,6 +77,20 @@ def test_maps_merge_by_their_information_and_keep_their_shape():
     assert merge([one, one]).place_map_sd == pytest.approx(0.01 / np.sqrt(2))
     assert merge([ONE, one]).place_maps == one.place_maps and merge([ONE, ONE]).place_maps == ()
     assert as_built_from_json(both.to_json()) == both
+    with pytest.raises(SpecError, match="of one badge"):
+        merge([one, replace(one, place_maps=((0.1, 0.2),))])
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"place_maps": []}, {"place_map_sd": None}, {"place_map_sd": 0}, {"place_map_sd": 1e6}, {"place_maps": [[1e9]]}],
+)
+def test_maps_that_no_film_shows_are_refused(changed):
+    """Catches: an error bar that makes any map agree; a map without one; values that turn fringes many times."""
+    good = json.loads(replace(ONE, place_maps=((0.1, 0.2),), place_map_sd=0.01).to_json())
+    assert as_built_from_json(json.dumps(good)).place_maps == ((0.1, 0.2),)
+    with pytest.raises(SpecError, match="as-built figures"):
+        as_built_from_json(json.dumps(good | changed))
 
 
 def test_a_badge_that_weather_grew_is_still_the_original(ada):

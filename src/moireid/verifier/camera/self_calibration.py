@@ -54,6 +54,7 @@ from moireid.verifier.measuring import (
     SHUTTER_PRIOR_SD_S,
     STRETCH_MAX_LOG,
     STRETCH_PRIOR_SD_LOG,
+    TWIST_AT_LIMIT_SHARE,
     TWIST_MAX_PER_M,
     TWIST_PRIOR_SD_PER_M,
 )
@@ -208,6 +209,9 @@ class FilmWide:
             best._untwist()
             if best._twisted:
                 best._solve_again()
+        if abs(best.twist) > TWIST_AT_LIMIT_SHARE * TWIST_MAX_PER_M:
+            best.twist, best._twisted = 0.0, False
+            best._solve_again()
         best._count_once()
         best._loosen()
         return best
@@ -219,7 +223,7 @@ class FilmWide:
         self._lift(self._chosen, self._start)
         found, _ = minimise(lambda x: self._errors(twist=x), *TWIST.alone)
         left, before = (float(np.median(self._errors(twist=x))) for x in (found, 0.0))
-        self._twisted = left < HIDING_SHARE * before
+        self._twisted = left < HIDING_SHARE * before and abs(found) < TWIST_AT_LIMIT_SHARE * TWIST_MAX_PER_M
         self.twist = found if self._twisted else 0.0
 
     def _lift(self, frames: NDArray[np.int64] | slice, poses: PlanePoses) -> None:

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +78,7 @@ def start_maps(badge: Badge, enrolled: Sequence[Sequence[float]]) -> list[Array]
             f"the as-built figures hold maps of {[len(one) for one in enrolled]} places, allowed for this badge are "
             f"{sizes}; enroll the badge with a capture again"
         )
-    return [np.array(one, float) for one in enrolled]
+    return [_without_slope(np.array(one, float)) for one in enrolled]
 
 
 @dataclass(frozen=True)
@@ -133,5 +134,10 @@ def _solved(row: StillShift) -> Array:
     """The map of one row or of several, without mean and slope."""
     ridge = RIDGE_SHARE * max(float(np.trace(row.power)) / len(row.along), 1e-12)
     found = np.linalg.solve(row.power + ridge * np.eye(len(row.along)), row.along)
-    places = np.linspace(-1, 1, len(found))
-    return np.asarray(found - np.polyval(np.polyfit(places, found, 1), places))
+    return _without_slope(found)
+
+
+def _without_slope(values: NDArray[Any]) -> Array:
+    """Values at the knots without their mean and slope."""
+    places = np.linspace(-1, 1, len(values))
+    return np.asarray(values - np.polyval(np.polyfit(places, values, 1), places))

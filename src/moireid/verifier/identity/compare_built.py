@@ -23,7 +23,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.asbuilt import MODEL, AsBuilt
+from moireid.asbuilt import MODEL, MOST_MAP_RAD, MOST_MAP_SD_RAD, AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
 from moireid.frames import own_rect
@@ -126,7 +126,7 @@ def filmed_built(
 
 def _filmed_maps(maps: Sequence[PlaceMap]) -> dict[str, Any]:
     """The maps as `AsBuilt` holds them; none where a grating does not show its own."""
-    if not all(math.isfinite(one.sd_rad) for one in maps):
+    if not all(0 < one.sd_rad <= MOST_MAP_SD_RAD and np.abs(one.seen_rad).max() <= MOST_MAP_RAD for one in maps):
         return {}
     values = tuple(tuple(round(float(value), 4) for value in one.seen_rad) for one in maps)
     return {"place_maps": values, "place_map_sd": max(one.sd_rad for one in maps)}
@@ -186,9 +186,11 @@ def compare_built(
         ("as_built_offset", offset, (slide_rad, slide_rad), offset_sd, "rad", "the place of the lens sheet"),
         ("as_built_twist", twist, (0.0, 0.0), twist_sd, "rad/mm", "the turn of the lens sheet"),
     )
-    if apart := _maps_apart(found, enrolled):
+    if maps := _maps_apart(found, enrolled):
+        apart, sure_sd, sd = maps
+        widest = measuring.DIFFERS_SDS * (sd - sure_sd)
         checks += (
-            ("as_built_map", apart[0], (0.0, 0.0), apart[1], "rad", "the pattern of the lens sheet's own errors"),
+            ("as_built_map", apart, (0.0, widest), sure_sd, "rad", "the pattern of the lens sheet's own errors"),
         )
     reasons, levels = [], []
     for code, difference, (room, widest), sd, unit, words in checks:
@@ -217,8 +219,9 @@ def compare_built(
     return Comparison(built, tuple(reasons), room if sure else None)
 
 
-def _maps_apart(found: AsBuilt, enrolled: AsBuilt) -> tuple[float, float] | None:
-    """Root mean square between the maps of a film and of enrolment, and its standard deviation, rad; None if unknown.
+def _maps_apart(found: AsBuilt, enrolled: AsBuilt) -> tuple[float, float, float] | None:
+    """Root mean square between the maps of a film and of enrolment, its standard deviation with what a noisy film may
+    claim of it (`MAP_MOST_SD_RAD`), and in full, rad; None if they are unknown.
 
     Weather does not change a map: what grows evenly has a mean and a slope alone, which a map has not.
     """
@@ -226,5 +229,8 @@ def _maps_apart(found: AsBuilt, enrolled: AsBuilt) -> tuple[float, float] | None
         return None
     pairs = zip(found.place_maps, enrolled.place_maps, strict=True)
     apart = [one - other for row, known in pairs for one, other in zip(row, known, strict=True)]
-    sd = math.hypot(found.place_map_sd, enrolled.place_map_sd, measuring.MAP_REPEATS_RAD)
-    return math.sqrt(sum(value**2 for value in apart) / len(apart)), sd
+    rest = math.hypot(enrolled.place_map_sd, measuring.MAP_REPEATS_RAD)
+    sure_sd, sd = (
+        math.hypot(own, rest) for own in (min(found.place_map_sd, measuring.MAP_MOST_SD_RAD), found.place_map_sd)
+    )
+    return math.sqrt(sum(value**2 for value in apart) / len(apart)), sure_sd, sd
