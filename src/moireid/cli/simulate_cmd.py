@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
-from moireid.errors import SpecError
+from moireid.errors import MediaError, SpecError
 from moireid.simulate.flaw_table import BUILDS, flaw_lines, read_flaw
 
 if TYPE_CHECKING:
@@ -122,6 +122,22 @@ class FlawValue(click.ParamType[str]):
         return str(value)
 
 
+class LensFile(click.ParamType[tuple[float, ...]]):
+    """A calibration, as `FilmOptions.lens`."""
+
+    name = "file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+        """Focal length, axis x and y, k1 and k2.  Raises: click.BadParameter."""
+        from moireid.verifier.camera.known_camera import load_camera
+
+        try:
+            lens = load_camera(Path(value))
+        except (SpecError, MediaError) as error:
+            self.fail(f"{error}.", param, ctx)
+        return lens.focal, *lens.axis, lens.k1, lens.k2
+
+
 @click.command("simulate")
 @click.argument("badge_json", type=click.Path(path_type=Path))
 @click.option("--out", "video", required=True, type=click.Path(path_type=Path, dir_okay=False), help="The film, .mp4.")
@@ -213,7 +229,8 @@ class FlawValue(click.ParamType[str]):
 )
 @click.option(
     "--lens-model",
-    type=click.Path(path_type=Path, dir_okay=False),
+    "lens",
+    type=LensFile(),
     metavar="FILE",
     help="A real lens in place of the camera's: a calibration of OpenCV, or a lens profile of gyroflow.",
 )
@@ -266,7 +283,7 @@ class FlawValue(click.ParamType[str]):
 @json_option
 @friendly
 def simulate_command(
-    badge_json: Path, video: Path, overwrite: bool, as_json: bool, explain: bool, lens_model: Path | None, **wished: Any
+    badge_json: Path, video: Path, overwrite: bool, as_json: bool, explain: bool, **wished: Any
 ) -> None:
     """Simulate a film of a badge, real or forged.
 
@@ -344,11 +361,6 @@ def simulate_command(
     # The options of the film have the names of the wish's fields.
     wish = FilmOptions(**wished)
     scene = scene_of(badge, wish, load_print(badge_json) if wish.scene else None)
-    if lens_model is not None:
-        from moireid.verifier.camera.known_camera import load_camera
-
-        lens = load_camera(lens_model)
-        scene = replace(scene, camera=scene.camera.through(lens.focal, lens.axis, lens.k1, lens.k2))
     with progress_bar("filming") as progress:
         report = filmed(scene, wish, video, overwrite=overwrite, progress=progress)
     if as_json:

@@ -305,7 +305,8 @@ class FilmOptions:
     fps: None for that of the format, or 60; motion: a name, or the path of a CSV file; leave_out: fields of
     `scene.Need` that are not needed; effects: NAME or NAME:STRENGTH, as `effects.table.effect_named` takes them, after
     that of the camera; build: as `build.build_named` takes it; flaws: NAME=VALUE of `flaw_table`, after the sheet;
-    scene: where the badge is, of `settings.places`.
+    scene: where the badge is, of `settings.places`; lens: focal length, axis x and y, k1 and k2, as `Camera.through`
+    takes them.
     """
 
     motion: str = "handheld"
@@ -320,6 +321,7 @@ class FilmOptions:
     sheet: str | None = None
     scene: str | None = None
     camera: str = "phone"
+    lens: tuple[float, float, float, float, float] | None = None
     format: str | None = None
     mirror: bool = False
     blur_px: float | None = None
@@ -344,6 +346,9 @@ def scene_of(badge: Badge, wish: FilmOptions, print_picture: NDArray[np.uint8] |
     """
     name = "phone" if wish.camera in EFFECT_CAMERAS else wish.camera
     camera = camera_named(name, mirror=wish.mirror, focus_blur_px=wish.blur_px)
+    if wish.lens is not None:
+        focal, x, y, k1, k2 = wish.lens
+        camera = camera.through(focal, (x, y), k1, k2)
     build = build_named(wish.build, wish.seed)
     build = build if wish.sheet is None else sheet_named(wish.sheet, build)
     flaws = dict(read_flaw(text) for text in wish.flaws)
