@@ -209,7 +209,7 @@ OFFSET_REPEATS_RAD = 0.05
 MAP_REPEATS_RAD = 0.02
 #: A film's own error bar gives its map this much room at most, or who makes a film noisy could show any map; films at
 #: 2 m have 0.003 to 0.034.
-MAP_MOST_SD_RAD = 0.05
+MAP_MOST_SD_RAD = 0.03
 #: Standard deviation of the rows' offsets, from which the twist is estimated.  Set by hand.
 ROW_OFFSET_SD_RAD = 0.03
 #: Rotation of a sheet in its mount between days.  Set by hand: 0.02 mm over 80 mm.
