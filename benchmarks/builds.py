@@ -5,7 +5,8 @@ Each badge is printed by the command `print-your-badge` and traced by `outside`,
 `outside.lamps`).  It is enrolled from two films, filmed again at the middle of its range, and filmed with half the
 gain; a second build of the same files, with the same flaws of another draw, is the copy.  Narrowed: printed with
 `--ink-growth`.  Printed is whether it could be enrolled, what becomes of the film before and after enrolment, how many
-error bars its gain is off (at enrolment: off that of its own lenses, traced), and what becomes of copy and forgery (not
+error bars its gain is off (at enrolment: off that of its own lenses, traced), how far its map of places is off that of
+enrolment (rad, root mean square), and what becomes of copy and forgery (not
 with `--quick`); then the sums of each kind.  With `--seeds N` N badges of each kind are built, filmed on other motions.
 `--keep DIR` keeps films, each with what was built, the trajectory and the report: another run judges them again.
 """
@@ -132,11 +133,12 @@ def enrolled(films: list[Path], badge: Badge) -> AsBuilt | str:
         return str(error).split("cannot be used:")[-1].strip()
 
 
-def verdict(path: Path, claim: Claim, stage: str) -> tuple[str, list[str], Any]:
-    """Verdict, reasons and motion figures of a film; the report is kept next to it."""
+def verdict(path: Path, claim: Claim, stage: str) -> tuple[str, list[str], Any, float | None]:
+    """Verdict, reasons, motion figures and the map's difference of a film; the report is kept next to it."""
     report = verify(path, claim)
     path.with_suffix(f".{stage}.json").write_text(json.dumps(report.to_json(), indent=1), encoding="utf-8")
-    return report.verdict, why_not(report), report.invariant
+    apart = next((reason.measured for reason in report.reasons if reason.code == "as_built_map"), None)
+    return report.verdict, why_not(report), report.invariant, apart
 
 
 def judged(job: tuple[Path, str, int, bool]) -> Row:
@@ -145,18 +147,18 @@ def judged(job: tuple[Path, str, int, bool]) -> Row:
     folder = badge_folder(top, kind, build)
     badge = load_badge(folder / "badge" / "badge.json")
     films = [filmed(folder, kind, build, number) for number in range(3)]
-    before, why_before, _ = verdict(films[2], Claim(badge, badge.id), "before")
+    before, why_before, *_ = verdict(films[2], Claim(badge, badge.id), "before")
     row: Row = {"build": kind, "number": build, "before": before, "why before": why_before}
     figures = enrolled(films[:2], badge)
     if isinstance(figures, str):
         return row | {"refused": figures}
     claim = Claim(badge, badge.id, as_built=figures)
-    after, why, motion = verdict(films[2], claim, "after")
+    after, why, motion, row["map off"] = verdict(films[2], claim, "after")
     off = (figures.gain_ratio - traced_gain(kind, build, folder)) / figures.gain_sd
     row |= {"enrolled gain": figures.gain_ratio, "bars off": off, "gain": motion.gain_ratio}
     row |= {"gain bars off": motion.gain_ratio and (motion.gain_ratio - 1) / motion.gain_sd, "after": after, "why": why}
     if not quick:
-        row["copy"] = verdict(filmed(folder, kind, build + COPY, 2), claim, "after")[0]
+        row["copy"], _, _, row["copy's map off"] = verdict(filmed(folder, kind, build + COPY, 2), claim, "after")
         row["half gain"] = verdict(filmed(folder, kind, build, 2, "gain_0.5"), claim, "after")[0]
     return row
 
@@ -205,8 +207,16 @@ COLUMNS = {
     "bars off": ">8.1f",
     "gain": ">6.3f",
     "gain bars off": ">13.1f",
+    "map off": ">7.3f",
 }
-COLUMNS |= {"after": "<12", "why": "<16", "copy": "<12", "half gain": "<12", "refused": "<1"}
+COLUMNS |= {
+    "after": "<12",
+    "why": "<16",
+    "copy": "<12",
+    "copy's map off": ">14.3f",
+    "half gain": "<12",
+    "refused": "<1",
+}
 COLUMNS |= {"kind": "<19", "builds": ">6", "enrolled": ">8", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
 COLUMNS |= {"most bars off": ">13.1f", "copy accepted": ">13", "half gain accepted": ">18", "reasons": "<1"}
 OPTIONS = {"--seeds": {"type": int, "default": 1, "metavar": "N", "help": "builds of each kind"}}

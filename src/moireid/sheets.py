@@ -108,6 +108,10 @@ RADIUS_RATIOS = (1.0, 1.06, 1.12)
 NEAR = 0.05
 
 
+#: Air for which the gain's slope is traced, mm.
+TRIED_AIR_MM = 0.1
+
+
 def effective_gap_mm(lens: Lens, rear_pitch_mm: float, gap_mm: float = 0.0) -> float:
     """Slope of the law near the axis as a length, with an air gap between sheet and page.
 
@@ -164,3 +168,17 @@ def possible_gains(lens: Lens, rear_pitch_mm: float) -> tuple[float, float]:
 
 def _same_pitch(one_mm: float, other_mm: float) -> bool:
     return abs(one_mm / other_mm - 1) <= SAME_PITCH_SHARE
+
+
+def air_mm_per_gain(lens: Lens, pitch_mm: float) -> float:
+    """Air beneath a sheet, mm, that adds 1 to its gain: fringes move in proportion to the effective gap.
+
+    Parameters
+    ----------
+    lens : Lens
+        The sheet as designed.
+    pitch_mm : float
+        Pitch of the printed lines, mm.
+    """
+    own = effective_gap_mm(lens, pitch_mm)
+    return own * TRIED_AIR_MM / (effective_gap_mm(lens, pitch_mm, TRIED_AIR_MM) - own)

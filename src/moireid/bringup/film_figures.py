@@ -15,9 +15,9 @@ from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge, Markers
 from moireid.bringup.build_folder import Figure, good_or, unknown
 from moireid.bringup.sharpness import radius_ratios, third_harmonic_expected
-from moireid.sheets import effective_gap_mm
+from moireid.sheets import air_mm_per_gain, effective_gap_mm
 from moireid.verifier.picture import LINEAR_COUNTS
-from moireid.verifier.session.refusal import BENT_PER_M, MOST_CONTRAST, OFF_MM, TRIED_AIR_MM
+from moireid.verifier.session.refusal import BENT_PER_M, MOST_CONTRAST, OFF_MM
 from moireid.verifier.session.result import Report
 
 #: Figures within these need no action: air, mm; twist, degrees; share of the sharpest third harmonic; unevenness of the
@@ -69,10 +69,9 @@ def _gain(found: AsBuilt) -> Figure:
 
 def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
     """Air under the sheet, from the gain beyond what the sheet's thickness gives."""
-    lens, pitch_mm = badge.lens, badge.gratings[0].pitch_mm
-    own = effective_gap_mm(lens, pitch_mm)
-    per_mm = (effective_gap_mm(lens, pitch_mm, TRIED_AIR_MM) - own) / TRIED_AIR_MM
-    air_mm, sd_mm = ((found.gain_ratio - 1) * own / per_mm, found.gain_sd * own / per_mm)
+    lens = badge.lens
+    per_gain_mm = air_mm_per_gain(lens, badge.gratings[0].pitch_mm)
+    air_mm, sd_mm = (found.gain_ratio - 1) * per_gain_mm, found.gain_sd * per_gain_mm
     if thickness is None or thickness.sd is None:
         words = (
             f"Motion as if by {air_mm:+.3f} mm of air; so does a sheet of another thickness, and its thickness was not "
@@ -80,7 +79,7 @@ def _air(found: AsBuilt, badge: Badge, thickness: Figure | None) -> Figure:
         )
         return unknown("Air under the sheet", "mm", words, "Measure the sheet with a calliper, and give --thickness.")
     # A sheet that is thicker by its error moves fringes as much more.
-    sd_mm = math.hypot(sd_mm, thickness.sd * own / lens.thickness_mm / per_mm)
+    sd_mm = math.hypot(sd_mm, thickness.sd / lens.thickness_mm * per_gain_mm)
     good = air_mm - 2 * sd_mm < GOOD_AIR_MM
     advice = "" if good else "Press the sheet flat, or glue it with clear film; dust and bubbles hold it up."
     words = "From the fringes' motion beyond what the measured thickness gives. Elliptical lenses look like some air."
@@ -236,7 +235,7 @@ def _focal(films: Sequence[FilmResult]) -> Figure:
 
 
 def _flatness(films: Sequence[FilmResult]) -> Figure:
-    """Twist of the page between its corners, as one radius; bows along its sides alone are not seen."""
+    """Twist of the page, 1/m, the most of all films; a bend along a side is not seen."""
     seen = [film.report.measurement.camera for film in films if film.report.measurement]
     if not seen:
         return unknown("Flatness", "1/m", "The films do not show the badge.", "Film again.")

@@ -11,12 +11,12 @@ import pytest
 from moireid.verifier.session.refusal import build_findings
 
 
-def measured(*, twist=0.0, off_rad=0.0, overtone=0.3, contrast=0.8):
+def measured(*, twist=0.0, off_rad=0.0, map_sd=0.01, overtone=0.3, contrast=0.8):
     """A measurement of an ordinary badge, but for what is given."""
     wave = off_rad * math.sqrt(2) * np.cos(2 * np.pi * np.arange(8) / 8)
     return SimpleNamespace(
         camera=SimpleNamespace(twist_per_m=twist),
-        maps=[SimpleNamespace(seen_rad=0 * wave), SimpleNamespace(seen_rad=wave)],
+        maps=[SimpleNamespace(seen_rad=0 * wave, sd_rad=0.01), SimpleNamespace(seen_rad=wave, sd_rad=map_sd)],
         gratings=[SimpleNamespace(beyond=SimpleNamespace(overtone=np.full(9, overtone * 1j)))],
         strips=[None, SimpleNamespace(contrast=np.full(9, contrast), level=np.ones(9))],
     )
@@ -27,6 +27,8 @@ def test_an_ordinary_badge_has_no_findings(ada):
     assert build_findings(measured(twist=0.1, off_rad=0.2), ada, 1.02) == []
     bare = SimpleNamespace(**vars(measured()) | {"gratings": [SimpleNamespace(beyond=None)], "strips": [None]})
     assert build_findings(bare, ada, None) == []
+    # Noise is no map, and a row that is too short shows no third harmonic.
+    assert build_findings(measured(off_rad=0.62, map_sd=0.4, overtone=0.0), ada, 1.0) == []
 
 
 @pytest.mark.parametrize(

@@ -10,14 +10,13 @@ import math
 import numpy as np
 
 from moireid.badge import Badge
-from moireid.sheets import effective_gap_mm
+from moireid.sheets import air_mm_per_gain
 from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.measuring import MAP_SDS
 
 #: From here on a figure may explain a refusal: twist of the page, 1/m; lenses off their places, mm root mean square;
 #: gain over the design, as a share; third harmonic and contrast of the fringes, over the most that they can have.
 BENT_PER_M, OFF_MM, GAIN_OFF_SHARE, LEAST_OVERTONE, LEAST_CONTRAST = 0.25, 0.04, 0.1, 0.15, 0.15
-#: Air of this thickness is tried for the slope of the gain, mm.
-TRIED_AIR_MM = 0.1
 #: Fundamental of a square wave over its mean, and its third harmonic over the fundamental.
 MOST_CONTRAST, MOST_OVERTONE = 4 / math.pi, 1 / 3
 
@@ -46,11 +45,13 @@ def _flatness(measurement: Measurement) -> str:
 
 
 def _wander(measurement: Measurement, badge: Badge) -> str:
-    turns = max(math.sqrt(float(np.mean(one.seen_rad**2))) for one in measurement.maps) / (2 * math.pi)
-    if turns * badge.lens.pitch_mm < OFF_MM:
+    sizes = [(math.sqrt(float(np.mean(one.seen_rad**2))), one.sd_rad) for one in measurement.maps]
+    sure = max((size for size, sd in sizes if size > MAP_SDS * sd), default=0.0)
+    off_mm = sure / (2 * math.pi) * badge.lens.pitch_mm
+    if off_mm < OFF_MM:
         return ""
     return (
-        f"Lenses are {turns * badge.lens.pitch_mm:.2f} mm off their places, root mean square. Glue the sheet without "
+        f"Lenses are {off_mm:.2f} mm off their places, root mean square. Glue the sheet without "
         "tension, or take another piece."
     )
 
@@ -59,10 +60,8 @@ def _gap(badge: Badge, gain: float | None) -> str:
     """Fringes move in proportion to the optical gap: that of the sheet, and of air beneath it."""
     if gain is None or abs(gain - 1) < GAIN_OFF_SHARE:
         return ""
-    pitch_mm = badge.gratings[0].pitch_mm
-    own = effective_gap_mm(badge.lens, pitch_mm)
-    per_mm = (effective_gap_mm(badge.lens, pitch_mm, TRIED_AIR_MM) - own) / TRIED_AIR_MM
-    as_air = f", or with {(gain - 1) * own / per_mm:.2f} mm of air beneath it: press it flat" if gain > 1 else ""
+    air_mm = (gain - 1) * air_mm_per_gain(badge.lens, badge.gratings[0].pitch_mm)
+    as_air = f", or with {air_mm:.2f} mm of air beneath it: press it flat" if gain > 1 else ""
     return (
         f"Fringes move {gain:.2f} times as far as designed, as under a sheet of {gain * badge.lens.thickness_mm:.2f} mm"
         f"{as_air}."
@@ -70,8 +69,10 @@ def _gap(badge: Badge, gain: float | None) -> str:
 
 
 def _sharpness(measurement: Measurement) -> str:
-    size = [np.abs(signal.beyond.overtone) for signal in measurement.gratings if signal.beyond is not None]
-    value = float(np.median(np.concatenate(size))) / MOST_OVERTONE if size else 1.0
+    sizes = [np.abs(signal.beyond.overtone) for signal in measurement.gratings if signal.beyond is not None]
+    # It is 0 where a row is too short to show it.
+    size = np.concatenate([one[one > 0] for one in sizes]) if sizes else np.zeros(0)
+    value = float(np.median(size)) / MOST_OVERTONE if size.size else 1.0
     if value >= LEAST_OVERTONE:
         return ""
     return (
