@@ -11,6 +11,7 @@ import os
 import secrets
 import stat
 import tempfile
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -41,8 +42,9 @@ def planned(
     kept, or if its folder cannot be created or written.
     """
     paths, inputs = list(paths), [one for one in kept if one is not None and one.exists()]
-    if len({path.absolute() for path in paths}) < len(paths):
-        raise SpecError(f"two outputs are given as {paths[0]}; choose a name of its own for each")
+    twice = next((path for path, count in Counter(path.absolute() for path in paths).items() if count > 1), None)
+    if twice is not None:
+        raise SpecError(f"two outputs are given as {twice}; choose a name of its own for each")
     for path in paths:
         if path.is_dir():
             raise SpecError(f"{path} is a folder, but a file of that name is to be written; choose another output")

@@ -20,7 +20,7 @@ from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
 from moireid.designer.people import read_people
-from moireid.errors import FabricationError
+from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import event
 from moireid.fabrication.event import GUTTER_MM, folder_name, places_mm, write_sheets_pdf
 from moireid.registry import open_registry
@@ -238,8 +238,13 @@ def test_several_processes_make_the_same_files_and_fail_as_one(tmp_path, monkeyp
             assert statements(tmp_path / "1" / name) == statements(tmp_path / "2" / name), name
         elif (tmp_path / "1" / name).is_file():
             assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes(), name
-    # The third badge's own name is no folder that can be made twice.
+    # One name for all is refused before any work; a folder within a folder that is absent fails in its own process.
     monkeypatch.setattr(event, "folder_name", lambda number, badge, digits: "same")
-    with pytest.raises(OSError, match="exists"):
+    with pytest.raises(SpecError, match=r"two outputs are given as .*same"):
+        event.print_event(badges, tmp_path / "3", processes=2)
+    monkeypatch.setattr(
+        event, "folder_name", lambda number, badge, digits: f"{number}/own" if number == 3 else str(number)
+    )
+    with pytest.raises(OSError, match="No such file"):
         event.print_event(badges, tmp_path / "3", processes=2)
     assert not (tmp_path / "3").exists()
