@@ -359,7 +359,7 @@ WRONG: list[tuple[str, str, Callable[[Document], object]]] = [
     ("no reference", "gratings.0.code.roles", lambda d: _grating(d).update(code=_code(["beat"]))),
     ("step of zero", "frequency_step_per_mm", lambda d: _grating(d).update(code=_code(frequency_step_per_mm=0.0))),
     ("role that is none", "gratings.0.code.roles.0", lambda d: _grating(d).update(code=_code(["king"]))),
-    ("format of tomorrow", "format", lambda d: [d.update(format=2), d.pop("markers")]),
+    ("format of tomorrow", "format", lambda d: [d.update(format=3), d.pop("markers")]),
 ]
 
 

@@ -8,6 +8,7 @@ optics.py        the phase law in closed form            extras.py     the sente
 lenticule.py     ray tracing, and the law's table        sandbox/      work in a process without rights
 frames.py        the frame of a grating                  idcodes/      payload <-> line spacing
 dots.py          lines on a printer's dots               artwork/      what a badge's page looks like
+smooth_lines.py  lines that bend from cell to cell
 fiducials.py     four squares, or a thin coded frame     designer/     name, lens, printer, range -> Badge
 names.py         invisible letters; lines of namesakes   fabrication/  Badge -> PDF and mount
 asbuilt.py       figures of one built badge              simulate/     Badge -> film, true or forged

@@ -5,7 +5,8 @@ Looking at the badge, z points into the page, so a camera in front of it has a n
 A `rect` is (x0, y0, x1, y1) with x0 < x1 and y0 < y1; those of a grating whose axis is an angle, and of its cells, lie
 in the grating's own frame (`moireid.frames`).
 
-The JSON form is `badge.json`, format 1; its JSON Schema is shipped as `moireid/schema/badge.schema.json`.
+The JSON form is `badge.json`, format 1, or 2 with smooth fields; its JSON Schema is shipped as
+`moireid/schema/badge.schema.json`.
 Unknown keys are ignored, so that later versions may add some.
 """
 
@@ -34,7 +35,7 @@ from moireid.fiducials import (
     read_fiducial,
 )
 from moireid.frames import OwnFrame, Rect, bounds_of, own_frame, own_rect
-from moireid.layers import Bits, Cell, Code, Grating, Lens
+from moireid.layers import Bits, Cell, Code, Grating, Lens, is_smooth
 from moireid.models import check_format, parse_json, read_model
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ __all__ = [
     "badge_from_json",
     "load_badge",
 ]
-FORMAT = 1
+#: Smooth fields came with format 2; a badge without one is written in format 1, which older versions read.
+FORMAT, SMOOTH_FORMAT = 1, 2
 ADVICE = "correct that field (schema: moireid/schema/badge.schema.json)"
 #: Least step of beat frequency, cycles per mm: a smaller one could not be read from any board, so every beat would
 #: pass.
@@ -153,7 +155,8 @@ class Badge:
         for grating in document["gratings"]:
             grating.pop("pitch_mm")
             if "code" in grating:
-                grating["cells"] = [{"rect_mm": c["rect_mm"], "duty": c["duty"]} for c in grating["cells"]]
+                written = "pitch_mm", "edge_mm"
+                grating["cells"] = [{k: v for k, v in c.items() if k not in written} for c in grating["cells"]]
         return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
 
 
@@ -204,7 +207,7 @@ class Board(Struct):
 class BadgeFile(Struct):
     """What badge.json holds.  Lengths in mm; page coordinates with origin top left, x right, y down."""
 
-    format: Annotated[Literal[1], Meta(description="the version of this format")]
+    format: Annotated[Literal[1, 2], Meta(description="the version of this format: 2 where cells blend, else 1")]
     id: Annotated[
         Annotated[str, Meta(pattern="^([0-9a-f]{2}){1,16}$")] | None,
         Meta(description="the payload, lower-case hex; null for a board made elsewhere"),
@@ -228,7 +231,7 @@ class BadgeFile(Struct):
 def badge_from_json(text: str, *, source: str = "badge.json") -> Badge:
     """Parse the text of a badge.json; `source` names it in messages.  Raises: SpecError, as `load_badge`."""
     document = parse_json(text, source, "give a file that print-your-badge wrote")
-    check_format(document, FORMAT, source)
+    check_format(document, (FORMAT, SMOOTH_FORMAT), source)
     file = read_model(document, BadgeFile, source, ADVICE)
     badge = Badge(
         id=file.id,
@@ -249,7 +252,7 @@ def badge_from_json(text: str, *, source: str = "badge.json") -> Badge:
 def _to_document(badge: Badge) -> dict[str, Any]:
     """The JSON object of a badge; empty keys are left out, except the id, which may be null."""
     document: dict[str, Any] = {
-        "format": FORMAT,
+        "format": SMOOTH_FORMAT if any(is_smooth(grating) for grating in badge.gratings) else FORMAT,
         "id": badge.id,
         "name": badge.name,
         "page": {"width_mm": badge.page_mm[0], "height_mm": badge.page_mm[1]},
@@ -261,6 +264,9 @@ def _to_document(badge: Badge) -> dict[str, Any]:
         grating["code"] = {key: value for key, value in (grating["code"] or {}).items() if value is not None}
         if not grating["code"]:
             del grating["code"]
+        for cell in grating["cells"]:
+            if not any(cell["blend_mm"]):
+                del cell["blend_mm"]
     optional = {
         "payload_bits": badge.payload_bits,
         "board": {"rect_mm": badge.board_mm} if badge.board_mm else None,
@@ -293,6 +299,8 @@ def _check_geometry(badge: Badge, source: str) -> None:
         _check_rect(badge.bounds_of(grating), page, f"gratings.{g}.rect_mm on the page", source)
         for c, cell in enumerate(grating.cells):
             _check_rect(cell.rect_mm, rect, f"gratings.{g}.cells.{c}.rect_mm", source)
+        if is_smooth(grating):
+            _check_smooth(grating, g, source)
         if grating.code and abs(grating.code.frequency_step_per_mm) < MIN_STEP_PER_MM:
             raise SpecError(
                 f"{source}: gratings.{g}.code.frequency_step_per_mm={grating.code.frequency_step_per_mm:g} is too "
@@ -306,6 +314,29 @@ def _check_geometry(badge: Badge, source: str) -> None:
     check_fiducial(badge.markers, page, source, _check_rect)
     for g, grating in enumerate(badge.gratings):
         check_enclosed(badge.markers, badge.bounds_of(grating), f"gratings.{g}.rect_mm", source)
+
+
+def _check_smooth(grating: Grating, number: int, source: str) -> None:
+    """Raise unless the cells of a smooth grating are rows that fill it, reach half of themselves at most, and are dark
+    by one share.
+    """
+    rects = sorted((own_rect(grating.axis, cell.rect_mm), cell) for cell in grating.cells)
+    area = sum((rect[2] - rect[0]) * (rect[3] - rect[1]) for rect, _ in rects)
+    low, begin, high, end = own_rect(grating.axis, grating.rect_mm)
+    rows: dict[float, list[Rect]] = {}
+    for rect, _ in rects:
+        rows.setdefault(round(rect[1], 4), []).append(rect)
+    joined = all(
+        abs(row[0][0] - low) < 1e-6 and abs(row[-1][2] - high) < 1e-6 and len({round(one[3], 4) for one in row}) == 1
+        for row in rows.values()
+    )
+    filled = joined and abs(area - (high - low) * (end - begin)) < 1e-4
+    reach = all(cell.blend_mm[k] <= (rect[k + 2] - rect[k]) / 2 + 1e-6 for rect, cell in rects for k in (0, 1))
+    if not (filled and reach and len({cell.duty for cell in grating.cells}) == 1):
+        raise SpecError(
+            f"{source}: gratings.{number}.cells: cells that blend must be rows that fill the grating, with blend_mm of "
+            "half their sides at most and one duty; correct them"
+        )
 
 
 def _check_rect(rect: Rect, outer: Rect, where: str, source: str) -> None:

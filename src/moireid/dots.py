@@ -24,6 +24,8 @@ from moireid.profiles import Printer
 Array = NDArray[np.float64]
 #: The widest growth of a line that is drawn for, um: a laser of 1200 dpi was measured at 42 to 64.
 MOST_INK_UM = 150.0
+#: Share of a dot by which a line is drawn within its dots, half of what either kind of raster leaves.
+INSET_DOTS = 0.25
 #: Figures listed for each cell on the printer's dots.
 COLUMNS = ("grating", "cell", "pitch_error_ppm", "edge_error_um", "phase_error_rad", "beat_error_share")
 

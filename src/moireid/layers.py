@@ -17,6 +17,7 @@ from moireid.frames import Axis, Coordinate, Rect
 Pitch = Annotated[float, Meta(ge=0.01, le=20)]
 Share = Annotated[float, Meta(gt=0, lt=1)]
 Thickness = Annotated[float, Meta(gt=0, le=100)]
+Blend = Annotated[float, Meta(ge=0, le=100)]
 Bits = Annotated[int, Meta(ge=1, le=128)]
 
 
@@ -74,6 +75,13 @@ class Cell:
         Meta(description="where a dark line begins along the axis; the others begin whole pitches from it"),
     ]
     duty: Annotated[Share, Meta(description="share of the pitch that is dark")]
+    blend_mm: Annotated[
+        tuple[Blend, Blend],
+        Meta(
+            description="how far from its borders its lines pass into those of the neighbours, along the axis and "
+            "along the lines (`moireid.smooth_lines`); missing where they end at the border"
+        ),
+    ] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -143,3 +151,8 @@ class Grating:
     code: Annotated[
         Code | None, Meta(description="how the identity is laid over the cells; missing where there is none")
     ] = None
+
+
+def is_smooth(grating: Grating) -> bool:
+    """Whether any of its cells blends with its neighbours."""
+    return any(any(cell.blend_mm) for cell in grating.cells)

@@ -57,11 +57,12 @@ def _small(digits: str) -> int:
     return int(digits)
 
 
-def check_format(document: object, known: int, source: str) -> None:
+def check_format(document: object, known: int | tuple[int, ...], source: str) -> None:
     """Refuse a file of another format before anything else of it is read.  Raises: SpecError."""
-    if isinstance(document, dict) and document.get("format") != known:
-        found = _shown(document.get("format"))
-        raise SpecError(f"{source}: format: format {found} is not known to this version; it reads format {known}")
+    formats = known if isinstance(known, tuple) else (known,)
+    if isinstance(document, dict) and document.get("format") not in formats:
+        found, read = _shown(document.get("format")), " and ".join(map(str, formats))
+        raise SpecError(f"{source}: format: format {found} is not known to this version; it reads format {read}")
 
 
 def read_model(

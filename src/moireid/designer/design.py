@@ -49,6 +49,8 @@ MAX_DOT_PHASE_RAD = 0.25
 PRINTER_DPI = (300, 360, 400, 600, 720, 1200, 1440, 2400)
 #: Beat levels of the spacing family's uniform rows.
 SPACING_LEVELS = 8
+#: How the lines of neighbouring cells meet.
+PATTERNS = ("cells", "silk")
 #: The published prototype's printed pitch is 1.0236 lens pitches; the pitch family's reference keeps near that ratio.
 REFERENCE_RATIO = 0.52 / 0.508
 
@@ -95,6 +97,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     family = family_named(_family_for(request, payload))
     lens, layout, spacing = _front(request), lay_out(request), family.name == "spacing"
     levels, count = SPACING_LEVELS if spacing else PITCH_LEVELS, len(layout.fields_mm)
+    silk = _is_silk(request, family.name)
     if not spacing and request.axes != "x":
         raise DesignError(
             f"the pitch code is carried by one field, and axes {request.axes} has {count}; take axes x, or the spacing "
@@ -107,7 +110,8 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         beats = (choose_beats(layout, request.range_m[1], lens.pitch_mm, levels),) * count
     check_range(request, layout, grids, lens.pitch_mm, levels, len(payload))
     blank = tuple(
-        _blank_grating(family.name, lens.pitch_mm, layout, k, grids[k], beats[k], len(payload)) for k in range(count)
+        _blank_grating(family.name, lens.pitch_mm, layout, k, grids[k], beats[k], len(payload), silk=silk)
+        for k in range(count)
     )
     _check_printer(request, blank[0].pitch_mm)
     gratings = tuple(
@@ -130,6 +134,18 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         | {"lens": Path(request.lens).name}
         | ({"ink_growth_um": request.ink_growth_um} if request.ink_growth_um else {}),
     )
+
+
+def _is_silk(request: Request, family: str) -> bool:
+    """Whether the fields are smooth.  Raises: DesignError where they cannot be."""
+    if request.pattern not in PATTERNS:
+        raise DesignError(f"the pattern {request.pattern!r} is not known; choose {' or '.join(PATTERNS)}")
+    if request.pattern == "silk" and (family != "spacing" or request.front == "array"):
+        raise DesignError(
+            "silk bends the lines of a spacing code under a lens sheet or a mask; leave out --code and --front array, "
+            "or take cells"
+        )
+    return request.pattern == "silk"
 
 
 def _crossed(
@@ -194,7 +210,15 @@ def _check_dots(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: 
 
 
 def _blank_grating(
-    family: str, lens_pitch_mm: float, layout: Layout, field: int, grid: Grid, beats: Beats, payload_bytes: int
+    family: str,
+    lens_pitch_mm: float,
+    layout: Layout,
+    field: int,
+    grid: Grid,
+    beats: Beats,
+    payload_bytes: int,
+    *,
+    silk: bool,
 ) -> Grating:
     """A grating whose cells have their places and roles but no identity yet."""
     axis, rect = layout.fields_mm[field]
@@ -203,7 +227,7 @@ def _blank_grating(
     level = min(max(round((wanted - beats.slowest_per_mm) / beats.step_per_mm), 0), beats.levels - 1)
     reference = -(beats.slowest_per_mm + level * beats.step_per_mm)
     pitch_mm = float(rear_pitch_for_beat_mm(lens_pitch_mm, reference))
-    cells, roles = cells_and_roles(rect, axis, grid, pitch_mm, field)
+    cells, roles = cells_and_roles(rect, axis, grid, pitch_mm, field, silk=silk)
     code = Code(
         roles=roles,
         payload_bits=8 * payload_bytes,

@@ -75,8 +75,13 @@ def _grid(layout: Layout, rows: int, columns: int) -> Grid:
     return Grid(rows, tuple(counts), min(sides[1::2]), min(sides))
 
 
+#: In a silk field: share of a code's cell, from each of its borders, that passes into its neighbours; and how far
+#: uniform rows do, mm, at most the share.  Rows are read without a rim of that size anyway.
+SILK_SHARE, UNIFORM_SILK_MM = 0.33, 1.2
+
+
 def cells_and_roles(
-    rect: Rect, axis: Axis, grid: Grid, pitch_mm: float, field: int = 0
+    rect: Rect, axis: Axis, grid: Grid, pitch_mm: float, field: int = 0, *, silk: bool = False
 ) -> tuple[tuple[Cell, ...], tuple[Role, ...]]:
     """The cells of a field, row by row, and their roles; the identity is written into them later."""
     low, top, high, bottom = own_rect(axis, rect)
@@ -89,9 +94,17 @@ def cells_and_roles(
         count = 1 if row in uniform else columns
         for k in range(count):
             x0, x1 = (low + (high - low) * (k + j) / count for j in (0, 1))
-            cells.append(Cell(own_rect(axis, (x0, y0, x1, y1)), pitch_mm, 0.0, DUTY))
+            blend = _silk_mm(x1 - x0, y1 - y0, uniform=count == 1) if silk else (0.0, 0.0)
+            cells.append(Cell(own_rect(axis, (x0, y0, x1, y1)), pitch_mm, 0.0, DUTY, blend))
             roles.append("phase" if count > 1 else "reference" if row == grid.rows // 2 else "beat")
     return tuple(cells), tuple(roles)
+
+
+def _silk_mm(length: float, height: float, *, uniform: bool) -> tuple[float, float]:
+    """How far a cell of that length and height blends."""
+    if uniform:
+        return 0.0, min(UNIFORM_SILK_MM, SILK_SHARE * height)
+    return SILK_SHARE * length, SILK_SHARE * height
 
 
 #: Rim of a row that is not read, on each side, mm; and a row higher than this is read in parts: rows are read

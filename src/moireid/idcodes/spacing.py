@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 
 from moireid.badge import Cell, Grating
@@ -21,6 +22,7 @@ from moireid.idcodes.family import CellReading, DecodeResult
 from moireid.idcodes.partial import PartialWord
 from moireid.idcodes.pitch import UNCLEAR_BEYOND_STEPS, code_of, level_pitch_mm, line_up, steps_from_reference
 from moireid.idcodes.words import MAX_TRIES, WordCode
+from moireid.layers import is_smooth
 
 #: Phases of a cell, two bits each; half a step is pi / 4.
 PHASE_LEVELS = 4
@@ -88,7 +90,7 @@ class SpacingFamily:
                 if not places:
                     places = _places(next(word, 0))
                 cells.append(line_up(cell, grating, reference, -places.pop(0) / PHASE_LEVELS))
-            written.append(tuple(cells))
+            written.append(_smoothest(grating, cells) if is_smooth(grating) else tuple(cells))
         return tuple(written)
 
     def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> DecodeResult:
@@ -139,6 +141,13 @@ class SpacingFamily:
         return DecodeResult(
             payload, word.word_bytes, unclear, corrected, margin, _beats_agree(payload, readings, gratings)
         )
+
+
+def _smoothest(grating: Grating, cells: Sequence[Cell]) -> tuple[Cell, ...]:
+    """The same lines, counted as a smooth field needs it."""
+    from moireid.smooth_lines import smoothest
+
+    return smoothest(replace(grating, cells=tuple(cells)))
 
 
 def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> list[int]:

@@ -55,6 +55,7 @@ class Design:
     paper: str
     axes: str
     markers: str
+    pattern: str
     form: str
 
     def request(self, name: str) -> Request:
@@ -74,6 +75,7 @@ class Design:
             family=self.code,
             axes=self.axes,
             markers=self.markers,
+            pattern=self.pattern,
             form=self.form,
             front=self.front,
             gap_mm=Request.gap_mm if self.gap_mm is None else self.gap_mm,
@@ -141,6 +143,14 @@ design_options = gathered(
             default="squares",
             show_default=True,
             help="What a film finds the badge by: squares in its corners, or a thin frame around the fringes.",
+        ),
+        click.option(
+            "--pattern",
+            type=click.Choice(["cells", "silk"]),
+            default="cells",
+            show_default=True,
+            help="How lines pass from one cell of the code to the next: they end and begin anew, which looks like a "
+            "chequered board, or they bend, which looks like watered silk.",
         ),
         form_option,
     ],

@@ -4,6 +4,7 @@ canvas.py      the canvas of every PDF, in mm
 lettering.py   which font can set a name, in any script
 page_words.py  size and line breaks of words in a given room
 pdf.py         badge.pdf: its shapes in mm, the board at true scale, and the page of a line mask
+smooth_page.py  lines that bend, as stairs of dots or as outlines
 dress.py       the badge's artwork on the page and in the preview: words, pictures, QR code
 preview.py     preview.png, the board as a camera 1 m away sees it; preview.webp, which moves
 chart_page.py  the pitch test sheet

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Point, Rect
-from moireid.dots import ink_growth_mm, nearest_dot
+from moireid.dots import INSET_DOTS, ink_growth_mm, nearest_dot
 from moireid.errors import SpecError
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.lettering import (
@@ -34,9 +34,11 @@ from moireid.fabrication.page.lettering import (
     printable,
     set_name,
 )
+from moireid.fabrication.page.smooth_page import draw_smooth_lines
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import whole_file
 from moireid.frames import Axis, own_rect
+from moireid.layers import is_smooth
 from moireid.profiles import FORMS, Printer, find_printer
 
 CROP_MARK_MM = 6.0
@@ -53,8 +55,6 @@ BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
 BARS_APART_MM = 8.0
 NAME_POINTS = 20.0
 SMALL_POINTS = 7.0
-#: Share of a dot by which a line is drawn within its dots, half of what either kind of raster leaves.
-INSET_DOTS = 0.25
 
 
 def dark_lines(grating: Grating, cell: Cell, ink_mm: float = 0.0) -> list[Rect]:
@@ -245,6 +245,9 @@ def draw_lines(sheet: PdfPage, badge: Badge, grating: Grating, form: str, dot_mm
 
     Source: a line at an angle to the rows of dots has no border between dots to follow (`moireid.dots.on_dots`).
     """
+    if is_smooth(grating):
+        draw_smooth_lines(sheet, badge.frame_of(grating), grating, form, dot_mm, ink_mm)
+        return
     lines = [line for cell in grating.cells for line in dark_lines(grating, cell, ink_mm)]
     if not isinstance(grating.axis, str):
         frame = badge.frame_of(grating)

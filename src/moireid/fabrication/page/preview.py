@@ -8,6 +8,7 @@ Convention: the camera is `DISTANCE_MM` away and swings to each side by `SWING`,
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -23,12 +24,17 @@ from moireid.fabrication.page.lettering import name_picture, set_name
 from moireid.fabrication.page.pdf import lettering_places, marker_squares
 from moireid.files import whole_file
 from moireid.frames import bounds_of, own_rect
+from moireid.layers import is_smooth
 from moireid.lenticule import landing_mm
 from moireid.optics import slab_shift_mm
+from moireid.smooth_lines import LineField
 
+Array = NDArray[np.float64]
 PX_PER_MM = 6.0
 DISTANCE_MM = 1000.0
 RAYS = 48
+#: In a smooth field, where each pixel has lines of its own, each fourth of them.
+SMOOTH_STEP = 4
 INK, PAPER = 28, 250
 
 
@@ -73,7 +79,8 @@ def _draw_grating(
     frame, board = badge.frame_of(grating), badge.outline_mm
     middle = float(frame.places(((board[0] + board[2]) / 2, (board[1] + board[3]) / 2))[0])
     aside = float(frame.directions(aside_mm)[0])
-    for cell in grating.cells:
+    parts = (replace(grating.cells[0], rect_mm=grating.rect_mm),) if is_smooth(grating) else grating.cells
+    for cell in parts:
         own = own_rect(grating.axis, cell.rect_mm)
         around = bounds_of(frame.corners_mm(own))
         x0, y0, x1, y1 = (round((v - board[k % 2]) * px_per_mm) for k, v in enumerate(around))
@@ -82,11 +89,31 @@ def _draw_grating(
         first, second = np.moveaxis(frame.places(page), -1, 0)
         within = (first >= own[0]) & (first < own[2]) & (second >= own[1]) & (second < own[3])
         pixels = math.ceil((own[2] - own[0]) * px_per_mm)
-        along = fringe_profile(badge.lens, cell, own, pixels, middle, aside)
         sample = ((first[within] - own[0]) / (own[2] - own[0]) * pixels).astype(int)
+        if is_smooth(grating):
+            landed = _landed(badge.lens, own[0], own[2], pixels, middle, aside)
+            seen = _smooth(badge.lens, grating, landed, sample, second[within])
+        else:
+            seen = fringe_profile(badge.lens, cell, own, pixels, middle, aside)[sample]
         # Under a lens array light must pass both gratings; elsewhere this is still blank paper.
         before = picture[rows[within], columns[within]].astype(float) - INK
-        picture[rows[within], columns[within]] = INK + before * along[sample]
+        picture[rows[within], columns[within]] = INK + before * seen
+
+
+def _smooth(
+    lens: Lens, grating: Grating, landed: tuple[Array, Array], sample: NDArray[np.int64], across: Array
+) -> Array:
+    """As `fringe_profile`, of a smooth grating, at samples along it and places across, (P,); landed: as `_landed`.
+
+    Source: near a lens's axis numbers of lines rise evenly.
+    """
+    field, (axes, rays) = LineField(grating), (landed[0][:, 0], landed[1][:, SMOOTH_STEP // 2 :: SMOOTH_STEP])
+    number, beyond = (field.sampled(axes[sample] + step, across) for step in (0.0, lens.pitch_mm))
+    light = lens.open_fraction if lens.kind == "mask" and lens.open_fraction else 1.0
+    found = np.zeros(len(number))
+    for ray in rays.T:
+        found += (number + (beyond - number) / lens.pitch_mm * ray[sample]) % 1.0 >= field.duty
+    return np.asarray(light * found / rays.shape[1])
 
 
 def fringe_profile(

@@ -123,22 +123,23 @@ def _cells_around(
     left, top = strip_at(middle[0] - room_x, cuts_x), strip_at(middle[1] - room_y, cuts_y)
     right, bottom = strip_at(middle[0] + room_x, cuts_x), strip_at(middle[1] + room_y, cuts_y)
     cut_x, cut_y = F(cuts_x[left] - page_x), F(cuts_y[top] - page_y)
-    first = _lines(cells.grid[grating, top, left], page_x, cells)
+    first = _lines(cells.grid[grating, top, left], page_x, page_y, cells)
     second, third, fourth = first, first, first
     if right > left or bottom > top:
-        second = _lines(cells.grid[grating, top, right], page_x, cells)
-        third = _lines(cells.grid[grating, bottom, left], page_x, cells)
-        fourth = _lines(cells.grid[grating, bottom, right], page_x, cells)
+        second = _lines(cells.grid[grating, top, right], page_x, page_y, cells)
+        third = _lines(cells.grid[grating, bottom, left], page_x, page_y, cells)
+        fourth = _lines(cells.grid[grating, bottom, right], page_x, page_y, cells)
     return right <= left + 1 and bottom <= top + 1, cut_x, cut_y, first, second, third, fourth
 
 
 @njit(inline="always")
-def _lines(cell: int, page_x: float, cells: Any) -> tuple[Any, Any, Any]:
-    """Lines of a cell as seen from a place of the page: where in its pitch that place lies, lines per mm, duty."""
+def _lines(cell: int, page_x: float, page_y: float, cells: Any) -> tuple[Any, Any, Any, Any]:
+    """Lines of a cell as seen from a place of the page: where in its pitch that place is, lines per mm, duty, slant."""
     if cell < 0:
-        return F(0.0), F(0.0), F(0.0)
-    place = (page_x - cells.lines[cell, 0]) * cells.lines[cell, 1]
-    return F(place - math.floor(place)), F(cells.lines[cell, 1]), F(cells.lines[cell, 2])
+        return F(0.0), F(0.0), F(0.0), F(0.0)
+    own = cells.lines[cell]
+    place = (page_x - own[0]) * own[1] + page_y * own[3]
+    return F(place - math.floor(place)), F(own[1]), F(own[2]), F(own[3])
 
 
 @njit()
@@ -198,5 +199,6 @@ def _inked(x: Any, y: Any, turn: Any, around: Any) -> int:
     begin = (first[0] if left else second[0]) if top else (third[0] if left else fourth[0])
     per_mm = (first[1] if left else second[1]) if top else (third[1] if left else fourth[1])
     duty = (first[2] if left else second[2]) if top else (third[2] if left else fourth[2])
-    place = begin + px * per_mm
+    slant = (first[3] if left else second[3]) if top else (third[3] if left else fourth[3])
+    place = begin + px * per_mm + py * slant
     return 1 if place - np.floor(place) < duty else 0

@@ -96,7 +96,7 @@ def inked(grating: int, across: float, along: float, cells: Any) -> bool:
     cell = cells.grid[grating, rows, columns]
     found = False
     if cell >= 0:
-        place = (across - cells.lines[cell, 0]) * cells.lines[cell, 1]
+        place = (across - cells.lines[cell, 0]) * cells.lines[cell, 1] + along * cells.lines[cell, 3]
         found = place - math.floor(place) < cells.lines[cell, 2]
     return found
 

@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import CodedFrame, Grating, Markers, Rect
+from moireid.layers import is_smooth
 from moireid.simulate.scene import Scene
+from moireid.smooth_lines import LineField
 
 Array = NDArray[np.float64]
 #: The page away from the gratings (markers) as a texture, pixels to the millimetre.
@@ -33,8 +35,8 @@ class Cells(NamedTuple):
     one across to along, where a print of two scales shears a turned grating; offset of the sheet, mm, cosine and sine
     of its twist, from across towards along.
     cuts (G, 2, K): across and along, rising places where a strip of cells ends and the next begins, infinity after the
-    last; grid (G, strips along, strips across): the cell there, or -1; lines (C, 3): edge, lines to the millimetre,
-    duty.
+    last; grid (G, strips along, strips across): the cell there, or -1; lines (C, 4): edge, lines to the millimetre,
+    duty, and by how many lines they slant to the millimetre along.
     """
 
     gratings: Array
@@ -139,6 +141,12 @@ def cell_table(scene: Scene) -> Cells:
         frames.append(
             [*frame.rows[0], *frame.rows[1], *shear, offset_mm, math.cos(twist_rad), frame.handed * math.sin(twist_rad)]
         )
+        if is_smooth(grating):
+            sides, grid, own = _smooth_table(scene, grating, scale, len(lines))
+            cuts.append(sides)
+            grids.append(grid)
+            lines += own
+            continue
         placed = np.array([scene.own_rect_mm(grating, cell.rect_mm) for cell in grating.cells])
         sides = [_cuts(scale[side] * placed[:, [side, side + 2]]) for side in (0, 1)]
         cuts.append(sides)
@@ -146,7 +154,7 @@ def cell_table(scene: Scene) -> Cells:
         first = float(frame.places(scene.board_centre_mm)[0])
         for cell in grating.cells:
             edge_mm, duty = scene.printed_line(cell)
-            lines.append([scale[0] * (edge_mm - first), 1.0 / (scale[0] * cell.pitch_mm), duty])
+            lines.append([scale[0] * (edge_mm - first), 1.0 / (scale[0] * cell.pitch_mm), duty, 0.0])
     shape = [max(grid.shape[k] for grid in grids) for k in (0, 1)]
     grid = np.full((len(grids), *shape), -1, np.int64)
     for k, one in enumerate(grids):
@@ -156,6 +164,41 @@ def cell_table(scene: Scene) -> Cells:
         for side, places in enumerate(sides):
             ends[k, side, : len(places)] = places
     return Cells(np.array(rects), np.array(frames), ends, grid, np.array(lines))
+
+
+#: Sides of a smooth field's patches, in which lines are straight: at most so many mm along the axis and across it,
+#: and so large a share of how far cells blend.  A line is off by 0.04 of its pitch at most, a printer's dot.
+PATCH_MM, PATCH_SHARES = (1.8, 0.9), (0.6, 0.3)
+
+
+def _smooth_table(
+    scene: Scene, grating: Grating, scale: tuple[float, float], first: int
+) -> tuple[list[Array], NDArray[np.int64], list[list[float]]]:
+    """Cuts, grid and lines of a smooth grating, as a table of small patches; first: number of its first patch.
+
+    Source: the plane that is as far from a patch's corners, on one side, as from its middle, on the other, by half.
+    """
+    field, centre = LineField(grating), scene.badge.frame_of(grating).places(scene.board_centre_mm)
+    spans = (field.low, field.high), (field.begin, field.end)
+    reach = [min((one for cell in grating.cells if (one := cell.blend_mm[k])), default=math.inf) for k in (0, 1)]
+    sides = [min(most, share * mm) for most, share, mm in zip(PATCH_MM, PATCH_SHARES, reach, strict=True)]
+    columns, rows = (
+        np.linspace(*span, math.ceil((span[1] - span[0]) / side) + 1) for span, side in zip(spans, sides, strict=True)
+    )
+    middle, down = (columns[:-1] + columns[1:]) / 2, ((rows[:-1] + rows[1:]) / 2)[:, None]
+    corners = field.numbers(columns, rows[:, None])
+    per_mm = (np.diff(corners[1:], axis=1) + np.diff(corners[:-1], axis=1)) / 2 / np.diff(columns)
+    slant = (np.diff(corners[:, 1:], axis=0) + np.diff(corners[:, :-1], axis=0)) / 2 / np.diff(rows)[:, None]
+    level = (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1]) / 4
+    level = (level + 2 * field.numbers(middle, down)) / 3
+    wider_mm = scene.build.ink_um / 1000
+    edge = middle - centre[0] - (level - slant * (down - centre[1])) / per_mm - wider_mm / 2
+    duty = np.minimum(field.duty + wider_mm * per_mm, 1.0)
+    lines = np.stack([scale[0] * edge, per_mm / scale[0], duty, slant / scale[1]], axis=-1)
+    grid = np.full((len(rows) + 1, len(columns) + 1), -1, np.int64)
+    grid[1:-1, 1:-1] = first + np.arange(level.size).reshape(level.shape)
+    cuts = [scale[0] * (columns - centre[0]), scale[1] * (rows - centre[1])]
+    return cuts, grid, lines.reshape(-1, 4).tolist()
 
 
 def printed_scales(scene: Scene, grating: Grating) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -10,6 +10,7 @@ Strips of the page are (low, high across the lines, begin, end along them), boar
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +20,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Cell, Grating, Lens
 from moireid.errors import SpecError
+from moireid.layers import is_smooth
 from moireid.simulate.scene import Build, Scene
+from moireid.smooth_lines import LineField
 
 Array = NDArray[np.float64]
 #: Corners of a strip as (low or high across, begin or end along), turning so that its face looks at the camera.
@@ -150,7 +153,9 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
     Source: the cells' own edges and pitches, each edge placed absolutely.
     """
     found: dict[str, list[Array]] = {"ink": [], "paper": []}
-    for cell in grating.cells:
+    if is_smooth(grating):
+        found["ink"], found["paper"] = _smooth_strips(scene, grating)
+    for cell in () if is_smooth(grating) else grating.cells:
         duty = scene.printed_line(cell)[1]
         found["ink"].append(_cell_strips(scene, grating, cell, 0.0, duty))
         found["paper"].append(_cell_strips(scene, grating, cell, duty, 1.0 - duty))
@@ -167,6 +172,28 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
                 across, along, page_depth_mm(scene.lens, scene.build, largest, flat_faces=int(scene.need.bounces))
             )
     return placed
+
+
+#: Height of the strips in which a curved line is straight, mm: its edges are off by 0.01 mm at most.
+SLICE_MM = 0.2
+
+
+def _smooth_strips(scene: Scene, grating: Grating) -> tuple[list[Array], list[Array]]:
+    """As `_cell_strips`, of ink and of paper, for each slice of a smooth grating; as drawn."""
+    field, centre = LineField(grating), scene.badge.frame_of(grating).places(scene.board_centre_mm)
+    borders = np.linspace(field.begin, field.end, math.ceil((field.end - field.begin) / SLICE_MM) + 1)
+    wider_mm = scene.build.ink_um / 1000
+    ink: list[Array] = []
+    paper: list[Array] = []
+    for (begin, end), edges in zip(
+        itertools.pairwise(borders - centre[1]), field.edges_mm((borders[1:] + borders[:-1]) / 2), strict=True
+    ):
+        drawn = edges[edges[:, 1] > edges[:, 0]] + wider_mm / 2 * np.array([-1.0, 1.0])
+        drawn = np.clip(drawn, field.low, field.high)
+        bare = np.column_stack([[field.low, *drawn[:, 1]], [*drawn[:, 0], field.high]])
+        for strips, found in ((drawn, ink), (bare[bare[:, 1] > bare[:, 0]], paper)):
+            found.append(np.column_stack([strips - centre[0], np.full((len(strips), 2), (begin, end))]))
+    return ink, paper
 
 
 def _cell_strips(scene: Scene, grating: Grating, cell: Cell, first: float, width: float) -> Array:

@@ -24,7 +24,7 @@ from moireid.verifier.fringes.sinusoid import Complex, series
 from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.cell_slip import CellSlip, cell_slip
 from moireid.verifier.identity.cell_waveform import learn_waveform, match_cost, match_phase, match_symbol
-from moireid.verifier.tracking.brightness_profiles import Strip
+from moireid.verifier.tracking.brightness_profiles import Strip, rim_mm
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
@@ -232,7 +232,7 @@ def _near_best(agreement: Array) -> list[int]:
 def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
     own = badge.gratings[strip.grating]
     low, _, high, _ = own_rect(own.axis, own.cells[cell].rect_mm)
-    margin = min(MARGIN_MM, 0.2 * (high - low))
+    margin = max(min(MARGIN_MM, 0.2 * (high - low)), rim_mm(own, cell)[0])
     return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
 
 

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from moireid.badge import Badge, Grating
 from moireid.errors import SpecError
 from moireid.frames import OwnFrame, own_rect
+from moireid.layers import is_smooth
+from moireid.smooth_lines import rims_mm
 from moireid.verifier.picture import LINEAR_COUNTS, Picture, as_picture
 from moireid.verifier.tracking.sampling import Places, part_around
 
@@ -78,7 +80,7 @@ class ProfileReader:
                     f"more than {4 * MARGIN_ALONG_MM:g} x {MIN_ROW_MM:g} mm"
                 )
             along = np.linspace(low + MARGIN_ALONG_MM, high - MARGIN_ALONG_MM, self.samples)
-            margin = min(MARGIN_ACROSS_MM, 0.2 * (bottom - top))
+            margin = max(min(MARGIN_ACROSS_MM, 0.2 * (bottom - top)), rim_mm(badge.gratings[g], cells[0])[1])
             top, bottom = top + margin, bottom - margin
             parts = max(1, math.ceil((bottom - top) / MAX_STRIP_MM)) if len(cells) == 1 else 1
             for part in range(parts):
@@ -113,6 +115,11 @@ class ProfileReader:
         """Mean over the rows of points of each strip."""
         sums = np.add.reduceat(light, self._first_rows, axis=0)
         return np.asarray(sums / np.array(self._row_counts, np.float32)[:, None])
+
+
+def rim_mm(grating: Grating, cell: int) -> tuple[float, float]:
+    """How much of a cell, from its borders, also shows its neighbours' lines: along the axis, along the lines, mm."""
+    return rims_mm(grating)[cell] if is_smooth(grating) else (0.0, 0.0)
 
 
 def cell_rows(grating: Grating) -> list[tuple[int, ...]]:

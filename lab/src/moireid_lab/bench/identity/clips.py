@@ -24,7 +24,8 @@ FRAMES = (15, 30, 60, 120, 240)
 class Clip:
     """What to film: payload, distance, how the badge is built, and the seeds of build and motion.
 
-    shorter: read it again as if it had ended earlier, with both decoders, to set error against time.
+    shorter: read it again as if it had ended earlier, with both decoders, to set error against time; pattern: as in
+    `designer.Request`.
     """
 
     payload: bytes
@@ -34,6 +35,7 @@ class Clip:
     assembly_seed: int | None = None
     frames: int = 240
     shorter: bool = False
+    pattern: str = "cells"
 
 
 def build_of(clip: Clip) -> Any:
@@ -67,7 +69,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     from moireid.verifier.session.film import verify
     from moireid_lab.bench.bench_frame import temporary_film
 
-    badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), clip.payload)
+    badge = design_badge(Request("Bench", range_m=(0.8, 2.5), pattern=clip.pattern), clip.payload)
     build = build_of(clip)
     scene = Scene(badge, build, Camera(WIDTH, HEIGHT, FOCAL_PX))
     motion = motion_named("sway", distance_mm=clip.distance_mm, seed=clip.motion_seed)

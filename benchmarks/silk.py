@@ -1,0 +1,70 @@
+"""Silk and cells, read from afar: run `.venv/bin/python benchmarks/silk.py [--only REGEX] [--clips N]`.
+
+Films of our own simulator as those of `moireid bench identity`: 8 s of swaying, 1080p, rolling shutter, noise,
+H.264 crf 28, print scale, lens pitch and twist anywhere within the tolerances; both patterns have the same payloads,
+builds and motions.  Printed are, by bits, distance and pattern: in how many films the whole identity is read, and a
+wrong one; verdicts; cells read wrongly, of 100; error of a cell's phase, root mean square, and its error bar, rad;
+seconds that reading takes.  Then error against time: the same films as if they had ended earlier.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
+from moireid_lab.bench.identity.clips import Clip, read_clip
+
+PATTERNS, DISTANCES_M, CLIPS = ("cells", "silk"), (1.0, 2.0, 2.5, 3.0), 4
+BITS = (64, 128)
+
+
+def filmed(job: tuple[str, Clip]) -> Row:
+    """One film, read."""
+    kind, clip = job
+    return {"kind": kind} | read_clip(clip)
+
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row for each pattern, distance and payload size; and one for each length."""
+    jobs = {}
+    for bits in BITS[: 1 if wish.quick else None]:
+        for distance in DISTANCES_M:
+            for pattern in PATTERNS:
+                for number in range(1 if wish.quick else wish.clips or CLIPS):
+                    payload = np.random.default_rng([bits, number]).bytes(bits // 8)
+                    clip = Clip(payload, 1000 * distance, number, number, shorter=distance == 2, pattern=pattern)
+                    kind = f"{bits} bits, {distance:g} m, {pattern}"
+                    jobs[f"{kind}: {number}"] = (kind, clip)
+    found = list(wish.each(filmed, jobs))
+    for kind, own in grouped(found, "kind").items():
+        errors, bars = (np.concatenate([row[name] for row in own]) for name in ("phase_error_rad", "phase_sd_rad"))
+        yield {
+            "films": kind,
+            "count": len(own),
+            "read": sum(row["read"] for row in own),
+            "wrong": sum(row["wrong"] for row in own),
+            "verdicts": ", ".join(f"{name} {n}" for name, n in Counter(row["verdict"] for row in own).items()),
+            "wrong cells, %": 100 * sum(row["cells_wrong"] for row in own) / max(len(errors), 1),
+            "error rad": float(np.sqrt(np.mean(np.square(errors)))) if len(errors) else None,
+            "error bar": float(np.sqrt(np.mean(np.square(bars)))) if len(bars) else None,
+            "reading s": float(np.median([row["identity_s"] or 0.0 for row in own])),
+        }
+    for kind, own in grouped([row for row in found if row["shorter"]], "kind").items():
+        for cuts in zip(*(row["shorter"] for row in own), strict=True):
+            yield {
+                "shorter films": f"{kind}, {cuts[0]['frames'] / 30:.1f} s",
+                "read": sum(bool(one["soft"]) for one in cuts),
+                "wrong cells, %": 100 * float(np.mean([one["cells_wrong"] for one in cuts])),
+                "reading s": float(np.median([one["identity_s"] for one in cuts])),
+            }
+
+
+COLUMNS = {"films": "<24", "shorter films": "<32", "count": ">5", "read": ">4", "wrong": ">5", "verdicts": "<28"}
+COLUMNS |= {"wrong cells, %": ">14.1f", "error rad": ">9.3f", "error bar": ">9.3f", "reading s": ">9.2f"}
+BENCH = Bench(rows, COLUMNS)
+
+if __name__ == "__main__":
+    run_script(__file__)

@@ -1,0 +1,164 @@
+"""Smooth fields: lines that pass from cell to cell without a jump, so that the fringes look like watered silk.
+
+Lines are numbered: at a place x along a grating's axis a cell has the number (x - edge) / pitch, whole where a dark
+line begins.  Near the borders of cells that blend, the number is a weighted mean of the cells' numbers.  The weight
+rises from 0 to 1 across a border, from as far before it as the one cell reaches to as far behind it as the other does.
+So a line bends where its neighbour cell has moved lines, and no line ends.
+
+Convention: own coordinates (`moireid.frames`), mm.  Edges of a smooth grating are counted on: cells whose edges differ
+by a whole pitch have different numbers.
+Source: the step t^3 (10 - 15 t + 6 t^2) has no slope and no curvature at its ends, so fringes have no kink.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from moireid.badge import Cell, Grating
+from moireid.frames import own_rect
+
+Array = NDArray[np.float64]
+#: Places at which lines are numbered, to the millimetre; between them numbers are all but straight: lines of a silk
+#: field are off by 0.0005 mm at most, and numbers of an even table by 0.002.
+PLACES_PER_MM = 5.0
+#: Of a sum of squares; less is rounding.
+LEAST_GAIN = 1e-6
+#: A cell's lines are its own from so large a share of the way across a border on, where its neighbours weigh less than
+#: 6 %: over what is read of a cell, the mean of that turns its fringes by 0.02 rad at most.
+CLEAR_SHARE = 0.8
+
+
+def smooth_step(share: ArrayLike) -> Array:
+    """The weight at a share of the way across a border: 0 before it, 1 behind it."""
+    t = np.clip(np.asarray(share, float), 0.0, 1.0)
+    return np.asarray(t**3 * (10 - 15 * t + 6 * t**2))
+
+
+def clear_mm(own_mm: float, other_mm: float) -> float:
+    """How far within a cell's border its lines are its own, where it reaches `own_mm` and its neighbour `other_mm`."""
+    return max(CLEAR_SHARE * (own_mm + other_mm) - other_mm, 0.0)
+
+
+def rows_of(grating: Grating) -> list[list[Cell]]:
+    """The cells by rows, each from low to high along the axis, the rows from low to high along the lines."""
+    rows: dict[float, list[Cell]] = {}
+    for cell in grating.cells:
+        rows.setdefault(round(own_rect(grating.axis, cell.rect_mm)[1], 4), []).append(cell)
+    return [sorted(rows[low], key=lambda cell: own_rect(grating.axis, cell.rect_mm)[0]) for low in sorted(rows)]
+
+
+@lru_cache(maxsize=64)
+def rims_mm(grating: Grating) -> tuple[tuple[float, float], ...]:
+    """For each cell, how far from its borders its lines are not its own: along the axis, and along the lines.
+
+    Source: an inner cell's neighbours reach as far as it does; of a row's two neighbours that which reaches less.
+    """
+    rows = rows_of(grating)
+    found = {}
+    for r, row in enumerate(rows):
+        near = [other[0].blend_mm[1] for other in rows[max(r - 1, 0) : r] + rows[r + 1 : r + 2]]
+        for cell in row:
+            along, across = cell.blend_mm
+            found[cell.rect_mm] = clear_mm(along, along), clear_mm(across, min(near, default=across))
+    return tuple(found[cell.rect_mm] for cell in grating.cells)
+
+
+def smoothest(grating: Grating) -> tuple[Cell, ...]:
+    """Its cells, with edges counted on by whole pitches until neighbours' numbers are as near as they can be.
+
+    Returns: in the order of the grating's own cells; rows of one cell are left as they are.
+    Source: each cell in turn takes that number which makes the sum of squares of its four differences least, until no
+        cell changes; that ends, as each change makes the sum over the field less.
+    """
+    rows = rows_of(grating)
+    changed = True
+    while changed:
+        changed = False
+        for r, k in [(r, k) for r, row in enumerate(rows) if len(row) > 1 for k in range(len(row))]:
+            cell = rows[r][k]
+            low, _, high, _ = own_rect(grating.axis, cell.rect_mm)
+            own = _number(cell, (low + high) / 2)
+            near = [_number(other, (low + high) / 2) for other in _neighbours(rows, r, k)]
+            on = min((0, -1, 1), key=lambda step: sum((own + step - at) ** 2 for at in near) + LEAST_GAIN * (step != 0))
+            if on:
+                rows[r][k], changed = replace(cell, edge_mm=cell.edge_mm - on * cell.pitch_mm), True
+    counted = {cell.rect_mm: cell for row in rows for cell in row}
+    return tuple(counted[cell.rect_mm] for cell in grating.cells)
+
+
+def _number(cell: Cell, along: float) -> float:
+    return (along - cell.edge_mm) / cell.pitch_mm
+
+
+def _neighbours(rows: list[list[Cell]], r: int, k: int) -> list[Cell]:
+    """The cells on either side of one, and those above and below it."""
+    found = rows[r][max(k - 1, 0) : k] + rows[r][k + 1 : k + 2]
+    for row in rows[max(r - 1, 0) : r] + rows[r + 1 : r + 2]:
+        found.append(row[k * len(row) // len(rows[r])])
+    return found
+
+
+class LineField:
+    """The numbers of a smooth grating's lines."""
+
+    def __init__(self, grating: Grating) -> None:
+        self._rows = rows_of(grating)
+        self._rects = [[own_rect(grating.axis, cell.rect_mm) for cell in row] for row in self._rows]
+        self.low, self.begin, self.high, self.end = own_rect(grating.axis, grating.rect_mm)
+        self.duty = grating.cells[0].duty
+
+    def numbers(self, along: ArrayLike, across: ArrayLike) -> Array:
+        """The number of the line at places along the axis and across it (along the lines), broadcast together."""
+        along, across = np.asarray(along, float), np.asarray(across, float)
+        borders = [rects[0][1] for rects in self._rects[1:]]
+        reach = [row[0].blend_mm[1] for row in self._rows]
+        return _blended(across, borders, reach, [self._row_numbers(k, along) for k in range(len(self._rows))])
+
+    def _row_numbers(self, row: int, along: Array) -> Array:
+        """The numbers within one row, as if it were alone."""
+        cells, rects = self._rows[row], self._rects[row]
+        own = [(along - cell.edge_mm) / cell.pitch_mm for cell in cells]
+        return _blended(along, [rect[0] for rect in rects[1:]], [cell.blend_mm[0] for cell in cells], own)
+
+    def crossings_mm(self, across: ArrayLike, whole: ArrayLike) -> Array:
+        """Where lines of these numbers (K,) are along the axis, at places across (Y,): (Y, K), cut at its ends."""
+        places = np.linspace(self.low, self.high, round(PLACES_PER_MM * (self.high - self.low)) + 1)
+        rows = self.numbers(places, np.asarray(across, float)[:, None])
+        return np.stack([np.interp(np.asarray(whole, float), row, places) for row in rows])
+
+    def edges_mm(self, across: ArrayLike) -> Array:
+        """Where dark lines begin and end along the axis, at places across (Y,): (Y, lines, 2); some have no width."""
+        ends = self.numbers([[self.low, self.high]], np.asarray(across, float)[:, None])
+        whole = np.arange(math.floor(ends[:, 0].min()), math.ceil(ends[:, 1].max()) + 1)
+        return np.stack([self.crossings_mm(across, whole + share) for share in (0.0, self.duty)], axis=-1)
+
+    def sampled(self, along: Array, across: Array) -> Array:
+        """As `numbers`, for many places of one shape, from an even table; off by 0.002 lines at most."""
+        counts = [round(PLACES_PER_MM * side) + 1 for side in (self.high - self.low, self.end - self.begin)]
+        first, second = np.linspace(self.low, self.high, counts[0]), np.linspace(self.begin, self.end, counts[1])
+        table = self.numbers(first, second[:, None])
+        found = np.zeros(along.shape)
+        x = np.clip((along - self.low) / (self.high - self.low), 0, 1) * (counts[0] - 1)
+        y = np.clip((across - self.begin) / (self.end - self.begin), 0, 1) * (counts[1] - 1)
+        left, top = (np.minimum(np.floor(p).astype(int), count - 2) for p, count in zip((x, y), counts, strict=True))
+        for right, below in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            weight = np.abs(1 - right - (x - left)) * np.abs(1 - below - (y - top))
+            found += weight * table[top + below, left + right]
+        return found
+
+
+def _blended(place: Array, borders: Sequence[float], reach: Sequence[float], values: Sequence[Array]) -> Array:
+    """Values that pass into each other at borders; reach: how far each value's part blends, mm."""
+    found = values[0]
+    for border, before, behind, value in zip(borders, reach[:-1], reach[1:], values[1:], strict=True):
+        width = before + behind
+        share = (place - border + before) / width if width > 0 else (place >= border).astype(float)
+        weight = smooth_step(share)
+        found = found + weight * (value - found)
+    return np.asarray(found)

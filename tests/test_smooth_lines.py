@@ -1,0 +1,123 @@
+"""Lines that bend from cell to cell.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kit.payloads import payload_for_name
+from moireid.badge import Badge, badge_from_json
+from moireid.designer import Request, design_badge
+from moireid.errors import MoireIdError, SpecError
+from moireid.frames import own_rect
+from moireid.idcodes.families import spells_its_id
+from moireid.layers import is_smooth
+from moireid.smooth_lines import LineField, rims_mm, rows_of, smooth_step, smoothest
+
+PAYLOAD = payload_for_name("Ada Lovelace")
+
+
+def silk(axes: str = "x", **wish: object) -> Badge:
+    return design_badge(Request("Ada Lovelace", axes=axes, pattern="silk", **wish), PAYLOAD)
+
+
+@pytest.fixture(scope="module")
+def badge() -> Badge:
+    return silk()
+
+
+@pytest.mark.parametrize("axes", ["x", "xy", "hex"])
+def test_lines_are_the_cells_own_in_their_middles(axes):
+    """Catches: cells in the wrong row or column, also along a turned axis; a weight that leaves some of neighbours."""
+    for grating in silk(axes).gratings:
+        field = LineField(grating)
+        for cell in grating.cells:
+            low, top, high, bottom = own_rect(grating.axis, cell.rect_mm)
+            middle = (low + high) / 2, (top + bottom) / 2
+            assert field.numbers(*middle) == pytest.approx((middle[0] - cell.edge_mm) / cell.pitch_mm, abs=1e-9)
+
+
+def test_no_line_ends_or_jumps(badge):
+    """Catches: a step at a border; lines that turn back; edges that were not counted on by whole pitches."""
+    field = LineField(badge.gratings[0])
+    along, across = np.linspace(field.low, field.high, 1500), np.linspace(field.begin, field.end, 1200)
+    numbers = field.numbers(along, across[:, None])
+    step = along[1] - along[0]
+    assert np.diff(numbers, axis=1).min() > 0.7 * step / 0.52 and np.diff(numbers, axis=1).max() < 1.3 * step / 0.52
+    # A jump of one quarter within a tenth of a millimetre would be a border.
+    assert np.abs(np.diff(numbers, axis=0)).max() < 0.06
+
+
+def test_edges_are_counted_on_so_that_neighbours_are_near(badge):
+    """Catches: whole turns that add up along a row; a payload that is not spelt any more; an order that changes."""
+    grating = badge.gratings[0]
+    assert spells_its_id(badge) and smoothest(grating) == grating.cells
+    apart = [(b.edge_mm - a.edge_mm) / b.pitch_mm for row in rows_of(grating) for a, b in itertools.pairwise(row)]
+    assert max(map(abs, apart)) < 1.01 and np.mean(np.abs(apart)) < 0.4
+    cell = grating.cells[5]
+    moved = replace(cell, edge_mm=cell.edge_mm + 3 * cell.pitch_mm)
+    again = smoothest(replace(grating, cells=(*grating.cells[:5], moved, *grating.cells[6:])))
+    assert again[5].edge_mm == pytest.approx(cell.edge_mm)
+
+
+def test_crossings_and_tables_agree_with_the_numbers(badge):
+    """Catches: an inverse on too coarse places; a table that is half a step off; lines wider than their duty."""
+    field = LineField(badge.gratings[0])
+    across = np.array([field.begin + 4.0, field.begin + 13.37, field.end - 0.1])
+    edges = field.edges_mm(across)
+    inner = (edges[..., 0] > field.low) & (edges[..., 1] < field.high)
+    begins = field.numbers(edges[..., 0], across[:, None])[inner]
+    assert begins == pytest.approx(np.round(begins), abs=2e-3)
+    ends = field.numbers(edges[..., 1], across[:, None])[inner]
+    assert ends - begins == pytest.approx(field.duty, abs=3e-3)
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(field.low, field.high, 999), rng.uniform(field.begin, field.end, 999)
+    assert field.sampled(x, y) == pytest.approx(field.numbers(x, y), abs=3e-3)
+
+
+def test_within_their_rims_lines_are_a_cell_s_own(badge):
+    """Catches: rims too narrow, within which neighbours bend what is read; rims that leave nothing to read."""
+    grating, field = badge.gratings[0], LineField(badge.gratings[0])
+    for cell, (along, across) in zip(grating.cells, rims_mm(grating), strict=True):
+        low, top, high, bottom = own_rect(grating.axis, cell.rect_mm)
+        assert along < 0.3 * (high - low) and across < 0.3 * (bottom - top)
+        x, y = np.linspace(low + along, high - along, 9), np.linspace(top + across, bottom - across, 9)[:, None]
+        off = field.numbers(x, y) - (x - cell.edge_mm) / cell.pitch_mm
+        assert np.abs(off).max() < 0.12 and np.abs(off).mean() < 0.03
+
+
+def test_the_step_is_smooth():
+    """Catches: a kink at either end, which the fringes would show."""
+    share = np.array([-1.0, 0.0, 0.5, 1.0, 2.0])
+    assert smooth_step(share) == pytest.approx([0, 0, 0.5, 1, 1])
+    near = np.array([1e-3, 1 - 1e-3])
+    assert np.abs(smooth_step(near) - [0, 1]).max() < 2e-8
+
+
+def test_a_silk_badge_is_format_2_and_others_stay_format_1(badge):
+    """Catches: files of old badges that change; a silk badge that an older version would read as cells."""
+    assert '"format": 2' in badge.to_json() and badge_from_json(badge.to_json()) == badge
+    plain = design_badge(Request("Ada Lovelace"), PAYLOAD)
+    assert '"format": 1' in plain.to_json() and "blend_mm" not in plain.to_json()
+    assert is_smooth(badge.gratings[0]) and not is_smooth(plain.gratings[0])
+    assert badge.layout_key() != plain.layout_key()
+
+
+@pytest.mark.parametrize("change", [{"rect_mm": (37.0, 104.1, 45.0, 110.0)}, {"blend_mm": (6.0, 1.0)}, {"duty": 0.4}])
+def test_cells_that_cannot_blend_are_refused(badge, change):
+    """Catches: gaps between cells, overlapping reaches and mixed duties, which no line passes through."""
+    grating = badge.gratings[0]
+    changed = (grating.cells[0], replace(grating.cells[1], **change), *grating.cells[2:])
+    with pytest.raises(SpecError, match="cells that blend must be rows"):
+        badge_from_json(replace(badge, gratings=(replace(grating, cells=changed),)).to_json())
+
+
+@pytest.mark.parametrize("wish", [{"family": "pitch"}, {"front": "array"}, {"pattern": "velvet"}])
+def test_what_cannot_be_silk_says_so(wish):
+    """Catches: a pitch code or crossed lines that are bent; a pattern that is taken for the usual one."""
+    payload = PAYLOAD[:3] if wish.get("family") else PAYLOAD
+    with pytest.raises(MoireIdError, match=r"silk|pattern"):
+        design_badge(replace(Request("Ada Lovelace", pattern="silk"), **wish), payload)
