@@ -69,6 +69,21 @@ def test_a_page_twice_as_large_is_seen_from_twice_as_far(rng):
     assert two.camera_mm == pytest.approx(2 * one.camera_mm, rel=1e-3, abs=0.5)
 
 
+@pytest.mark.parametrize("seed", (0, 4, 7, 8))
+def test_a_call_that_freezes_does_not_decide_on_one_picture(seed):
+    """Catches: a repeated picture that counts as many, which is fitted without error; all others are outliers then."""
+    rng = np.random.default_rng(seed)
+    times = np.arange(90) / FPS
+    camera, turn = Course(rng, 900.0).pose(times)
+    points = registered(project(camera, turn, 1450.0), rng, 0.1)
+    # After a second nothing moves but by what registration leaves of one picture.
+    points[30:], camera[30:] = points[30] + 1e-4 * rng.standard_normal((60, 16, 2)), camera[30]
+    fit = fitted(points, times)
+    measured, true = tangents(fit.camera_mm)[:31, 0], tangents(camera)[:31, 0]
+    gain = np.polyfit(true - true.mean(), measured, 1)[0]
+    assert abs(gain - 1) < 3 * fit.tangent_sd[0] and fit.tangent_sd[0] < 0.3
+
+
 def test_of_two_poses_that_fit_alike_the_neighbours_choose(rng):
     """Catches: the pose of least error taken in each frame, which at a distance flips the tilt now and then."""
     times = np.arange(60) / FPS

@@ -147,7 +147,7 @@ def _solved(
         def film_of(path: Array, camera: FilmWide = best) -> FilmWide:
             return camera.of_points(unzoomed(points_px, path, middle))
 
-        path = zoom_path(film_of, film.chosen, times_s, film.cuts, frame_px)
+        path = zoom_path(film_of, best.chosen, times_s, film.cuts, frame_px)
         if path is None:
             return film, poses, lasting, none
         log_zoom = path

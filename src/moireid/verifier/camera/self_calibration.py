@@ -60,6 +60,7 @@ from moireid.verifier.measuring import (
 )
 
 Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
 #: A joint search moves by at most this many steps from settled poses, and then starts again from its result; until it
 #: moves by less than this share of a step; most repetitions: the valley of focal length and distortion is long.
 NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.05, 60
@@ -94,6 +95,22 @@ LEAST_HIDDEN, MOST_HIDDEN = 0.1, 0.75
 LEAST_REPEATED = 1.2
 #: Most frames used to estimate the film-wide unknowns.
 SOLVE_FRAMES = 300
+#: A page that moved by less, px, was not filmed again: registration of one picture repeats within 0.003 px, and noise
+#: moves it by 0.02 px or more.  Fewest pictures that are enough.
+SAME_PX, LEAST_PICTURES = 0.01, 8
+
+
+def different_pictures(points_px: Array) -> Numbers:
+    """Frames that show another picture than those before them, rising; all frames, if these are too few.
+
+    A call that freezes, or a coder, repeats a picture.  Were most frames one picture, the unknowns would fit that one
+    without error, and the misfit would take all others for outliers.
+    Parameters: points_px (T, N, 2).
+    """
+    moved_px = np.sqrt((np.diff(points_px, axis=0) ** 2).sum(axis=2).mean(axis=1))
+    path = np.concatenate([[0.0], np.cumsum(moved_px)])
+    _, first = np.unique((path / SAME_PX).astype(np.int64), return_index=True)
+    return np.asarray(first if len(first) >= LEAST_PICTURES else np.arange(len(points_px)), np.int64)
 
 
 class FilmWide:
@@ -138,7 +155,9 @@ class FilmWide:
         # Programs rotate films, so the shutter may run down, right, up or left.
         self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
         self._rows = self._directions[0]
-        self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
+        pictures = different_pictures(points_px)
+        some = np.linspace(0, len(pictures) - 1, min(SOLVE_FRAMES, len(pictures))).astype(int)
+        self._chosen = pictures[np.unique(some)]
         self._given = focal_px is not None
         self._usual = FOCAL_PRIOR_RATIO * self._long_side
         self._guess = focal_px or self._usual
