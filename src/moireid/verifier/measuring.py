@@ -127,6 +127,9 @@ COVERED_CORRELATION, COVERED_CORRELATION_SDS = 0.03, 5.0
 #: (faster patches look like noise to the eye too); blocks with less than this share of the median information are left
 #: out, as they lie on a plateau of the fringe. Set by hand; `EXPECTED["places"]` was fitted with them.
 PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE = 0.3, 0.5, 0.15
+#: The gain of one row, or of one place in it, may differ from the badge's by up to this share.  Derived: 0.05 mm of air
+#: more beneath the sheet move its fringes so much further; a sheet that is taped and not glued has waves of that size.
+UNEVEN_GAIN_SHARE = 0.1
 #: A map of places is used where it is larger than this, root mean square, and than so many of its standard deviations.
 #: Smaller ones neither blur a row's fringes (by 1 part in 800) nor move a symbol.  Set by hand.
 MAP_LEAST_RAD, MAP_SDS = 0.05, 3.0

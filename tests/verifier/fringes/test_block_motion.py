@@ -24,7 +24,7 @@ def seen(deviation: np.ndarray | float = 0.0, *, noise: float = 0.0, dirt: np.nd
     law = StripLaw(np.zeros(wave.shape), per_frequency, np.zeros(FRAMES), np.zeros(FRAMES))
     sd = np.full(FRAMES, 0.01)
     found = StripPhase(COURSE, sd, np.full(FRAMES, contrast), np.full(FRAMES, level), 1.0, 0.0)
-    return places_apart_rad(strip_shape(profiles, law, found), TIMES)
+    return places_apart_rad(strip_shape(profiles, law, found), TIMES, COURSE)
 
 
 def patches(size_rad: float, count: int, hz: float = 0.3) -> np.ndarray:
@@ -46,6 +46,14 @@ def test_patches_on_clocks_of_their_own_are_told_by_their_size(count):
     assert seen(patches(0.24, count), noise=3.0) > 1.7 * seen(patches(0.12, count), noise=3.0)
 
 
+def test_a_sheet_with_uneven_air_moves_as_one():
+    """Catches: places above more air, which move further by a share of the motion, taken for patches; a share without
+    a bound, under which any motion of a patch with the badge's own would pass."""
+    sign = np.where(np.arange(SAMPLES) * 4 // SAMPLES % 2, 1.0, -1.0)
+    assert seen(0.08 * COURSE[:, None] * sign) < 0.02
+    assert seen(0.3 * COURSE[:, None] * sign) > 0.04
+
+
 def test_what_stands_still_is_no_motion():
     """Catches: dirt, shading or a sheet that is uneven rejected as a forgery."""
     assert seen(0.1 * np.sin(2 * np.pi * 2 * ALONG)[None], dirt=10.0 * np.sin(20 * ALONG)[None]) < 0.04
@@ -56,6 +64,6 @@ def test_frames_that_cannot_be_read_do_not_count():
     law = StripLaw(np.zeros((9, 40)), np.zeros((9, 40)), np.zeros(9), np.zeros(9))
     none = np.zeros(9)
     blank = StripPhase(none, np.full(9, np.inf), none, none, 1.0, 0.0)
-    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, blank), np.arange(9) / 30) == 0.0
+    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, blank), np.arange(9) / 30, none) == 0.0
     flat = StripPhase(none, none, none, none, 1.0, 0.0)
-    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, flat), np.arange(9) / 30) == 0.0
+    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, flat), np.arange(9) / 30, none) == 0.0

@@ -72,11 +72,12 @@ def _measured_strip(
     profiles = track.profiles[index].astype(float)
     found = measure_strip(profiles, law, strip.length_mm, band)
     shape = strip_shape(profiles, law, found)
-    apart = places_apart_rad(shape, track.times_s)
+    predicted = law.middle_phase_rad(found.frequency_per_mm)
+    apart = places_apart_rad(shape, track.times_s, predicted)
     parallax = strip.frame.places(camera_mm[:, :2])[:, 0] / np.abs(camera_mm[:, 2])
     depth = depth_law(shape, law, found, parallax, strip.length_mm)
     still = still_shift(strip, shape, knots_mm(badge.gratings[strip.grating]))
-    return StripMeasurement(found, law.middle_phase_rad(found.frequency_per_mm), apart, depth, still)
+    return StripMeasurement(found, predicted, apart, depth, still)
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:

@@ -32,6 +32,7 @@ from moireid.verifier.fringes.place_map import PlaceMap, start_maps
 from moireid.verifier.fringes.sinusoid import joined_frames, numbered, unwrap
 from moireid.verifier.fringes.strip_law import within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, rounding_rad
+from moireid.verifier.fringes.uneven_air import less_uneven_air
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
 
@@ -338,6 +339,7 @@ def _combine(
     total = weight.sum(axis=0)
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
+    turned = less_uneven_air(turned, weight, common)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
     slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
     strip_sd = np.array(

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from moireid.verifier.camera.smoothing import frame_s
 from moireid.verifier.fringes.sinusoid import Single, fit_columns, fit_together, slope_of
 from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, level_and_slope
+from moireid.verifier.fringes.uneven_air import less_uneven_air
 from moireid.verifier.measuring import PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
 from moireid.verifier.series import moving_mean
 
@@ -84,8 +85,8 @@ def strip_shape(profiles: Array, law: StripLaw, found: StripPhase) -> StripShape
 BLOCKS = 12
 
 
-def places_apart_rad(shape: StripShape | None, times_s: Array) -> float:
-    """Deviation of the blocks from their strip.
+def places_apart_rad(shape: StripShape | None, times_s: Array, predicted_rad: Array) -> float:
+    """Deviation of the blocks from their strip, apart from gains of their own (`uneven_air`).
 
     Parameters
     ----------
@@ -93,6 +94,8 @@ def places_apart_rad(shape: StripShape | None, times_s: Array) -> float:
         None if there are no fringes.
     times_s : array (T,)
         Of all frames, s.
+    predicted_rad : array (T,)
+        Predicted phase of all frames.
 
     Returns
     -------
@@ -114,4 +117,6 @@ def places_apart_rad(shape: StripShape | None, times_s: Array) -> float:
     for axis in (1, 0):
         total = weight.sum(axis=axis, keepdims=True)
         shift = shift - (weight * shift).sum(axis=axis, keepdims=True) / np.where(total > 0, total, 1.0)
+    motion = moving_mean(predicted_rad[shape.clear, None], frames)[:, 0]
+    shift = less_uneven_air(shift.T, weight.T, motion).T
     return float(np.sqrt((weight * shift**2).sum() / weight.sum()))
