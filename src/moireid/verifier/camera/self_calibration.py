@@ -157,7 +157,7 @@ class FilmWide:
         self._rows = self._directions[0]
         pictures = different_pictures(points_px)
         some = np.linspace(0, len(pictures) - 1, min(SOLVE_FRAMES, len(pictures))).astype(int)
-        self._chosen = pictures[np.unique(some)]
+        self._chosen: Numbers = pictures[np.unique(some)]
         self._given = focal_px is not None
         self._usual = FOCAL_PRIOR_RATIO * self._long_side
         self._guess = focal_px or self._usual
