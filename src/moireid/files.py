@@ -92,8 +92,9 @@ def whole_file(path: Path, *, private: bool = False) -> Iterator[Path]:
         yield temporary
         with temporary.open("rb+") as stream:
             os.fsync(stream.fileno())
-        # The writer may have replaced the file.
-        temporary.chmod(rights)
+        # The writer may have replaced the file.  Otherwise nothing is to be done, and a sealed process may not chmod.
+        if stat.S_IMODE(temporary.stat().st_mode) != rights:
+            temporary.chmod(rights)
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)

@@ -54,7 +54,7 @@ def render_progress(advance: Advance) -> str:
     return environment.from_string(text).render(
         style=style(),
         advance=advance,
-        steps=[(step, _state(advance, step.name)) for step in advance.steps],
+        steps=[(step, step_state(advance, step.name)) for step in advance.steps],
         readings=[(step, folder.reading(step.name)) for step in advance.steps],
         states=STATES,
         shown_value=shown_value,
@@ -68,7 +68,7 @@ def render_progress(advance: Advance) -> str:
     )
 
 
-def _state(advance: Advance, name: str) -> str:
+def step_state(advance: Advance, name: str) -> str:
     """Of a step: done, next, not usable, left out or to come."""
     if advance.next_step is not None and advance.next_step.name == name:
         return "next"

@@ -33,10 +33,17 @@ PLAIN = (
     (r" \(--[a-z-]+( [a-z]+)?\)", ""),
     (r"leave out --code and --axes", "let the fringes sense motion sideways"),
     (r"take --markers squares", "take squares as markers"),
+    (r"give --distance in metres, or leave it out", "give the camera's distance, or leave it out"),
+    (r", and give the pitch-test\.json of this very chart", ""),
+    (r"and give --thickness", "and enter what it reads"),
+    (r"give --measured-scale", "enter what you measured"),
+    (r"its --focal-px", "its focal length"),
+    (r"--(focal-px|distance)\b", "what you measured"),
     (r"--axes x or xy", "fringes that sense motion sideways, or sideways and up and down"),
     (r"--axes xy", "fringes that sense motion sideways and up and down"),
     (r"run the command again", "issue the badges again"),
     (r"--(axes|colour|format|front|lens|line|logo|markers|mount|orientation|portrait|range|size|template)\b", r"\1"),
+    (r"--steps", "steps"),
 )
 
 

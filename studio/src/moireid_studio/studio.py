@@ -21,13 +21,15 @@ from moireid.registry.engine import read_url
 from moireid.registry.signing.client import signer_address
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
-from moireid_studio.jobs.claims import prepared
+from moireid_studio.jobs.claims import PreparedJob, prepared
 from moireid_studio.jobs.queue import Jobs
 from moireid_studio.jobs.workers import Doer
 from moireid_studio.links import Links
 from moireid_studio.problems import Refusal, plain
 from moireid_studio.settings import Settings
+from moireid_studio.store.build_store import BuildStore
 from moireid_studio.store.database import database_of
+from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
 from moireid_studio.store.storage import storage_of
 from moireid_studio.store.verdict_store import Verdicts
@@ -61,6 +63,7 @@ class Studio:
             undo.callback(self.verdicts.close)
             self.links = Links(settings.data, settings.state)
             undo.callback(self.links.close)
+            self.builds = BuildStore(settings.data.absolute() / "builds")
             self.jobs = self._jobs(undo)
             self._open = undo.pop_all()
 
@@ -77,12 +80,20 @@ class Studio:
             Ledger(database, folder),
             storage_of(settings.storage, folder),
             settings.limits,
-            lambda job: prepared(job, self.registry, settings.trust, lambda: self.for_children),
+            self._prepared,
             self.verdicts.note_job,
             registry=self.registry,
             metrics=self.metrics,
         )
         return Jobs(folder, doer)
+
+    def _prepared(self, job: Job) -> PreparedJob:
+        """What a job's process gets.  Raises: Refusal, RegistryError."""
+        if job.kind != "build":
+            return prepared(job, self.registry, self.settings.trust, lambda: self.for_children)
+        build = self.builds.find(job.wish["build"], job.owner)
+        given = {"place": str(build.work), "wish": job.wish["wish"], "record": job.wish["record"]}
+        return PreparedJob(given, write=(build.work,))
 
     @property
     def for_children(self) -> dict[str, str | None]:

@@ -47,6 +47,17 @@ class Form:
     sha256: str | None = None
 
 
+@dataclass(frozen=True)
+class UploadKind:
+    """Files that are taken.
+
+    suffix: gives the suffix for a file's first bytes, None where it is none of these; refusal: what is said then.
+    """
+
+    suffix: Callable[[bytes], str | None]
+    refusal: str
+
+
 def sniff(head: bytes) -> str | None:
     """The suffix for the container that a file's first bytes show, or None where it is not an accepted film."""
     if head[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"):
@@ -63,6 +74,21 @@ def sniff(head: bytes) -> str | None:
     return None
 
 
+def sniff_photo(head: bytes) -> str | None:
+    """The same for a photograph."""
+    if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
+        return ".webp"
+    starts = {b"\xff\xd8\xff": ".jpg", b"\x89PNG": ".png", b"II*\0": ".tif", b"MM\0*": ".tif"}
+    return next((suffix for start, suffix in starts.items() if head.startswith(start)), None)
+
+
+FILMS = UploadKind(sniff, f"This file is none of the films that are taken: {ALLOWED}.")
+PHOTOS = UploadKind(
+    sniff_photo,
+    "This file is none of the photos that are taken: JPEG, PNG, WebP or TIFF. Export a HEIC photo of a phone as JPEG.",
+)
+
+
 async def receive(
     request: Request,
     folder: Path,
@@ -70,20 +96,21 @@ async def receive(
     *,
     fields: Collection[str],
     stored: Callable[[int], None] = lambda _: None,
+    kind: UploadKind = FILMS,
 ) -> Form:
     """Read a form: the file `video` into `folder`, and these other fields.
 
-    stored: called with how many bytes of the film were written so far; it may refuse more.
+    kind: which files are taken; stored: called with how many bytes of the film were written so far; it may refuse more.
     Raises: Refusal 400 where it is no whole form, 408 where it stops, 413 where it is too large, 415 where it is
         no form at all, or the file is no film, 422 where a field is unknown, given twice, or no text.
     """
-    kind, options = parse_options_header(request.headers.get("content-type"))
+    form, options = parse_options_header(request.headers.get("content-type"))
     boundary = options.get(b"boundary", b"")
-    if kind != b"multipart/form-data" or not 0 < len(boundary) <= 200:
+    if form != b"multipart/form-data" or not 0 < len(boundary) <= 200:
         raise Refusal(415, "form", "Send a form (multipart/form-data) with the film as the file `video`.")
     most = limits.upload_bytes + limits.form_bytes
     length = request.headers.get("content-length", "")
-    reader = _Reader(boundary, folder, limits, fields)
+    reader = _Reader(boundary, folder, limits, fields, kind)
     body = in_time(request, limits).stream()
     try:
         if length.isdecimal() and int(length) > most:
@@ -117,14 +144,14 @@ def called(name: str) -> str:
 class _Reader:
     """Takes the bytes of a form; the parser calls back for each part."""
 
-    def __init__(self, boundary: bytes, folder: Path, limits: Limits, names: Collection[str]) -> None:
+    def __init__(self, boundary: bytes, folder: Path, limits: Limits, names: Collection[str], kind: UploadKind) -> None:
         calls = {
             name: getattr(self, f"_{name}")
             for name in ("part_begin", "part_data", "header_field", "header_value", "header_end", "headers_finished")
         }
         calls |= {"part_end": self._part_end, "end": self._end}
         self._parser = MultipartParser(boundary, {f"on_{name}": call for name, call in calls.items()})  # type: ignore[arg-type]
-        self._folder, self._limits, self._names = folder, limits, names
+        self._folder, self._limits, self._names, self._kind = folder, limits, names, kind
         self._texts: dict[str, bytearray] = {}
         self._file: BinaryIO | None = None
         self._head, self.written, self._outside_film, self._ended = bytearray(), 0, 0, False
@@ -155,8 +182,8 @@ class _Reader:
         if self._file is None:
             return Form(None, texts)
         self.close()
-        if (suffix := sniff(bytes(self._head))) is None:
-            raise Refusal(415, "no_film", f"This file is none of the films that are taken: {ALLOWED}.")
+        if (suffix := self._kind.suffix(bytes(self._head))) is None:
+            raise Refusal(415, "no_film", self._kind.refusal)
         return Form(
             (self._folder / "upload").rename(self._folder / f"film{suffix}"),
             texts,
@@ -203,8 +230,8 @@ class _Reader:
             assert self._file is not None
             if len(self._head) < HEAD_BYTES:
                 self._head += piece[: HEAD_BYTES - len(self._head)]
-                if len(self._head) == HEAD_BYTES and sniff(bytes(self._head)) is None:
-                    raise Refusal(415, "no_film", f"This file is none of the films that are taken: {ALLOWED}.")
+                if len(self._head) == HEAD_BYTES and self._kind.suffix(bytes(self._head)) is None:
+                    raise Refusal(415, "no_film", self._kind.refusal)
             self.written += len(piece)
             if self.written > self._limits.upload_bytes:
                 raise _too_large(self._limits)

@@ -30,6 +30,7 @@ OPEN = {
 ROLES = {
     "/issue": {"issuer"},
     "/enroll": {"issuer"},
+    "/first-badge": {"issuer"},
     "/api/badges": {"issuer"},
     "/registry": {"issuer", "verifier"},
     "/registry/audit": {"issuer"},

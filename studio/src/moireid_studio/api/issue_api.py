@@ -24,7 +24,7 @@ from moireid_studio.studio import studio_of
 router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
 Issuer = Annotated[Visitor, require("issuer")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
-KINDS = ("badge", "event", "capture")
+KINDS = ("badge", "event", "capture", "build")
 
 
 class LinkPoint(BaseModel):

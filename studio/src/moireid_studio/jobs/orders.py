@@ -221,7 +221,7 @@ def checked(order: BadgeOrder, registry: Registry, pictures: Mapping[str, Path] 
     return CheckedOrder(plan, explain(badge), link_budgets(badge), namesakes, look_alikes)
 
 
-def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
+def read_fields(model: type[BaseModel], fields: Mapping[str, str]) -> Any:
     """A wish or an order from a form: empty fields keep their defaults, and unknown fields are ignored; the field
     `lines` is one text with a line for each.
 
@@ -250,6 +250,9 @@ def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
 LABELS = {
     "lens": "lens sheet",
     "lens_thickness_mm": "sheet thickness",
+    "thickness_mm": "sheet thickness",
+    "distance_m": "distance of the phone",
+    "focal_px": "focal length",
     "printer_dpi": "printer resolution",
     "near_m": "nearest camera",
     "far_m": "farthest camera",

@@ -31,6 +31,7 @@ from moireid.verifier.session.capture import capture_as_built
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import identify
+from moireid_studio.jobs.build_round import advance_build
 from moireid_studio.jobs.task import SIGNALS, Ask, Law, Progress, Send, Task
 
 #: Least time between two reports of progress, s.
@@ -120,6 +121,7 @@ WORK: dict[str, Callable[..., None]] = {
     "verify": verify_film,
     "identify": identify_film,
     "capture": measure_capture,
+    "build": advance_build,
 }
 
 

@@ -185,7 +185,7 @@ class Doer:
 
     def _run(self, said: WorkerMessages, folder: Path, stopping: Callable[[], bool]) -> None:
         job = said.job
-        task = Task(job.kind, folder, job.video, said.ready.arguments)
+        task = Task(job.kind, folder, job.video, said.ready.arguments, said.ready.write)
         run_task(task, self._of_one, partial(self._handle, said), wall_s=self.limits.job_s, stopping=stopping)
 
     def _handle(self, said: WorkerMessages, message: dict[str, Any]) -> object:

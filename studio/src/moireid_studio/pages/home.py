@@ -33,6 +33,7 @@ class Place:
 NAVIGATION = (
     Place("/issue", "Issue", ("issuer",)),
     Place("/enroll", "Enroll", ("issuer",)),
+    Place("/first-badge", "First badge", ("issuer",)),
     Place("/verify", "Verify", ("verifier",)),
     Place("/live", "Live", ("verifier",)),
     Place("/call", "Call", ("verifier",)),

@@ -15,7 +15,7 @@ from moireid.provenance import Exclusion, Standing
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed")
 #: Work that badges are made by, and the films and pictures of issuers: verifiers' films never come before it.
-ISSUE = frozenset({"badge", "event", "capture", "pictures"})
+ISSUE = frozenset({"badge", "event", "capture", "pictures", "build"})
 #: How often a job is begun at most; one that dies with its worker is done again, once.  An event's identities are drawn
 #: as it is made: begun again, it would issue all of them anew.
 TRIES, TRIES_OF = 2, {"event": 1}
