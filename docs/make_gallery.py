@@ -81,7 +81,7 @@ LOGO = (
 SCENES = {"worn": "usual:3", "lectern": "typical:3", "call": "typical:3", "desk": "typical:3"}
 MOMENT, SCENE_PX = 20, (640, 360)
 #: Where the studio's form has a small picture of each template, and its longer side, px.
-STYLES, STYLE_PX = DOCS.parent / "src" / "moireid" / "web" / "static", 300
+STYLES, STYLE_PX = DOCS.parent / "studio" / "src" / "moireid_studio" / "static", 300
 #: Pixels of the window that a report's page is shown in; all of the page is shown.
 PAGE = {"width": 960, "height": 800}
 
@@ -195,13 +195,13 @@ def _moving(work: Path) -> str:
     for name, (forge, _) in MOVING.items():
         film = work / f"{name}.mp4"
         _run(
-            f"moireid simulate {work / 'ada' / 'badge.json'} --out {film} --camera webcam --motion sway --distance 1 "
-            f"--frames 75 --fps 30{forge}"
+            f"moireid simulate {work / 'ada' / 'badge.json'} --out {film} --scene worn --camera webcam --motion sway "
+            f"--distance 1 --frames 75 --fps 30{forge}"
         )
         with av.open(str(film)) as opened:
-            frames = [frame.to_image().convert("L") for frame in opened.decode(video=0)][::3]
+            frames = [frame.to_image() for frame in opened.decode(video=0)][::3]
         shown.append(
-            [frame.crop((541, 235, 781, 475)).resize((320, 320), Image.Resampling.LANCZOS) for frame in frames]
+            [frame.crop((491, 200, 821, 530)).resize((320, 320), Image.Resampling.LANCZOS) for frame in frames]
         )
     pictures = [
         Image.fromarray(np.hstack([np.asarray(true), np.asarray(fake)])) for true, fake in zip(*shown, strict=True)
@@ -209,7 +209,7 @@ def _moving(work: Path) -> str:
     # There and back, so that it goes on without a jump.
     pictures += pictures[-2:0:-1]
     pictures[0].save(
-        OUT / "moving.webp", save_all=True, append_images=pictures[1:], duration=100, loop=0, quality=35, method=6
+        OUT / "moving.webp", save_all=True, append_images=pictures[1:], duration=100, loop=0, quality=25, method=6
     )
     return (
         "The same motion before a simulated webcam, twice. Left a true badge; right a forged one, whose fringes go "
@@ -244,12 +244,13 @@ def _side_by_side(work: Path) -> None:
     badge, words = work / "ada" / "badge.json", []
     for name, (title, forge) in SHOWN.items():
         film = f"{work / name}.mp4"
-        _run(f"moireid simulate {badge} --out {film} --motion circle --distance 0.6 --frames 150 --fps 30{forge}")
+        wish = f"--scene worn --camera webcam --motion circle --distance 0.6 --frames 150 --fps 30{forge}"
+        _run(f"moireid simulate {badge} --out {film} {wish}")
         _run(f"moireid verify {film} --badge {badge} --report {work / name}", codes=(0, 1))
         words += [title, film, str(work / name)]
     subprocess.run([sys.executable, "examples/side_by_side.py", str(work / "both.mp4"), *words], check=True)
     with Image.open(work / "both.png") as still:
-        _save_small(still, OUT / "true_and_forged.png")
+        still.convert("RGB").save(OUT / "true_and_forged.webp", quality=80, method=6)
 
 
 def _report(work: Path) -> None:
@@ -266,12 +267,7 @@ def _report(work: Path) -> None:
         shot = page.screenshot(full_page=True)
         browser.close()
     with Image.open(io.BytesIO(shot)) as picture:
-        _save_small(picture, DOCS / "report.png")
-
-
-def _save_small(picture: Image.Image, path: Path) -> None:
-    """By an octree of colours: the other ways to choose them make thin coloured lines grey."""
-    picture.convert("RGB").quantize(255, Image.Quantize.FASTOCTREE).save(path, optimize=True)
+        picture.convert("RGB").save(DOCS / "report.webp", quality=50, method=6)
 
 
 def _rays() -> None:

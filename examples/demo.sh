@@ -55,8 +55,8 @@ run 0 moireid enroll demo/ada/badge.json --registry "$registry"
 run 0 moireid enroll demo/grace/badge.json --registry "$registry"
 result "the registry is demo/people.sqlite3"
 
-step "Film: we have no camera here, so simulate one that moves around Ada's badge; then forge the same film."
-film="--motion circle --distance 0.6 --frames 150 --fps 30 --overwrite"
+step "Film: we have no camera here, so simulate one that moves around Ada, who wears it; then forge the same film."
+film="--scene worn --camera webcam --motion circle --distance 0.6 --frames 150 --fps 30 --overwrite"
 # shellcheck disable=SC2086  # These are several words.
 run 0 moireid simulate demo/ada/badge.json --out demo/ada.mp4 $film
 # shellcheck disable=SC2086

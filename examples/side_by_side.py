@@ -21,8 +21,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-#: Pixels: the whole picture, and the middle of a film that is shown, at its own size.
-WIDTH, HEIGHT, SHOWN = 1280, 720, (628, 464)
+#: Pixels: the whole picture, and the middle of a film in it, which is so much of the film's height.
+WIDTH, HEIGHT, SHOWN, SHARE = 1280, 720, (628, 464), 0.68
 #: Pixels from the top to the films.
 TOP = 62
 #: Seconds between the moments that the still shows.
@@ -55,12 +55,15 @@ class Side:
         return cls(title, Path(film), verdict, times, measured, predicted)
 
     def pictures(self) -> Iterator[tuple[float, NDArray[np.uint8]]]:
-        """Time and middle of every frame, grey."""
+        """Time of every frame, and its middle, (height, width, 3), red, green, blue."""
         with av.open(str(self.film)) as container:
             for frame in container.decode(video=0):
-                grey = frame.to_ndarray(format="gray")
-                x, y = (grey.shape[1] - SHOWN[0]) // 2, (grey.shape[0] - SHOWN[1]) // 2
-                yield float(frame.time), grey[y : y + SHOWN[1], x : x + SHOWN[0]]
+                picture = frame.to_ndarray(format="rgb24")
+                high = round(SHARE * picture.shape[0])
+                wide = high * SHOWN[0] // SHOWN[1]
+                x, y = (picture.shape[1] - wide) // 2, (picture.shape[0] - high) // 2
+                middle = picture[y : y + high, x : x + wide]
+                yield float(frame.time), np.asarray(cv2.resize(middle, SHOWN, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def plotted(figure: Figure, side: Side, place: tuple[float, float, float, float]) -> Axes:
@@ -76,10 +79,10 @@ def plotted(figure: Figure, side: Side, place: tuple[float, float, float, float]
     return axes
 
 
-def titled(figure: Figure, side: Side, x: float, y: float) -> None:
+def titled(figure: Figure, side: Side, x: float, y: float, right: float) -> None:
     """The side's title, and the verdict in its colour."""
     figure.text(x, y, side.title, fontsize=15, va="center")
-    figure.text(x + 0.488, y, VERDICTS[side.verdict], color=COLOURS[side.verdict], fontsize=16, va="center", ha="right")
+    figure.text(right, y, VERDICTS[side.verdict], color=COLOURS[side.verdict], fontsize=16, va="center", ha="right")
 
 
 def drawn(figure: Figure) -> NDArray[np.uint8]:
@@ -94,7 +97,7 @@ def write_film(path: Path, sides: list[Side]) -> None:
     figure = Figure(figsize=(WIDTH / 100, HEIGHT / 100), dpi=100)
     axes = [plotted(figure, side, (0.006 + 0.5 * k, 0.045, 0.488, 0.21)) for k, side in enumerate(sides)]
     for k, side in enumerate(sides):
-        titled(figure, side, 0.006 + 0.5 * k, 0.957)
+        titled(figure, side, 0.006 + 0.5 * k, 0.957, 0.494 + 0.5 * k)
     ground = drawn(figure)
     courses = []
     for one, side in zip(axes, sides, strict=True):
@@ -106,9 +109,9 @@ def write_film(path: Path, sides: list[Side]) -> None:
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
         for pair in zip(*(side.pictures() for side in sides), strict=False):
             picture = ground.copy()
-            for k, (time_s, grey) in enumerate(pair):
+            for k, (time_s, shown) in enumerate(pair):
                 left = 8 + k * WIDTH // 2
-                picture[TOP : TOP + SHOWN[1], left : left + SHOWN[0]] = grey[..., None]
+                picture[TOP : TOP + SHOWN[1], left : left + SHOWN[0]] = shown
                 past = courses[k][sides[k].times_s <= time_s + 1e-6]
                 cv2.polylines(picture, [past], False, ink, 2, cv2.LINE_AA, shift=4)
             container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
@@ -117,19 +120,19 @@ def write_film(path: Path, sides: list[Side]) -> None:
 
 def write_still(path: Path, sides: list[Side]) -> None:
     """Three moments of each film in a row, and the whole course of its fringes at the end of the row."""
-    figure = Figure(figsize=(16, 7.4), dpi=100)
+    figure = Figure(figsize=(16, 8.4), dpi=100)
     for k, side in enumerate(sides):
         low = 0.02 + 0.5 * (1 - k)
         frames = list(takewhile(lambda frame: frame[0] <= MOMENTS_S[-1], side.pictures()))
         for n, moment_s in enumerate(MOMENTS_S):
-            time_s, grey = min(frames, key=lambda frame: abs(frame[0] - moment_s))
-            cell = figure.add_axes((0.01 + 0.165 * n, low, 0.157, 0.37))
-            cell.imshow(grey[:, 104:-104], cmap="gray", vmin=0, vmax=255)
+            time_s, shown = min(frames, key=lambda frame: abs(frame[0] - moment_s))
+            cell = figure.add_axes((0.01 + 0.185 * n, low, 0.179, 0.37))
+            cell.imshow(shown[:, 104:-104])
             cell.set_title(f"after {time_s:.1f} s", fontsize=10)
             cell.axis("off")
-        axes = plotted(figure, side, (0.525, low + 0.04, 0.46, 0.33))
+        axes = plotted(figure, side, (0.585, low + 0.04, 0.4, 0.33))
         axes.plot(side.times_s, side.measured_rad, color=MEASURED, lw=2)
-        titled(figure, side, 0.01, low + 0.435)
+        titled(figure, side, 0.01, low + 0.435, 0.559)
     cv2.imwrite(str(path), drawn(figure)[..., ::-1])
 
 
