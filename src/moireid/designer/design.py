@@ -349,6 +349,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
         explain_fiducial(badge.markers, far),
         ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (each edge placed by itself)"),
         *_explain_dots(badge),
+        ("what a forger needs", "see What it takes to pass, in THREATS.md"),
     ]
 
 

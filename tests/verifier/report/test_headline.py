@@ -5,8 +5,10 @@ The documents are as `verify --json` prints them, put together by hand.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,6 +18,9 @@ from moireid.verifier.decision.findings import WORDS as DECIDED
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, day, moment_words
 from moireid.verifier.report.finding_words import CAUSES, OPEN, RIVALS, WEIGHTIEST, sorted_findings
 from moireid.verifier.report.headline import headline_of
+from moireid.verifier.report.report_page import SAYS_NOT
+
+ROOT = Path(__file__).parents[3]
 
 NOW = datetime(2026, 5, 7, 12, 0, tzinfo=UTC)
 REGISTRY = Standing("c0ffee" * 5, "3:" + "ab" * 32)
@@ -57,6 +62,16 @@ def test_a_genuine_badge_is_its_holder_s() -> None:
     whole = document("accept")
     whole["identity"]["built"] = "agrees"
     assert "measured at enrolment" in headline_of(whole, ASKED).text and "copy" not in found.text
+
+
+def test_no_page_says_that_a_film_shows_the_piece_that_was_issued() -> None:
+    """Catches: a page that calls a film computed to agree the issued badge, or its fringes a real badge's alone."""
+    whole = document("accept")
+    whole["identity"]["built"] = "agrees"
+    for one in (whole, document("accept"), document("reject", finding("built"))):
+        words = " ".join(vars(headline_of(one, ASKED)).values())
+        assert not re.search(r"only a real|original|the one that was issued|not the piece", words)
+    assert "What it takes to pass" in SAYS_NOT and "## What it takes to pass" in (ROOT / "THREATS.md").read_text()
 
 
 def test_nobody_vouches_for_a_name_in_a_file() -> None:

@@ -85,7 +85,7 @@ def headline_of(document: Mapping[str, Any], known: Circumstances) -> Headline:
 
 
 def _genuine(document: Mapping[str, Any], claimed: ClaimNote, known: Circumstances) -> Headline:
-    law = "The fringes moved as only a real badge's do"
+    law = "The fringes moved as a real badge's do"
     if document.get("finding") == "found":
         name = known.read.name if known.read else document.get("found_name") or document["found_id"]
         text = f"{law}, and this registry issued the badge to {name}."
@@ -99,10 +99,9 @@ def _genuine(document: Mapping[str, Any], claimed: ClaimNote, known: Circumstanc
         text = "The film shows the badge of the file that was given. No one vouches for the name in that file."
         advice = "Ask the issuer of such badges for the registry, and check again with it."
         return Headline("accept", "Genuine, and the badge of the file", text, advice)
-    text = f"{law}, and the badge is the one that was issued to {claimed.name}."
+    text = f"{law}, and it shows the identity that was issued to {claimed.name}."
     if document["identity"].get("built") == "agrees":
-        text = f"{law}, and the badge is the one that was issued to {claimed.name}. Its figures are those measured at "
-        text += "enrolment, which a copy that is built anew does not have."
+        text += " The film's figures are those measured at enrolment, which a copy that is built anew does not have."
     if known.bundle is not None:
         text += f" So says the registry's authority, in a bundle that counts until {known.bundle}."
     return Headline("accept", f"Genuine, and {claimed.name}'s", text, _look(claimed.name))
@@ -150,7 +149,7 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, k
     if "identity" in failed:
         return _another(held, claimed, known)
     if "built" in failed:
-        text = f"The fringes move as a real badge's do, but it is not the piece that was issued to {claimed.name}."
+        text = f"The fringes move as a real badge's do, but not with the figures of the enrolment of {claimed.whose}."
         advice = f"Ask {claimed.name} whether the badge was lost, or its files were copied."
         return Headline("reject", f"A copy of {claimed.whose}", text, advice)
     first = found.fail[0]["text"] if found.fail else "What was asked for is not shown."
@@ -160,7 +159,7 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, k
 def _barred(document: Mapping[str, Any], finding: Finding, claimed: ClaimNote, known: Circumstances) -> Headline:
     """A badge that was revoked or suspended, or has expired: this comes before all else."""
     rest = {
-        ("accept", "match"): "Apart from that it is genuine: the fringes moved as only a real badge's do.",
+        ("accept", "match"): "Apart from that it is genuine: the fringes moved as a real badge's do.",
         ("accept", "mismatch"): "Besides, the film shows another badge.",
     }.get((document["invariant"]["verdict"], document["identity"]["verdict"]), "")
     if document["invariant"]["verdict"] == "reject":

@@ -67,7 +67,9 @@ def pictures_of(report: Report) -> Pictures:
 #: What was checked, in plain words.
 SAYS = "Checked were the badge's fringes, which must move with the badge as optics demand, and whose badge it is."
 SAYS_NOT = (
-    "Not checked were the face, the voice, the words and everything else in the film, nor who wore the badge and when."
+    "Not checked were the face, the voice, the words and everything else in the film, nor who wore the badge and when. "
+    'A film that was computed, or mapped from a film of another badge, can pass: "What it takes to pass", in '
+    "moireid's THREATS.md, lists what meets which forger."
 )
 
 
