@@ -16,7 +16,7 @@ provenance.py    where a claim comes from                verifier/     film -> r
 result_cache.py  rows of figures kept in a file          registry/     who was issued which badge
 camera_chart.py  the chart to calibrate a camera with    attest/       verdicts signed, and checked by others
 calibration/     a sheet or a camera, from pictures      issuing.py    an order -> a badge that can be made
-cli/             the two programs
+cli/             the two programs                        enrolment.py  measured figures into a registry
 """
 
 __version__ = "0.1.0"

@@ -79,6 +79,21 @@ def as_built_from_json(text: str) -> AsBuilt:
     return found
 
 
+@dataclass(frozen=True)
+class DatedFigures:
+    """A set of as-built figures that was in use before others took its place; at: since when it is on record, UTC,
+    ISO 8601.
+    """
+
+    as_built: AsBuilt
+    at: str
+
+
+def dated_figures(sets: list[dict[str, Any]]) -> tuple[DatedFigures, ...]:
+    """Sets of figures as a registry or a bundle holds them.  Raises: SpecError if one has another format."""
+    return tuple(DatedFigures(as_built_from_json(json.dumps(one["as_built"])), str(one["as_built_at"])) for one in sets)
+
+
 def merge(parts: list[AsBuilt]) -> AsBuilt:
     """Several captures of one badge combined: weighted means, with error bars at least as large as their spread.
 

@@ -6,7 +6,7 @@ import hashlib
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from moireid.asbuilt import AsBuilt
+from moireid.asbuilt import AsBuilt, DatedFigures
 from moireid.badge import Badge
 
 Source = Literal["registry", "file", "bundle"]
@@ -125,6 +125,10 @@ class ClaimedBadge:
         Whether the registry vouches for it, or a file names it.
     seal : Seal or None
         Of its identity, where a bundle keeps that sealed; `badge` is then a specimen of its layout, and has none.
+    as_built_at : str or None
+        Since when its figures are on record, UTC, ISO 8601.
+    earlier : tuple of DatedFigures
+        Figures that were in use before, oldest first; they count too.
     """
 
     badge: Badge
@@ -132,3 +136,5 @@ class ClaimedBadge:
     barred: Exclusion | None = None
     provenance: Provenance = FROM_FILE
     seal: Seal | None = None
+    as_built_at: str | None = None
+    earlier: tuple[DatedFigures, ...] = ()

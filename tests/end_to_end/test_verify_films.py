@@ -19,6 +19,7 @@ from click.testing import CliRunner, Result
 
 from kit.coded_films import first_frames
 from kit.payloads import payload_for_name
+from moireid.asbuilt import DatedFigures
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
@@ -352,6 +353,35 @@ def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_f
     assert (copy.verdict, copy.identity.built) == ("reject", "differs")
     assert verify(ada_film, Claim(ada, ada.id, as_built=elsewhere, require_original=False)).verdict == "accept"
     assert verify(ada_film, Claim(ada, ada.id, require_original=True)).verdict == "inconclusive"
+
+
+@pytest.mark.slow
+def test_an_enrolment_that_was_turned_against_its_holder_leaves_the_true_badge_accepted(ada, ada_film, tmp_path):
+    """Catches: a holder who disowns true films by a drawn capture; a copy that agrees with a set of figures by parts; a
+    report that keeps silent on the figures that it used."""
+    report = verify(ada_film, Claim(ada, ada.id))
+    invariant = report.invariant
+    true = filmed_built(report.track, report.measurement, invariant.gain_ratio, invariant.gain_sd).as_built
+    poison = replace(true, gain_ratio=0.68, offset_rad=true.offset_rad + 2.0)
+    url = registry_of(tmp_path / "r.sqlite3", ada)
+    with open_registry(url, create=False) as registry:
+        since = registry.store_as_built(ada.id, true.to_json()).as_built_at
+        registry.store_as_built(ada.id, poison.to_json(), reason="a new sheet")
+        assert registry.audit().sound
+    outcome = run("verify", ada_film, "--claim", "Ada Lovelace", "--registry", url, "--json")
+    document = strict(outcome.stdout)
+    assert (outcome.exit_code, document["identity"]["built"], document["identity"]["built_since"]) == (
+        0,
+        "agrees",
+        since,
+    )
+    (note,) = [one for one in document["reasons"] if one["code"] == "as_built_earlier"]
+    assert f"on record since {since[:10]}" in note["text"]
+    hold_contract(document)
+    # A copy agrees with neither set: not with the gain of one and the place of the other.
+    earlier = (DatedFigures(replace(true, offset_rad=true.offset_rad + 1.0), "2026-01-01"),)
+    copy = verify(ada_film, Claim(ada, ada.id, as_built=poison, as_built_at="2026-02-01", earlier=earlier))
+    assert copy.verdict == "reject" and copy.identity.built != "agrees"
 
 
 @pytest.mark.slow

@@ -58,7 +58,7 @@ def test_an_old_registry_is_brought_to_this_version_and_stays_sound(old):
         seen = registry.audit(since=checkpoints_from(str(DATA / "version2.checkpoint")))
         assert (seen.sound, seen.entries, seen.unnamed, seen.actors) == (True, 6, 6, {})
     assert rows_of(old, "SELECT seq, hash, signature FROM log ORDER BY seq") == before
-    assert rows_of(old, "SELECT version FROM schema_version") == [{"version": 4}]
+    assert rows_of(old, "SELECT version FROM schema_version") == [{"version": 5}]
 
 
 def test_it_can_be_written_and_grows_as_a_new_one(old):
@@ -92,7 +92,7 @@ def test_where_it_cannot_be_written_the_reason_is_said(old_file):
     before = old_file.read_bytes()
     holder = sqlite3.connect(old_file, isolation_level=None)
     holder.execute("BEGIN IMMEDIATE")
-    with pytest.raises(RegistryError, match=r"version 2 and must be brought to 4 once, which failed \(.*locked"):
+    with pytest.raises(RegistryError, match=r"version 2 and must be brought to 5 once, which failed \(.*locked"):
         open_registry(url_of(old_file, timeout=0.05), create=False)
     holder.close()
     assert old_file.read_bytes() == before

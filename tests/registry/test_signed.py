@@ -301,7 +301,7 @@ def test_newest_measured_figures_are_kept(registry, monkeypatch):
     stop_clock(monkeypatch, "2031-01-02T03:04:05Z")
     assert registry.store_as_built(ada.id, '{"of": ["é", 0.0000001],\n "tilt_rad": 0.01}') == first
     assert registry.head() == head
-    second = registry.store_as_built(ada.id, '{"tilt_rad": 0.02}')
+    second = registry.store_as_built(ada.id, '{"tilt_rad": 0.02}', reason="a new sheet")
     assert registry.find("Ada") == second and second.as_built == '{"tilt_rad":0.02}'
     assert second.as_built_at == "2031-01-02T03:04:05Z" and second.badge == ada.badge
     assert registry.revoke("Ada", "lost").as_built == second.as_built

@@ -16,6 +16,8 @@ from moireid.registry.bundle.held import Bundle, BundlePeople
 from moireid.registry.checkpoints.proof import check_proof
 
 STATES = ("suspended_at", "suspended_reason", "expires", "compromised_since")
+#: ... and what came with version 5.
+SETS = ("as_built_reason", "as_built_earlier")
 
 
 @pytest.fixture
@@ -94,7 +96,7 @@ def test_an_export_of_version_2_is_taken_in(full, target, exported, tmp_path):
     with pytest.raises(RegistryError, match="unknown field"):
         import_registry(smuggled, target)
     for record in document["records"]:
-        for name in STATES:
+        for name in (*STATES, *SETS):
             assert record.pop(name) is None
     older = tmp_path / "older.json"
     older.write_text(json.dumps(document), encoding="utf-8")
@@ -144,7 +146,7 @@ def test_a_proof_says_it(full):
 def test_a_registry_of_version_3_is_brought_to_this_one(full, url):
     """Catches: columns that an older registry lacks; signatures that break where nothing was said of a badge."""
     before = list(full.records())
-    for name in STATES:
+    for name in (*STATES, *SETS):
         tamper(url, f"ALTER TABLE badges DROP COLUMN {name}")
     tamper(url, "UPDATE schema_version SET version = 3")
     with open_registry(url, create=False) as again:

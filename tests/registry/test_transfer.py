@@ -19,7 +19,7 @@ def test_export_is_plain_json_with_everything_in_it(full, exported):
     """Catches: a file that only we can read; figures lost on the way; something private in it."""
     document = json.loads(exported.read_text(encoding="utf-8"))
     assert list(document) == ["format", "version", "authority", "records", "actors", "log"]
-    assert (document["format"], document["version"]) == ("moireid registry", 3)
+    assert (document["format"], document["version"]) == ("moireid registry", 4)
     assert document["authority"]["fingerprint"] == full.fingerprint
     head = document["authority"]["head"]
     assert f"{head['seq']}:{head['hash']}" == full.head()
@@ -206,12 +206,15 @@ def test_both_grown_apart_are_united(full, exported, target, tmp_path, monkeypat
         full.export_json(tmp_path / "a.json")
         copy.export_json(tmp_path / "b.json")
         assert full.import_json(tmp_path / "b.json") == Import(1, 1, 3)
-        assert copy.import_json(tmp_path / "a.json") == Import(1, 3, 1)
+        assert copy.import_json(tmp_path / "a.json") == Import(1, 4, 0)
         assert list(full.records()) == list(copy.records())
         assert [record.name for record in full.records()] == ["Ada", "Bo", "Di", "Ed", "Flo", "Zo\u00eb"]
         ada, bo, _, _, flo, zoe = full.records()
         assert (ada.revoked_at, ada.revoked_reason) == ("2030-01-01T00:00:00Z", "on day 1")
         assert (bo.as_built, bo.as_built_at) == ('{"day":2}', "2030-01-02T00:00:00Z")
+        assert [(one["as_built"], one["as_built_at"]) for one in bo.earlier_figures] == [
+            ({"day": 1}, "2030-01-01T00:00:00Z")
+        ]
         assert bo.revoked_reason == "lost on the train — twice" and zoe.revoked_reason == "here alone"
         assert flo.issued_at == "2030-01-01T00:00:00Z"
         assert full.audit().sound and copy.audit().sound

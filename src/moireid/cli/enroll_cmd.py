@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,7 +24,10 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.asbuilt import AsBuilt
     from moireid.badge import Badge
+    from moireid.registry import Record, Registry
+    from moireid.verifier.session.known_figures import CaptureComparison
 
 
 @click.command("enroll")
@@ -47,6 +50,13 @@ if TYPE_CHECKING:
     "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
 )
 @camera_option
+@click.option(
+    "--replace",
+    is_flag=True,
+    help="Keep what the capture shows although it differs from known figures, or no lens sheet explains it. The "
+    "registry signs and logs it; the figures of before stay on record and count too.",
+)
+@click.option("--reason", metavar="TEXT", help="Why, with --replace; it is shown with the record.")
 @expires_option
 @actor_option
 @json_option
@@ -58,6 +68,8 @@ def enroll_command(
     measured_scale: float | None,
     focal_px: float | None,
     camera_file: Path | None,
+    replace: bool,
+    reason: str | None,
     expires: str | None,
     actor: str | None,
     as_json: bool,
@@ -69,58 +81,112 @@ def enroll_command(
     With --capture, the finished badge is also measured. The verifier can then distinguish it from a second badge that
     was printed from the same files. It also knows how far the fringes move under this sheet: from 0.5 to 1.6 times as
     far as designed, as thin and thick sheets of one pitch are sold. Several films must agree on that.
+
+    A capture whose figures differ from those known of the badge, or that no lens sheet as sold explains, is refused and
+    shown next to them. Give --replace with a --reason where it is right. Equal figures measured again change nothing.
     """
     from moireid.badge import load_badge
     from moireid.cli.issue_notes import derived_notes, look_alike_notes
+    from moireid.enrolment import keep_figures
     from moireid.registry import open_registry
-    from moireid.registry.changes import expiry_day
+    from moireid.registry.changes import checked_reason, expiry_day
 
+    # Before a registry is made for it, or films are read.
     if expires is not None:
-        # Before a registry is made for it, or films are read.
         expiry_day(expires)
+    _check_replace(replace, reason, captures)
+    reason = None if reason is None else checked_reason(reason)
     badge = load_badge(badge_json)
     _check_identity(badge, badge_json)
-    as_built = None
     if measured_scale is not None and not captures:
         raise SpecError("--measured-scale is kept with the as-built figures; give a --capture too")
-    if captures:
-        from moireid.verifier.session.capture import capture_as_built
-
-        with progress_bar("reading the captures") as progress:
-            as_built = capture_as_built(
-                list(captures),
-                badge,
-                focal_px=focal_px,
-                camera=camera_held(camera_file, focal_px),
-                measured_scale=measured_scale,
-                progress=progress,
-            )
+    as_built = _measured(badge, captures, focal_px, camera_file, measured_scale) if captures else None
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
+        compared = None if as_built is None else _compared(registry, badge, as_built, reason)
         notes = derived_notes([badge]) + look_alike_notes([badge], registry)
         record = registry.enroll(badge, warned=True, expires=expires)
-        if as_built is not None:
-            record = registry.store_as_built(record.id, as_built.to_json())
+        if as_built is not None and compared is not None:
+            record = keep_figures(registry, record, as_built, compared, reason)
         if as_json:
-            measured = {"as_built": json.loads(record.as_built)} if record.as_built else {}
+            measured = _figures_json(record, as_built, compared)
             show_json(record.summary() | {"registry": registry.shown_url, "notes": notes} | measured)
         else:
             click.echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
             if record.expires is not None:
                 click.echo(f"it counts until the end of {record.expires}")
             if as_built is not None:
-                beat = f"{as_built.beat_period_mm:.2f} mm"
-                click.echo(
-                    f"as built: beat {beat}, gain {as_built.gain_ratio:.3f}, measured in {as_built.captures} film(s)"
-                )
-        for note in notes:
+                click.echo(_figures_words(record, as_built))
+        for note in notes + _state_notes(record):
             say(f"note: {note}")
-        if record.revoked_at is not None:
-            say(f"note: this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked")
-        elif (barred := record.barred()) is not None and barred.code == "expired":
-            say(f"note: this badge expired on {record.expires}, and stays so")
-        elif record.suspended_at is not None:
-            say(f"note: this badge is suspended since {record.suspended_at} ({record.suspended_reason})")
+
+
+def _measured(
+    badge: Badge,
+    captures: tuple[Path, ...],
+    focal_px: float | None,
+    camera_file: Path | None,
+    measured_scale: float | None,
+) -> AsBuilt:
+    """The as-built figures that the captures show."""
+    from moireid.verifier.session.capture import capture_as_built
+
+    with progress_bar("reading the captures") as progress:
+        return capture_as_built(
+            list(captures),
+            badge,
+            focal_px=focal_px,
+            camera=camera_held(camera_file, focal_px),
+            measured_scale=measured_scale,
+            progress=progress,
+        )
+
+
+def _state_notes(record: Record) -> list[str]:
+    """A sentence if the badge does not count at present."""
+    if record.revoked_at is not None:
+        return [f"this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked"]
+    if (barred := record.barred()) is not None and barred.code == "expired":
+        return [f"this badge expired on {record.expires}, and stays so"]
+    if record.suspended_at is not None:
+        return [f"this badge is suspended since {record.suspended_at} ({record.suspended_reason})"]
+    return []
+
+
+def _check_replace(replace: bool, reason: str | None, captures: tuple[Path, ...]) -> None:
+    """Raise SpecError unless --replace, --reason and --capture are there together, or neither of the first two is."""
+    if replace != (reason is not None) or (replace and not captures):
+        raise SpecError("--replace, --reason TEXT and --capture FILM go together; give all of them, or --capture alone")
+
+
+def _compared(registry: Registry, badge: Badge, found: AsBuilt, reason: str | None) -> CaptureComparison:
+    """The capture next to the figures in use, shown where they differ.  Raises: RegistryError if it is refused."""
+    from moireid.enrolment import check_figures, compare_with_record
+    from moireid.verifier.session.known_figures import side_by_side
+
+    compared = compare_with_record(registry.by_id(badge.id or ""), found, badge)
+    if compared.refused:
+        say("\n".join(side_by_side(compared.pairs)))
+    check_figures(compared, badge, reason)
+    return compared
+
+
+def _figures_json(record: Record, found: AsBuilt | None, compared: CaptureComparison | None) -> dict[str, Any]:
+    """The figures in use; with a capture also what it shows, and how that compares."""
+    in_use = {"as_built": json.loads(record.as_built), "as_built_at": record.as_built_at} if record.as_built else {}
+    if found is None or compared is None:
+        return in_use
+    return in_use | {"capture": json.loads(found.to_json()), "capture_outcome": compared.outcome}
+
+
+def _figures_words(record: Record, found: AsBuilt) -> str:
+    """What a capture showed, and what became of it."""
+    shown = f"as built: beat {found.beat_period_mm:.2f} mm, gain {found.gain_ratio:.3f}"
+    shown += f", measured in {found.captures} film(s)"
+    if record.as_built_at is not None and json.loads(record.as_built or "{}") != json.loads(found.to_json()):
+        return f"{shown}; these agree with the figures known since {record.as_built_at[:10]}, which stay in use"
+    count = len(record.earlier_figures)
+    return f"{shown}; {count} earlier set{'' if count == 1 else 's'} of figures stay on record" if count else shown
 
 
 def _check_identity(badge: Badge, source: Path) -> None:

@@ -6,7 +6,8 @@
    the checkpoints that others keep say.
 3. Each record bears the signature, and is the newest version in the log; none is without an entry.
 4. Each record that the log enters is there, unless a later entry says that the person was erased.
-5. The actor of each entry is in the table `actors` as the entry's commitment says, unless an entry says that they were
+5. Each set of measured figures that a log entry put in the place of another is followed by that other on record.
+6. The actor of each entry is in the table `actors` as the entry's commitment says, unless an entry says that they were
    erased.
 
 Rows are read page by page, each page in its own transaction, with records and their entries together.  So others may
@@ -36,7 +37,17 @@ from moireid.registry.checkpoints.witness import Watch
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.keys import Authority, commitment
 from moireid.registry.ledger import Ledger, last_entry
-from moireid.registry.log import ERASE, ERASE_ACTOR, GENESIS, Head, authority_after, check_entry, check_head
+from moireid.registry.log import (
+    ERASE,
+    ERASE_ACTOR,
+    GENESIS,
+    REFINED,
+    REPLACED,
+    Head,
+    authority_after,
+    check_entry,
+    check_head,
+)
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault, record_of
 from moireid.registry.schema import actors, authority, badges, log, select_records
@@ -277,7 +288,9 @@ def _pages(ledger: Ledger, tally: _Tally) -> Iterator[AnyRow]:
 
 def _audit_records(ledger: Ledger, tally: _Tally) -> None:
     """Check each record against its signature and its newest entry."""
-    query: AnySelect = select_records().order_by(badges.c.id).limit(PAGE)
+    changed = select(func.count()).where(log.c.subject == badges.c.id, log.c.action.in_((REPLACED, REFINED)))
+    query: AnySelect = select_records().add_columns(changed.scalar_subquery().label("changed"))
+    query = query.order_by(badges.c.id).limit(PAGE)
     rows = ledger.rows(query)
     while rows:
         for row in rows:
@@ -288,6 +301,11 @@ def _audit_records(ledger: Ledger, tally: _Tally) -> None:
                 if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):
                     text = f"what the name of id {row.id} looks like was changed, so look-alikes of it are not found"
                     tally.report("record_skeleton", text, row.id)
+                if (kept := len(record.earlier_figures)) < row.changed:
+                    text = (
+                        f"of id {row.id} {kept} earlier sets of measured figures are on record, and {row.changed} were"
+                    )
+                    tally.report("figures_missing", text, row.id)
             except Fault as fault:
                 tally.report(fault.code, fault.text, row.id)
         tally.step()

@@ -2,6 +2,11 @@
 
 Each change is signed, and an entry of the log says who made it.
 
+Measured figures are only added: those that were in use before stay on record, signed with it, and count too.  So no
+set may come in unseen, or any copy would agree with one of them: figures take the place of others only for a reason, or
+if the caller found that they agree with those in use (`refines`); a log entry says which.  A badge has at most
+`MOST_SETS` sets.
+
 A person or an actor is erased on their request: the data are deleted, the chain stays, and a log entry says so.
 For a person, the row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
 the badge's identity, which is a random number, and hashes against which no one can test names without that salt.  The
@@ -35,13 +40,15 @@ from moireid.registry.canonical import utc_now
 from moireid.registry.claims import as_id
 from moireid.registry.engine import clean
 from moireid.registry.ledger import Transaction
-from moireid.registry.log import ERASE, ERASE_ACTOR
+from moireid.registry.log import ERASE, ERASE_ACTOR, REFINED, REPLACED
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record, storable, storable_json
 from moireid.registry.schema import actors, badges, log, select_records
 
 #: A reason is shown to everyone who checks the badge, so it must be short.
 LONGEST_REASON = 500
+#: Sets of measured figures that a badge can have; a film may be compared with each of them.
+MOST_SETS = 8
 
 
 @dataclass(frozen=True)
@@ -111,7 +118,7 @@ class RegistryChanges(RegistryQueries):
         -----
         Films from before that day are rejected too: a film's own date can be forged.
         """
-        said, day = _reason(reason), None if since is None else compromise_day(since)
+        said, day = checked_reason(reason), None if since is None else compromise_day(since)
         done: dict[str, Any] = {"revoked_reason": said, "compromised_since": day}
         return self._decide(claim, "revoke", lambda old: replace(old, revoked_at=utc_now(), **done))
 
@@ -135,7 +142,7 @@ class RegistryChanges(RegistryQueries):
         RegistryError
             As `revoke`; also if it is suspended already.
         """
-        said = _reason(reason)
+        said = checked_reason(reason)
 
         def suspended(old: Record) -> Record:
             if old.suspended_at is not None:
@@ -175,8 +182,10 @@ class RegistryChanges(RegistryQueries):
 
         return self._decide(claim, "reinstate", reinstated)
 
-    def store_as_built(self, badge_id: str, document_json: str) -> Record:
-        """Store the newest measured figures of a badge; storing the same again changes nothing.
+    def store_as_built(
+        self, badge_id: str, document_json: str, *, reason: str | None = None, refines: str | None = None
+    ) -> Record:
+        """Store measured figures of a badge; storing the same again changes nothing.
 
         Parameters
         ----------
@@ -184,17 +193,23 @@ class RegistryChanges(RegistryQueries):
             Hex digits of any case.
         document_json : str
             A JSON object.
+        reason : str, optional
+            Why they take the place of figures that are in use: one line of at most 500 letters.
+        refines : str, optional
+            `Record.as_built` of the figures in use, if these agree with them and add what they lack.
 
         Returns
         -------
         Record
-            The record with these figures.
+            The record with these figures; others that were in use are in its `earlier_figures`.
 
         Raises
         ------
         RegistryError
-            If the id is not issued, or the text is no JSON object that can be stored.
+            If the id is not issued, or the text is no JSON object that can be stored; or if other figures are in use,
+            and neither a reason is given, nor `refines` is those.
         """
+        said = None if reason is None else checked_reason(reason)
         try:
             document = json.loads(document_json)
         except (json.JSONDecodeError, RecursionError) as error:
@@ -211,7 +226,12 @@ class RegistryChanges(RegistryQueries):
             record = locked(transaction, record)
             if record.as_built == text:
                 return record
-            return transaction.change(replace(record, as_built=text, as_built_at=utc_now()), "as_built")
+            own = {"as_built": json.loads(text), "as_built_at": utc_now(), "as_built_reason": said}
+            changed = record.with_figure_sets([*record.figure_sets, own])
+            if record.as_built is None:
+                return transaction.change(changed, "as_built")
+            _check_replaces(record, said, refines)
+            return transaction.change(changed, REFINED if said is None else REPLACED)
 
     def erase(self, claim: str) -> ErasureResult:
         """Erase a person on their request, for good; a second call only cleans the database again.
@@ -301,7 +321,24 @@ def locked(transaction: Transaction, record: Record) -> Record:
     return holders[0]
 
 
-def _reason(text: str) -> str:
+def _check_replaces(record: Record, reason: str | None, refines: str | None) -> None:
+    """Raise RegistryError unless other figures may take the place of those in use."""
+    if reason is None and refines != record.as_built:
+        raise RegistryError(
+            f"badge {record.id} of {record.name!r} has measured figures since {record.as_built_at}, which stay in use; "
+            "others take their place only for a reason (--replace --reason TEXT)",
+            code="figures_known",
+            as_built_at=record.as_built_at,
+        )
+    if len(record.figure_sets) >= MOST_SETS:
+        raise RegistryError(
+            f"badge {record.id} of {record.name!r} has {MOST_SETS} sets of measured figures, the most that one can "
+            "have; print another badge, and revoke this one",
+            code="figures_full",
+        )
+
+
+def checked_reason(text: str) -> str:
     """A reason as it is recorded.  Raises: RegistryError if it is empty, too long, or not one line of text."""
     if not 0 < len(text.strip()) <= LONGEST_REASON or not storable(text):
         raise RegistryError(

@@ -9,7 +9,7 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from moireid.asbuilt import as_built_from_json
+from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.provenance import BadgeHolder, ClaimedBadge, Exclusion, Provenance
@@ -89,7 +89,8 @@ def claimed_by_file(registry: Registry, badge: Badge) -> ClaimedBadge:
 
 def _of_record(record: Record, provenance: Provenance) -> ClaimedBadge:
     as_built = as_built_from_json(record.as_built) if record.as_built else None
-    return ClaimedBadge(record.badge, as_built, record.barred(), provenance)
+    earlier = dated_figures(record.earlier_figures)
+    return ClaimedBadge(record.badge, as_built, record.barred(), provenance, None, record.as_built_at, earlier)
 
 
 def holder_of(registry: Registry, badge_id: object) -> BadgeHolder | None:

@@ -3,8 +3,9 @@
 The file is one object: `format` and `version`, `authority` (public key, its fingerprint, the signed head), `records`
 (the columns of the table, with the badge and the measured figures as JSON), `log` (the entries from the first on),
 `actors` (the names of the entries' actors).  Version 1 had no actors and no salts; version 2 had no suspensions, days
-of expiry or days of compromise.  A badge is written in its canonical spelling.  If a tool spells the document
-differently, for example indented, it is still the same badge, and its signature stays valid.
+of expiry or days of compromise; version 3 had one set of measured figures.  A badge is written in its canonical
+spelling.  If a tool spells the document differently, for example indented, it is still the same badge, and its
+signature stays valid.
 
 `walk` reads a JSON object of any size in little memory: it gives the items of its arrays one by one.  `load` reads an
 export into an empty registry, without checks of signatures: the audit makes them afterwards.
@@ -28,15 +29,16 @@ from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger, pages
 from moireid.registry.log import GENESIS, Head, authority_after, check_entry, check_head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.record import record_of
+from moireid.registry.record import DOCUMENTS, record_of
 from moireid.registry.schema import actors, authority, badges, log, select_records
 
-FORMAT, VERSION = "moireid registry", 3
+FORMAT, VERSION = "moireid registry", 4
 #: Documents, which are copied as they are stored, and derived columns.
-NOT_FIELDS = ("badge", "as_built", "newest", "skeleton", "folded")
+NOT_FIELDS = ("badge", *DOCUMENTS, "newest", "skeleton", "folded")
 #: Columns that a version of the format did not have.
 _STATES = ("suspended_at", "suspended_reason", "expires", "compromised_since")
-_ABSENT = {1: ("salt", "actor", *_STATES), 2: _STATES, 3: ()}
+_SETS = ("as_built_reason", "as_built_earlier")
+_ABSENT = {1: ("salt", "actor", *_STATES, *_SETS), 2: (*_STATES, *_SETS), 3: _SETS, 4: ()}
 #: Number of records between two reports of progress.
 STEP = 500
 
@@ -97,6 +99,7 @@ def _record_line(row: AnyRow, ledger: Ledger) -> str:
     record = record_of(row, ledger.authority)
     fields = {key: value for key, value in row._mapping.items() if key not in NOT_FIELDS}
     documents = f'"badge":{record.badge_json},"as_built":{record.as_built or "null"}'
+    documents += f',"as_built_earlier":{record.as_built_earlier or "null"}'
     return f"{canonical_json(fields)[:-1]},{documents}}}"
 
 
@@ -170,7 +173,12 @@ class _LimitedStream:
 ROWS = 1000
 #: Every JSON reader reads numbers up to here as exact whole numbers.
 SequenceNumber = Annotated[int, msgspec.Meta(ge=1, le=2**53)]
-_TYPES: dict[str, Any] = {"badge": dict[str, Any], "as_built": dict[str, Any], "seq": SequenceNumber}
+_TYPES: dict[str, Any] = {
+    "badge": dict[str, Any],
+    "as_built": dict[str, Any],
+    "as_built_earlier": list[dict[str, Any]],
+    "seq": SequenceNumber,
+}
 #: The file's arrays: their tables, and the column by which they are ordered.
 TABLES = {"records": (badges, "id"), "actors": (actors, "commitment"), "log": (log, "seq")}
 
@@ -264,5 +272,5 @@ def _row(table: Table, item: dict[str, Any]) -> dict[str, Any]:
     row: dict[str, Any] = dict.fromkeys(table.c.keys()) | item
     if table is badges:
         row |= {"skeleton": skeleton(row["name_nfc"]), "folded": folded_skeleton(row["name_nfc"])}
-        row |= {name: pack(canonical_json(row[name])) for name in ("badge", "as_built") if row[name] is not None}
+        row |= {name: pack(canonical_json(row[name])) for name in ("badge", *DOCUMENTS) if row[name] is not None}
     return row

@@ -36,6 +36,9 @@ GENESIS = "0" * 64
 HASHED = ("action", "previous", "record_sha256", "seq", "subject", "time")
 #: The actions of entries that record an erasure; the subject is an id, or an actor's commitment.
 ERASE, ERASE_ACTOR = "erase", "erase_actor"
+#: The actions of entries that put figures in the place of others, which stay on record: for a reason, or as they agree
+#: with those and add what those lack.
+REPLACED, REFINED = "as_built_replaced", "as_built_refined"
 #: Used as the hash of a record that no longer exists.
 NO_RECORD = "0" * 64
 #: The action of an entry that gives the log another key, and how its subject begins, as no id does.

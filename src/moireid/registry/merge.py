@@ -9,14 +9,17 @@
    - the registry's log is a part of the export's: the entries that follow and their records are taken as signed.
    - both have grown on their own under one key: records that differ are united and signed anew, with an entry
      `import` for each.  A revocation stays, the earlier if there are two; so does a suspension, because it is unknown
-     whether it came after a reinstatement; of two days the earlier stays, and of measured figures the newer.
+     whether it came after a reinstatement; of two days the earlier stays, and of measured figures the
+     newer, next to which all others of both stay on record.
 A person who was erased on either side is erased on both afterwards.
 """
 
 from __future__ import annotations
 
+import json
 import tempfile
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -32,6 +35,7 @@ from moireid.names import hidden_words
 from moireid.registry import schema
 from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
+from moireid.registry.canonical import canonical_json
 from moireid.registry.engine import clean
 from moireid.registry.export_file import load
 from moireid.registry.keys import account
@@ -204,17 +208,24 @@ def _united(ours: Record, theirs: Record) -> Record:
     # Between equal ones the text decides, so that every registry that unites them gets the same record.
     first, second = sorted((ours, theirs), key=_order)
     revoked, suspended = _first_of(REVOKED, first, second), _first_of(SUSPENDED, first, second)
-    measured = max((first, second), key=lambda record: (record.as_built_at or "", record.as_built or ""))
+    sets = _all_figures(first, second)
     return replace(
-        first,
+        first.with_figure_sets(sets) if sets else first,
         salt=first.salt or second.salt,
         compromised_since=_earlier(first.compromised_since, second.compromised_since),
         expires=_earlier(first.expires, second.expires),
-        as_built=measured.as_built,
-        as_built_at=measured.as_built_at,
         **revoked,
         **suspended,
     )
+
+
+def _all_figures(*records: Record) -> list[dict[str, Any]]:
+    """All sets of measured figures of some records, the newest last."""
+    sets: Counter[tuple[str, str]] = Counter()
+    for record in records:
+        # What both have is had once, and what one of them has twice, twice.
+        sets |= Counter((one["as_built_at"] or "", canonical_json(one)) for one in record.figure_sets)
+    return [json.loads(text) for _, text in sorted(sets.elements())]
 
 
 def _first_of(names: tuple[str, str], *records: Record) -> dict[str, Any]:

@@ -54,6 +54,12 @@ def _to_4(connection: Connection) -> None:
         _add(connection, column)
 
 
+def _to_5(connection: Connection) -> None:
+    """Why measured figures took the place of others, and those others."""
+    for column in (schema.badges.c.as_built_reason, schema.badges.c.as_built_earlier):
+        _add(connection, column)
+
+
 def _add(connection: Connection, column: Column[object]) -> None:
     table = column.table
     assert isinstance(table, Table)
@@ -74,7 +80,7 @@ def write_skeletons(connection: Connection) -> None:
 
 
 #: The step that leads on from a version.
-STEPS: dict[int, Callable[[Connection], None]] = {2: _to_3, 3: _to_4}
+STEPS: dict[int, Callable[[Connection], None]] = {2: _to_3, 3: _to_4, 4: _to_5}
 
 
 def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, actor: str) -> str | None:

@@ -34,7 +34,7 @@ class Entry:
     time : str
         UTC, ISO 8601 to the second.
     action : str
-        Such as "enroll", "revoke", "as_built", "import", "erase".
+        Such as "enroll", "revoke", "as_built", "as_built_replaced", "import", "erase".
     subject : str
         The badge's id; of the first entry the authority's fingerprint, of "erase_actor" the actor's commitment.
     actor : str or None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +23,9 @@ from moireid.registry.look_alikes import folded_skeleton, skeleton
 
 REVOKED, SUSPENDED = ("revoked_at", "revoked_reason"), ("suspended_at", "suspended_reason")
 #: Fields that records of schema version 2 did not have; they are signed only if they have a value.
-LATER = ("salt", *SUSPENDED, "expires", "compromised_since")
+LATER = ("salt", *SUSPENDED, "expires", "compromised_since", "as_built_reason")
+#: Documents that are signed by their SHA-256, and stored packed.
+DOCUMENTS = ("as_built", "as_built_earlier")
 #: Fields that are stored and signed as they are.
 PLAIN = ("id", "issued_at", "layout_key", "as_built_at", *REVOKED, *LATER)
 #: Fields that lists show.
@@ -99,6 +101,11 @@ class Record(BadgeState):
         Canonical JSON of the newest measured figures; None if it was never measured.
     as_built_at : str or None
         When these were stored.
+    as_built_reason : str or None
+        Why they took the place of others; None if they were the first, or only added to those.
+    as_built_earlier : str or None
+        Canonical JSON of the sets of figures that were in use before, oldest first, each with `as_built`,
+        `as_built_at` and `as_built_reason`; None if there are none.  None is ever taken out.
     salt : str or None
         Random hex digits: without them no one can test a name against the log's hash of the record.  None in
         records of schema version 2.
@@ -115,6 +122,8 @@ class Record(BadgeState):
     layout_key: str
     as_built: str | None = None
     as_built_at: str | None = None
+    as_built_reason: str | None = None
+    as_built_earlier: str | None = None
     salt: str | None = None
 
     @cached_property
@@ -135,6 +144,31 @@ class Record(BadgeState):
         # Few records have one, and reading each document of a long list would take minutes.
         return line_of(json.loads(self.badge_json).get("print")) if '"lines"' in self.badge_json else None
 
+    @property
+    def earlier_figures(self) -> list[dict[str, Any]]:
+        """The sets of measured figures that were in use before, oldest first, as JSON objects."""
+        return list(json.loads(self.as_built_earlier)) if self.as_built_earlier else []
+
+    @property
+    def figure_sets(self) -> list[dict[str, Any]]:
+        """All sets of measured figures, as `earlier_figures`; the last one is in use."""
+        if self.as_built is None:
+            return []
+        figures = {"as_built": json.loads(self.as_built)}
+        own = figures | {"as_built_at": self.as_built_at, "as_built_reason": self.as_built_reason}
+        return [*self.earlier_figures, own]
+
+    def with_figure_sets(self, sets: list[dict[str, Any]]) -> Record:
+        """The record with these sets of measured figures, at least one, of which the last one is in use."""
+        *earlier, own = sets
+        return replace(
+            self,
+            as_built=canonical_json(own["as_built"]),
+            as_built_at=own["as_built_at"],
+            as_built_reason=own["as_built_reason"],
+            as_built_earlier=canonical_json(earlier) if earlier else None,
+        )
+
     def summary(self) -> dict[str, Any]:
         """Make the JSON object that lists and answers show of a record.
 
@@ -153,6 +187,8 @@ class Record(BadgeState):
             "badge_sha256": sha256_hex(self.badge_json.encode()),
             "name": self.name,
         }
+        if self.as_built_earlier is not None:
+            fields["as_built_earlier_sha256"] = sha256_hex(self.as_built_earlier.encode())
         # Fields of later versions are included only if they have a value, so that older signatures stay valid.
         plain = {name: getattr(self, name) for name in PLAIN if name not in LATER or getattr(self, name) is not None}
         return canonical_json(fields | plain).encode()
@@ -183,7 +219,7 @@ class Record(BadgeState):
         return {name: getattr(self, name) for name in PLAIN} | {
             "name_nfc": self.name,
             "badge": pack(self.badge_json),
-            "as_built": None if self.as_built is None else pack(self.as_built),
+            **{name: None if (text := getattr(self, name)) is None else pack(text) for name in DOCUMENTS},
             "skeleton": skeleton(self.name),
             "folded": folded_skeleton(self.name),
             "signature": signer.sign(RECORD, self.signed_text),
@@ -205,7 +241,7 @@ def record_of(row: AnyRow, authority: Authority) -> Record:
     """
     try:
         plain: dict[str, Any] = {name: getattr(row, name) for name in PLAIN}
-        plain["as_built"] = None if row.as_built is None else unpack(row.as_built)
+        plain |= {name: None if (got := getattr(row, name)) is None else unpack(got) for name in DOCUMENTS}
         record = Record(name=row.name_nfc, badge_json=unpack(row.badge), **plain)
         text = record.signed_text
     except (TypeError, ValueError) as error:

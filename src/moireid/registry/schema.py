@@ -32,7 +32,7 @@ from sqlalchemy import (
 
 from moireid.registry.engine import AnySelect
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 
 
 class PackedBytes(LargeBinary):
@@ -63,6 +63,8 @@ badges = Table(
     Column("revoked_reason", _text),
     Column("as_built", PackedBytes),
     Column("as_built_at", _text),
+    Column("as_built_reason", _text),
+    Column("as_built_earlier", PackedBytes),
     Column("salt", _text),
     Column("suspended_at", _text),
     Column("suspended_reason", _text),

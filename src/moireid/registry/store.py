@@ -67,7 +67,7 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True,
 
     Notes
     -----
-    A registry of schema version 2 is brought to this version; older programs cannot open it then.
+    A registry of schema version 2 or later is brought to this version; older programs cannot open it then.
     """
     parsed = read_url(default_url() if url is None else url)
     who = account() if actor is None else checked_actor(actor)

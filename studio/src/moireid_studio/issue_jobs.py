@@ -12,9 +12,11 @@ from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
 from moireid.asbuilt import AsBuilt, as_built_from_json
+from moireid.enrolment import compare_with_record, keep_figures
 from moireid.fabrication.package import MOVING
 from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
+from moireid.verifier.session.known_figures import CaptureComparison
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.jobs.orders import BadgeOrder, Wish
 from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE
@@ -128,7 +130,29 @@ def as_built_of(job: Job) -> AsBuilt:
     return as_built_from_json(canonical_json(job.result["as_built"]))
 
 
-def keep(studio: Studio, job: Job, visitor: Visitor) -> Record:
-    """Store what a job measured as the badge's figures; again changes nothing.  Raises: Refusal 409; RegistryError."""
+def compared_of(studio: Studio, job: Job) -> tuple[Record, CaptureComparison]:
+    """The badge of a finished job, and what it measured next to the figures in use.
+
+    Raises: Refusal 404 where the badge is gone, 409 where nothing was measured.
+    """
     found = as_built_of(job)
-    return studio.registry.by(visitor.actor).store_as_built(found.badge_id, found.to_json())
+    record = studio.registry.by_id(found.badge_id)
+    if record is None:
+        raise Refusal(404, "no_badge", "This badge is in the registry no longer.")
+    return record, compare_with_record(record, found, record.badge)
+
+
+def keep(studio: Studio, job: Job, visitor: Visitor, reason: str | None = None) -> Record:
+    """Keep what a job measured; again changes nothing.
+
+    Parameters: reason: why it takes the place of the figures in use, which only an admin may decide: else all who may
+        film a badge could turn its enrolment against its holder.
+    Raises: Refusal 403, 404 or 409; RegistryError.
+    """
+    record, compared = compared_of(studio, job)
+    if reason is not None and not visitor.may():
+        raise Refusal(403, "role", "Only an admin may put figures in the place of others; ask one.")
+    if compared.refused and reason is None:
+        text = f"These figures are not kept: {compared.text}. An admin may keep them for a reason."
+        raise Refusal(409, "figures_differ", text)
+    return keep_figures(studio.registry.by(visitor.actor), record, as_built_of(job), compared, reason)

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -21,11 +22,13 @@ from click.testing import CliRunner
 
 from kit.payloads import payload_for_name
 from kit.webbing import OpenStudio, Visit, studio
-from moireid.badge import badge_from_json
+from moireid.asbuilt import MODEL, AsBuilt
+from moireid.badge import Badge, badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
 from moireid.registry.signing.signer_process import own_signer
 from moireid_studio.pages.preview_law import preview_law
+from moireid_studio.store.job import Job
 
 #: Small boards are quickly made, and four are on a sheet.
 SMALL = {"width_mm": "90", "height_mm": "110", "near_m": "0.5", "far_m": "0.9", "mount": "none"}
@@ -311,6 +314,40 @@ def test_only_issuers_issue(visit: Visit) -> None:
     ):
         assert visit.ask(method, path, "verifier").status_code == 403, path
         assert visit.ask(method, path, None).status_code == 401, path
+
+
+def test_an_issuer_cannot_turn_an_enrolment_against_its_holder(
+    visit: Visit, ada: Badge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a page or the API that replaces known figures for anyone who may film; a reason that is not recorded."""
+    registry = visit.studio.registry
+    record = registry.enroll(ada, warned=True)
+    true = AsBuilt(record.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01, model=MODEL)
+    poison = replace(true, offset_rad=-1.28, gain_ratio=0.63)
+    measured = [true]
+
+    def measure(job_id: str, owner: str, *kinds: str) -> Job:
+        result = {"kind": "capture", "id": record.id, "as_built": json.loads(measured[0].to_json())}
+        return Job(job_id, "capture", owner, Path(), state="done", result=result)
+
+    monkeypatch.setattr(visit.studio.jobs, "find", measure)
+    page, api = f"/enroll/{'0' * 32}", f"/api/badges/{record.id}/captures/{'0' * 32}/keep"
+    kept = visit.ask("POST", api, "issuer")
+    assert kept.status_code == 200 and kept.json()["as_built"] == json.loads(true.to_json())
+    assert "which stay in use" in visit.ask("GET", page, "issuer").text
+    measured[0] = poison
+    shown = visit.ask("GET", page, "issuer").text
+    assert "side by side" in shown and "0.63" in shown and "0.995" in shown and 'name="reason"' not in shown
+    assert 'name="reason"' in visit.ask("GET", page, "admin").text
+    for answer in (visit.ask("POST", api, "issuer"), visit.ask("POST", f"{page}/keep", "issuer")):
+        assert answer.status_code == 409 and "differ from the known ones" in answer.text
+    why = {"replace_reason": "another sheet"}
+    assert visit.ask("POST", api, "issuer", json=why).status_code == 403
+    assert visit.ask("POST", f"{page}/keep", "issuer", data={"reason": "another sheet"}).status_code == 403
+    assert json.loads(registry.find(record.id).as_built)["gain_ratio"] == 0.995
+    replaced = visit.ask("POST", api, "admin", json=why).json()
+    assert (replaced["as_built"]["gain_ratio"], replaced["earlier"]) == (0.63, 1)
+    assert "another sheet" in visit.ask("GET", f"/registry/{record.id}", "issuer").text
 
 
 @pytest.mark.slow

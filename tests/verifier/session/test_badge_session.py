@@ -11,7 +11,10 @@ from moireid.verifier.session.badge_session import ChapterTracker, breaking_find
 
 def chapter(verdict: str, decoded: str | None, *spans: tuple[float, float]) -> SimpleNamespace:
     return SimpleNamespace(
-        invariant=SimpleNamespace(verdict=verdict), identity=SimpleNamespace(decoded_id=decoded), judged_s=spans
+        invariant=SimpleNamespace(verdict=verdict),
+        identity=SimpleNamespace(decoded_id=decoded),
+        judged_s=spans,
+        signals=(),
     )
 
 

@@ -31,7 +31,7 @@ class Tracker:
 
 
 def chapter(number: int) -> SimpleNamespace:
-    found = SimpleNamespace(number=number, invariant=SimpleNamespace(verdict="accept"), tracked=1)
+    found = SimpleNamespace(number=number, invariant=SimpleNamespace(verdict="accept"), tracked=1, signals=())
     found.light = lambda: found
     return found
 

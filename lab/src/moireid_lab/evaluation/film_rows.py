@@ -122,6 +122,7 @@ def row_key(job: Job) -> str:
         claim_digest(entry),
         {frame: places.tolist() for frame, places in corners.items()} if corners else None,
         asdict(claimed.as_built) if claimed.as_built else None,
+        *(asdict(one) for one in claimed.earlier),
         asdict(claimed.barred) if claimed.barred else None,
     ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
@@ -143,7 +144,7 @@ def _report(job: Job, film: Path) -> Report:
     badge = entry.claimed.badge
     if job.pipeline == "published":
         return verify_published(film, Claim(badge), corners=entry.corners)
-    claim = Claim(badge, badge.id, as_built=entry.claimed.as_built)
+    claim = Claim(badge, badge.id, as_built=entry.claimed.as_built, earlier=entry.claimed.earlier)
     report = verify(film, claim, barred=entry.claimed.barred)
     return without_corners(report) if entry.corners else report
 

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from moireid.asbuilt import AsBuilt, as_built_from_json
+from moireid.asbuilt import AsBuilt, DatedFigures, as_built_from_json, dated_figures
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.provenance import Exclusion
@@ -42,6 +42,7 @@ class ManifestClaim:
     badge: Badge
     as_built: AsBuilt | None = None
     barred: Exclusion | None = None
+    earlier: tuple[DatedFigures, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -214,4 +215,4 @@ class _Claims:
             self._registry.standing()
         record: Record = self._registry.find(claim)
         as_built = as_built_from_json(record.as_built) if record.as_built else None
-        return ManifestClaim(record.badge, as_built, record.barred())
+        return ManifestClaim(record.badge, as_built, record.barred(), dated_figures(record.earlier_figures))

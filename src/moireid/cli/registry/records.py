@@ -112,7 +112,8 @@ def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
     if as_json:
         document = record.summary() | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
         measured = None if record.as_built is None else json.loads(record.as_built)
-        show_json(document | {"as_built_at": record.as_built_at, "as_built": measured})
+        figures = {"as_built_at": record.as_built_at, "as_built_reason": record.as_built_reason, "as_built": measured}
+        show_json(document | figures | {"as_built_earlier": record.earlier_figures})
         return
     click.echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
     if record.revoked_at is not None:
@@ -124,7 +125,11 @@ def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
         over = (barred := record.barred()) is not None and barred.code == "expired"
         click.echo(f"expired on {record.expires}" if over else f"counts until the end of {record.expires}")
     if record.as_built is not None:
-        click.echo(f"measured as built on {record.as_built_at}")
+        why = f": {record.as_built_reason}" if record.as_built_reason else ""
+        click.echo(f"measured as built on {record.as_built_at}{why}")
+    for one in reversed(record.earlier_figures):
+        why = f": {one['as_built_reason']}" if one["as_built_reason"] else ""
+        click.echo(f"earlier figures of {one['as_built_at']}, which count too{why}")
     click.echo(f"signed by authority {fingerprint}")
 
 

@@ -143,7 +143,8 @@ CREATE TABLE layouts (number INTEGER PRIMARY KEY, badge TEXT NOT NULL);
 CREATE TABLE people (
     number INTEGER PRIMARY KEY, name TEXT NOT NULL, skeleton TEXT NOT NULL, folded TEXT NOT NULL,
     salt BLOB NOT NULL, seal BLOB NOT NULL, layout INTEGER NOT NULL, as_built TEXT, revoked_at TEXT,
-    revoked_reason TEXT, suspended_at TEXT, suspended_reason TEXT, expires TEXT, compromised_since TEXT, line TEXT
+    revoked_reason TEXT, suspended_at TEXT, suspended_reason TEXT, expires TEXT, compromised_since TEXT, line TEXT,
+    as_built_at TEXT, as_built_earlier TEXT
 );
 """
 _INDEXES = """
@@ -155,13 +156,17 @@ CREATE INDEX people_by_folded ON people (folded);
 
 @dataclass(frozen=True, kw_only=True)
 class BundlePerson(BadgeState):
-    """A person of a bundle; as_built: as JSON, without the identity; layout: number of its specimen."""
+    """A person of a bundle; layout: number of its specimen; as_built: as JSON, without the identity; as_built_earlier:
+    as `Record.as_built_earlier`, without identities and reasons.
+    """
 
     name: str
     seal: Seal
     layout: int
     as_built: str | None = None
     line: str | None = None
+    as_built_at: str | None = None
+    as_built_earlier: str | None = None
 
     def row(self) -> dict[str, Any]:
         """The columns of `people`."""
@@ -178,6 +183,12 @@ _INSERT = f"INSERT INTO people ({', '.join(_COLUMNS)}) VALUES (:{', :'.join(_COL
 def without_id(as_built: str | None) -> str | None:
     """Measured figures as a bundle holds them: without the identity that they contain."""
     return None if as_built is None else canonical_json(json.loads(as_built) | {"badge_id": ""})
+
+
+def earlier_without_ids(sets: list[dict[str, Any]]) -> str | None:
+    """Earlier sets of measured figures as a bundle holds them."""
+    bare = [{"as_built": one["as_built"] | {"badge_id": ""}, "as_built_at": one["as_built_at"]} for one in sets]
+    return canonical_json(bare) if bare else None
 
 
 def made_content(

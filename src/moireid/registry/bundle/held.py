@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sqlite3
 from collections.abc import Mapping
@@ -16,7 +17,7 @@ from os import cpu_count
 from pathlib import Path
 from types import TracebackType
 
-from moireid.asbuilt import as_built_from_json
+from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
@@ -233,7 +234,9 @@ class Bundle:
         as_built = as_built_from_json(person.as_built) if person.as_built else None
         provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
         named = replace(badge, name=person.name)
-        return ClaimedBadge(named, as_built, person.barred(), provenance, person.seal)
+        earlier = dated_figures(json.loads(person.as_built_earlier)) if person.as_built_earlier else ()
+        since = person.as_built_at
+        return ClaimedBadge(named, as_built, person.barred(), provenance, person.seal, since, earlier)
 
     def _of_id(self, badge_id: str) -> list[BundlePerson]:
         if not _ID.fullmatch(badge_id):

@@ -21,6 +21,7 @@ from moireid.registry.bundle.bundle_file import (
     TIME,
     BundlePerson,
     Header,
+    earlier_without_ids,
     made_content,
     now,
     read_bundle_file,
@@ -106,9 +107,15 @@ def _records(
 
 def _bare(record: Record, layout: int) -> BundlePerson:
     state: dict[str, Any] = {field.name: getattr(record, field.name) for field in fields(BadgeState)}
-    figures = without_id(record.as_built)
     return BundlePerson(
-        name=record.name, seal=Seal(b"", b""), layout=layout, as_built=figures, line=record.line, **state
+        name=record.name,
+        seal=Seal(b"", b""),
+        layout=layout,
+        as_built=without_id(record.as_built),
+        line=record.line,
+        as_built_at=record.as_built_at,
+        as_built_earlier=earlier_without_ids(record.earlier_figures),
+        **state,
     )
 
 

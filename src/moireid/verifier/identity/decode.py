@@ -28,7 +28,8 @@ class Identity:
     """Outcome of the identity test; beat periods of the reference cell in page mm.
 
     beats_agree: whether the rows' beats belong to the decoded id, None if no row is readable; partial: the symbols
-    read, if they cannot be decoded; cell_motion, rows_apart: as in `CellReadings`.
+    read, if they cannot be decoded; built_since: since when the figures that it was compared with are on record;
+    cell_motion, rows_apart: as in `CellReadings`.
     """
 
     verdict: IdentityVerdict
@@ -39,6 +40,7 @@ class Identity:
     expected_beat_period_mm: float | None = None
     symbol_errors_corrected: int = 0
     built: str = "not_known"
+    built_since: str | None = None
     score: float | None = None
     beats_agree: bool | None = True
     partial: PartialWord | None = None
@@ -54,6 +56,7 @@ class Identity:
             "expected_beat_period_mm",
             "symbol_errors_corrected",
             "built",
+            "built_since",
             "score",
         )
         return {"verdict": self.verdict, **{name: json_number(getattr(self, name)) for name in names}}

@@ -9,6 +9,7 @@ result.py         the Report and its JSON
 cover.py          which seconds of the film were judged
 identify.py       without a claim: whose badge is it?
 capture.py        a film of a badge, for enrolment
+known_figures.py  what it shows, next to the figures that are known
 refusal.py        why a badge as built may not have been accepted
 overlap.py        the badge in front of the face
 faces.py          the face, by dlib's detector

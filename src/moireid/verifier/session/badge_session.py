@@ -14,7 +14,14 @@ from typing import Any
 
 from moireid.verifier.measuring import SPELL_S
 from moireid.verifier.reasons import Reason, json_number, worst
-from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of, invariant_of, judge_chapter
+from moireid.verifier.session.chapters import (
+    PIECE_FRAMES,
+    Chapter,
+    by_figures_that_agree,
+    identity_of,
+    invariant_of,
+    judge_chapter,
+)
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
 from moireid.verifier.session.threads import return_freed_memory
@@ -44,9 +51,9 @@ class ChapterTracker:
 
     @property
     def chapters(self) -> list[Chapter]:
-        """The judged chapters; waits for one that is being judged."""
+        """The judged chapters, by one set of figures of enrolment; waits for one that is being judged."""
         self.settle()
-        return self.done
+        return by_figures_that_agree(self.done)
 
     def settle(self) -> None:
         """Wait for a chapter that is being judged."""

@@ -15,7 +15,7 @@ from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge
 from moireid.errors import DesignError, MediaError
 from moireid.verifier.camera.known_camera import KnownCamera
-from moireid.verifier.identity.compare_built import filmed_built
+from moireid.verifier.identity.compare_built import compare_built, filmed_built
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
@@ -54,6 +54,7 @@ def capture_as_built(
             )
         parts.append(built)
     check_gains(parts, videos)
+    check_builds(parts, videos, badge)
     return replace(merge(parts), measured_scale=measured_scale)
 
 
@@ -81,12 +82,29 @@ def _from_front(report: Report) -> float | None:
     return found["third_harmonic"] / found["let_through"]
 
 
+def check_builds(parts: list[AsBuilt], videos: list[Path], badge: Badge) -> None:
+    """Raise MediaError if two films show two builds of the badge, whose mean would be a third one."""
+    for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
+        found = compare_built(other, one, badge)
+        if found.built == "differs":
+            limits = [f"{one.code.removeprefix('as_built_')} {one.measured:.3g} {one.unit}" for one in found.reasons]
+            raise MediaError(
+                f"captures {first} and {second} show two builds of the badge ({', '.join(limits)} apart); enroll "
+                "it with films of one badge"
+            )
+
+
+def gain_room(one: AsBuilt, other: AsBuilt) -> float:
+    """How far the gains of two captures of one sheet may be apart."""
+    sd = math.hypot(one.gain_sd, other.gain_sd)
+    return max(GAINS_AGREE_SDS * sd, BUILT_GAIN_ROOM_SHARE * one.gain_ratio)
+
+
 def check_gains(parts: list[AsBuilt], videos: list[Path]) -> None:
     """Raise MediaError if two films do not agree on the gain of one sheet."""
     for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
-        apart = abs(one.gain_ratio - other.gain_ratio)
-        sd = math.hypot(one.gain_sd, other.gain_sd)
-        if apart > max(GAINS_AGREE_SDS * sd, BUILT_GAIN_ROOM_SHARE * one.gain_ratio):
+        apart, sd = abs(one.gain_ratio - other.gain_ratio), math.hypot(one.gain_sd, other.gain_sd)
+        if apart > gain_room(one, other):
             raise MediaError(
                 f"captures {first} and {second} differ in how far the fringes move ({one.gain_ratio:.3f} and "
                 f"{other.gain_ratio:.3f} times the design; {GAINS_AGREE_SDS * sd:.3f} apart at most for their error "

@@ -4,6 +4,7 @@
 2. Decode the identity, and compare it with the claim.
 3. If the badge was enrolled as built: are the figures of the film those of enrolment?
 4. Judge the motion invariant: compare explanations of the fringes.
+5. If its figures are others, and earlier ones are on record: the same by each earlier set.
 
 A film of up to `CHAPTER_FRAMES` is one chapter.  In a longer film each chapter is judged by itself, and then all of
 them together.  So an hour of true motion cannot average away one forged minute.
@@ -54,7 +55,8 @@ class Chapter:
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
     its frames, None once they are dropped; sheet: the gains that the badge may have (the signals are computed with the
-    expected one); passed: as in `Track`; judged_s, seen_s: the spans that were judged, and those that show the badge.
+    expected one); passed: as in `Track`; judged_s, seen_s: the spans that were judged, and those that show the badge;
+    earlier: the same by each earlier set of figures, the newest first, where the film does not agree with those in use.
     """
 
     frames_read: int
@@ -72,18 +74,41 @@ class Chapter:
     measurement: Measurement | None = None
     judged_s: tuple[Span, ...] = ()
     sheet: SheetGain = DESIGNED
+    earlier: tuple[Chapter, ...] = ()
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
-        return replace(self, track=None, measurement=None)
+        return replace(self, track=None, measurement=None, earlier=tuple(one.light() for one in self.earlier))
 
 
 def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
-    """Steps 1 to 4 for a track, whose first `repeated` frames were in the last chapter too.
+    """Steps 1 to 5 for a track, whose first `repeated` frames were in the last chapter too.
 
     Convention: as `film.verify`.
     Source: module docstring.
     """
+    chapter = _judged_by(track, claim, repeated)
+    if not chapter.signals or chapter.identity.built == "agrees":
+        return chapter
+    return replace(chapter, earlier=tuple(_judged_by(track, one, repeated) for one in claim.earlier_claims()))
+
+
+def by_figures_that_agree(chapters: Sequence[Chapter]) -> list[Chapter]:
+    """The chapters as judged by one set of figures for the whole film: that in use, or the newest earlier one that the
+    film agrees with.
+
+    Convention: a chapter that agrees with the figures in use decides for them, so no film is joined of two badges.
+    """
+    judged = [chapter for chapter in chapters if chapter.signals]
+    for number in range(min((len(chapter.earlier) for chapter in judged), default=0)):
+        under = [chapter.earlier[number] if chapter.earlier else chapter for chapter in chapters]
+        if identity_of(under)[0].built == "agrees":
+            return under
+    return list(chapters)
+
+
+def _judged_by(track: Track, claim: Claim, repeated: int) -> Chapter:
+    """Steps 1 to 4."""
     chapter = _unjudged(track, claim, repeated)
     if track.tracked < MIN_FRAMES or track.tracked == repeated:
         return chapter
@@ -227,7 +252,10 @@ def _judge_built(
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
     reasons: tuple[Reason, ...] = ()
     if compared is not None and invariant.law_fits:
-        identity, reasons = replace(identity, built=compared.built), compared.reasons
+        identity = replace(identity, built=compared.built, built_since=claim.as_built_at)
+        reasons = compared.reasons
+        if claim.replaced_at is not None and compared.built == "agrees":
+            reasons = (*reasons, _by_earlier(claim))
     if not claim.original_required or identity.verdict != "match":
         return identity, reasons
     level: Level = "pass" if identity.built == "agrees" else "fail" if identity.built == "differs" else "undecided"
@@ -236,6 +264,15 @@ def _judge_built(
         "differs": "The figures of this film are not those measured at enrolment, as of a copy that was built anew.",
     }.get(identity.built, FIGURES_NOT_SHOWN if as_built else NOT_ENROLLED)
     return identity, (*reasons, Reason("built", level, identity.built, "agrees", "", text))
+
+
+def _by_earlier(claim: Claim) -> Reason:
+    since, until = (str(at)[:10] for at in (claim.as_built_at, claim.replaced_at))
+    text = (
+        f"The figures of this film are those on record since {since}. Others took their place on {until}; those of "
+        "before still count, as a film's own date proves nothing."
+    )
+    return Reason("as_built_earlier", "note", since, until, "", text)
 
 
 def _badge_absent(track: Track) -> Reason:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from moireid.asbuilt import AsBuilt
+from moireid.asbuilt import AsBuilt, DatedFigures
 from moireid.badge import Badge
 from moireid.idcodes import is_name_derived
 from moireid.names import hidden_letters, hidden_words
@@ -33,6 +33,13 @@ class Claim:
         A calibration of the film's camera, in place of its focal length.
     as_built : AsBuilt, optional
         Figures of the badge as it was measured when it was enrolled.
+    as_built_at : str, optional
+        Since when these are on record, ISO 8601.
+    earlier : tuple of DatedFigures
+        Figures that were in use before those, oldest first: a film that agrees with one of these sets agrees, whenever
+        it was made.
+    replaced_at : str, optional
+        Since when other figures are in use, if `as_built` is an earlier set.
     require_original : bool, optional
         Reject a film whose figures differ from those of enrolment; one that does not show them is inconclusive.  None
         requires this if `as_built` is known.
@@ -53,6 +60,9 @@ class Claim:
     badge_id: str | None = None
     focal_px: float | None = None
     as_built: AsBuilt | None = None
+    as_built_at: str | None = None
+    earlier: tuple[DatedFigures, ...] = ()
+    replaced_at: str | None = None
     require_original: bool | None = None
     provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
@@ -64,8 +74,25 @@ class Claim:
     @classmethod
     def of(cls, found: ClaimedBadge, **asked: Any) -> Claim:
         """The claim of a badge, with what else is asked for, by the names of the fields."""
-        badge, built, provenance = found.badge, found.as_built, found.provenance
-        return cls(badge, badge.id, as_built=built, provenance=provenance, seal=found.seal, **asked)
+        return cls(
+            found.badge,
+            found.badge.id,
+            as_built=found.as_built,
+            as_built_at=found.as_built_at,
+            earlier=found.earlier,
+            provenance=found.provenance,
+            seal=found.seal,
+            **asked,
+        )
+
+    def earlier_claims(self) -> list[Claim]:
+        """The claim by each earlier set of figures, the newest first."""
+        dates = [*(one.at for one in self.earlier[1:]), self.as_built_at] if self.earlier else []
+        dated = [
+            replace(self, as_built=one.as_built, as_built_at=one.at, earlier=(), replaced_at=until)
+            for one, until in zip(self.earlier, dates, strict=True)
+        ]
+        return dated[::-1]
 
     @property
     def names_someone(self) -> bool:

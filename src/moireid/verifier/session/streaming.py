@@ -312,7 +312,8 @@ class Verifier:
         focal_px = None if anew else self._focal_px
         # A few seconds mostly do not show the figures of enrolment; unless they are required, only the end checks them.
         required = self._claim.require_original or False
-        chapter = judge_chapter(track, replace(self._claim, focal_px=focal_px, require_original=required))
+        asked = replace(self._claim, focal_px=focal_px, require_original=required, earlier=())
+        chapter = judge_chapter(track, asked)
         if anew and chapter.measurement is not None and max(chapter.measurement.camera.tangent_sd) < FOCAL_KEPT_SHARE:
             self._focal_px, self._focal_frames = chapter.measurement.camera.focal_px, track.tracked
         return chapter

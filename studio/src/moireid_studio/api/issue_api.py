@@ -70,6 +70,17 @@ class AsBuiltAnswer(BaseModel):
     name: str
     as_built_at: str
     as_built: dict[str, Any]
+    earlier: int = Field(description="How many sets of figures that were in use before are on record, and count too.")
+
+
+class KeepOrder(BaseModel):
+    """How to keep what a capture measured."""
+
+    replace_reason: str | None = Field(
+        None,
+        max_length=500,
+        description="Why the figures take the place of those in use; needed where they differ. Admins only.",
+    )
 
 
 @router.post("/check", responses=problem_responses(400, 413))
@@ -182,15 +193,21 @@ async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobSt
         return status_of(await run_in_threadpool(start_capture, studio, begun, sent.video, record))
 
 
-@router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(404, 409))
-def keep_capture(request: Request, badge_id: BadgeId, job_id: JobId, visitor: Issuer) -> AsBuiltAnswer:
-    """Keep what a capture measured as the badge's figures; again changes nothing."""
+@router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(403, 404, 409))
+def keep_capture(
+    request: Request, badge_id: BadgeId, job_id: JobId, visitor: Issuer, order: KeepOrder | None = None
+) -> AsBuiltAnswer:
+    """Keep what a capture measured as the badge's figures; figures that agree with those in use change nothing."""
     studio = studio_of(request)
     found = studio.jobs.find(job_id, visitor.id, "capture")
     if found.result is not None and found.result["id"] != badge_id.lower():
         raise Refusal(404, "no_job", "There is no such job of this badge.")
-    record = keep(studio, found, visitor)
+    record = keep(studio, found, visitor, order.replace_reason if order else None)
     assert record.as_built is not None and record.as_built_at is not None
     return AsBuiltAnswer(
-        id=record.id, name=record.name, as_built_at=record.as_built_at, as_built=json.loads(record.as_built)
+        id=record.id,
+        name=record.name,
+        as_built_at=record.as_built_at,
+        as_built=json.loads(record.as_built),
+        earlier=len(record.earlier_figures),
     )

@@ -86,7 +86,9 @@ def sealed(found: ClaimedBadge) -> ClaimedBadge:
         return found
     badge = replace(specimen_of(found.badge), name=found.badge.name)
     built = None if found.as_built is None else replace(found.as_built, badge_id="")
-    return replace(found, badge=badge, as_built=built, seal=Seal.of(found.badge.id, secrets.token_bytes(16)))
+    earlier = tuple(replace(one, as_built=replace(one.as_built, badge_id="")) for one in found.earlier)
+    seal = Seal.of(found.badge.id, secrets.token_bytes(16))
+    return replace(found, badge=badge, as_built=built, earlier=earlier, seal=seal)
 
 
 def find_claimed(registry: Registry, claim: str, *, ids: bool) -> ClaimedBadge:

@@ -16,7 +16,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Form, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import RedirectResponse, Response
 
@@ -27,9 +27,10 @@ from moireid.errors import MoireIdError
 from moireid.fabrication.process_figures import TWIST_DEG
 from moireid.registry import Record
 from moireid.verifier.limits import ENROLLED_GAINS
+from moireid.verifier.session.known_figures import CaptureComparison
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.checks import received
-from moireid_studio.issue_jobs import as_built_of, keep, start_capture
+from moireid_studio.issue_jobs import as_built_of, compared_of, keep, start_capture
 from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
@@ -171,18 +172,18 @@ def enroll_job(request: Request, job_id: str, visitor: Issuer) -> Response:
     if job.state != "done":
         problem = studio.sentence(job.problem[1]) if job.problem else None
         return render(request, "making.html.j2", job=job, again="/enroll", problem=problem)
-    record = studio.registry.by_id(as_built_of(job).badge_id)
-    if record is None:
-        raise Refusal(404, "no_badge", "This badge is in the registry no longer.")
-    return _measured(request, job, record, kept=False)
+    record, compared = compared_of(studio, job)
+    return _measured(request, job, record, compared, visitor)
 
 
 @router.post("/enroll/{job_id}/keep")
-def enroll_keep(request: Request, job_id: str, visitor: Issuer) -> Response:
-    """Store what was measured."""
+def enroll_keep(
+    request: Request, job_id: str, visitor: Issuer, reason: Annotated[str | None, Form(max_length=500)] = None
+) -> Response:
+    """Keep what was measured."""
     studio = studio_of(request)
     job = studio.jobs.find(job_id, visitor.id, "capture")
-    return _measured(request, job, keep(studio, job, visitor), kept=True)
+    return _measured(request, job, keep(studio, job, visitor, reason), None, visitor)
 
 
 def _form(request: Request, claim: str, *, problem: str | None = None, status: int = 200) -> Response:
@@ -190,6 +191,16 @@ def _form(request: Request, claim: str, *, problem: str | None = None, status: i
     return render(request, "enroll.html.j2", status=status, claim=claim, problem=problem, most_mb=most_mb)
 
 
-def _measured(request: Request, job: Job, record: Record, *, kept: bool) -> Response:
-    figures = measured_words(as_built_of(job), record.badge)
-    return render(request, "enrolled.html.j2", job=job.id, record=record, figures=figures, kept=kept)
+def _measured(
+    request: Request, job: Job, record: Record, compared: CaptureComparison | None, visitor: Visitor
+) -> Response:
+    """The page of what was measured; compared: None once it is kept."""
+    return render(
+        request,
+        "enrolled.html.j2",
+        job=job.id,
+        record=record,
+        compared=compared,
+        figures=measured_words(as_built_of(job), record.badge),
+        may_replace=visitor.may(),
+    )
