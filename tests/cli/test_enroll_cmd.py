@@ -47,7 +47,7 @@ def test_a_poisoned_capture_is_refused_and_shown_side_by_side(enroll, true):
     enroll(true)
     refused = enroll(poison, code=2)
     assert refused.stdout == "" and "0.995 ± 0.01" in refused.stderr and "0.63 ± 0.01" in refused.stderr
-    assert "error bars ✗" in refused.stderr and "differ from the known ones (offset, gain)" in refused.stderr
+    assert "allowed ✗" in refused.stderr and "differ from the known ones (offset, gain)" in refused.stderr
     assert shown(enroll)["as_built"]["gain_ratio"] == 0.995
     # Where nothing is known yet, the badge is not even enrolled.
     other = replace(true, gain_ratio=0.51)

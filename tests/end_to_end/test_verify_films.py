@@ -23,6 +23,7 @@ from moireid.asbuilt import DatedFigures
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
+from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
@@ -378,6 +379,12 @@ def test_an_enrolment_that_was_turned_against_its_holder_leaves_the_true_badge_a
     (note,) = [one for one in document["reasons"] if one["code"] == "as_built_earlier"]
     assert f"on record since {since[:10]}" in note["text"]
     hold_contract(document)
+    with open_registry(url, create=False) as registry:
+        registry.publish(tmp_path / "people.bundle", specimen_of, days=7)
+    sealed = strict(
+        run("verify", ada_film, "--claim", "Ada Lovelace", "--bundle", tmp_path / "people.bundle", "--json").stdout
+    )
+    assert (sealed["verdict"], sealed["level"], sealed["identity"]["built"]) == ("accept", "enrolled", "agrees")
     # A copy agrees with neither set: not with the gain of one and the place of the other.
     earlier = (DatedFigures(replace(true, offset_rad=true.offset_rad + 1.0), "2026-01-01"),)
     copy = verify(ada_film, Claim(ada, ada.id, as_built=poison, as_built_at="2026-02-01", earlier=earlier))

@@ -93,6 +93,8 @@ def judged_apart(order: JudgingOrder, progress: Callable[[int, int | None], None
     report = found["result"] if isinstance(found.get("result"), dict) else {}
     if not isinstance(report.get("input"), dict) or report["input"].get("sha256") != before:
         raise MediaError(f"{order.video} changed while it was judged; give a film that no program writes to any more")
+    if report.get("level") == "live":
+        raise MediaError(f"the process that read {order.video} calls a film a live check; judge it by another moireid")
     return JudgedReport(report, _pictures(found), str(found.get("signals", "")), sealed)
 
 

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.circumstances import ClaimNote as Named
+from moireid.verifier.session.check_level import LEVELS, CheckLevel
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.jobs.claims import claim_of
 from moireid_studio.problems import Refusal
@@ -51,12 +52,17 @@ class FilmFields(BaseModel):
         le=1000,
         description="so many photographs of the badge a forger must need to make such a film; 0 if absent",
     )
+    level: CheckLevel = Field(
+        "record",
+        description="what must be shown: record, the film agrees with the badge's design; enrolled, its figures are "
+        "also those of enrolment; live, a live check was passed, which a film cannot; this studio may ask for more",
+    )
     kind: Literal["verify", "identify"] = "verify"
 
 
 #: The kinds of jobs that judge a film, and the fields of each.
 KINDS = ("verify", "identify")
-VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original", "cover", "photographs")
+VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original", "cover", "photographs", "level")
 IDENTIFY_FIELDS = ("focal_px",)
 Sample = Literal["true", "forged"]
 
@@ -83,6 +89,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if form.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
         given = _film_fields(form.fields)
+        given.level = max(given.level, studio.settings.level, key=LEVELS.index)
         job.kind = kind or given.kind
         job.film_name, job.claim, job.film_sha256 = form.name, given.claim or "", form.sha256
         await run_in_threadpool(submit_claim, studio, visitor, job, form.video, given, report=report)

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from platformdirs import user_data_path
 
+from moireid.verifier.session.check_level import CheckLevel
+
 #: A year: long enough for someone who must answer for a verdict, and not for ever.
 KEEP_VERDICTS_DAYS = 365.0
 
@@ -54,7 +56,8 @@ class Settings:
     trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
     keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
     jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec
-    address, None for the folder.
+    address, None for the folder; level: the least level that a film must reach to be accepted (`check_level`), whatever
+    a visitor asks for.
     """
 
     registry_url: str | None = None
@@ -65,6 +68,7 @@ class Settings:
     keep_verdicts_days: float = KEEP_VERDICTS_DAYS
     state: str | None = None
     storage: str | None = None
+    level: CheckLevel = "record"
 
 
 def default_data() -> Path:

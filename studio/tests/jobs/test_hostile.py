@@ -129,6 +129,7 @@ def test_a_result_is_a_report(films: Path) -> None:
         honest | {"input": 5},
         honest | {"reasons": ["x"]},
         honest | {"new": float("inf")},
+        honest | {"level": "live"},
     ):
         with pytest.raises(Unusable):
             result_of("verify", wrong)

@@ -9,6 +9,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import httpx
@@ -95,6 +97,24 @@ def test_a_job_reports_its_progress_and_keeps_its_report(visit: Visit, tiny: Pat
         assert visit.ask("GET", other, "admin").status_code == 404, other
     visit.studio.jobs.remove(visit.job(answer["id"]))
     assert visit.left() == []
+
+
+def test_a_studio_asks_for_a_level_that_no_visitor_lowers(
+    visit: Visit, tiny: Path, films: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a policy that is a default alone; a visitor who cannot ask for more."""
+    form = partial(film_form, tiny, films / "badge.json")
+
+    def asked(policy: str, **more: str) -> str:
+        monkeypatch.setattr(visit.studio, "settings", replace(visit.studio.settings, level=policy))
+        answer = visit.ask("POST", "/api/jobs", "verifier", **form(**more))
+        level: str = visit.job(answer.json()["id"]).wish["level"]
+        return level
+
+    assert asked("record") == "record" and asked("record", level="live") == "live"
+    assert asked("enrolled") == asked("enrolled", level="record") == "enrolled"
+    assert asked("enrolled", level="live") == "live"
+    assert visit.ask("POST", "/api/jobs", "verifier", **form(level="original")).status_code == 422
 
 
 @pytest.mark.slow

@@ -31,7 +31,7 @@ def test_a_capture_of_other_figures_is_refused(ada: Badge) -> None:
         found = compare_capture(replace(KNOWN, **{name: value}), KNOWN, ada)
         assert found.refused and [pair.name for pair in found.pairs if pair.differs] == [name.split("_")[0]]
     table = "\n".join(side_by_side(compare_capture(POISON, KNOWN, ada).pairs))
-    assert "0.63" in table and "0.995" in table and table.count("✗") == 2 and "error bars" in table
+    assert "0.63" in table and "0.995" in table and table.count("✗") == 2 and "in error bars" in table
 
 
 def test_a_first_gain_that_no_sheet_explains_is_refused(ada: Badge) -> None:

@@ -160,6 +160,7 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
         require_original=wish.require_original,
         cover_share=MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
         photographs=wish.photographs or 0,
+        level=wish.level,
     )
 
 
@@ -246,6 +247,7 @@ OPTIONS = {
     "copyable": "enroll --capture",
     "cover": "--cover",
     "photographs": "--photographs",
+    "level": "--level, enroll --capture, or watch --challenge",
     "corners": "--pipeline published",
 }
 

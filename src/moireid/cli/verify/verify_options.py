@@ -22,6 +22,7 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.attest.credentials import Form
+    from moireid.verifier.session.check_level import CheckLevel
 
 focal_option = click.option(
     "--focal-px",
@@ -90,6 +91,15 @@ OPTIONS = (
         "suffice, the verdict is inconclusive.  [default: 0]",
     ),
     click.option(
+        "--level",
+        type=click.Choice(["record", "enrolled", "live"]),
+        default="record",
+        show_default=True,
+        help="What must be shown: record, the film by itself agrees with the badge's design; enrolled, its figures are "
+        "also those of enrolment; live, a live check with prompts was passed, which no film made before shows. With "
+        "less the film is inconclusive.",
+    ),
+    click.option(
         "--pipeline",
         type=click.Choice(["moireid", "published"]),
         default="moireid",
@@ -148,6 +158,7 @@ class VerifyOptions(ClaimWish):
     overlap: bool
     cover_share: float | None
     photographs: int | None
+    level: CheckLevel
     pipeline: str
     corners_given: str | None
     key_file: Path | None
@@ -176,7 +187,12 @@ def _check_pipeline(wish: VerifyOptions) -> None:
         raise SpecError("--pipeline published cannot do what --require-original asks for; leave one of them out")
     if wish.published and wish.camera_file is not None:
         raise SpecError("--pipeline published takes no distortion from a picture; leave --camera out")
-    wanted = {"--overlap": wish.overlap or None, "--cover": wish.cover_share, "--photographs": wish.photographs}
+    wanted: dict[str, object] = {
+        "--overlap": wish.overlap or None,
+        "--cover": wish.cover_share,
+        "--photographs": wish.photographs,
+    }
+    wanted["--level"] = None if wish.level == "record" else wish.level
     for name, value in wanted.items():
         if wish.published and value is not None:
             raise SpecError(f"--pipeline published cannot check {name}; leave one of them out")

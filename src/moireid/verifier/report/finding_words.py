@@ -182,6 +182,10 @@ OPEN = {
         "another badge in the film breaks the law", "Watch the seconds that the finding names, and judge them apart."
     ),
     "layout": Words("one kind of badge in the registry cannot be checked", "Inform the operator of the registry."),
+    "level": Words(
+        "less is shown than was asked for",
+        "Ask the person for a live check with prompts, or enroll the badge with a film of it: the finding says which.",
+    ),
     "face": Words("no face was found", "Ask for another film with the face from the front, well lit."),
     "overlap": Words("the badge is not before the face long enough", "Ask that it be held across the face for 2 s."),
     "overlap_law": Words("the badge before the face cannot be read", NEARER),

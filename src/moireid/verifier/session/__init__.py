@@ -5,6 +5,7 @@ film.py           the numbered steps: a film in, a Report out
 streaming.py      frame by frame, a running verdict
 badge_session.py  one badge of a film
 chapters.py       a chapter judged, several joined
+check_level.py    what level of proof is asked for, and reached
 result.py         the Report and its JSON
 cover.py          which seconds of the film were judged
 identify.py       without a claim: whose badge is it?

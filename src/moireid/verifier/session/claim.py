@@ -15,6 +15,7 @@ from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, 
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.reasons import Level, Reason
+from moireid.verifier.session.check_level import CheckLevel
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,8 @@ class Claim:
     photographs : int
         Number of photographs of the badge that a forger must need at least to make such a film; if fewer suffice, the
         verdict is inconclusive.
+    level : {"record", "enrolled", "live"}
+        Least level that must be reached (`check_level`); below it the verdict is inconclusive.
     enrolling : bool
         Measure the gain of the badge's sheet: accept any gain with which a badge can be enrolled.
     """
@@ -67,6 +70,7 @@ class Claim:
     provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
     photographs: int = 0
+    level: CheckLevel = "record"
     enrolling: bool = False
     seal: Seal | None = None
     camera: KnownCamera | None = None

@@ -33,6 +33,7 @@ from moireid.provenance import Exclusion
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
+from moireid.verifier.session.check_level import level_finding, level_reached
 from moireid.verifier.session.claim import Claim, claim_reasons, with_photographs
 from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
@@ -114,6 +115,8 @@ def verify(
     reasons += claim_reasons(claim, identity)
     if barred is not None:
         reasons += (Reason(barred.code, "fail", barred.reason, None, "", barred.text),)
+    level = level_reached(worst(list(reasons)), identity.built)
+    reasons += level_finding(claim.level, level)
     verdict = worst(list(reasons))  # 8
     timing = {
         "total_s": round(time.perf_counter() - begun, 4),
@@ -137,6 +140,7 @@ def verify(
         cover=cover,
         claim_source=claim.provenance.source if claim.provenance else None,
         registry=claim.provenance.standing if claim.provenance else None,
+        level=level,
     )
 
 

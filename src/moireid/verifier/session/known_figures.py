@@ -57,6 +57,13 @@ class FigurePair:
         return self.difference / max(math.hypot(self.known_sd, self.new_sd), 1e-12)
 
     @property
+    def limit_sds(self) -> float | None:
+        """How many error bars apart it may be."""
+        if self.apart_sds is None or not self.difference or self.limit is None:
+            return None
+        return self.apart_sds * self.limit / self.difference
+
+    @property
     def differs(self) -> bool:
         """Whether it is another figure."""
         return self.difference is not None and self.limit is not None and self.difference > self.limit
@@ -121,7 +128,9 @@ def compare_capture(new: AsBuilt, known: AsBuilt | None, badge: Badge) -> Captur
     )
     if "map" in apart:
         sds = known.place_map_sd or math.nan, new.place_map_sd or math.nan
-        pairs += (FigurePair("map", "rad", 0.0, sds[0], _number(apart["map"][0]), sds[1], *map(_number, apart["map"])),)
+        pairs += (
+            FigurePair("map off", "rad", 0.0, sds[0], _number(apart["map"][0]), sds[1], *map(_number, apart["map"])),
+        )
     if any(pair.differs for pair in pairs):
         return CaptureComparison("differs", pairs)
     return CaptureComparison("refines" if _says_more(new, known) else "same", pairs)
@@ -147,10 +156,11 @@ def _says_more(new: AsBuilt, known: AsBuilt) -> bool:
 
 def side_by_side(pairs: tuple[FigurePair, ...]) -> list[str]:
     """A table of known and new figures, each with its error bar, one line a figure."""
-    lines = [f"{'figure':<18}{'known':>22}{'new':>22}{'apart':>18}"]
+    lines = [f"{'figure':<17}{'known':>22}{'new':>22}  apart, in error bars"]
     for one in pairs:
         name = f"{one.name}, {one.unit}" if one.unit else one.name
         known = "none" if one.known is None else f"{one.known:.5g} ± {one.known_sd:.2g}"
-        apart = "" if one.apart_sds is None else f"{one.apart_sds:.1f} error bars{' ✗' if one.differs else '  '}"
-        lines.append(f"{name:<18}{known:>22}{f'{one.new:.5g} ± {one.new_sd:.2g}':>22}{apart:>18}")
+        apart = "" if one.apart_sds is None else f"{one.apart_sds:.1f}"
+        apart += "" if one.limit_sds is None else f" of {one.limit_sds:.1f} allowed{' ✗' if one.differs else ''}"
+        lines.append(f"{name:<17}{known:>22}{f'{one.new:.5g} ± {one.new_sd:.2g}':>22}  {apart}".rstrip())
     return lines

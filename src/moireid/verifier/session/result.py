@@ -13,6 +13,7 @@ from moireid.verifier.decision.judge import Invariant, Segment
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason, Verdict, json_number, worst
+from moireid.verifier.session.check_level import CheckLevel
 from moireid.verifier.session.cover import Cover
 from moireid.verifier.timeline import Spans
 from moireid.verifier.tracking.track import Track
@@ -94,6 +95,8 @@ class Report:
         Names and scores of other detectors, as they were given; they do not change the verdict.
     registry : Standing or None
         Authority and head of the registry, or of its bundle, that was asked; None if none was.
+    level : {"record", "enrolled", "live"} or None
+        What the check reached, whatever was asked for; None if it was not accepted.
 
     Notes
     -----
@@ -120,6 +123,7 @@ class Report:
     claim_source: Source | None = None
     detectors: tuple[tuple[str, float], ...] = ()
     registry: Standing | None = None
+    level: CheckLevel | None = None
 
     @property
     def badge(self) -> Badge:
@@ -151,6 +155,7 @@ class Report:
         return {
             "format": REPORT_FORMAT,
             "verdict": self.verdict,
+            "level": self.level,
             "reasons": [reason.to_json() for reason in self.reasons],
             "invariant": self.invariant.to_json() | {"gratings": self._gratings()},
             "explanations": [one.to_json() for one in self.invariant.table],

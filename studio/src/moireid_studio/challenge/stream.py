@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from moireid.provenance import Exclusion
 from moireid.verifier.picture import Frame, Picture
-from moireid.verifier.reasons import Reason, worst
+from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
+from moireid.verifier.session.check_level import level_reached
 from moireid.verifier.session.claim import Claim, with_photographs
 from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
@@ -139,9 +140,17 @@ class StreamCheck(LiveCheck):
         reasons = [self._weighed(one) for one in event["reasons"] if one["code"] not in self._replaced()]
         added = [reason.to_json() for reason in report.reasons]
         levels = {one["level"] for one in (*reasons, *added)}
-        verdict = "reject" if "fail" in levels else "inconclusive" if "undecided" in levels else event["verdict"]
+        verdict: Verdict = (
+            "reject" if "fail" in levels else "inconclusive" if "undecided" in levels else event["verdict"]
+        )
         document = report.to_json() | event
-        return document | {"verdict": verdict, "reasons": [*reasons, *added], "overlap": event["overlap"]}
+        level = level_reached(verdict, event["identity"]["built"], challenged=event["challenged"])
+        return document | {
+            "verdict": verdict,
+            "level": level,
+            "reasons": [*reasons, *added],
+            "overlap": event["overlap"],
+        }
 
     def _replaced(self) -> set[str]:
         """Findings that mean nothing here, or that are reported again with what was asked for."""

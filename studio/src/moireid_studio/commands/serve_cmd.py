@@ -7,12 +7,16 @@ import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from moireid.cli.common import FiniteRange, friendly, json_option, registry_option, say, show_json, trust_option
 from moireid.errors import SpecError
 from moireid.extras import missing_extra
+
+if TYPE_CHECKING:
+    from moireid.verifier.session.check_level import CheckLevel
 
 data_option = click.option(
     "--data",
@@ -103,6 +107,13 @@ storage_option = click.option(
     help="Films that this studio judges at a time; 0 leaves all to `moireid worker` on other machines, with --state "
     "and --storage.",
 )
+@click.option(
+    "--level",
+    type=click.Choice(["record", "enrolled", "live"]),
+    default="record",
+    show_default=True,
+    help="What a film must show to be accepted here, as for verify --level; with less it is inconclusive.",
+)
 @click.option("--scheduler", hidden=True, help="Of older versions: a Dask scheduler.")
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
@@ -120,6 +131,7 @@ def serve_command(
     state: str | None,
     storage: str | None,
     workers: int,
+    level: CheckLevel,
     scheduler: str | None,
     no_auth: bool,
     data: Path | None,
@@ -151,7 +163,9 @@ def serve_command(
         workers=workers,
     )
     folder = data or default_data()
-    settings = Settings(registry_url, folder, not no_auth, limits, trust, keep_verdicts, state=state, storage=storage)
+    settings = Settings(
+        registry_url, folder, not no_auth, limits, trust, keep_verdicts, state=state, storage=storage, level=level
+    )
     ask_for_files()
     with _signing():
         made = registry_url is None and not _default_is_there()

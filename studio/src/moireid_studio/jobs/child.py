@@ -122,6 +122,8 @@ def result_of(kind: str, said: object) -> dict[str, Any]:
         fault = next(_schema(kind).iter_errors(said), None)
         if fault is not None:
             raise Unusable(f"a report has a fault at {'/'.join(map(str, fault.absolute_path))[:200]}")
+        if said.get("level") == "live":
+            raise Unusable("a film is called a live check")
     return said
 
 
