@@ -37,6 +37,8 @@ def test_a_capture_of_other_figures_is_refused(ada: Badge) -> None:
 def test_a_first_gain_that_no_sheet_explains_is_refused(ada: Badge) -> None:
     """Catches: a first capture that may have any gain, so that a drawn one comes before the true one."""
     assert [outcome(one, None, ada) for one in (KNOWN, replace(KNOWN, gain_ratio=1.3))] == ["new", "new"]
+    mask = replace(ada, lens=replace(ada.lens, kind="mask", radius_mm=None, open_fraction=0.5))
+    assert outcome(replace(KNOWN, gain_ratio=0.985, gain_sd=0.003), None, mask) == "new"
     odd = compare_capture(replace(KNOWN, gain_ratio=0.5), None, ada)
     assert odd.refused and "no lens sheet" in odd.text and "none" in side_by_side(odd.pairs)[1]
 

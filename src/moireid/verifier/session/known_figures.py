@@ -19,6 +19,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.verifier.decision.sheet_gain import designed
 from moireid.verifier.identity.compare_built import compare_built
+from moireid.verifier.limits import GAIN_REJECTED_SDS
 from moireid.verifier.session.capture import gain_room
 
 #: An error bar that is larger than the known one by more than this is of a film that shows less.  Set by hand.
@@ -116,7 +117,8 @@ def compare_capture(new: AsBuilt, known: AsBuilt | None, badge: Badge) -> Captur
     Source: module docstring; limits of `compare_built` and `capture.gain_room`.
     """
     if known is None:
-        explained = designed(badge).explains(new.gain_ratio, new.gain_sd)
+        (low, high), beyond = designed(badge).reach, GAIN_REJECTED_SDS * new.gain_sd
+        explained = low - beyond <= new.gain_ratio <= high + beyond
         pairs = tuple(FigurePair(name, unit, None, None, *_figure(new, names)) for name, unit, *names in FIGURES)
         return CaptureComparison("new" if explained else "odd", pairs)
     compared = compare_built(new, known, badge)
