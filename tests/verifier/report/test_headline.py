@@ -62,6 +62,8 @@ def test_a_genuine_badge_is_its_holder_s() -> None:
     whole = document("accept")
     whole["identity"]["built"] = "agrees"
     assert "measured at enrolment" in headline_of(whole, ASKED).text and "copy" not in found.text
+    whole["identity"]["built_since"] = "2026-05-03T10:00:00Z"
+    assert "on record since 3 May; a copy" in headline_of(whole, ASKED).text
 
 
 def test_no_page_says_that_a_film_shows_the_piece_that_was_issued() -> None:

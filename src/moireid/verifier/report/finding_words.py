@@ -27,7 +27,7 @@ CAUSES = (
 #: Notes that warn; all others are for experts.
 WARNINGS = (
     *("claim_source", "look_alike", "chosen_line", "hidden_letters", "name_derived", "copyable"),
-    *("others", "times", "covered", "pose_outliers", "challenge"),
+    *("as_built_earlier", "others", "times", "covered", "pose_outliers", "challenge"),
 )
 
 

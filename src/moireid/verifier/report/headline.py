@@ -101,7 +101,9 @@ def _genuine(document: Mapping[str, Any], claimed: ClaimNote, known: Circumstanc
         return Headline("accept", "Genuine, and the badge of the file", text, advice)
     text = f"{law}, and it shows the identity that was issued to {claimed.name}."
     if document["identity"].get("built") == "agrees":
-        text += " The film's figures are those measured at enrolment, which a copy that is built anew does not have."
+        since = document["identity"].get("built_since")
+        dated = f", on record since {day(since, known.checked_at)}" if since else ""
+        text += f" The film's figures are those measured at enrolment{dated}; a copy that is built anew has others."
     if known.bundle is not None:
         text += f" So says the registry's authority, in a bundle that counts until {known.bundle}."
     return Headline("accept", f"Genuine, and {claimed.name}'s", text, _look(claimed.name))
@@ -119,6 +121,8 @@ def _open(found: Findings) -> Headline:
     first = first_open(found.open)
     words = GENERAL if first is None else words_of(first)
     text = "This film neither proves nor disproves the badge."
+    if first is not None and first["code"] == "level":
+        text = first["text"]
     return Headline("inconclusive", f"Cannot tell: {words.because}", text, words.advice)
 
 
