@@ -35,21 +35,17 @@ def check_figures(compared: CaptureComparison, badge: Badge, reason: str | None)
         )
 
 
-def keep_figures(
-    registry: Registry, record: Record, found: AsBuilt, compared: CaptureComparison, reason: str | None
-) -> Record:
-    """Keep what a capture shows of a badge.
+def keep_figures(registry: Registry, record: Record, found: AsBuilt, reason: str | None) -> Record:
+    """Compare what a capture shows of a badge with the figures in use, and keep it.
 
     Parameters
     ----------
     registry : Registry
         An open registry.
     record : Record
-        Of the badge, as it was compared.
+        Of the badge; if others change its figures meanwhile, nothing is kept.
     found : AsBuilt
         Of the capture.
-    compared : CaptureComparison
-        As `compare_with_record` gives it.
     reason : str or None
         Why the figures take the place of those in use; None to leave agreeing ones in use.
 
@@ -63,6 +59,8 @@ def keep_figures(
     RegistryError
         As `check_figures` and `Registry.store_as_built`.
     """
+    # By this very record: what was compared before may be of figures that are in use no longer.
+    compared = compare_with_record(record, found, record.badge)
     check_figures(compared, record.badge, reason)
     if compared.outcome == "same" and reason is None:
         return record

@@ -11,6 +11,7 @@ import pytest
 from kit.registries import run
 from moireid.asbuilt import MODEL, AsBuilt
 from moireid.badge import Badge
+from moireid.registry import Record, Registry
 from moireid.verifier.session import capture
 
 WHY = "the sheet was put on again"
@@ -86,3 +87,18 @@ def test_a_second_true_capture_needs_nothing(enroll, true):
     assert json.loads(enroll(true, "--json").stdout)["as_built"] == json.loads(true.to_json())
     actions = [one["action"] for one in json.loads(run("registry", "log", "--json", *enroll.to).stdout)["entries"]]
     assert actions.count("as_built") == 1 and len(actions) == 3
+
+
+def test_figures_that_come_in_while_a_capture_is_entered_are_compared_too(enroll, true, monkeypatch):
+    """Catches: figures taken for a badge's first although others came in since they were compared."""
+    poison = replace(true, gain_ratio=1.2, offset_rad=true.offset_rad + 2)
+    enter = Registry.enroll
+
+    def entered_second(registry: Registry, *given: object, **named: object) -> Record:
+        record = enter(registry, *given, **named)
+        return record if record.as_built else registry.store_as_built(record.id, true.to_json())
+
+    monkeypatch.setattr(Registry, "enroll", entered_second)
+    assert "differ from the known ones (offset, gain)" in enroll(poison, code=2).stderr
+    record = shown(enroll)
+    assert (record["as_built"]["gain_ratio"], record["as_built_earlier"]) == (0.995, [])

@@ -106,8 +106,8 @@ def enroll_command(
         compared = None if as_built is None else _compared(registry, badge, as_built, reason)
         notes = derived_notes([badge]) + look_alike_notes([badge], registry)
         record = registry.enroll(badge, warned=True, expires=expires)
-        if as_built is not None and compared is not None:
-            record = keep_figures(registry, record, as_built, compared, reason)
+        if as_built is not None:
+            record = keep_figures(registry, record, as_built, reason)
         if as_json:
             measured = _figures_json(record, as_built, compared)
             show_json(record.summary() | {"registry": registry.shown_url, "notes": notes} | measured)

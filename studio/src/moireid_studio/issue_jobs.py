@@ -155,4 +155,4 @@ def keep(studio: Studio, job: Job, visitor: Visitor, reason: str | None = None) 
     if compared.refused and reason is None:
         text = f"These figures are not kept: {compared.text}. An admin may keep them for a reason."
         raise Refusal(409, "figures_differ", text)
-    return keep_figures(studio.registry.by(visitor.actor), record, as_built_of(job), compared, reason)
+    return keep_figures(studio.registry.by(visitor.actor), record, as_built_of(job), reason)
