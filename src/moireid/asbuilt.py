@@ -25,6 +25,8 @@ FORMAT = 1
 MODEL = 2
 #: Bounds of a map of places and of its standard deviation, rad: beyond, a film shows none.
 MOST_MAP_RAD, MOST_MAP_SD_RAD = 10.0, 1.0
+#: One below 0 would count by its size where figures are compared, and by its sign where they are chosen.
+Deviation = Annotated[float, Meta(ge=0)]
 
 
 @dataclass(frozen=True)
@@ -42,13 +44,13 @@ class AsBuilt:
 
     badge_id: str
     beat_frequency_per_mm: float
-    beat_frequency_sd: float
+    beat_frequency_sd: Deviation
     offset_rad: float
-    offset_sd: float
+    offset_sd: Deviation
     twist_rad_per_mm: float
-    twist_sd: float
+    twist_sd: Deviation
     gain_ratio: float
-    gain_sd: float
+    gain_sd: Deviation
     captures: int = 1
     measured_scale: float | None = None
     third_harmonic: float | None = None

@@ -7,17 +7,20 @@ import copy
 import json
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from kit.webbing import jobs_of
-from moireid.badge import load_badge
+from moireid.asbuilt import MODEL, AsBuilt
+from moireid.badge import Badge, load_badge
 from moireid.sandbox.process import ForkServer
 from moireid.verifier import Claim, verify
+from moireid.verifier.fringes.place_map import knots_mm
 from moireid_studio.jobs import child, queue, workers
-from moireid_studio.jobs.child import Unusable, frames_of, kept_of, result_of
+from moireid_studio.jobs.child import Unusable, check_capture, frames_of, kept_of, result_of
 from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.queue import Job, Jobs
 from moireid_studio.settings import Limits
@@ -135,6 +138,28 @@ def test_a_result_is_a_report(films: Path) -> None:
             result_of("verify", wrong)
     with pytest.raises(Unusable):
         result_of("identify", honest | finding | {"found_id": 5})
+
+
+def test_a_capture_is_of_the_badge_that_was_asked_about(ada: Badge) -> None:
+    """Catches: figures that are kept with another person's badge; a model by which they replace others again and again;
+    a map or a deviation that a comparison falls over."""
+    maps = tuple((0.1,) * len(knots_mm(grating)) for grating in ada.gratings)
+    true = AsBuilt(str(ada.id), -0.04, 2e-5, 3.0, 0.04, 0.03, 3e-4, 0.99, 0.01, model=MODEL)
+    mapped = replace(true, place_maps=maps, place_map_sd=0.02)
+
+    def said(figures: AsBuilt, badge_id: str | None = ada.id) -> dict[str, Any]:
+        return {"kind": "capture", "id": badge_id, "as_built": json.loads(figures.to_json())}
+
+    for honest in (true, mapped):
+        check_capture(said(honest), ada)
+    other = replace(true, badge_id="0123456789abcdef")
+    wrong = [said(other), said(other, other.badge_id), said(true, other.badge_id), said(true) | {"as_built": [1]}]
+    wrong += [
+        said(replace(true, **change)) for change in ({"model": MODEL + 1}, {"gain_ratio": 0.0}, {"offset_sd": -9})
+    ]
+    for figures in (*wrong, said(replace(mapped, place_maps=maps[:1] * 9)), {"kind": "capture", "id": ada.id}):
+        with pytest.raises(Unusable):
+            check_capture(figures, ada)
 
 
 def test_pictures_have_names() -> None:

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from moireid.asbuilt import MODEL, AsBuilt, DatedFigures
+from moireid.asbuilt import MODEL, AsBuilt, DatedFigures, as_built_from_json
 from moireid.badge import Badge
+from moireid.errors import SpecError
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
 from moireid.verifier.session import chapters
@@ -58,6 +59,15 @@ def test_figures_that_say_more_are_taken_if_they_are_as_sure_and_as_sharp(ada: B
     for worse in ({"third_harmonic": 0.05}, {"third_harmonic": None}, {"offset_sd": 0.2}, {"gain_sd": 0.05}):
         assert outcome(replace(AGAIN, **{"third_harmonic": 0.15} | worse), old, ada) == "same"
     assert outcome(replace(AGAIN, model=MODEL), replace(mapped, model=MODEL - 1), ada) == "same"
+    # Catches: a model that no version has, by which figures move on again and again without a reason.
+    assert outcome(replace(AGAIN, model=MODEL + 1, third_harmonic=0.2), old, ada) == "same"
+
+
+@pytest.mark.parametrize("name", ["beat_frequency_sd", "offset_sd", "twist_sd", "gain_sd"])
+def test_no_standard_deviation_is_below_zero(name: str) -> None:
+    """Catches: figures that are surer than all others by their sign, and agree with every copy by their size."""
+    with pytest.raises(SpecError, match=name):
+        as_built_from_json(replace(KNOWN, **{name: -9.0}).to_json())
 
 
 # Films against earlier figures.

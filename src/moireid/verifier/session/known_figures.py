@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from moireid.asbuilt import AsBuilt
+from moireid.asbuilt import MODEL, AsBuilt
 from moireid.badge import Badge
 from moireid.verifier.decision.sheet_gain import designed
 from moireid.verifier.identity.compare_built import compare_built
@@ -150,7 +150,7 @@ def _number(value: object) -> float:
 
 def _says_more(new: AsBuilt, known: AsBuilt) -> bool:
     """Whether figures say what the known ones do not, and are as certain and as sharp in all else."""
-    more = new.model > known.model or bool(new.place_maps and not known.place_maps)
+    more = known.model < new.model <= MODEL or bool(new.place_maps and not known.place_maps)
     sure = all(getattr(new, sd) <= LESS_SURE_RATIO * getattr(known, sd) for *_, sd in FIGURES)
     sharp = (new.third_harmonic or 0.0) >= (known.third_harmonic or 0.0) / LESS_SURE_RATIO
     return more and sure and sharp and (bool(new.place_maps) or not known.place_maps)

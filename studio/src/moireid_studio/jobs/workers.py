@@ -22,13 +22,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from moireid.badge import badge_from_json
 from moireid.errors import MoireIdError, RegistryError
 from moireid.registry import Registry
 from moireid.sandbox.seal import ProcessLimits
 from moireid.verifier.report.report_page import NAME
 from moireid.verifier.session.claim import with_badge_notes
 from moireid_studio.http.metrics import Metrics
-from moireid_studio.jobs.child import JobFailure, Unusable, frames_of, kept_of, result_of, run_task
+from moireid_studio.jobs.child import JobFailure, Unusable, check_capture, frames_of, kept_of, result_of, run_task
 from moireid_studio.jobs.claims import PreparedJob
 from moireid_studio.jobs.task import PACKAGE, SIGNALS, Task, answer_to, with_name
 from moireid_studio.problems import Refusal
@@ -202,7 +203,10 @@ class Doer:
                 said.noted_s = time.monotonic()
                 self._note_progress(job)
         elif "result" in message:
-            job.result = self._own_words(said, result_of(job.kind, message["result"]))
+            result = result_of(job.kind, message["result"])
+            if job.kind == "capture":
+                check_capture(result, badge_from_json(job.wish["badge_json"]))
+            job.result = self._own_words(said, result)
         else:
             job.kept = kept_of(message)
         return None
