@@ -56,8 +56,8 @@ class Settings:
     trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
     keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
     jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec
-    address, None for the folder; level: the least level that a film must reach to be accepted (`check_level`), whatever
-    a visitor asks for.
+    address, None for the folder; level: the least level that a film or a live check must reach to be accepted
+    (`check_level`), whatever a visitor asks for.
     """
 
     registry_url: str | None = None

@@ -9,6 +9,7 @@ import json
 import random
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,18 @@ def test_who_follows_the_prompts_is_accepted_and_sees_them_only_when_due(followe
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("level", "verdict"), [("record", "accept"), ("enrolled", "inconclusive")])
+def test_a_live_check_without_prompts_reaches_what_a_film_reaches(ada, pictures, level, verdict):
+    """Catches: an old film that is accepted before the live camera where a film must show more."""
+    check = LiveCheck(Claim(ada, ada.id, level=level), now=lambda: 0.0)
+    for k, picture in enumerate(pictures):
+        check.push(picture, 1000.0 + k / FPS, k / FPS + 0.02)
+    event = check.finish()
+    assert (event["verdict"], event["level"]) == (verdict, "record")
+    assert levels([event], "level") == ([] if level == "record" else ["undecided"])
+
+
+@pytest.mark.slow
 def test_the_running_verdict_comes_within_two_seconds_of_enough_motion(followed):
     """Catches: a verdict that waits for the end."""
     status = [event for event in followed if event["event"] == "status"]
@@ -156,8 +169,10 @@ def test_only_a_verifier_from_this_site_gets_in(studio):
 
 
 def test_pictures_go_in_and_a_verdict_comes_out(studio, ada):
-    """Catches: a worker that does not start, or dies of the first picture; pictures that are never acknowledged."""
+    """Catches: a worker that does not start, or dies of the first picture; pictures that are never acknowledged; a
+    studio that asks films for a level, and a live check without prompts for none."""
     client, tokens = studio
+    client.app.state.studio.settings = replace(client.app.state.studio.settings, level="enrolled")
     with opened(client, tokens["verifier"]) as connection:
         connection.send_json({"claim": "Ada Lovelace"})
         heard(connection, "ready")
@@ -169,6 +184,7 @@ def test_pictures_go_in_and_a_verdict_comes_out(studio, ada):
         connection.send_json({"do": "end"})
         verdict = heard(connection, "verdict")
     assert verdict["verdict"] == "inconclusive" and not verdict["challenged"] and verdict["frames"]["tracked"] > 2
+    assert levels([verdict], "level") == ["undecided"]
 
 
 @pytest.mark.slow

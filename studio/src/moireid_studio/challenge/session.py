@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from moireid.verifier.picture import Frame, Picture, as_picture
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
-from moireid.verifier.session.check_level import level_reached
+from moireid.verifier.session.check_level import level_finding, level_reached
 from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.streaming import Running, Verifier
@@ -163,11 +163,13 @@ class LiveCheck:
         reasons += (self._whole(), self._in_time()) + (self._tile.reasons() if self._tile else ())
         standing = self._claim.provenance.standing if self._claim.provenance else None
         tracked = sum(chapter.tracked + chapter.passed for chapter in chapters)
-        verdict, challenged = worst(list(reasons)), self._prompts is not None
+        challenged = self._prompts is not None
+        level = level_reached(worst(list(reasons)), identity.built, challenged=challenged)
+        reasons += level_finding(self._claim.level, level)
         return {
             "event": "verdict",
-            "verdict": verdict,
-            "level": level_reached(verdict, identity.built, challenged=challenged),
+            "verdict": worst(list(reasons)),
+            "level": level,
             "challenged": challenged,
             "in_call": self._pace.in_call,
             "reasons": [reason.to_json() for reason in reasons],

@@ -112,7 +112,8 @@ storage_option = click.option(
     type=click.Choice(["record", "enrolled", "live"]),
     default="record",
     show_default=True,
-    help="What a film must show to be accepted here, as for verify --level; with less it is inconclusive.",
+    help="What a film or a live check must show to be accepted here, as for verify --level; with less it is "
+    "inconclusive.",
 )
 @click.option("--scheduler", hidden=True, help="Of older versions: a Dask scheduler.")
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")

@@ -142,7 +142,8 @@ async def _session(connection: WebSocket, asked: SessionRequest) -> None:
     child = await run_in_threadpool(start, "moireid_studio.live.worker:serve", LIMITS, within=reach())
     tasks: list[asyncio.Task[None]] = []
     try:
-        await run_in_threadpool(child.send, Start(asked.given, asked.in_call, required=asked.by_link))
+        level = studio_of(connection).settings.level
+        await run_in_threadpool(child.send, Start(asked.given, asked.in_call, required=asked.by_link, level=level))
         coming = asyncio.create_task(_pictures(connection, child, asked))
         going = asyncio.create_task(_events(connection, child, asked))
         tasks = [coming, going]

@@ -19,6 +19,7 @@ from moireid.sandbox.child import Talk
 from moireid.sandbox.seal import ProcessLimits
 
 if TYPE_CHECKING:
+    from moireid.verifier.session.check_level import CheckLevel
     from moireid_studio.challenge.challenge import Prompt
 
 #: Pictures of more than this many pixels are not decoded: a camera's page asks for 720p.
@@ -30,11 +31,16 @@ LIMITS = ProcessLimits(memory_bytes=1 << 30, cpu_s=600, file_bytes=0)
 
 @dataclass(frozen=True)
 class Start:
-    """Whose badge is expected, whether in a tile of a call, and whether without a challenge it is inconclusive."""
+    """What a session is asked.
+
+    found: whose badge is expected; in_call: in a tile of a call; required: without a challenge it is inconclusive;
+    level: the least that must be reached.
+    """
 
     found: ClaimedBadge
     in_call: bool = False
     required: bool = False
+    level: CheckLevel = "record"
 
 
 @dataclass(frozen=True)
@@ -86,7 +92,8 @@ def _session(talk: Talk, start: Start) -> None:
     # The running verdict has a thread of its own.
     with ThreadPoolExecutor(1, "verdict") as aside:
         pace = CALL if start.in_call else HERE
-        check = LiveCheck(Claim.of(start.found), draw=draw, pace=pace, aside=aside, required=start.required)
+        claim = Claim.of(start.found, level=start.level)
+        check = LiveCheck(claim, draw=draw, pace=pace, aside=aside, required=start.required)
         talk.send({"event": "ready"})
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:
