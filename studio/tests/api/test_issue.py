@@ -350,6 +350,31 @@ def test_an_issuer_cannot_turn_an_enrolment_against_its_holder(
     assert "another sheet" in visit.ask("GET", f"/registry/{record.id}", "issuer").text
 
 
+def test_no_figures_are_kept_in_a_registry_that_was_put_back(
+    tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a drawn capture that comes first, as the registry is of a day before the true one."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
+    with studio(tmp_path) as visit:
+        registry = visit.studio.registry
+        file = Path(registry.shown_url.removeprefix("sqlite:///"))
+        record, before = registry.enroll(ada, warned=True), file.read_bytes()
+        true = AsBuilt(record.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01, model=MODEL)
+        poison = replace(true, offset_rad=-1.28)
+        result = {"kind": "capture", "id": record.id, "as_built": json.loads(true.to_json())}
+        job = Job("0" * 32, "capture", "somebody", Path(), state="done", result=result)
+        monkeypatch.setattr(visit.studio.jobs, "find", lambda *_: job)
+        keep = f"/api/badges/{record.id}/captures/{job.id}/keep"
+        assert visit.ask("POST", keep, "issuer").status_code == 200
+        visit.studio.standing()
+        file.write_bytes(before)
+        job.result = result | {"as_built": json.loads(poison.to_json())}
+        refused = visit.ask("POST", keep, "issuer")
+        assert refused.status_code >= 400 and "ends at log entry" in refused.text
+        assert registry.find(record.id).as_built is None
+
+
 @pytest.mark.slow
 def test_badges_are_issued_by_a_studio_that_has_no_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a page, or a process that makes badges, that reads the key itself; one that knows no signer."""
