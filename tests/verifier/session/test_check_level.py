@@ -23,15 +23,18 @@ def test_a_level_is_reached_only_by_what_is_accepted() -> None:
 
 
 def test_less_than_was_asked_for_is_undecided_and_more_passes() -> None:
-    """Catches: a level compared as text; a default that asks for something; a finding without advice."""
-    assert level_finding("record", None) == ()
-    assert [one.level for one in level_finding("enrolled", "live")] == ["pass"]
-    for asked, reached, advice in (
-        ("enrolled", "record", "Enroll the badge"),
-        ("live", "enrolled", "Make a live check"),
-        ("live", None, "the film itself is not accepted"),
+    """Catches: a level compared as text; a default that asks for something; a finding without advice; a live check of
+    a printed copy that passes for the enrolled badge."""
+    assert level_finding("record", None, "not_known") == ()
+    assert [one.level for one in level_finding("enrolled", "live", "agrees")] == ["pass"]
+    assert [one.level for one in level_finding("live", "live", "not_known")] == ["pass"]
+    for asked, reached, built, advice in (
+        ("enrolled", "record", "not_known", "Enroll the badge"),
+        ("enrolled", "live", "not_known", "Enroll the badge"),
+        ("live", "enrolled", "agrees", "Make a live check"),
+        ("live", None, "not_known", "the film itself is not accepted"),
     ):
-        (found,) = level_finding(asked, reached)  # type: ignore[arg-type]
+        (found,) = level_finding(asked, reached, built)  # type: ignore[arg-type]
         assert (found.code, found.level) == ("level", "undecided") and advice in found.text and found.text.endswith(".")
 
 

@@ -116,7 +116,7 @@ def verify(
     if barred is not None:
         reasons += (Reason(barred.code, "fail", barred.reason, None, "", barred.text),)
     level = level_reached(worst(list(reasons)), identity.built)
-    reasons += level_finding(claim.level, level)
+    reasons += level_finding(claim.level, level, identity.built)
     verdict = worst(list(reasons))  # 8
     timing = {
         "total_s": round(time.perf_counter() - begun, 4),

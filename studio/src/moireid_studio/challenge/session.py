@@ -165,7 +165,7 @@ class LiveCheck:
         tracked = sum(chapter.tracked + chapter.passed for chapter in chapters)
         challenged = self._prompts is not None
         level = level_reached(worst(list(reasons)), identity.built, challenged=challenged)
-        reasons += level_finding(self._claim.level, level)
+        reasons += level_finding(self._claim.level, level, identity.built)
         return {
             "event": "verdict",
             "verdict": worst(list(reasons)),
