@@ -417,7 +417,7 @@ WRONG_BADGES: dict[str, Callable[[dict[str, Any]], object]] = {
     "markers.ids: [0": _set("markers", "ids", value=[0, 1, 2, 999]),
     "markers.dictionary": _set("markers", "dictionary", value="DICT_9X9"),
     "digits": _set("markers", "centers_mm", 0, 0, value=10**400),
-    "format 2": _set("format", value=2),
+    "format 3": _set("format", value=3),
 }
 
 

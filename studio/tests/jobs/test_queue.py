@@ -100,21 +100,23 @@ def test_a_job_reports_its_progress_and_keeps_its_report(visit: Visit, tiny: Pat
 
 
 def test_a_studio_asks_for_a_level_that_no_visitor_lowers(
-    visit: Visit, tiny: Path, films: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, tiny: Path, films: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a policy that is a default alone; a visitor who cannot ask for more."""
     form = partial(film_form, tiny, films / "badge.json")
+    # No one waits for these jobs, and they are left behind: so this studio is the test's own.
+    with studio(tmp_path, ada) as own:
 
-    def asked(policy: str, **more: str) -> str:
-        monkeypatch.setattr(visit.studio, "settings", replace(visit.studio.settings, level=policy))
-        answer = visit.ask("POST", "/api/jobs", "verifier", **form(**more))
-        level: str = visit.job(answer.json()["id"]).wish["level"]
-        return level
+        def asked(policy: str, **more: str) -> str:
+            monkeypatch.setattr(own.studio, "settings", replace(own.studio.settings, level=policy))
+            answer = own.ask("POST", "/api/jobs", "verifier", **form(**more))
+            level: str = own.job(answer.json()["id"]).wish["level"]
+            return level
 
-    assert asked("record") == "record" and asked("record", level="live") == "live"
-    assert asked("enrolled") == asked("enrolled", level="record") == "enrolled"
-    assert asked("enrolled", level="live") == "live"
-    assert visit.ask("POST", "/api/jobs", "verifier", **form(level="original")).status_code == 422
+        assert asked("record") == "record" and asked("record", level="live") == "live"
+        assert asked("enrolled") == asked("enrolled", level="record") == "enrolled"
+        assert asked("enrolled", level="live") == "live"
+        assert own.ask("POST", "/api/jobs", "verifier", **form(level="original")).status_code == 422
 
 
 @pytest.mark.slow
