@@ -76,6 +76,8 @@ def test_crossings_and_tables_agree_with_the_numbers(badge):
     rng = np.random.default_rng(1)
     x, y = rng.uniform(field.low, field.high, 999), rng.uniform(field.begin, field.end, 999)
     assert field.sampled(x, y) == pytest.approx(field.numbers(x, y), abs=3e-3)
+    over = np.array([field.high - 0.2, field.high + 0.3])
+    assert np.diff(field.sampled(over, np.full(2, field.begin + 4.0))) == pytest.approx(0.5 / 0.517, rel=0.05)
 
 
 def test_within_their_rims_lines_are_a_cell_s_own(badge):
@@ -111,6 +113,9 @@ def test_cells_that_cannot_blend_are_refused(badge, change):
     """Catches: gaps between cells, overlapping reaches and mixed duties, which no line passes through."""
     grating = badge.gratings[0]
     changed = (grating.cells[0], replace(grating.cells[1], **change), *grating.cells[2:])
+    twice = (*grating.cells[:-1], grating.cells[-2])
+    with pytest.raises(SpecError, match="cells that blend must be rows"):
+        badge_from_json(replace(badge, gratings=(replace(grating, cells=twice),)).to_json())
     with pytest.raises(SpecError, match="cells that blend must be rows"):
         badge_from_json(replace(badge, gratings=(replace(grating, cells=changed),)).to_json())
 

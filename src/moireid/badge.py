@@ -320,7 +320,7 @@ def _check_smooth(grating: Grating, number: int, source: str) -> None:
     """Raise unless the cells of a smooth grating are rows that fill it, reach half of themselves at most, and are dark
     by one share.
     """
-    rects = sorted((own_rect(grating.axis, cell.rect_mm), cell) for cell in grating.cells)
+    rects = sorted(((own_rect(grating.axis, cell.rect_mm), cell) for cell in grating.cells), key=lambda one: one[0])
     area = sum((rect[2] - rect[0]) * (rect[3] - rect[1]) for rect, _ in rects)
     low, begin, high, end = own_rect(grating.axis, grating.rect_mm)
     rows: dict[float, list[Rect]] = {}

@@ -139,16 +139,19 @@ class LineField:
         return np.stack([self.crossings_mm(across, whole + share) for share in (0.0, self.duty)], axis=-1)
 
     def sampled(self, along: Array, across: Array) -> Array:
-        """As `numbers`, for many places of one shape, from an even table; off by 0.002 lines at most."""
+        """As `numbers`, for many places of one shape, from an even table: off by 0.002 lines at most.
+
+        Beyond the field's ends, lines go straight on.
+        """
         counts = [round(PLACES_PER_MM * side) + 1 for side in (self.high - self.low, self.end - self.begin)]
         first, second = np.linspace(self.low, self.high, counts[0]), np.linspace(self.begin, self.end, counts[1])
         table = self.numbers(first, second[:, None])
         found = np.zeros(along.shape)
-        x = np.clip((along - self.low) / (self.high - self.low), 0, 1) * (counts[0] - 1)
-        y = np.clip((across - self.begin) / (self.end - self.begin), 0, 1) * (counts[1] - 1)
-        left, top = (np.minimum(np.floor(p).astype(int), count - 2) for p, count in zip((x, y), counts, strict=True))
+        x = (along - self.low) / (self.high - self.low) * (counts[0] - 1)
+        y = (across - self.begin) / (self.end - self.begin) * (counts[1] - 1)
+        left, top = (np.clip(np.floor(p).astype(int), 0, count - 2) for p, count in zip((x, y), counts, strict=True))
         for right, below in ((0, 0), (1, 0), (0, 1), (1, 1)):
-            weight = np.abs(1 - right - (x - left)) * np.abs(1 - below - (y - top))
+            weight = (x - left if right else left + 1 - x) * (y - top if below else top + 1 - y)
             found += weight * table[top + below, left + right]
         return found
 

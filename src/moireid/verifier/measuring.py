@@ -130,6 +130,9 @@ PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE = 0.3, 0.5, 0.15
 #: The gain of one row, or of one place in it, may differ from the badge's by up to this share.  Derived: 0.05 mm of air
 #: more beneath the sheet move its fringes so much further; a sheet that is taped and not glued has waves of that size.
 UNEVEN_GAIN_SHARE = 0.1
+#: A gain of its own of so many times the bound may yet be the work of air, and of so many it is not.  Set by hand:
+#: parts of films of builds with all usual flaws have up to 1.3 times.
+STILL_AIR, NO_AIR = 1.5, 2.0
 #: A map of places is used where it is larger than this, root mean square, and than so many of its standard deviations.
 #: Smaller ones neither blur a row's fringes (by 1 part in 800) nor move a symbol.  Set by hand.
 MAP_LEAST_RAD, MAP_SDS = 0.05, 3.0

@@ -26,7 +26,9 @@ def raster(badge: Badge, folder: Path) -> np.ndarray:
     write_badge_pdf(badge, pdf)
     options = ["-q", "-dNOPAUSE", "-dBATCH", "-sDEVICE=pbmraw", f"-r{DPI}", f"-sOutputFile={picture}"]
     subprocess.run([needs("gs"), *options, str(pdf)], check=True)
-    return np.asarray(Image.open(picture).convert("L")) < 128
+    with pytest.MonkeyPatch.context() as here:
+        here.setattr(Image, "MAX_IMAGE_PIXELS", None)
+        return np.asarray(Image.open(picture).convert("L")) < 128
 
 
 @pytest.mark.parametrize("form", ["dots", "vector"])

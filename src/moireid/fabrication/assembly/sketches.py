@@ -19,11 +19,10 @@ from PIL import Image
 
 from moireid.badge import Badge, Grating, Point, Rect
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER, rays_landed_mm
+from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER, rays_landed_mm, smooth_light
 from moireid.fabrication.sight import corners_in_frame, has_turned, in_frame, sheet_pieces
 from moireid.frames import own_rect
 from moireid.layers import is_smooth
-from moireid.smooth_lines import LineField
 
 PX_PER_MM, RAYS = 1.2, 8
 Array = NDArray[np.float64]
@@ -69,9 +68,7 @@ def _light(badge: Badge, grating: Grating, own: Array, turn_rad: float, pitch_mm
     lens_axis = np.round(over / pitch_mm) * pitch_mm
     place, rays = across + (lens_axis - over) * math.cos(turn_rad), _landed_mm(badge, lens_axis)
     if is_smooth(grating):
-        field = LineField(grating)
-        number, beyond = (field.sampled(place + step, along)[..., None] for step in (0.0, badge.lens.pitch_mm))
-        return np.asarray(((number + (beyond - number) / badge.lens.pitch_mm * rays) % 1.0 >= field.duty).mean(axis=-1))
+        return smooth_light(badge.lens, grating, place, along, rays)
     light = np.ones(across.shape)
     for cell in grating.cells:
         cx0, cy0, cx1, cy1 = own_rect(grating.axis, cell.rect_mm)

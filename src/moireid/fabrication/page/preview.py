@@ -91,8 +91,9 @@ def _draw_grating(
         pixels = math.ceil((own[2] - own[0]) * px_per_mm)
         sample = ((first[within] - own[0]) / (own[2] - own[0]) * pixels).astype(int)
         if is_smooth(grating):
-            landed = _landed(badge.lens, own[0], own[2], pixels, middle, aside)
-            seen = _smooth(badge.lens, grating, landed, sample, second[within])
+            axes, rays = _landed(badge.lens, own[0], own[2], pixels, middle, aside)
+            some = rays[sample, SMOOTH_STEP // 2 :: SMOOTH_STEP]
+            seen = _open_share(badge.lens) * smooth_light(badge.lens, grating, axes[sample, 0], second[within], some)
         else:
             seen = fringe_profile(badge.lens, cell, own, pixels, middle, aside)[sample]
         # Under a lens array light must pass both gratings; elsewhere this is still blank paper.
@@ -100,20 +101,19 @@ def _draw_grating(
         picture[rows[within], columns[within]] = INK + before * seen
 
 
-def _smooth(
-    lens: Lens, grating: Grating, landed: tuple[Array, Array], sample: NDArray[np.int64], across: Array
-) -> Array:
-    """As `fringe_profile`, of a smooth grating, at samples along it and places across, (P,); landed: as `_landed`.
+def smooth_light(lens: Lens, grating: Grating, axes: Array, across: Array, rays: Array) -> Array:
+    """Share of a lens's rays that land between the lines of a smooth grating; the counterpart of `fringe_profile`.
 
+    Parameters: axes, across (...): own places of lenses' axes, along the grating's axis and across it, mm; rays
+        (..., R): where rays land, from the axis, mm.
     Source: near a lens's axis numbers of lines rise evenly.
     """
-    field, (axes, rays) = LineField(grating), (landed[0][:, 0], landed[1][:, SMOOTH_STEP // 2 :: SMOOTH_STEP])
-    number, beyond = (field.sampled(axes[sample] + step, across) for step in (0.0, lens.pitch_mm))
-    light = lens.open_fraction if lens.kind == "mask" and lens.open_fraction else 1.0
-    found = np.zeros(len(number))
-    for ray in rays.T:
-        found += (number + (beyond - number) / lens.pitch_mm * ray[sample]) % 1.0 >= field.duty
-    return np.asarray(light * found / rays.shape[1])
+    field = LineField(grating)
+    number, beyond = (field.sampled(axes + step, across) for step in (0.0, lens.pitch_mm))
+    per_mm, found = (beyond - number) / lens.pitch_mm, np.zeros(number.shape)
+    for ray in np.moveaxis(rays, -1, 0):
+        found += (number + per_mm * ray) % 1.0 >= field.duty
+    return np.asarray(found / rays.shape[-1])
 
 
 def fringe_profile(
@@ -137,8 +137,12 @@ def fringe_profile(
     """
     axes, landed = _landed(lens, own[0], own[2], pixels, middle, aside_mm)
     position = (axes + landed - cell.edge_mm) / cell.pitch_mm % 1.0
-    light = lens.open_fraction if lens.kind == "mask" and lens.open_fraction else 1.0
-    return light * np.asarray((position >= cell.duty).mean(axis=1))
+    return _open_share(lens) * np.asarray((position >= cell.duty).mean(axis=1))
+
+
+def _open_share(lens: Lens) -> float:
+    """Share of the light that a front lets through: of a mask, its openings."""
+    return lens.open_fraction if lens.kind == "mask" and lens.open_fraction else 1.0
 
 
 @lru_cache(maxsize=64)

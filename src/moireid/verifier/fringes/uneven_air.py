@@ -14,12 +14,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.measuring import UNEVEN_GAIN_SHARE
+from moireid.verifier.measuring import NO_AIR, STILL_AIR, UNEVEN_GAIN_SHARE
 
 Array = NDArray[np.float64]
-#: A gain of its own of so many times the bound may yet be the work of air, and of so many it is not.  Set by hand:
-#: parts of films of builds with all usual flaws have up to 1.3 times.
-STILL_AIR, NO_AIR = 1.5, 2.0
 
 
 def less_uneven_air(apart_rad: Array, weight: Array, motion_rad: Array) -> Array:
