@@ -39,7 +39,9 @@ class AsBuilt:
     of films used; measured_scale: a ruler's reading over the printed length, or None; third_harmonic: how much of the
     fringes' third harmonic turns with them, contrasts, seen from the front; None where it was not measured; place_maps:
     for each grating, how far the fringes are ahead of the law at its knots (`fringes.place_map`), rad; none where they
-    were not measured; place_map_sd: standard deviation of a knot; model: as `MODEL`, of the version that measured.
+    were not measured; place_map_sd: standard deviation of a knot; model: as `MODEL`, of the version that measured;
+    witnessed: whether they were measured in live checks alone, in which the badge followed prompts drawn at random, or
+    one of those agreed with them.
     """
 
     badge_id: str
@@ -57,6 +59,7 @@ class AsBuilt:
     place_maps: tuple[tuple[Annotated[float, Meta(ge=-MOST_MAP_RAD, le=MOST_MAP_RAD)], ...], ...] = ()
     place_map_sd: Annotated[float, Meta(gt=0, le=MOST_MAP_SD_RAD)] | None = None
     model: int = 1
+    witnessed: bool = False
 
     @property
     def beat_period_mm(self) -> float:
@@ -128,6 +131,7 @@ def merge(parts: list[AsBuilt]) -> AsBuilt:
         measured_scale=scale,
         third_harmonic=sharp,
         model=min(part.model for part in parts),
+        witnessed=all(part.witnessed for part in parts),
         **_merged_maps(parts),
     )
 

@@ -6,6 +6,7 @@ place only for a reason, which the registry's authority signs with the record an
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from moireid.asbuilt import AsBuilt, as_built_from_json
@@ -64,4 +65,6 @@ def keep_figures(registry: Registry, record: Record, found: AsBuilt, reason: str
     check_figures(compared, record.badge, reason)
     if compared.outcome == "same" and reason is None:
         return record
+    if compared.outcome == "confirms" and reason is None and record.as_built is not None:
+        found = replace(as_built_from_json(record.as_built), witnessed=True)
     return registry.store_as_built(record.id, found.to_json(), reason=reason, refines=record.as_built)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from moireid.asbuilt import AsBuilt, DatedFigures
@@ -138,3 +138,7 @@ class ClaimedBadge:
     seal: Seal | None = None
     as_built_at: str | None = None
     earlier: tuple[DatedFigures, ...] = ()
+
+    def without_figures(self) -> ClaimedBadge:
+        """The same, as if it was never measured: for a check that is to measure it."""
+        return replace(self, as_built=None, as_built_at=None, earlier=())

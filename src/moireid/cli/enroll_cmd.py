@@ -30,6 +30,15 @@ if TYPE_CHECKING:
     from moireid.verifier.session.known_figures import CaptureComparison
 
 
+replace_option = click.option(
+    "--replace",
+    is_flag=True,
+    help="Keep what the capture shows although it differs from known figures, no lens sheet explains it, or it is too "
+    "vague. The registry signs and logs it; the figures of before stay on record and count too.",
+)
+reason_option = click.option("--reason", metavar="TEXT", help="Why, with --replace; it is shown with the record.")
+
+
 @click.command("enroll")
 @click.argument("badge_json", type=click.Path(path_type=Path))
 @registry_option
@@ -50,13 +59,8 @@ if TYPE_CHECKING:
     "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
 )
 @camera_option
-@click.option(
-    "--replace",
-    is_flag=True,
-    help="Keep what the capture shows although it differs from known figures, or no lens sheet explains it. The "
-    "registry signs and logs it; the figures of before stay on record and count too.",
-)
-@click.option("--reason", metavar="TEXT", help="Why, with --replace; it is shown with the record.")
+@replace_option
+@reason_option
 @expires_option
 @actor_option
 @json_option
@@ -82,8 +86,11 @@ def enroll_command(
     was printed from the same files. It also knows how far the fringes move under this sheet: from 0.5 to 1.6 times as
     far as designed, as thin and thick sheets of one pitch are sold. Several films must agree on that.
 
-    A capture whose figures differ from those known of the badge, or that no lens sheet as sold explains, is refused and
-    shown next to them. Give --replace with a --reason where it is right. Equal figures measured again change nothing.
+    A capture whose figures differ from those known of the badge, that no lens sheet as sold explains, or that is too
+    vague to distinguish copies is refused and shown next to them. Give --replace with a --reason where it is right.
+    Equal figures measured again change nothing.
+
+    Figures that a forger cannot draw beforehand are measured in a live check: moireid watch --challenge --enroll.
     """
     from moireid.badge import load_badge
     from moireid.cli.issue_notes import derived_notes, look_alike_notes
@@ -94,7 +101,7 @@ def enroll_command(
     # Before a registry is made for it, or films are read.
     if expires is not None:
         expiry_day(expires)
-    _check_replace(replace, reason, captures)
+    check_replace(replace, reason, "--capture FILM", bool(captures))
     reason = None if reason is None else checked_reason(reason)
     badge = load_badge(badge_json)
     _check_identity(badge, badge_json)
@@ -103,7 +110,7 @@ def enroll_command(
     as_built = _measured(badge, captures, focal_px, camera_file, measured_scale) if captures else None
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
-        compared = None if as_built is None else _compared(registry, badge, as_built, reason)
+        compared = None if as_built is None else show_compared(registry, badge, as_built, reason)
         notes = derived_notes([badge]) + look_alike_notes([badge], registry)
         record = registry.enroll(badge, warned=True, expires=expires)
         if as_built is not None:
@@ -116,7 +123,7 @@ def enroll_command(
             if record.expires is not None:
                 click.echo(f"it counts until the end of {record.expires}")
             if as_built is not None:
-                click.echo(_figures_words(record, as_built))
+                click.echo(figures_words(record, as_built))
         for note in notes + _state_notes(record):
             say(f"note: {note}")
 
@@ -153,13 +160,13 @@ def _state_notes(record: Record) -> list[str]:
     return []
 
 
-def _check_replace(replace: bool, reason: str | None, captures: tuple[Path, ...]) -> None:
-    """Raise SpecError unless --replace, --reason and --capture are there together, or neither of the first two is."""
-    if replace != (reason is not None) or (replace and not captures):
-        raise SpecError("--replace, --reason TEXT and --capture FILM go together; give all of them, or --capture alone")
+def check_replace(replace: bool, reason: str | None, option: str, given: bool) -> None:
+    """Raise SpecError unless --replace, --reason and the option that measures are given together, or only the last."""
+    if replace != (reason is not None) or (replace and not given):
+        raise SpecError(f"--replace, --reason TEXT and {option} go together; give all of them, or {option} alone")
 
 
-def _compared(registry: Registry, badge: Badge, found: AsBuilt, reason: str | None) -> CaptureComparison:
+def show_compared(registry: Registry, badge: Badge, found: AsBuilt, reason: str | None) -> CaptureComparison:
     """The capture next to the figures in use, shown where they differ.  Raises: RegistryError if it is refused."""
     from moireid.enrolment import check_figures, compare_with_record
     from moireid.verifier.session.known_figures import side_by_side
@@ -179,10 +186,10 @@ def _figures_json(record: Record, found: AsBuilt | None, compared: CaptureCompar
     return in_use | {"capture": json.loads(found.to_json()), "capture_outcome": compared.outcome}
 
 
-def _figures_words(record: Record, found: AsBuilt) -> str:
+def figures_words(record: Record, found: AsBuilt) -> str:
     """What a capture showed, and what became of it."""
     shown = f"as built: beat {found.beat_period_mm:.2f} mm, gain {found.gain_ratio:.3f}"
-    shown += f", measured in {found.captures} film(s)"
+    shown += ", measured in a live check" if found.witnessed else f", measured in {found.captures} film(s)"
     if record.as_built_at is not None and json.loads(record.as_built or "{}") != json.loads(found.to_json()):
         return f"{shown}; these agree with the figures known since {record.as_built_at[:10]}, which stay in use"
     count = len(record.earlier_figures)

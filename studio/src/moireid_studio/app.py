@@ -47,6 +47,7 @@ ROUTERS: tuple[APIRouter, ...] = (
     registry_api.verdicts_router,
     health_api.router,
     live.router,
+    live.enroll_router,
     link_routes.router,
     link_routes.check_router,
 )

@@ -45,6 +45,7 @@ ROLES = {
     "/api/jobs": {"verifier"},
     "/verify": {"verifier"},
     "/live": {"verifier"},
+    "/live/enroll": {"issuer"},
     "/metrics": {"monitor"},
     "/call": {"verifier"},
     "/links": {"verifier"},

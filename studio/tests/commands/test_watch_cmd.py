@@ -34,6 +34,9 @@ PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
         (["whip://127.0.0.1", *BADGE, "--token-file", "token.txt"], "holds no token"),
         (["0", *BADGE, "--seconds", "0"], "--seconds"),
         (["0", *BADGE, "--cover", "2"], "--cover"),
+        (["0", *BADGE, "--enroll"], "--challenge"),
+        (["0", *BADGE, "--challenge", "--enroll", "--replace"], "--reason"),
+        (["0", *BADGE, "--challenge", "--replace", "--reason", "new sheet"], "--enroll"),
     ],
 )
 def test_what_does_not_go_together_is_a_sentence(

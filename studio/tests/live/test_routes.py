@@ -21,9 +21,13 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from kit.portrait import FACE_MM, portrait
+from moireid.asbuilt import MODEL, AsBuilt, as_built_from_json
 from moireid.badge import Badge
-from moireid.registry import open_registry
+from moireid.enrolment import keep_figures
+from moireid.errors import SpecError
+from moireid.registry import ClaimedBadge, open_registry
 from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.known_figures import MOST_OFFSET_SD_RAD, checked_figures
 from moireid_lab.bench.live import answer, frames
 from moireid_studio.app import create_app
 from moireid_studio.auth.tokens import Tokens
@@ -51,11 +55,13 @@ def pictures(ada: Badge) -> list[np.ndarray]:
     return list(filmed(ada))
 
 
-def session(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...] = SHORT, *, rate: float = 1.0) -> list:
-    """Events of a session; rate: of the sender's clock."""
+def session(
+    ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...] = SHORT, *, rate: float = 1.0, **asked: Any
+) -> list:
+    """Events of a session; rate: of the sender's clock; asked: of the claim."""
     now = 0.0
     check = LiveCheck(
-        Claim(ada, ada.id),
+        Claim(ada, ada.id, **asked),
         now=lambda: now,
         draw=lambda start_s: [Prompt(one.move, start_s + one.at_s) for one in prompts],
     )
@@ -99,6 +105,38 @@ def test_a_live_check_without_prompts_reaches_what_a_film_reaches(ada, pictures,
     event = check.finish()
     assert (event["verdict"], event["level"]) == (verdict, "record")
     assert levels([event], "level") == ([] if level == "record" else ["undecided"])
+
+
+@pytest.mark.slow
+def test_only_a_challenge_that_was_passed_measures_the_badge(ada, pictures, followed):
+    """Catches: figures that a film enrolls as witnessed, by another answer or by none; a live check that measures what
+    it was not asked for; figures that are not those of the badge."""
+    found = checked_figures(session(ada, pictures, enrolling=True)[-1]["as_built"], ada)
+    assert found.witnessed and abs(found.gain_ratio - 1) < 0.05 and found.offset_sd < MOST_OFFSET_SD_RAD
+    other = tuple(reversed([replace(one, at_s=at.at_s) for one, at in zip(SHORT, reversed(SHORT), strict=True)]))
+    refused = session(ada, pictures, other, enrolling=True)[-1]
+    assert refused["verdict"] == "reject" and "as_built" not in refused and "as_built" not in followed[-1]
+
+
+def test_what_a_live_check_measured_is_kept_on_the_page_of_captures(studio, ada):
+    """Catches: figures of a process that says whose they are; a review that a verifier sees, or that keeps nothing; a
+    live check that takes the place of surer figures of a film, or leaves no trace next to them."""
+    client, tokens = studio
+    held = client.app.state.studio
+    figures = AsBuilt(ada.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, model=MODEL, witnessed=True)
+    issuer = next(one.id for one in held.tokens.all() if one.role == "issuer")
+    asked = live.SessionRequest(ClaimedBadge(ada), ClaimedBadge(ada), issuer, "enroll", allowed=lambda: True)
+    with pytest.raises(SpecError, match="badge"):
+        live._review(held, asked, json.loads(replace(figures, badge_id="0123456789abcdef").to_json()))
+    filmed = replace(figures, gain_ratio=1.002, gain_sd=0.01, witnessed=False)
+    keep_figures(held.registry, held.registry.find(ada.id), filmed, None)
+    page = live._review(held, asked, json.loads(figures.to_json()))
+    assert client.get(page, headers={"authorization": tokens["verifier"]}).status_code == 403
+    as_issuer = {"authorization": tokens["issuer"]}
+    assert "followed prompts" in client.get(page, headers=as_issuer).text
+    kept = client.post(f"{page}/keep", headers=as_issuer)
+    assert kept.status_code == 200
+    assert as_built_from_json(held.registry.by_id(ada.id).as_built) == replace(filmed, witnessed=True)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from moireid.asbuilt import MODEL, AsBuilt, DatedFigures, as_built_from_json
+from moireid.asbuilt import MODEL, AsBuilt, DatedFigures, as_built_from_json, merge
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.verifier.identity.decode import Identity
@@ -42,6 +42,26 @@ def test_a_first_gain_that_no_sheet_explains_is_refused(ada: Badge) -> None:
     assert outcome(replace(KNOWN, gain_ratio=0.985, gain_sd=0.003), None, mask) == "new"
     odd = compare_capture(replace(KNOWN, gain_ratio=0.5), None, ada)
     assert odd.refused and "no lens sheet" in odd.text and "none" in side_by_side(odd.pairs)[1]
+
+
+def test_a_first_capture_that_most_copies_agree_with_is_refused(ada: Badge) -> None:
+    """Catches: a vague film that is enrolled, after which copies agree: 23 in 100 did at 0.9 rad."""
+    vague = compare_capture(replace(KNOWN, offset_sd=0.9), None, ada)
+    assert vague.outcome == "vague" and vague.refused and "0.90 rad" in vague.text
+    assert outcome(replace(KNOWN, offset_sd=0.2), None, ada) == "new"
+
+
+def test_a_live_check_is_a_better_witness_than_a_film(ada: Badge) -> None:
+    """Catches: figures of a live check that change nothing, or that a film takes the place of; a mean of both that is
+    called witnessed."""
+    live = replace(AGAIN, witnessed=True)
+    assert (outcome(live, KNOWN, ada), outcome(KNOWN, live, ada)) == ("refines", "same")
+    assert outcome(live, replace(KNOWN, offset_rad=-1.28), ada) == "differs"
+    assert outcome(replace(live, gain_sd=0.05), KNOWN, ada) == "confirms"
+    newer = replace(KNOWN, model=MODEL)
+    assert outcome(newer, replace(live, model=MODEL - 1), ada) == "same"
+    assert merge([live, live]).witnessed and not merge([live, KNOWN]).witnessed
+    assert as_built_from_json(live.to_json()).witnessed
 
 
 def test_equal_figures_leave_those_in_use(ada: Badge) -> None:

@@ -61,6 +61,15 @@ original_option = click.option(
     help="Accept only a film whose figures are those measured at enrolment, which a copy that was built anew does not "
     "have; or any. Default: only such a film where the badge was enrolled with --capture.",
 )
+level_option = click.option(
+    "--level",
+    type=click.Choice(["record", "enrolled", "live"]),
+    default="record",
+    show_default=True,
+    help="What must be shown: record, the film by itself agrees with the badge's design; enrolled, its figures are "
+    "also those of enrolment; live, a live check with prompts was passed, which no film made before shows. With "
+    "less the film is inconclusive.",
+)
 #: In the order of the help.
 OPTIONS = (
     *CLAIM_OPTIONS,
@@ -90,15 +99,7 @@ OPTIONS = (
         help="Number of photographs of the badge that a forger must need at least to make such a film; if fewer "
         "suffice, the verdict is inconclusive.  [default: 0]",
     ),
-    click.option(
-        "--level",
-        type=click.Choice(["record", "enrolled", "live"]),
-        default="record",
-        show_default=True,
-        help="What must be shown: record, the film by itself agrees with the badge's design; enrolled, its figures are "
-        "also those of enrolment; live, a live check with prompts was passed, which no film made before shows. With "
-        "less the film is inconclusive.",
-    ),
+    level_option,
     click.option(
         "--pipeline",
         type=click.Choice(["moireid", "published"]),

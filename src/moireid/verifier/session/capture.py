@@ -15,12 +15,15 @@ from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge
 from moireid.errors import DesignError, MediaError
 from moireid.verifier.camera.known_camera import KnownCamera
+from moireid.verifier.decision.judge import Invariant
+from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.compare_built import compare_built, filmed_built
 from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.refusal import build_findings
 from moireid.verifier.session.result import Report
+from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Progress
 
 
@@ -62,8 +65,13 @@ def built_in(report: Report) -> AsBuilt | None:
     """As-built figures of the badge in one film that was judged for an enrolment; None where it was not accepted."""
     if report.verdict != "accept" or report.measurement is None:
         return None
-    gain, gain_sd = report.invariant.gain_ratio or math.nan, report.invariant.gain_sd or math.nan
-    return filmed_built(report.track, report.measurement, gain, gain_sd, _from_front(report)).as_built
+    return figures_in(report.track, report.measurement, report.invariant)
+
+
+def figures_in(track: Track, measurement: Measurement, invariant: Invariant) -> AsBuilt:
+    """As-built figures of the badge in an accepted film; invariant: of all of it, track and measurement of a part."""
+    gain, gain_sd = invariant.gain_ratio or math.nan, invariant.gain_sd or math.nan
+    return filmed_built(track, measurement, gain, gain_sd, _from_front(invariant)).as_built
 
 
 def why_refused(report: Report) -> str:
@@ -74,9 +82,9 @@ def why_refused(report: Report) -> str:
     return " ".join([why, *build_findings(report.measurement, report.track.badge, report.invariant.gain_ratio)])
 
 
-def _from_front(report: Report) -> float | None:
+def _from_front(invariant: Invariant) -> float | None:
     """The third harmonic as the badge would show it from the front, contrasts; None where it was not measured."""
-    found = next((one.parameters for one in report.invariant.table if one.name == "photographs_laid_over"), None)
+    found = next((one.parameters for one in invariant.table if one.name == "photographs_laid_over"), None)
     if not found or not found["let_through"] > 0:
         return None
     return found["third_harmonic"] / found["let_through"]

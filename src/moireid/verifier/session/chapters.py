@@ -263,6 +263,8 @@ def _judge_built(
         "agrees": "The figures of this film are those measured at enrolment; a badge that was built anew has others.",
         "differs": "The figures of this film are not those measured at enrolment, as of a copy that was built anew.",
     }.get(identity.built, FIGURES_NOT_SHOWN if as_built else NOT_ENROLLED)
+    if as_built is not None and as_built.witnessed:
+        text += " They were measured in a live check, whose prompts the badge followed."
     return identity, (*reasons, Reason("built", level, identity.built, "agrees", "", text))
 
 

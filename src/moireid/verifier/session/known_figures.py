@@ -1,9 +1,11 @@
 """A capture's figures against those that are known of a badge: they may not take their place unseen.
 
-1. No figures are known: the gain must be one that lens sheets can have under this design (`sheet_gain.designed`).
+1. No figures are known: the gain must be one that lens sheets can have under this design (`sheet_gain.designed`), and
+   the place of the sheet known well enough to distinguish copies (`MOST_OFFSET_SD_RAD`).
 2. They differ from those in use, by `compare_built` or in their gain: they are another build, or no build at all.
 3. They agree: those in use stay, as else a film that shows less would widen what agrees, and many small steps would
    lead anywhere; but figures that also say what those in use do not (a newer model, a map of places) are taken.
+   Where a live check agrees with those of a film, they stay, and count as witnessed from then on.
 
 What is refused here needs a reason and the authority's signature (`Registry.store_as_built`): a forger who can draw
 films, and cannot sign, changes nothing.
@@ -11,19 +13,26 @@ films, and cannot sign, changes nothing.
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from typing import Literal
 
-from moireid.asbuilt import MODEL, AsBuilt
+from moireid.asbuilt import MODEL, AsBuilt, as_built_from_json
 from moireid.badge import Badge
+from moireid.errors import SpecError
 from moireid.verifier.decision.sheet_gain import designed
+from moireid.verifier.fringes.place_map import knots_mm
 from moireid.verifier.identity.compare_built import compare_built
-from moireid.verifier.limits import GAIN_REJECTED_SDS
+from moireid.verifier.limits import ENROLLED_GAINS, GAIN_REJECTED_SDS
+from moireid.verifier.measuring import AGREES_SDS
 from moireid.verifier.session.capture import gain_room
 
 #: An error bar that is larger than the known one by more than this is of a film that shows less.  Set by hand.
 LESS_SURE_RATIO = 2.0
+#: A copy's sheet may lie anywhere over the lines: with a larger standard deviation its place would agree with that of
+#: more than a quarter of all copies.  The share is set by hand; 28 enrolments of two films have 0.002 to 0.025 rad.
+MOST_OFFSET_SD_RAD = math.pi / 4 / AGREES_SDS
 #: Value and standard deviation of a figure in `AsBuilt`, with its name and unit.
 FIGURES = (
     ("beat", "cycles/mm", "beat_frequency_per_mm", "beat_frequency_sd"),
@@ -74,23 +83,29 @@ class FigurePair:
 class CaptureComparison:
     """What a capture's figures are next to the known ones, figure by figure.
 
-    outcome: "new" where none are known; "same": they agree; "refines": they agree, and say more; "differs"; "odd": none
-    are known, and no sheet that is sold explains the gain.
+    outcome: "new" where none are known; "same": they agree; "refines": they agree, and say more; "confirms":
+    they agree, and are of a live check, which those in use are not; "differs"; where none
+    are known, "odd": no sheet that is sold explains the gain, or "vague": too many copies would agree with them.
     """
 
-    outcome: Literal["new", "same", "refines", "differs", "odd"]
+    outcome: Literal["new", "same", "refines", "confirms", "differs", "odd", "vague"]
     pairs: tuple[FigurePair, ...]
 
     @property
     def refused(self) -> bool:
         """Whether the figures need a reason and a signature."""
-        return self.outcome in ("differs", "odd")
+        return self.outcome in ("differs", "odd", "vague")
 
     @property
     def text(self) -> str:
         """Why they are refused; a sentence's end."""
         if self.outcome == "odd":
             return "no lens sheet as sold, with air under it or without, moves fringes so far under this design"
+        if self.outcome == "vague":
+            return (
+                f"its place of the lens sheet has an error bar of {self.pairs[1].new_sd:.2f} rad, and "
+                f"with more than {MOST_OFFSET_SD_RAD:.2f} over a quarter of all copies would agree with it"
+            )
         return f"its figures differ from the known ones ({', '.join(one.name for one in self.pairs if one.differs)})"
 
 
@@ -120,7 +135,8 @@ def compare_capture(new: AsBuilt, known: AsBuilt | None, badge: Badge) -> Captur
         (low, high), beyond = designed(badge).reach, GAIN_REJECTED_SDS * new.gain_sd
         explained = low - beyond <= new.gain_ratio <= high + beyond
         pairs = tuple(FigurePair(name, unit, None, None, *_figure(new, names)) for name, unit, *names in FIGURES)
-        return CaptureComparison("new" if explained else "odd", pairs)
+        vague = new.offset_sd > MOST_OFFSET_SD_RAD
+        return CaptureComparison("odd" if not explained else "vague" if vague else "new", pairs)
     compared = compare_built(new, known, badge)
     apart = {reason.code.removeprefix("as_built_"): (reason.measured, reason.limit) for reason in compared.reasons}
     apart["gain"] = (abs(new.gain_ratio - known.gain_ratio), gain_room(known, new))
@@ -135,7 +151,24 @@ def compare_capture(new: AsBuilt, known: AsBuilt | None, badge: Badge) -> Captur
         )
     if any(pair.differs for pair in pairs):
         return CaptureComparison("differs", pairs)
-    return CaptureComparison("refines" if _says_more(new, known) else "same", pairs)
+    if _says_more(new, known):
+        return CaptureComparison("refines", pairs)
+    return CaptureComparison("confirms" if new.witnessed and not known.witnessed else "same", pairs)
+
+
+def checked_figures(document: object, badge: Badge) -> AsBuilt:
+    """Figures that another process measured, which may be in a stranger's hands.
+
+    Raises: SpecError unless they are of this badge, and such as this version can measure.
+    """
+    found = as_built_from_json(json.dumps(document))
+    if found.badge_id != badge.id:
+        raise SpecError(f"figures of badge {found.badge_id} came, and those of {badge.id} were to be measured")
+    if found.model != MODEL or not ENROLLED_GAINS[0] <= found.gain_ratio <= ENROLLED_GAINS[1]:
+        raise SpecError(f"figures of model {found.model} and gain {found.gain_ratio:.3g} came, which no capture shows")
+    if found.place_maps and [len(row) for row in found.place_maps] != [len(knots_mm(one)) for one in badge.gratings]:
+        raise SpecError("a map of places came that is not of this badge's gratings")
+    return found
 
 
 def _figure(built: AsBuilt, names: list[str]) -> tuple[float, float]:
@@ -151,9 +184,11 @@ def _number(value: object) -> float:
 def _says_more(new: AsBuilt, known: AsBuilt) -> bool:
     """Whether figures say what the known ones do not, and are as certain and as sharp in all else."""
     more = known.model < new.model <= MODEL or bool(new.place_maps and not known.place_maps)
+    more = more or (new.witnessed and not known.witnessed)
     sure = all(getattr(new, sd) <= LESS_SURE_RATIO * getattr(known, sd) for *_, sd in FIGURES)
     sharp = (new.third_harmonic or 0.0) >= (known.third_harmonic or 0.0) / LESS_SURE_RATIO
-    return more and sure and sharp and (bool(new.place_maps) or not known.place_maps)
+    keeps = (bool(new.place_maps) or not known.place_maps) and new.witnessed >= known.witnessed
+    return more and keeps and sure and sharp
 
 
 def side_by_side(pairs: tuple[FigurePair, ...]) -> list[str]:

@@ -5,6 +5,7 @@ chance.py         the chance that an older film follows; the tile of a call
 clock.py          when a live frame was taken, and how fast a challenge goes
 session.py        a live session, of frames and events
 stream.py         a live check of any stream, with a film's report
+witnessed.py      figures of a badge that followed prompts, to enroll it by
 live_headline.py  its result in one line, and what to do next
 """
 

@@ -49,6 +49,7 @@ from moireid_studio.challenge.challenge import (
 )
 from moireid_studio.challenge.chance import TileWatch, likeliest_chance
 from moireid_studio.challenge.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace, StreamClock
+from moireid_studio.challenge.witnessed import witnessed_figures
 
 Event = dict[str, Any]
 Draw = Callable[[float], list[Prompt]]
@@ -166,6 +167,7 @@ class LiveCheck:
         challenged = self._prompts is not None
         level = level_reached(worst(list(reasons)), identity.built, challenged=challenged)
         reasons += level_finding(self._claim.level, level, identity.built)
+        figures = witnessed_figures(chapters) if self._claim.enrolling and level == "live" else None
         return {
             "event": "verdict",
             "verdict": worst(list(reasons)),
@@ -180,7 +182,7 @@ class LiveCheck:
             "identity": identity.to_json(),
             "overlap": overlap.to_json() if overlap else None,
             "frames": {"read": self._index, "tracked": tracked},
-        }
+        } | ({} if figures is None else {"as_built": figures})
 
     def _status(self, running: Running) -> Event:
         return {

@@ -19,7 +19,7 @@ from moireid.provenance import Exclusion
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
-from moireid.verifier.session.check_level import level_reached
+from moireid.verifier.session.check_level import level_finding, level_reached
 from moireid.verifier.session.claim import Claim, with_photographs
 from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
@@ -138,23 +138,23 @@ class StreamCheck(LiveCheck):
         event = super().finish()
         report = self._report(event)
         reasons = [self._weighed(one) for one in event["reasons"] if one["code"] not in self._replaced()]
-        added = [reason.to_json() for reason in report.reasons]
-        levels = {one["level"] for one in (*reasons, *added)}
-        verdict: Verdict = (
-            "reject" if "fail" in levels else "inconclusive" if "undecided" in levels else event["verdict"]
-        )
+        reasons += [reason.to_json() for reason in report.reasons]
+        built = event["identity"]["built"]
+        level = level_reached(_verdict_of(reasons), built, challenged=event["challenged"])
+        reasons += [reason.to_json() for reason in level_finding(self._claim.level, level, built)]
+        if level != "live":
+            event.pop("as_built", None)
         document = report.to_json() | event
-        level = level_reached(verdict, event["identity"]["built"], challenged=event["challenged"])
         return document | {
-            "verdict": verdict,
+            "verdict": _verdict_of(reasons),
             "level": level,
-            "reasons": [*reasons, *added],
+            "reasons": reasons,
             "overlap": event["overlap"],
         }
 
     def _replaced(self) -> set[str]:
         """Findings that mean nothing here, or that are reported again with what was asked for."""
-        codes = set() if self._clock.checked else {"clock"}
+        codes = {"level"} if self._clock.checked else {"level", "clock"}
         return codes | ({"photographs"} if self._claim.photographs else set())
 
     @staticmethod
@@ -197,6 +197,12 @@ class StreamCheck(LiveCheck):
             claim_source=self._claim.provenance.source if self._claim.provenance else None,
             registry=self._claim.provenance.standing if self._claim.provenance else None,
         )
+
+
+def _verdict_of(reasons: list[dict[str, Any]]) -> Verdict:
+    """The worst of findings, as they are reported."""
+    levels = {one["level"] for one in reasons}
+    return "reject" if "fail" in levels else "inconclusive" if "undecided" in levels else "accept"
 
 
 def _stages(chapters: list[Any]) -> dict[str, float]:

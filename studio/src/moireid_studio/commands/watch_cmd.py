@@ -17,17 +17,27 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import VERDICT_EXIT, FiniteRange, friendly, say, show_json
+from moireid.cli.common import VERDICT_EXIT, FiniteRange, actor_option, friendly, say, show_json
+from moireid.cli.enroll_cmd import check_replace, figures_words, reason_option, replace_option, show_compared
 from moireid.cli.verify.verify_cmd import asked_of, show_verdict
-from moireid.cli.verify.verify_options import CLAIM_OPTIONS, ClaimWish, check_claim, focal_option, original_option
+from moireid.cli.verify.verify_options import (
+    CLAIM_OPTIONS,
+    ClaimWish,
+    check_claim,
+    focal_option,
+    level_option,
+    original_option,
+)
 from moireid.errors import SpecError
 from moireid_studio.watch.order import HARMLESS
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from moireid.badge import Badge
     from moireid.provenance import ClaimedBadge
     from moireid.verifier.report.circumstances import Circumstances
+    from moireid.verifier.session.check_level import CheckLevel
     from moireid_studio.watch.source import Source
 
 
@@ -172,6 +182,16 @@ OPTIONS = (
         help="Share of the stream that the last verdict must be of, 0 to 1; with less it is inconclusive.",
     ),
     original_option,
+    level_option,
+    click.option(
+        "--enroll",
+        is_flag=True,
+        help="With --challenge: keep what an accepted check measured of the badge as its figures of enrolment, with "
+        "the note that it followed prompts. The registry must hold the badge.",
+    ),
+    replace_option,
+    reason_option,
+    actor_option,
     focal_option,
     click.option(
         "--token-file",
@@ -197,6 +217,11 @@ class WatchWish(ClaimWish):
     seconds: float
     cover_share: float
     require_original: bool | None
+    level: CheckLevel
+    enroll: bool
+    replace: bool
+    reason: str | None
+    actor: str | None
     focal_px: float | None
     token_file: Path | None
     as_json: bool
@@ -239,6 +264,7 @@ def watch_command(**given: Any) -> None:
 
     wish = WatchWish(**given)
     check_claim(wish)
+    _check_enroll(wish)
     source = source_of(wish.source)
     if wish.challenge:
         check_prompts(source)
@@ -246,11 +272,38 @@ def watch_command(**given: Any) -> None:
     with asked_of(wish) as asked:
         document = _watched(wish, source, token, asked.found)
         known = asked.known(document, wish.claim)
+        figures = document.pop("as_built", None)
     if wish.as_json:
         show_json(document)
     else:
         _show(document, known, source)
+    if wish.enroll:
+        _enroll(wish, asked.found.badge, figures)
     sys.exit(VERDICT_EXIT[document["verdict"]])
+
+
+def _check_enroll(wish: WatchWish) -> None:
+    """Raise SpecError where the options of an enrolment do not go together."""
+    check_replace(wish.replace, wish.reason, "--enroll", wish.enroll)
+    if wish.enroll and (not wish.challenge or wish.bundle_path is not None):
+        raise SpecError("--enroll keeps what a live check measured in a registry; give --challenge, and no --bundle")
+
+
+def _enroll(wish: WatchWish, badge: Badge, figures: object) -> None:
+    """Keep what an accepted check measured.  Raises: RegistryError where it is refused."""
+    from moireid.enrolment import keep_figures
+    from moireid.registry import open_registry
+    from moireid.verifier.session.known_figures import checked_figures
+
+    if figures is None:
+        say("note: nothing was enrolled, as the live check was not accepted")
+        return
+    found = checked_figures(figures, badge)
+    with open_registry(wish.registry_url, create=False, actor=wish.actor) as registry:
+        registry.check_head()
+        show_compared(registry, badge, found, wish.reason)
+        record = keep_figures(registry, registry.find(badge.id or ""), found, wish.reason)
+    say(f"{record.name}: {figures_words(record, found)}")
 
 
 def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedBadge) -> dict[str, Any]:
@@ -262,9 +315,9 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedB
     from moireid_studio.watch.watching import Terms, watch
 
     prompts = draw_prompts(0.0) if wish.challenge else None
-    claim = Claim.of(
-        found, focal_px=wish.focal_px, require_original=wish.require_original, cover_share=wish.cover_share
-    )
+    given = found.without_figures() if wish.enroll else found
+    asked = {"focal_px": wish.focal_px, "require_original": wish.require_original, "cover_share": wish.cover_share}
+    claim = Claim.of(given, **asked, level=wish.level, enrolling=wish.enroll)
     order = WatchOrder(source, claim, found.barred, prompts)
     with _stopped() as stop, nullcontext(json_line) if wish.as_json else live_display(source.shown) as show:
         document = watch(order, Terms(wish.seconds, token), stop, show)

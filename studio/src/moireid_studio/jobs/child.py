@@ -14,13 +14,11 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from moireid.asbuilt import MODEL, as_built_from_json
 from moireid.badge import Badge
 from moireid.errors import MoireIdError
 from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd
 from moireid.sandbox.seal import ProcessLimits
-from moireid.verifier.limits import ENROLLED_GAINS
 from moireid_studio.jobs.task import Task
 
 if TYPE_CHECKING:
@@ -132,19 +130,15 @@ def result_of(kind: str, said: object) -> dict[str, Any]:
 
 
 def check_capture(said: dict[str, Any], badge: Badge) -> None:
-    """Raise Unusable unless a result is of figures of this badge, as this version measures them."""
-    from moireid.verifier.fringes.place_map import knots_mm
+    """Raise Unusable unless a result is of figures of this badge, as this version measures them from films."""
+    from moireid.verifier.session.known_figures import checked_figures
 
     try:
-        found = as_built_from_json(json.dumps(said.get("as_built")))
+        found = checked_figures(said.get("as_built"), badge)
     except MoireIdError as error:
-        raise Unusable("a capture without figures") from error
-    if not said.get("id") == found.badge_id == badge.id:
-        raise Unusable("figures of another badge")
-    if found.model != MODEL or not ENROLLED_GAINS[0] <= found.gain_ratio <= ENROLLED_GAINS[1]:
-        raise Unusable("figures that no capture shows")
-    if found.place_maps and [len(row) for row in found.place_maps] != [len(knots_mm(one)) for one in badge.gratings]:
-        raise Unusable("a map of another badge")
+        raise Unusable("figures that are none of this badge") from error
+    if said.get("id") != badge.id or found.witnessed:
+        raise Unusable("a capture of another kind")
 
 
 def kept_of(said: dict[str, Any]) -> dict[str, Any]:

@@ -171,6 +171,13 @@ class Jobs:
             raise Refusal(404, "no_job", "This was removed meanwhile; send it again.")
         job.state = "done"
 
+    def finish(self, job: Job) -> None:
+        """End a job that came with its result, and without a film.  Raises: Refusal 404 where it was removed."""
+        shutil.rmtree(job.folder, ignore_errors=True)
+        if not self.ledger.keep(job):
+            raise Refusal(404, "no_job", "This was removed meanwhile; begin again.")
+        job.state = "done"
+
     def find(self, job_id: str, owner: str, *kinds: str) -> Job:
         """The job with that id, if it belongs to `owner` and is of one of `kinds` (none named: of any kind).
 

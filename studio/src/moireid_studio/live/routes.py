@@ -1,6 +1,7 @@
-"""The pages of the live check and of *Check a call*, and the WebSockets that their pictures come through.
+"""The pages of the live check, of *Check a call* and of the enrolment by a live check, and the WebSockets that their
+pictures come through.
 
-Nothing is kept of either: a session ends with its connection (`sockets.py`).
+No picture is kept: a session ends with its connection (`sockets.py`).
 """
 
 from __future__ import annotations
@@ -25,18 +26,36 @@ from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
 
 router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
+enroll_router = APIRouter(dependencies=[require("issuer")], include_in_schema=False)
 
 
 @router.get("/live")
 def live_page(request: Request, claim: str = "") -> Response:
     """The camera, the running verdict, and the challenge."""
-    return render(request, "live.html.j2", claim=claim[:CLAIM_LIMIT], moves=MOVES, hold_s=HOLD_S, face=FACE)
+    return _live_page(request, claim, enrolling=False)
 
 
 @router.get("/call")
 def call_page(request: Request, claim: str = "") -> Response:
     """The call's window, the tile in it, the running verdict, and prompts to read aloud."""
     return render(request, "call.html.j2", claim=claim[:CLAIM_LIMIT], moves=CALL.moves, least_px=LEAST_WIDTH_PX)
+
+
+@enroll_router.get("/live/enroll")
+def enroll_page(request: Request, claim: str = "") -> Response:
+    """The same, to measure a finished badge while its holder follows prompts."""
+    return _live_page(request, claim, enrolling=True)
+
+
+def _live_page(request: Request, claim: str, *, enrolling: bool) -> Response:
+    claim = claim[:CLAIM_LIMIT]
+    return render(request, "live.html.j2", claim=claim, enrolling=enrolling, moves=MOVES, hold_s=HOLD_S, face=FACE)
+
+
+@enroll_router.websocket("/live/enroll/socket")
+async def enroll_socket(connection: WebSocket) -> None:
+    """A session of the holder of a finished badge, at this camera."""
+    await serve(connection, lambda hello: _asked(connection, hello, "enroll"))
 
 
 @router.websocket("/live/socket")

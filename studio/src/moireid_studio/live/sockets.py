@@ -32,6 +32,7 @@ from moireid.registry import ClaimedBadge, holder_of
 from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.verifier.report.circumstances import Circumstances, read_id
+from moireid.verifier.session.known_figures import checked_figures
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.clock import CALL, HERE
 from moireid_studio.challenge.live_headline import live_headline_of, shown
@@ -58,9 +59,9 @@ class SessionRequest:
     """What a session is about.
 
     found: the claimed badge, of which the session's process learns what `given` says alone; asked_by: the token of
-    the asker; kind: "live", "call" or "link"; allowed: whether the session may go on; begun: called once there is
-    room, just before it begins, and raises Refusal where it must not; picture: gets each picture; on_event: gets
-    the answers to prompts, and the verdict; ended: called when the session is over, however that came.
+    the asker; kind: "live", "call", "link" or "enroll"; allowed: whether the session may go on; begun: called once
+    there is room, just before it begins, and raises Refusal where it must not; picture: gets each picture; on_event:
+    gets the answers to prompts, and the verdict; ended: called when the session is over, however that came.
     """
 
     found: ClaimedBadge
@@ -82,6 +83,11 @@ class SessionRequest:
     def by_link(self) -> bool:
         """Whether a stranger sends the pictures, and who asks is not there: that one must not leave the prompts out."""
         return self.kind == "link"
+
+    @property
+    def enrolling(self) -> bool:
+        """Whether the badge is measured for its enrolment."""
+        return self.kind == "enroll"
 
 
 async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest]) -> None:
@@ -143,7 +149,9 @@ async def _session(connection: WebSocket, asked: SessionRequest) -> None:
     tasks: list[asyncio.Task[None]] = []
     try:
         level = studio_of(connection).settings.level
-        await run_in_threadpool(child.send, Start(asked.given, asked.in_call, required=asked.by_link, level=level))
+        required = asked.by_link or asked.enrolling
+        begin = Start(asked.given, asked.in_call, required=required, level=level, enrolling=asked.enrolling)
+        await run_in_threadpool(child.send, begin)
         coming = asyncio.create_task(_pictures(connection, child, asked))
         going = asyncio.create_task(_events(connection, child, asked))
         tasks = [coming, going]
@@ -221,7 +229,10 @@ async def _events(connection: WebSocket, child: Child, asked: SessionRequest) ->
         while event := await run_in_threadpool(child.hear):
             finished = finished or event.get("event") in ("verdict", "error")
             if event.get("event") == "verdict":
+                figures = event.pop("as_built", None)
                 await run_in_threadpool(_note, studio_of(connection), asked, event)
+                if asked.enrolling and figures is not None:
+                    event["review"] = await run_in_threadpool(_review, studio_of(connection), asked, figures)
                 event["headline"] = await run_in_threadpool(_headline, studio_of(connection), event, asked)
             if event.get("event") in ("prompted", "verdict"):
                 await run_in_threadpool(asked.on_event, event)
@@ -239,6 +250,16 @@ def _headline(studio: Studio, event: dict[str, Any], asked: SessionRequest) -> d
         read = holder_of(studio.registry, read_id(event))
         known = replace(known, read=read, standing=asked.found.provenance.standing)
     return shown(live_headline_of(event, asked.found.badge.name, known))
+
+
+def _review(studio: Studio, asked: SessionRequest, figures: object) -> str:
+    """The page on which what a live check measured is kept, as of a capture.  Raises: SpecError, Refusal."""
+    found = checked_figures(figures, asked.found.badge)
+    with studio.jobs.receiving("capture", asked.asked_by, "issuer") as job:
+        job.label = asked.found.badge.name
+        job.result = {"kind": "capture", "id": found.badge_id, "as_built": json.loads(found.to_json())}
+        studio.jobs.finish(job)
+    return f"/enroll/{job.id}"
 
 
 def _note(studio: Studio, asked: SessionRequest, event: dict[str, Any]) -> None:

@@ -34,13 +34,14 @@ class Start:
     """What a session is asked.
 
     found: whose badge is expected; in_call: in a tile of a call; required: without a challenge it is inconclusive;
-    level: the least that must be reached.
+    level: the least that must be reached; enrolling: measure the badge, whatever figures are known of it.
     """
 
     found: ClaimedBadge
     in_call: bool = False
     required: bool = False
     level: CheckLevel = "record"
+    enrolling: bool = False
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,8 @@ def _session(talk: Talk, start: Start) -> None:
     # The running verdict has a thread of its own.
     with ThreadPoolExecutor(1, "verdict") as aside:
         pace = CALL if start.in_call else HERE
-        claim = Claim.of(start.found, level=start.level)
+        found = start.found.without_figures() if start.enrolling else start.found
+        claim = Claim.of(found, level=start.level, enrolling=start.enrolling)
         check = LiveCheck(claim, draw=draw, pace=pace, aside=aside, required=start.required)
         talk.send({"event": "ready"})
         size, taken = None, 0

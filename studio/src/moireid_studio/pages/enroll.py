@@ -195,12 +195,14 @@ def _measured(
     request: Request, job: Job, record: Record, compared: CaptureComparison | None, visitor: Visitor
 ) -> Response:
     """The page of what was measured; compared: None once it is kept."""
+    found = as_built_of(job)
     return render(
         request,
         "enrolled.html.j2",
         job=job.id,
         record=record,
         compared=compared,
-        figures=measured_words(as_built_of(job), record.badge),
+        figures=measured_words(found, record.badge),
+        witnessed=found.witnessed,
         may_replace=visitor.may(),
     )

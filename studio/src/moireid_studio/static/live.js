@@ -134,6 +134,8 @@ function prompted(event) {
 function verdict(event) {
   leave();
   form.hidden = true;
+  // What was measured for an enrolment is looked at, and kept, on its own page.
+  if (event.review) location.assign(event.review);
   judged(event);
 }
 

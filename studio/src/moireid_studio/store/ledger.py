@@ -74,8 +74,9 @@ class Ledger:
         return self._change(and_(jobs.c.id == job.id, jobs.c.state == "receiving"), values)
 
     def keep(self, job: Job) -> bool:
-        """End a job whose file has come and is only kept; False where it was removed meanwhile."""
+        """End a job that no worker does, with its file or its result; False where it was removed meanwhile."""
         values: dict[str, Any] = {"state": "done", "holder": None, "lease": 0.0, "ended": self.database.now}
+        values |= {"result": _json(job.result), "about": job.about()}
         return self._change(and_(jobs.c.id == job.id, jobs.c.state == "receiving"), values | {"bytes": job.bytes})
 
     def take(self, lanes: Sequence[Lane]) -> Job | None:

@@ -54,9 +54,9 @@ class StoredVerdict:
     """One verdict that was given.
 
     at: UTC, ISO 8601; token: the id of the token that asked, "loopback" where the studio asks for none; kind: verify,
-    identify, live, call or link; film_sha256: of the film as it came, None of live pictures; claim: the claimed badge's
-    id, None where no one was claimed; claim_source: "registry", "file" or None; read: the id that the film was found to
-    show; registry: the fingerprint and head that were asked; moireid: the version.
+    identify, live, call, link or enroll; film_sha256: of the film as it came, None of live pictures; claim: the claimed
+    badge's id, None where no one was claimed; claim_source: "registry", "file" or None; read: the id that the film
+    shows; registry: the fingerprint and head that were asked; moireid: the version.
     """
 
     number: int
