@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,12 @@ from click.testing import CliRunner
 
 from kit.places import FILMS
 from kit.streams import pictures, write_stream
+from moireid.asbuilt import MODEL, AsBuilt
+from moireid.badge import Badge
 from moireid.cli.main import moireid
+from moireid.registry import open_registry
 from moireid_studio.commands.watch_cmd import line_of, live_display, plain
+from moireid_studio.watch.order import WatchOrder
 
 BADGE = ["--badge", str(FILMS / "badge.json")]
 PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
@@ -51,6 +56,36 @@ def test_what_does_not_go_together_is_a_sentence(
     done = CliRunner().invoke(moireid, ["watch", *typed])
     assert done.exit_code == 2 and done.stdout == "" and words in done.stderr
     assert len(done.stderr.strip().splitlines()) <= 4 and "Traceback" not in done.stderr
+
+
+def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: figures that are shown and not kept, or kept of a check that was not accepted; figures that replace
+    others without a reason."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    url = f"sqlite:///{tmp_path / 'people.sqlite3'}"
+    with open_registry(url, create=True) as registry:
+        registry.enroll(ada)
+    found = AsBuilt(str(ada.id), -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, model=MODEL, witnessed=True)
+    end = {"verdict": "accept", "sealed": [], "identity": {"verdict": "match", "decoded_id": ada.id}}
+
+    def enrolled(verdict: str, figures: AsBuilt | None, *more: str) -> tuple[int, str]:
+        def watch(order: WatchOrder, *rest: Any) -> dict[str, Any]:
+            assert order.claim.enrolling and order.claim.as_built is None and order.prompts
+            return end | {"verdict": verdict} | ({"as_built": json.loads(figures.to_json())} if figures else {})
+
+        monkeypatch.setattr("moireid_studio.watch.watching.watch", watch)
+        typed = ["watch", "0", "--claim", "Ada Lovelace", "--registry", url, "--challenge", "--enroll", "--json", *more]
+        done = CliRunner().invoke(moireid, typed)
+        return done.exit_code, done.stderr
+
+    code, words = enrolled("reject", None)
+    assert code == 1 and words.endswith("note: nothing was enrolled, as the live check was not accepted\n")
+    assert "measured in a live check" in enrolled("accept", found)[1]
+    code, words = enrolled("accept", replace(found, offset_rad=1.0))
+    assert code == 2 and "offset" in words and "is refused" in words
+    with open_registry(url, create=False) as registry:
+        assert json.loads(registry.find(str(ada.id)).as_built or "")["offset_rad"] == 3.0
+    assert enrolled("accept", replace(found, offset_rad=1.0), "--replace", "--reason", "new sheet")[0] == 0
 
 
 def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[str]) -> None:

@@ -65,7 +65,9 @@ def watched(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...])
         inbox.put_last(StreamEnd("source"))
 
     with ThreadPoolExecutor(1) as aside:
-        watching = Watching(WatchOrder(source_of("0"), Claim(ada, ada.id), prompts=prompts), voice, inbox, aside)
+        watching = Watching(
+            WatchOrder(source_of("0"), Claim(ada, ada.id, enrolling=True), prompts=prompts), voice, inbox, aside
+        )
         threading.Thread(target=shoot, daemon=True).start()
         watching.run()
     return voice.sent
@@ -81,13 +83,13 @@ def test_who_follows_the_prompts_is_accepted(ada: Badge, pictures: list[np.ndarr
     assert kinds == ["begun", "challenge", *["prompt", "prompted"] * 3, "verdict"]
     last = events[-1]
     assert last["verdict"] == "accept" and last["challenged"] and last["input"]["path"] == "camera 0"
-    assert "cover" not in {one["code"] for one in last["reasons"]}
+    assert "cover" not in {one["code"] for one in last["reasons"]} and last["as_built"]["witnessed"]
     Draft202012Validator(json.loads(report_schema())).validate(last)
 
 
 @pytest.mark.slow
 def test_a_film_of_another_challenge_is_rejected(ada: Badge, pictures: list[np.ndarray]) -> None:
-    """Catches: a virtual camera that plays an older answer, accepted."""
+    """Catches: a virtual camera that plays an older answer, accepted, or enrolled as a live check's figures."""
     last = watched(ada, pictures, OTHER)[-1]
-    assert last["event"] == "verdict" and last["verdict"] == "reject"
+    assert last["event"] == "verdict" and last["verdict"] == "reject" and "as_built" not in last
     assert "prompt" in {one["code"] for one in last["reasons"] if one["level"] == "fail"}
