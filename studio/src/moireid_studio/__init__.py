@@ -11,6 +11,7 @@ issue_jobs.py    orders to jobs, and back
 build_jobs.py    pictures of a first badge to rounds
 reports.py       a verdict as a page
 links.py         one-time links, and what came of them
+receipts.py      their receipts, and the reports of films that they are about
 pictures.py      logos and portraits, kept until printed
 picture_work.py  the sealed process that reads them
 store/           the studio's own tables, and films that wait

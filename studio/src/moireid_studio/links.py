@@ -18,6 +18,7 @@ from typing import Any
 
 from sqlalchemy import (
     Column,
+    Connection,
     Integer,
     LargeBinary,
     MetaData,
@@ -26,7 +27,9 @@ from sqlalchemy import (
     delete,
     func,
     insert,
+    inspect,
     select,
+    text,
     update,
 )
 
@@ -59,6 +62,8 @@ links = Table(
     Column("used_at", Text),
     Column("ended_at", Text),
     Column("report", Text),
+    Column("film_name", Text),
+    Column("film_sha256", Text),
 )
 pictures = Table(
     "link_pictures",
@@ -75,7 +80,7 @@ class OneTimeLink:
 
     asked_by: the token of the one who asks; asks: how they call themselves to the other person; claim: the badge's id;
     ids: whether who asks may learn ids; wants_pictures, agreed: what each of the two wants; report: the verdict's event
-    as JSON, as it was given.
+    as JSON, as it was given; film_name, film_sha256: of the film that the other person is asked about, if it is one.
     """
 
     id: str
@@ -91,6 +96,8 @@ class OneTimeLink:
     used_at: str | None
     ended_at: str | None
     report: str | None
+    film_name: str | None = None
+    film_sha256: str | None = None
 
     @property
     def state(self) -> str:
@@ -127,7 +134,7 @@ class Links:
             Where the database cannot be made or read.
         """
         self._database = database_of(folder, FILE, state)
-        self._database.make(metadata)
+        self._database.make(metadata, _bring_up)
         self.remove_old()
 
     def close(self) -> None:
@@ -135,7 +142,15 @@ class Links:
         self._database.close()
 
     def make(
-        self, asked_by: str, asks: str, claim: str, *, ids: bool, wants_pictures: bool
+        self,
+        asked_by: str,
+        asks: str,
+        claim: str,
+        *,
+        ids: bool,
+        wants_pictures: bool,
+        film_name: str | None = None,
+        film_sha256: str | None = None,
     ) -> tuple[str, OneTimeLink] | None:
         """A new link: its secret, which can never be shown again, and what is kept; None where too many wait."""
         self.remove_old()
@@ -149,6 +164,8 @@ class Links:
             "asked_by": asked_by,
             "asks": asks,
             "claim": claim,
+            "film_name": film_name,
+            "film_sha256": film_sha256,
         }
         row |= {"ids": int(ids), "wants_pictures": int(wants_pictures), "made_at": utc_text()}
         self._database.change(insert(links).values(row | {"expires_at": utc_text(timedelta(minutes=LASTS_MIN))}))
@@ -168,6 +185,11 @@ class Links:
         mine = select(links).where(links.c.asked_by == asked_by).order_by(links.c.number.desc()).limit(limit)
         return [_link(row) for row in self._database.rows(mine)]
 
+    def about(self, film_sha256: str, asked_by: str) -> list[OneTimeLink]:
+        """The links of one who asks about a film, the oldest first."""
+        mine = links.c.asked_by == asked_by, links.c.film_sha256 == film_sha256
+        return [_link(row) for row in self._database.rows(select(links).where(*mine).order_by(links.c.number))]
+
     def note_opened(self, link: OneTimeLink) -> None:
         """The other person has the link open; only the first time is kept."""
         self._database.change(
@@ -181,9 +203,9 @@ class Links:
 
     def note_end(self, link: OneTimeLink, report: Mapping[str, Any] | None, kept: list[bytes]) -> None:
         """The check is over.  report: its verdict's event, None where there is none; kept: JPEGs, if both agreed."""
-        text = None if report is None else json.dumps(report, ensure_ascii=False, sort_keys=True)
+        document = None if report is None else json.dumps(report, ensure_ascii=False, sort_keys=True)
         running = links.c.id == link.id, links.c.ended_at.is_(None)
-        if self._database.change(update(links).where(*running).values(ended_at=utc_text(), report=text)) == 0:
+        if self._database.change(update(links).where(*running).values(ended_at=utc_text(), report=document)) == 0:
             # It was removed meanwhile, or has its end: pictures without a link would never be removed.
             return
         for number, jpeg in enumerate(kept[:MOST_PICTURES]):
@@ -215,3 +237,11 @@ def _link(row: dict[str, Any]) -> OneTimeLink:
     values = {name: value for name, value in row.items() if name not in ("number", "sha256")}
     values |= {name: bool(row[name]) for name in ("ids", "wants_pictures")}
     return OneTimeLink(**values | {"agreed": None if row["agreed"] is None else bool(row["agreed"])})
+
+
+def _bring_up(connection: Connection) -> None:
+    """Add what an older file lacks."""
+    there = {column["name"] for column in inspect(connection).get_columns(links.name)}
+    for name in ("film_name", "film_sha256"):
+        if name not in there:
+            connection.execute(text(f"ALTER TABLE links ADD COLUMN {name} TEXT"))

@@ -20,7 +20,9 @@ from moireid.asbuilt import MODEL, AsBuilt
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.registry import open_registry
+from moireid.verifier.report.live_receipt import load_receipt
 from moireid_studio.commands.watch_cmd import line_of, live_display, plain
+from moireid_studio.commands.watch_kept import film_asked
 from moireid_studio.watch.order import WatchOrder
 
 BADGE = ["--badge", str(FILMS / "badge.json")]
@@ -41,6 +43,9 @@ PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
         (["0", *BADGE, "--cover", "2"], "--cover"),
         (["0", *BADGE, "--enroll"], "--challenge"),
         (["0", *BADGE, "--challenge", "--enroll", "--replace"], "--reason"),
+        (["0", *BADGE, "--receipt", "receipt.json"], "--challenge"),
+        (["0", *BADGE, "--challenge", "--about", "token.txt"], "--receipt"),
+        (["0", *BADGE, "--challenge", "--about", "token.txt", "--receipt", "token.txt"], "read here"),
         (["0", *BADGE, "--challenge", "--replace", "--reason", "new sheet"], "--enroll"),
     ],
 )
@@ -66,7 +71,12 @@ def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monk
     with open_registry(url, create=True) as registry:
         registry.enroll(ada)
     found = AsBuilt(str(ada.id), -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, model=MODEL, witnessed=True)
-    end = {"verdict": "accept", "sealed": [], "identity": {"verdict": "match", "decoded_id": ada.id}}
+    end = {
+        "challenged": True,
+        "verdict": "accept",
+        "sealed": [],
+        "identity": {"verdict": "match", "decoded_id": ada.id},
+    }
 
     def enrolled(verdict: str, figures: AsBuilt | None, *more: str) -> tuple[int, str]:
         def watch(order: WatchOrder, *rest: Any) -> dict[str, Any]:
@@ -86,6 +96,11 @@ def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monk
     with open_registry(url, create=False) as registry:
         assert json.loads(registry.find(str(ada.id)).as_built or "")["offset_rad"] == 3.0
     assert enrolled("accept", replace(found, offset_rad=1.0), "--replace", "--reason", "new sheet")[0] == 0
+    film, receipt = FILMS / "badge.json", tmp_path / "receipt.json"
+    assert enrolled("inconclusive", None, "--receipt", str(receipt), "--about", str(film))[0] == 3
+    written = load_receipt(receipt)
+    assert (written.claim, written.verdict, written.challenged) == ("Ada Lovelace", "inconclusive", True)
+    assert written.film == film_asked(film) and written.registry is not None
 
 
 def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[str]) -> None:

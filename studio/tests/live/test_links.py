@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import sqlite3
 import threading
 import time
 from collections.abc import Iterator
@@ -22,6 +23,7 @@ from starlette.websockets import WebSocketDisconnect
 from kit.portrait import portrait
 from kit.webbing import Visit, studio
 from moireid.badge import Badge
+from moireid.verifier.report.live_receipt import receipt_of
 from moireid_studio import links
 from moireid_studio.http.server import _server_of
 from moireid_studio.live.sockets import (
@@ -34,6 +36,8 @@ from moireid_studio.live.sockets import (
     SessionRequest,
     _headline,
 )
+from moireid_studio.receipts import links_about, with_live_checks
+from moireid_studio.store.job import Job
 
 ORIGIN = {"origin": "http://studio.test", "host": "studio.test"}
 SECRET = re.compile(r"/check#([\w-]{43})")
@@ -105,7 +109,8 @@ def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker)
     assert "not opened yet" in asker.page().lower()
     for _ in range(2):
         status, told = asker.look(secret)
-        assert status == 200 and told == {"asks": "Sam <b>of accounts</b>", "name": "Ada Lovelace", "pictures": False}
+        known = {"asks": "Sam <b>of accounts</b>", "name": "Ada Lovelace", "pictures": False, "film": None}
+        assert status == 200 and told == known
     assert "opened, not begun" in asker.page().lower() and asker.newest().used_at is None
 
 
@@ -134,6 +139,50 @@ def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> No
     assert secret.encode() not in (asker.visit.studio.settings.data / links.FILE).read_bytes()
     given = asker.visit.studio.verdicts.given(1)[0]
     assert given.kind == "link" and given.token == link.asked_by and given.claim == ada.id
+
+
+def test_a_link_about_a_film_is_on_the_film_s_report(asker: Asker, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a person who does not see which film they confirm; a check of another film, person or asker that is
+    attached; one that changes the film's verdict; a film of another asker that a link is made about."""
+    job_id, owner = "ab" * 16, asker.visit.studio.tokens.find(asker.visit.tokens["verifier"]).id  # type: ignore[union-attr]
+    report = {"verdict": "inconclusive", "badge": {"id": None, "name": "Ada Lovelace"}, "input": {"sha256": "cd" * 32}}
+    job = Job(job_id, "verify", owner, Path(), state="done", result=report, film_name="<i>rally.mp4", claim="Ada")
+    job.film_sha256, job.claimed_id = "cd" * 32, ada.id
+    find = asker.visit.studio.jobs.find
+    monkeypatch.setattr(
+        asker.visit.studio.jobs, "find", lambda one, by, *kinds: job if (one, by) == (job_id, owner) else find(one, by)
+    )
+    form = asker.client.get("/links", params={"about": job_id}, headers=asker.headers).text
+    assert "&lt;i&gt;rally.mp4" in form and 'value="Ada"' in form
+    assert asker.client.get("/links", params={"about": "12" * 16}, headers=asker.headers).status_code == 404
+    secret = asker.make(about=job_id)
+    assert asker.look(secret)[1]["film"] == {"name": "<i>rally.mp4", "sha256": "cd" * 32}
+    link, store = asker.newest(), asker.visit.studio.links
+    assert with_live_checks(asker.visit.studio, job) == report and links_about(asker.visit.studio, job) == [link]
+    reason = {"code": "motion", "level": "pass", "measured": 1.0, "limit": 1.0, "unit": "rad", "text": "It moved."}
+    event = {"verdict": "accept", "challenged": True, "reasons": [reason], "identity": {"verdict": "match"}}
+    event |= {"invariant": {"verdict": "accept"}, "registry": None, "in_call": False, "claim_source": "registry"}
+    store.note_end(link, event, [])
+    found = with_live_checks(asker.visit.studio, job)
+    assert found["verdict"] == "inconclusive" and found["live_checks"][0]["film"]["sha256"] == "cd" * 32
+    assert "about this film was passed" in receipt_of(found["live_checks"][0]).words
+    receipt = asker.client.get(f"/links/{link.id}/receipt", headers=asker.headers).json()
+    assert receipt == found["live_checks"][0]
+    for other in ({"film_sha256": "ef" * 32}, {"claimed_id": "01" * 8}, {"owner": "another"}):
+        assert links_about(asker.visit.studio, replace(job, **other)) == []
+
+
+def test_links_of_an_older_studio_are_read(tmp_path: Path) -> None:
+    """Catches: a studio that no longer starts on a folder whose links knew of no films."""
+    store = links.Links(tmp_path)
+    store.close()
+    with sqlite3.connect(tmp_path / links.FILE) as older:
+        for name in ("film_name", "film_sha256"):
+            older.execute(f"ALTER TABLE links DROP COLUMN {name}")
+    store = links.Links(tmp_path)
+    made = store.make("me", "Sam", "01" * 8, ids=True, wants_pictures=False)
+    assert made is not None and made[1].film_sha256 is None
+    store.close()
 
 
 def test_of_two_at_once_one_alone_gets_in(asker: Asker) -> None:

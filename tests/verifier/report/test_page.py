@@ -32,6 +32,7 @@ from moireid.verifier.fringes.signals import Measurement, measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
 from moireid.verifier.report.circumstances import Circumstances
+from moireid.verifier.report.live_receipt import LiveReceipt, attached
 from moireid.verifier.report.plots import law_plot
 from moireid.verifier.report.report_page import pictures_of, render_page, report_paths, write_report
 from moireid.verifier.report.rival_table import DOES
@@ -290,6 +291,18 @@ def test_other_detectors_are_told_and_are_no_part_of_the_verdict(ada):
     plain = render_page(without.to_json(), pictures_of(without), KNOWN)
     assert "other detectors" not in plain
     assert re.findall("<h1>.*</h1>", page) == re.findall("<h1>.*</h1>", plain) != []
+
+
+@pytest.mark.slow
+def test_live_checks_are_shown_and_are_no_part_of_the_verdict(ada):
+    """Catches: a receipt that is attached and on no page; one that changes the headline; a name that writes HTML."""
+    report = report_of(ada)
+    receipt = LiveReceipt("watch", "<b>Ada</b>", "2026-05-07T14:05:00+00:00", "accept", True, "ef" * 32)
+    pictures = pictures_of(report)
+    page = render_page(attached(report.to_json(), [receipt]), pictures, KNOWN)
+    assert "A live check of &lt;b&gt;Ada&lt;/b&gt; about no film in particular was passed" in page
+    plain = render_page(report.to_json(), pictures, KNOWN)
+    assert "Live checks" not in plain and re.findall("<h1>.*</h1>", page) == re.findall("<h1>.*</h1>", plain) != []
 
 
 @pytest.mark.slow

@@ -261,6 +261,7 @@ def show_verdict(
     """
     from moireid.verifier.report.finding_words import sorted_findings
     from moireid.verifier.report.headline import headline_of
+    from moireid.verifier.report.live_receipt import receipt_of
     from moireid.verifier.report.rival_table import odds_line
     from moireid.verifier.report.seconds import seconds_of
 
@@ -277,6 +278,8 @@ def show_verdict(
         click.echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
     if found.hold:
         click.echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")
+    for one in document.get("live_checks", []):
+        click.echo(f"  · {receipt_of(one).words}")
     for one in document.get("detectors", []):
         click.echo(f"  · Detector {one['name']} gives {one['score']:g}; that is no part of the verdict.")
 
@@ -294,9 +297,12 @@ def verify_command(**given: Any) -> None:
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
     """
+    from moireid.verifier.report.live_receipt import attached, check_belongs, load_receipt
+
     wish = VerifyOptions(**given)
     check_wish(wish)
     scores = detectors_from(wish.detectors)
+    receipts = [load_receipt(path) for path in wish.receipt_files]
     kept = files_read(wish)
     signing = planned_signing(
         wish.video, wish.key_file, wish.attest_file, wish.timestamp_url, wish.form, overwrite=wish.overwrite, kept=kept
@@ -306,6 +312,9 @@ def verify_command(**given: Any) -> None:
         with progress_bar("reading the film") as progress:
             judge = judge_here if signing is None else judge_apart
             outcome = judge(wish, asked.found, scores, progress)
+        for receipt in receipts:
+            check_belongs(receipt, outcome.document)
+        outcome = replace(outcome, document=attached(outcome.document, receipts))
         known = asked.known(outcome.document, wish.claim)
     document = write_pages_of(outcome, signing, known, wish)
     if wish.as_json:

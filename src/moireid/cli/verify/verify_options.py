@@ -101,6 +101,14 @@ OPTIONS = (
     ),
     level_option,
     click.option(
+        "--live-check",
+        "receipt_files",
+        type=click.Path(path_type=Path),
+        multiple=True,
+        help="Attach the receipt of a live check of the same person to the report, best one about this film; from a "
+        "one-time link of the studio, or watch --challenge --receipt. It is no part of the verdict. May be repeated.",
+    ),
+    click.option(
         "--pipeline",
         type=click.Choice(["moireid", "published"]),
         default="moireid",
@@ -160,6 +168,7 @@ class VerifyOptions(ClaimWish):
     cover_share: float | None
     photographs: int | None
     level: CheckLevel
+    receipt_files: tuple[Path, ...]
     pipeline: str
     corners_given: str | None
     key_file: Path | None

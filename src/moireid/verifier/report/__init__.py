@@ -3,6 +3,7 @@
 report_page.py    one page in one file, its pictures, and the files next to it
 circumstances.py  what is not in the film: when and by which claim it was checked, and what the registry knows
 headline.py       the result in one line, by name, and what to do next
+live_receipt.py   receipts of live checks, which a film's report may hold
 finding_words.py  failures first, passes last
 rival_table.py    what else could move the fringes, and which of these explanations remain
 rival_plot.py     the measured phase with the best fit of the law and of the best rival

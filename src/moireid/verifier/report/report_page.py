@@ -26,6 +26,7 @@ from moireid.files import planned, write_text
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, moment_words
 from moireid.verifier.report.finding_words import sorted_findings
 from moireid.verifier.report.headline import headline_of
+from moireid.verifier.report.live_receipt import receipt_of
 from moireid.verifier.report.plots import NARROW, law_plot, parallax_of, plots_of
 from moireid.verifier.report.rival_plot import rival_plot
 from moireid.verifier.report.rival_table import NO_PROBABILITY, table_of
@@ -178,6 +179,7 @@ def page_context(
         "pictures": pictures,
         "source": source,
         "known": known,
+        "live_checks": [receipt_of(one) for one in document.get("live_checks", ())],
         "checked": moment_words(known.checked_at),
         "made_by": document.get("moireid") or __version__,
         "film": known.film_name or Path((document.get("input") or {}).get("path", "")).name,

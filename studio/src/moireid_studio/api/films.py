@@ -28,6 +28,7 @@ from moireid_studio.jobs.queue import Jobs
 from moireid_studio.jobs.task import SIGNALS
 from moireid_studio.jobs.workers import STOPPED
 from moireid_studio.problems import Problem, Refusal, problem_responses
+from moireid_studio.receipts import with_live_checks
 from moireid_studio.reports import circumstances_of, kept_file, pictures_of_job
 from moireid_studio.store.job import Job, State
 from moireid_studio.studio import Studio, studio_of
@@ -166,7 +167,7 @@ add_job_routes(router, "verifier", KINDS)
 
 def _report_files(studio: Studio, job: Job) -> dict[str, bytes]:
     """The report of a job by the names of `moireid verify --report`.  Raises: Refusal 404 where it was removed."""
-    result = job.result or {}
+    result = with_live_checks(studio, job)
     page = render_page(result, pictures_of_job(job), circumstances_of(studio, job))
     data = json.dumps(result, indent=1, ensure_ascii=False) + "\n"
     return {"report.html": page.encode(), "report.json": data.encode(), SIGNALS: kept_file(job, SIGNALS)}

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import VERDICT_EXIT, FiniteRange, actor_option, friendly, say, show_json
-from moireid.cli.enroll_cmd import check_replace, figures_words, reason_option, replace_option, show_compared
+from moireid.cli.common import VERDICT_EXIT, FiniteRange, actor_option, friendly, overwrite_option, say, show_json
+from moireid.cli.enroll_cmd import check_replace, reason_option, replace_option
 from moireid.cli.verify.verify_cmd import asked_of, show_verdict
 from moireid.cli.verify.verify_options import (
     CLAIM_OPTIONS,
@@ -34,7 +34,6 @@ from moireid_studio.watch.order import HARMLESS
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from moireid.badge import Badge
     from moireid.provenance import ClaimedBadge
     from moireid.verifier.report.circumstances import Circumstances
     from moireid.verifier.session.check_level import CheckLevel
@@ -192,6 +191,19 @@ OPTIONS = (
     replace_option,
     reason_option,
     actor_option,
+    click.option(
+        "--receipt",
+        "receipt_file",
+        type=click.Path(path_type=Path, dir_okay=False),
+        help="With --challenge: write here who was checked, when, and what came out, for moireid verify --live-check.",
+    ),
+    overwrite_option,
+    click.option(
+        "--about",
+        type=click.Path(path_type=Path, dir_okay=False, exists=True),
+        metavar="FILM",
+        help="With --receipt: the film that the person is asked about; the receipt names it by its SHA-256.",
+    ),
     focal_option,
     click.option(
         "--token-file",
@@ -222,6 +234,9 @@ class WatchWish(ClaimWish):
     replace: bool
     reason: str | None
     actor: str | None
+    receipt_file: Path | None
+    overwrite: bool
+    about: Path | None
     focal_px: float | None
     token_file: Path | None
     as_json: bool
@@ -260,11 +275,17 @@ def watch_command(**given: Any) -> None:
 
     Exit code of the last verdict: 0: accepted; 1: rejected; 3: inconclusive. 2: bad input, or no picture came.
     """
+    from moireid_studio.commands.watch_kept import enroll, film_asked, write_receipt
     from moireid_studio.watch.source import check_prompts, source_of
 
     wish = WatchWish(**given)
     check_claim(wish)
-    _check_enroll(wish)
+    _check_kept(wish)
+    film = film_asked(wish.about) if wish.about is not None else None
+    if film is not None:
+        say(
+            f"about the film {film.name}: let the person follow the prompts only if it is theirs and they agree with it"
+        )
     source = source_of(wish.source)
     if wish.challenge:
         check_prompts(source)
@@ -277,33 +298,26 @@ def watch_command(**given: Any) -> None:
         show_json(document)
     else:
         _show(document, known, source)
+    if wish.receipt_file is not None:
+        write_receipt(wish.receipt_file, document, asked.found, film)
     if wish.enroll:
-        _enroll(wish, asked.found.badge, figures)
+        enroll(asked.found.badge, figures, wish.registry_url, wish.actor, wish.reason)
     sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
-def _check_enroll(wish: WatchWish) -> None:
-    """Raise SpecError where the options of an enrolment do not go together."""
+def _check_kept(wish: WatchWish) -> None:
+    """Raise SpecError where options for what is kept do not go together."""
+    from moireid.files import planned
+
     check_replace(wish.replace, wish.reason, "--enroll", wish.enroll)
     if wish.enroll and (not wish.challenge or wish.bundle_path is not None):
         raise SpecError("--enroll keeps what a live check measured in a registry; give --challenge, and no --bundle")
-
-
-def _enroll(wish: WatchWish, badge: Badge, figures: object) -> None:
-    """Keep what an accepted check measured.  Raises: RegistryError where it is refused."""
-    from moireid.enrolment import keep_figures
-    from moireid.registry import open_registry
-    from moireid.verifier.session.known_figures import checked_figures
-
-    if figures is None:
-        say("note: nothing was enrolled, as the live check was not accepted")
-        return
-    found = checked_figures(figures, badge)
-    with open_registry(wish.registry_url, create=False, actor=wish.actor) as registry:
-        registry.check_head()
-        show_compared(registry, badge, found, wish.reason)
-        record = keep_figures(registry, registry.find(badge.id or ""), found, wish.reason)
-    say(f"{record.name}: {figures_words(record, found)}")
+    if wish.about is not None and wish.receipt_file is None:
+        raise SpecError("--about FILM is written into a receipt; give --receipt FILE too")
+    if wish.receipt_file is not None and not wish.challenge:
+        raise SpecError("--receipt is of a live check; give --challenge too")
+    if wish.receipt_file is not None:
+        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[wish.about])
 
 
 def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedBadge) -> dict[str, Any]:

@@ -10,21 +10,16 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import datetime
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Form, Request, WebSocket
 from fastapi import Path as InPath
 from fastapi.responses import JSONResponse, RedirectResponse, Response
 
-from moireid import __version__
 from moireid.names import CLAIM_LIMIT
-from moireid.registry import holder_of
-from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid_studio.auth.guard import Visitor, anyone, require
 from moireid_studio.challenge.challenge import FACE
 from moireid_studio.challenge.clock import MOVES
-from moireid_studio.challenge.live_headline import live_headline_of, shown
 from moireid_studio.forms import ShortRoute
 from moireid_studio.jobs.claims import sealed
 from moireid_studio.links import KEEP_DAYS, LASTS_MIN, MOST_PICTURES, MOST_WAITING, Links, OneTimeLink
@@ -32,7 +27,9 @@ from moireid_studio.live.routes import claimed_now
 from moireid_studio.live.sockets import SessionRequest, serve
 from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
+from moireid_studio.receipts import headline_for, name_of, receipt_for
 from moireid_studio.store.database import utc_text
+from moireid_studio.store.job import Job
 from moireid_studio.studio import Studio, studio_of
 
 router = APIRouter(prefix="/links", include_in_schema=False, route_class=ShortRoute)
@@ -65,11 +62,13 @@ class LinkView:
 
 
 @router.get("")
-def listed(request: Request, visitor: Verifier, claim: str = "") -> Response:
-    """Make a link, and see what became of others."""
+def listed(request: Request, visitor: Verifier, claim: str = "", about: str = "") -> Response:
+    """Make a link, and see what became of others; about: the job of the film that it is about."""
     studio = studio_of(request)
+    film = _film_of(studio, about, visitor)
     rows = [_shown(studio, link) for link in studio.links.of_asker(visitor.id, SHOWN)]
-    return _page(request, "links.html.j2", rows=rows, claim=claim[:CLAIM_LIMIT], asks=visitor.note[:LONGEST_ASKS])
+    claim = claim[:CLAIM_LIMIT] or (film.claim if film else "")
+    return _page(request, "links.html.j2", rows=rows, claim=claim, asks=visitor.note[:LONGEST_ASKS], about=film)
 
 
 @router.post("")
@@ -79,6 +78,7 @@ def make(
     claim: Annotated[str, Form(max_length=CLAIM_LIMIT)],
     asks: Annotated[str, Form(max_length=LONGEST_ASKS)],
     pictures: Annotated[bool, Form()] = False,
+    about: Annotated[str, Form(max_length=32)] = "",
 ) -> Response:
     """Make a link, and show it, this once."""
     if not asks.strip() or not asks.strip().isprintable():
@@ -87,7 +87,9 @@ def make(
     found = claimed_now(studio, claim.strip(), ids=ids)
     if found.badge.id is None:
         raise Refusal(422, "no_id", "This badge has no identity, so no one can be asked for it.")
-    made = studio.links.make(visitor.id, asks.strip(), found.badge.id, ids=ids, wants_pictures=pictures)
+    film = _film_of(studio, about, visitor)
+    shown = {} if film is None else {"film_name": film.film_name, "film_sha256": film.film_sha256}
+    made = studio.links.make(visitor.id, asks.strip(), found.badge.id, ids=ids, wants_pictures=pictures, **shown)
     if made is None:
         raise Refusal(503, "busy", f"{MOST_WAITING} of your links wait to be used; remove some, or wait for them.")
     secret, link = made
@@ -117,12 +119,7 @@ def receipt(request: Request, link_id: LinkId, visitor: Verifier) -> Response:
     """Who was checked when, with what outcome, and the digest of the report, as JSON, to keep."""
     studio = studio_of(request)
     link = _done(studio, link_id, visitor)
-    event, one = json.loads(link.report or "{}"), _shown(studio, link)
-    content: dict[str, Any] = {"format": 1, "kind": "one-time link", "link": link.id, "claim": one.name}
-    content |= {"asked_as": link.asks, "made_at": link.made_at, "opened_at": link.opened_at, "used_at": link.used_at}
-    content |= {"ended_at": link.ended_at, "verdict": event.get("verdict"), "title": (one.headline or {}).get("title")}
-    content |= {"report_sha256": link.report_sha256, "pictures_kept": len(studio.links.pictures(link))}
-    content |= {"registry": event.get("registry"), "moireid": __version__}
+    content = receipt_for(studio, link).to_json()
     return _file(json.dumps(content, ensure_ascii=False, indent=1) + "\n", f"moireid-{link.id}-receipt.json")
 
 
@@ -144,6 +141,16 @@ def remove(request: Request, link_id: LinkId, visitor: Verifier) -> Response:
     return RedirectResponse("/links", 303)
 
 
+def _film_of(studio: Studio, job_id: str, visitor: Visitor) -> Job | None:
+    """The visitor's own judged film; None where none is named.  Raises: Refusal 404, 409."""
+    if not job_id:
+        return None
+    job = studio.jobs.find(job_id, visitor.id, "verify")
+    if job.film_sha256 is None:
+        raise Refusal(409, "not_ready", "This film is not judged yet.")
+    return job
+
+
 def _mine(studio: Studio, link_id: str, visitor: Visitor) -> OneTimeLink:
     """A link of this asker.  Raises: Refusal 404 where it is another's, or none."""
     link = studio.links.find(link_id, visitor.id)
@@ -160,14 +167,8 @@ def _done(studio: Studio, link_id: str, visitor: Visitor) -> OneTimeLink:
 
 
 def _shown(studio: Studio, link: OneTimeLink) -> LinkView:
-    """A link by the name that the registry knows now.  Raises: RegistryError as `holder_of`."""
-    name = name_of(studio, link)
-    if link.report is None or link.ended_at is None:
-        return LinkView(link, name, None)
-    event = json.loads(link.report)
-    made = datetime.fromisoformat(link.ended_at)
-    known = Circumstances(made, read=holder_of(studio.registry, read_id(event)), standing=studio.standing())
-    return LinkView(link, name, shown(live_headline_of(event, name, known)))
+    """A link by the name that the registry knows now.  Raises: RegistryError as `headline_for`."""
+    return LinkView(link, name_of(studio, link), headline_for(studio, link))
 
 
 def _page(request: Request, template: str, **context: Any) -> Response:
@@ -201,7 +202,9 @@ def look(request: Request, token: Annotated[str, Form(max_length=LONGEST_SECRET)
     except Refusal as refusal:
         return JSONResponse({"text": refusal.text}, refusal.status)
     studio.links.note_opened(link)
-    return JSONResponse({"asks": link.asks, "name": name_of(studio, link), "pictures": link.wants_pictures})
+    film = None if link.film_sha256 is None else {"name": link.film_name, "sha256": link.film_sha256}
+    said = {"asks": link.asks, "name": name_of(studio, link), "pictures": link.wants_pictures, "film": film}
+    return JSONResponse(said)
 
 
 @check_router.websocket("/socket")
@@ -228,12 +231,6 @@ def usable(studio: Studio, token: str) -> OneTimeLink:
 def moment(text: str) -> str:
     """A time as people read it."""
     return f"{text[:10]} at {text[11:16]} UTC"
-
-
-def name_of(studio: Studio, link: OneTimeLink) -> str:
-    """Whose badge a link claims, as the registry knows now."""
-    record = studio.registry.by_id(link.claim)
-    return record.name if record is not None else "a person who is in the registry no longer"
 
 
 def _asked(studio: Studio, hello: Mapping[str, Any]) -> SessionRequest:

@@ -38,6 +38,7 @@ from moireid_studio.checks import KINDS, Sample, start_job, start_sample
 from moireid_studio.jobs.task import SIGNALS
 from moireid_studio.pages.home import render
 from moireid_studio.problems import Refusal
+from moireid_studio.receipts import links_about, with_live_checks
 from moireid_studio.reports import circumstances_of, kept_file, list_pictures
 from moireid_studio.store.database import is_away
 from moireid_studio.store.job import Job
@@ -140,7 +141,11 @@ def outcome(request: Request, job_id: str, visitor: Verifier) -> Response:
     keep = int(studio_of(request).settings.limits.keep_s)
     kept = f"{keep // 60} minutes" if keep >= 120 else f"{keep} seconds"
     known = circumstances_of(studio_of(request), job)
-    shown = page_context(job.result, list_pictures(job), known, lambda name: f"/verify/{job.id}/picture/{name}")
+    report = with_live_checks(studio_of(request), job)
+    shown = page_context(report, list_pictures(job), known, lambda name: f"/verify/{job.id}/picture/{name}")
+    about = links_about(studio_of(request), job)
+    shown |= {"ask_about": job.claimed_id is not None and job.film_sha256 is not None}
+    shown |= {"waiting": sum(link.state in ("waiting", "opened", "running") for link in about)}
     course = course_of(job, shown["seconds"])
     return render(request, "verdict.html.j2", job=job, kept_for=kept, course=course, **shown)
 

@@ -12,6 +12,9 @@ async function look() {
   }
   $("asks").textContent = asked.asks;
   $("name").textContent = asked.name;
+  $("about").hidden = !asked.film;
+  $("film").textContent = asked.film?.name ?? "";
+  $("digest").textContent = asked.film?.sha256.slice(0, 12) ?? "";
   $("pictures").hidden = !asked.pictures;
 }
 
