@@ -112,8 +112,9 @@ def test_any_as_built_figures_are_read_or_refused(document: Any) -> None:
     except SpecError as error:
         assert str(error).startswith("as-built figures")
         return
-    figures = [value for key, value in asdict(found).items() if key not in ("badge_id", *OPTIONAL)]
+    figures = [value for key, value in asdict(found).items() if key not in ("badge_id", "witnessed", *OPTIONAL)]
     assert all(type(value) in (int, float) and math.isfinite(value) for value in figures)
+    assert type(found.witnessed) is bool
     assert found.beat_frequency_per_mm != 0 and document["format"] == 1 and set(document) >= REQUIRED
     assert as_built_from_json(found.to_json()) == found
 
