@@ -1,13 +1,13 @@
 """What a personal speed of each row would buy: run `.venv/bin/python benchmarks/personal_speeds.py --builds DIR`.
 
-If the pitch of the lines ran from 0.495 to 0.535 mm over a badge (a chirp), its rows would move at speeds that differ by
-some per cent, and the ratio of two speeds owes nothing to the camera's focal length or to common errors of its pose.
+If the pitch of the lines ran from 0.495 to 0.535 mm over a badge (a chirp), its rows would move at speeds that differ
+by some per cent, and the ratio of two speeds owes nothing to the camera's focal length or to common errors of its pose.
 Two questions decide whether that is worth it.
 
-1. *Motion.* How much do the speeds of rows differ on true films of badges whose rows are alike?  `--builds` is a folder
-   that `benchmarks/builds.py --keep` filled.  Printed, kind by kind, is the difference between the speeds of the top and
-   the bottom row, as a share, over all true films; and how many times as large the chirp's own difference is.  Fringes
-   that move as one lack that difference.
+1. *Motion.* How much do the speeds of rows differ on true films of badges whose rows are alike?  `--builds` is a
+   folder that `benchmarks/builds.py --keep` filled.  Printed, kind by kind, is the difference between the speeds of the
+   top and the bottom row, as a share, over all true films; and how many times as large the chirp's own difference is.
+   Fringes that move as one lack that difference.
 2. *Donors.* Who re-badges a film copies rows of a donor's true film to rows of the victim, any to any.  Printed is how
    far the worst row's speed is off with the best of 100 random donors whose badges have chirps of their own, and the
    share of forgers with 1 and with 100 donors who keep within the scatter of question 1.  A printed copy has all rows.
@@ -32,7 +32,7 @@ LENS_PITCH_MM, ENDS_MM, ROWS = 0.508, (0.495, 0.535), 12
 #: Effective over optical gap, `g_eff / g`, of the prototype: traced.
 GAP_SHARE = 0.60
 DONORS, TRIALS = 100, 300
-#: Rows farther off than this share would be seen where rows are as alike as on flat builds; the second as on usual ones.
+#: Rows farther off than this share would be seen where rows are as alike as on flat builds; the second, on usual ones.
 ROOMS = (0.005, 0.02)
 
 
