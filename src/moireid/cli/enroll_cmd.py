@@ -190,8 +190,10 @@ def figures_words(record: Record, found: AsBuilt) -> str:
     """What a capture showed, and what became of it."""
     shown = f"as built: beat {found.beat_period_mm:.2f} mm, gain {found.gain_ratio:.3f}"
     shown += ", measured in a live check" if found.witnessed else f", measured in {found.captures} film(s)"
-    if record.as_built_at is not None and json.loads(record.as_built or "{}") != json.loads(found.to_json()):
-        return f"{shown}; these agree with the figures known since {record.as_built_at[:10]}, which stay in use"
+    in_use = json.loads(record.as_built or "{}")
+    if record.as_built_at is not None and in_use != json.loads(found.to_json()):
+        seen = " and count as seen in a live check" if in_use.get("witnessed") else ""
+        return f"{shown}; these agree with the figures known since {record.as_built_at[:10]}, which stay in use{seen}"
     count = len(record.earlier_figures)
     return f"{shown}; {count} earlier set{'' if count == 1 else 's'} of figures stay on record" if count else shown
 

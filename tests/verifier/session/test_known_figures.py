@@ -64,6 +64,14 @@ def test_a_live_check_is_a_better_witness_than_a_film(ada: Badge) -> None:
     assert as_built_from_json(live.to_json()).witnessed
 
 
+def test_a_vague_live_check_confirms_nothing(ada: Badge) -> None:
+    """Catches: a drawn film's figures that count as witnessed after a live check of the true badge, too dim or short to
+    show where the sheet lies: it agrees with both."""
+    dim = replace(AGAIN, offset_sd=0.9, witnessed=True)
+    assert outcome(dim, replace(KNOWN, offset_rad=1.5), ada) == outcome(dim, KNOWN, ada) == "same"
+    assert outcome(replace(dim, offset_sd=0.2), KNOWN, ada) == "confirms"
+
+
 def test_equal_figures_leave_those_in_use(ada: Badge) -> None:
     """Catches: a second true capture that is refused; many small steps, or one vague film, that widen what agrees."""
     assert outcome(AGAIN, KNOWN, ada) == "same"

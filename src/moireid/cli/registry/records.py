@@ -126,7 +126,7 @@ def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
         click.echo(f"expired on {record.expires}" if over else f"counts until the end of {record.expires}")
     if record.as_built is not None:
         why = f": {record.as_built_reason}" if record.as_built_reason else ""
-        how = ", in a live check" if json.loads(record.as_built).get("witnessed") else ""
+        how = ", seen in a live check" if json.loads(record.as_built).get("witnessed") else ""
         click.echo(f"measured as built on {record.as_built_at}{how}{why}")
     for one in reversed(record.earlier_figures):
         why = f": {one['as_built_reason']}" if one["as_built_reason"] else ""

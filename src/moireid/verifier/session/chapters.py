@@ -264,7 +264,7 @@ def _judge_built(
         "differs": "The figures of this film are not those measured at enrolment, as of a copy that was built anew.",
     }.get(identity.built, FIGURES_NOT_SHOWN if as_built else NOT_ENROLLED)
     if as_built is not None and as_built.witnessed:
-        text += " They were measured in a live check, whose prompts the badge followed."
+        text += " Those of enrolment were seen in a live check, whose prompts the badge followed."
     return identity, (*reasons, Reason("built", level, identity.built, "agrees", "", text))
 
 

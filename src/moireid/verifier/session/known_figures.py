@@ -5,7 +5,8 @@
 2. They differ from those in use, by `compare_built` or in their gain: they are another build, or no build at all.
 3. They agree: those in use stay, as else a film that shows less would widen what agrees, and many small steps would
    lead anywhere; but figures that also say what those in use do not (a newer model, a map of places) are taken.
-   Where a live check agrees with those of a film, they stay, and count as witnessed from then on.
+   Where a live check agrees with those of a film, and is too unsure for its own to be taken, they stay, and count as
+   witnessed from then on, if it knows the place of the sheet as a first capture must.
 
 What is refused here needs a reason and the authority's signature (`Registry.store_as_built`): a forger who can draw
 films, and cannot sign, changes nothing.
@@ -83,9 +84,9 @@ class FigurePair:
 class CaptureComparison:
     """What a capture's figures are next to the known ones, figure by figure.
 
-    outcome: "new" where none are known; "same": they agree; "refines": they agree, and say more; "confirms":
-    they agree, and are of a live check, which those in use are not; "differs"; where none
-    are known, "odd": no sheet that is sold explains the gain, or "vague": too many copies would agree with them.
+    outcome: "new" where none are known; "same": they agree; "refines": they agree, and say more; "confirms": they agree
+    and are of a live check, which those in use are not; "differs"; where none are known, "odd": no sheet that is sold
+    explains the gain, or "vague": too many copies would agree with them.
     """
 
     outcome: Literal["new", "same", "refines", "confirms", "differs", "odd", "vague"]
@@ -131,11 +132,11 @@ def compare_capture(new: AsBuilt, known: AsBuilt | None, badge: Badge) -> Captur
     Convention: differences are without sign.
     Source: module docstring; limits of `compare_built` and `capture.gain_room`.
     """
+    vague = new.offset_sd > MOST_OFFSET_SD_RAD
     if known is None:
         (low, high), beyond = designed(badge).reach, GAIN_REJECTED_SDS * new.gain_sd
         explained = low - beyond <= new.gain_ratio <= high + beyond
         pairs = tuple(FigurePair(name, unit, None, None, *_figure(new, names)) for name, unit, *names in FIGURES)
-        vague = new.offset_sd > MOST_OFFSET_SD_RAD
         return CaptureComparison("odd" if not explained else "vague" if vague else "new", pairs)
     compared = compare_built(new, known, badge)
     apart = {reason.code.removeprefix("as_built_"): (reason.measured, reason.limit) for reason in compared.reasons}
@@ -153,7 +154,8 @@ def compare_capture(new: AsBuilt, known: AsBuilt | None, badge: Badge) -> Captur
         return CaptureComparison("differs", pairs)
     if _says_more(new, known):
         return CaptureComparison("refines", pairs)
-    return CaptureComparison("confirms" if new.witnessed and not known.witnessed else "same", pairs)
+    # Vague figures agree with any copy, so they confirm nothing.
+    return CaptureComparison("confirms" if new.witnessed > known.witnessed and not vague else "same", pairs)
 
 
 def checked_figures(document: object, badge: Badge) -> AsBuilt:
