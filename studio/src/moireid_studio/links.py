@@ -33,6 +33,7 @@ from sqlalchemy import (
     update,
 )
 
+from moireid.verifier.report.live_receipt import FilmAsked
 from moireid_studio.store.database import database_of, secret_digest, utc_text
 
 FILE = "links.sqlite3"
@@ -100,6 +101,11 @@ class OneTimeLink:
     film_sha256: str | None = None
 
     @property
+    def film(self) -> FilmAsked | None:
+        """The film that the other person is asked about."""
+        return None if self.film_sha256 is None else FilmAsked(self.film_name or "", self.film_sha256)
+
+    @property
     def state(self) -> str:
         """waiting, opened, late, running, broken (it was used and gave no verdict), or done."""
         if self.report is not None:
@@ -149,8 +155,7 @@ class Links:
         *,
         ids: bool,
         wants_pictures: bool,
-        film_name: str | None = None,
-        film_sha256: str | None = None,
+        film: FilmAsked | None = None,
     ) -> tuple[str, OneTimeLink] | None:
         """A new link: its secret, which can never be shown again, and what is kept; None where too many wait."""
         self.remove_old()
@@ -164,8 +169,8 @@ class Links:
             "asked_by": asked_by,
             "asks": asks,
             "claim": claim,
-            "film_name": film_name,
-            "film_sha256": film_sha256,
+            "film_name": film and film.name,
+            "film_sha256": film and film.sha256,
         }
         row |= {"ids": int(ids), "wants_pictures": int(wants_pictures), "made_at": utc_text()}
         self._database.change(insert(links).values(row | {"expires_at": utc_text(timedelta(minutes=LASTS_MIN))}))

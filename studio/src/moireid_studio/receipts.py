@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from datetime import datetime
 from typing import Any
 
 from moireid.provenance import Standing
 from moireid.registry import holder_of
 from moireid.verifier.report.circumstances import Circumstances, read_id
-from moireid.verifier.report.live_receipt import FilmAsked, LiveReceipt, attached
+from moireid.verifier.report.live_receipt import LiveReceipt, attached
 from moireid_studio.challenge.live_headline import live_headline_of, shown
 from moireid_studio.links import OneTimeLink
 from moireid_studio.store.job import Job
@@ -39,17 +38,17 @@ def headline_for(studio: Studio, link: OneTimeLink) -> dict[str, str] | None:
 def receipt_for(studio: Studio, link: OneTimeLink) -> LiveReceipt:
     """The receipt of a link that has its verdict.  Raises: RegistryError as `headline_for`."""
     event = json.loads(link.report or "{}")
-    film = None if link.film_sha256 is None else FilmAsked(link.film_name or "", link.film_sha256)
     return LiveReceipt(
         "one-time link",
         name_of(studio, link),
         link.ended_at or "",
         event["verdict"],
-        bool(event["challenged"]),
         link.report_sha256 or "",
+        event.get("challenged"),
+        link.claim if link.ids else None,
         title=(headline_for(studio, link) or {}).get("title"),
-        film=film,
-        registry=_standing_of(event.get("registry")),
+        film=link.film,
+        registry=Standing(**event["registry"]) if event.get("registry") else None,
         asked_as=link.asks,
         link=link.id,
         made_at=link.made_at,
@@ -57,12 +56,6 @@ def receipt_for(studio: Studio, link: OneTimeLink) -> LiveReceipt:
         used_at=link.used_at,
         pictures_kept=len(studio.links.pictures(link)),
     )
-
-
-def _standing_of(said: Any) -> Standing | None:
-    """The registry that a verdict's event names, as this studio wrote it."""
-    known = set(asdict(Standing("", "")))
-    return None if said is None else Standing(**{name: value for name, value in said.items() if name in known})
 
 
 def links_about(studio: Studio, job: Job) -> list[OneTimeLink]:

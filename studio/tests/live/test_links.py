@@ -23,6 +23,8 @@ from starlette.websockets import WebSocketDisconnect
 from kit.portrait import portrait
 from kit.webbing import Visit, studio
 from moireid.badge import Badge
+from moireid.provenance import ClaimedBadge, Provenance, Standing
+from moireid.sandbox.process import ProcessEnd
 from moireid.verifier.report.live_receipt import receipt_of
 from moireid_studio import links
 from moireid_studio.http.server import _server_of
@@ -35,6 +37,7 @@ from moireid_studio.live.sockets import (
     MOST_SILENT_OF_ONE,
     SessionRequest,
     _headline,
+    own_words,
 )
 from moireid_studio.receipts import links_about, with_live_checks
 from moireid_studio.store.job import Job
@@ -170,6 +173,45 @@ def test_a_link_about_a_film_is_on_the_film_s_report(asker: Asker, ada: Badge, m
     assert receipt == found["live_checks"][0]
     for other in ({"film_sha256": "ef" * 32}, {"claimed_id": "01" * 8}, {"owner": "another"}):
         assert links_about(asker.visit.studio, replace(job, **other)) == []
+    job.claimed_id = "01" * 8
+    sent = {"about": job_id, "claim": "Ada Lovelace", "asks": "Sam"}
+    assert asker.client.post("/links", data=sent, headers=asker.headers).status_code == 422
+
+
+def test_a_film_of_any_name_can_be_asked_about(asker: Asker, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a report that can be shown no more once a live check of a film with a tab or 900 letters is done."""
+    owner = asker.visit.studio.tokens.find(asker.visit.tokens["verifier"]).id  # type: ignore[union-attr]
+    job = Job("cd" * 16, "verify", owner, Path(), state="done", result={}, film_name="a\t\u202e" + "x" * 900)
+    job.film_sha256, job.claimed_id = "ba" * 32, ada.id
+    monkeypatch.setattr(asker.visit.studio.jobs, "find", lambda *_: job)
+    assert "\t" not in asker.look(asker.make(about=job.id))[1]["film"]["name"]
+    reason = {"code": "motion", "level": "fail", "measured": 1.0, "limit": 1.0, "unit": "rad", "text": "No."}
+    event = {"verdict": "reject", "challenged": True, "reasons": [reason], "identity": {"verdict": "match"}}
+    asker.visit.studio.links.note_end(asker.newest(), event, [])
+    assert " failed; " in receipt_of(with_live_checks(asker.visit.studio, job)["live_checks"][0]).words
+
+
+@pytest.mark.parametrize("enrolling", [True, False])
+def test_a_session_s_process_says_only_what_it_has_seen(ada: Badge, enrolling: bool) -> None:
+    """Catches: figures of a check without prompts, or that was not passed, which are kept as witnessed; a receipt that
+    names another registry, or prompts that no one drew; a verdict that no page can show."""
+    found = ClaimedBadge(ada, provenance=Provenance("registry", standing=Standing("c0ffee", "3:ab")))
+    asked = SessionRequest(found, found, "me", "enroll" if enrolling else "live", allowed=lambda: True)
+    said = {
+        "verdict": "accept",
+        "challenged": True,
+        "as_built": {"witnessed": True},
+        "registry": [1],
+        "claim_source": "me",
+    }
+    own = own_words(said, asked, prompted=True)
+    assert own["registry"]["fingerprint"] == "c0ffee" and own["claim_source"] == "registry" and own["challenged"]
+    assert ("as_built" in own) == enrolling
+    assert own_words(said, asked, prompted=False)["challenged"] is False
+    for change, prompted in (({}, False), ({"challenged": False}, True), ({"verdict": "inconclusive"}, True)):
+        assert "as_built" not in own_words(said | change, asked, prompted=prompted)
+    with pytest.raises(ProcessEnd):
+        own_words(said | {"verdict": "original"}, asked, prompted=True)
 
 
 def test_links_of_an_older_studio_are_read(tmp_path: Path) -> None:

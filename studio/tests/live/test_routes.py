@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -35,6 +36,7 @@ from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.session import READY_S, LiveCheck
 from moireid_studio.live import sockets as live
 from moireid_studio.live.sockets import CLOCK
+from moireid_studio.live.worker import Start, _session
 from moireid_studio.settings import Settings
 
 FPS = 24.0
@@ -116,6 +118,21 @@ def test_only_a_challenge_that_was_passed_measures_the_badge(ada, pictures, foll
     other = tuple(reversed([replace(one, at_s=at.at_s) for one, at in zip(SHORT, reversed(SHORT), strict=True)]))
     refused = session(ada, pictures, other, enrolling=True)[-1]
     assert refused["verdict"] == "reject" and "as_built" not in refused and "as_built" not in followed[-1]
+
+
+def test_who_is_enrolled_need_not_be_enrolled_before(ada, monkeypatch):
+    """Catches: a studio that asks checks for enrolled figures, and so lets no badge be measured for the first time."""
+    claims = []
+    monkeypatch.setattr(
+        "moireid_studio.challenge.session.LiveCheck",
+        lambda claim, **_: claims.append(claim) or SimpleNamespace(ended=True),
+    )
+    known = AsBuilt(ada.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, model=MODEL)
+    for enrolling in (True, False):
+        start = Start(ClaimedBadge(ada, known), level="enrolled", enrolling=enrolling)
+        _session(SimpleNamespace(send=lambda _: None), start)
+    asked = [(one.level, one.as_built, one.enrolling) for one in claims]
+    assert asked == [("record", None, True), ("enrolled", known, False)]
 
 
 def test_what_a_live_check_measured_is_kept_on_the_page_of_captures(studio, ada):

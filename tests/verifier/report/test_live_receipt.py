@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
 
+from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.provenance import Standing
+from moireid.provenance import ClaimedBadge, Provenance, Standing
 from moireid.verifier.report.live_receipt import (
+    MOST_BYTES,
     FilmAsked,
     LiveReceipt,
     attached,
     check_belongs,
+    film_asked,
     load_receipt,
     receipt_of,
 )
 
 FILM = FilmAsked("rally.mp4", "ab" * 32)
 OURS = Standing("c0ffee" * 5 + "c0", "3:" + "cd" * 32)
-PASSED = LiveReceipt("watch", "Ada Lovelace", "2026-05-07T14:05:00+00:00", "accept", True, "ef" * 32, film=FILM)
-REPORT: dict[str, Any] = {
-    "verdict": "accept",
-    "badge": {"id": "0123456789abcdef", "name": "Ada Lovelace"},
-    "input": {"sha256": FILM.sha256},
-    "registry": asdict(OURS),
-}
+PASSED = LiveReceipt("watch", "Ada Lovelace", "2026-05-07T14:05:00+00:00", "accept", "ef" * 32, True, film=FILM)
+REPORT: dict[str, Any] = {"verdict": "accept"}
 
 
 def test_a_receipt_is_read_as_it_was_written(tmp_path: Path) -> None:
@@ -48,16 +47,46 @@ def test_a_receipt_is_read_as_it_was_written(tmp_path: Path) -> None:
     ("change", "words"),
     [
         ({"claim": "Grace Hopper"}, "Grace Hopper"),
+        ({"claim_id": "0123456789abcdef"}, "another badge of the name"),
         ({"film": FilmAsked("other.mp4", "cd" * 32)}, "other.mp4"),
         ({"registry": Standing("beef" * 8, "3:" + "cd" * 32)}, "another registry"),
     ],
 )
-def test_a_receipt_of_another_matter_is_not_attached(change: dict[str, Any], words: str) -> None:
-    """Catches: another person's live check, or one about another film, that makes a forged film look confirmed."""
-    check_belongs(PASSED, REPORT)
-    check_belongs(msgspec.structs.replace(PASSED, film=None, registry=OURS), REPORT)
+def test_a_receipt_of_another_matter_is_not_attached(
+    change: dict[str, Any], words: str, tmp_path: Path, ada: Badge
+) -> None:
+    """Catches: a live check of another person, also of the same name, or one about another film, that makes a forged
+    film look confirmed."""
+    film = tmp_path / "rally.mp4"
+    film.write_bytes(b"a film")
+    own = msgspec.structs.replace(PASSED, film=film_asked(film), claim_id=ada.id, registry=OURS)
+    found = ClaimedBadge(ada, provenance=Provenance("registry", standing=OURS))
+    check_belongs(own, found, film)
+    check_belongs(msgspec.structs.replace(own, film=None, claim_id=None), found, tmp_path / "none.mp4")
+    check_belongs(own, replace(found, badge=replace(ada, id=None)), film)
     with pytest.raises(SpecError, match=words):
-        check_belongs(msgspec.structs.replace(PASSED, **change), REPORT)
+        check_belongs(msgspec.structs.replace(own, **change), found, film)
+    with pytest.raises(SpecError, match=r"none\.mp4"):
+        check_belongs(own, found, tmp_path / "none.mp4")
+
+
+def test_a_receipt_of_an_older_version_is_read() -> None:
+    """Catches: receipts that people keep, and that are refused once the program is newer; words that make of what an
+    older version did not say that prompts were left out."""
+    older = {name: PASSED.to_json()[name] for name in ("format", "claim", "ended_at", "verdict", "report_sha256")}
+    asked = {"link": "0123456789abcdef", "asked_as": "Sam", "made_at": "2026-05-07T14:00:00Z", "pictures_kept": 0}
+    words = receipt_of(older | asked | {"kind": "one-time link", "title": "Genuine", "registry": None}).words
+    assert "was passed" in words and "prompts" not in words
+    assert "without prompts" in msgspec.structs.replace(PASSED, challenged=False).words
+
+
+def test_a_film_s_name_is_a_line_that_can_be_read_again() -> None:
+    """Catches: a name, which a stranger chose, by which a report cannot be shown, or a receipt not read again."""
+    for name in ("a\tb\x1b[2J\u202e.mp4", "x" * 900, "\udcff.mp4", ""):
+        film = FilmAsked.of(name, FILM.sha256)
+        assert film.name.isprintable()
+        json.dumps(film.name, ensure_ascii=False).encode()
+        assert receipt_of(msgspec.structs.replace(PASSED, film=film).to_json()).film == film
 
 
 @pytest.mark.parametrize(
@@ -66,6 +95,12 @@ def test_a_receipt_of_another_matter_is_not_attached(change: dict[str, Any], wor
         {"verdict": "original"},
         {"report_sha256": "short"},
         {"claim": "Ada\u001b[2J"},
+        {"claim": "Ada\n"},
+        {"claim": "Ada\u009b2J"},
+        {"claim": "Ada\u202e"},
+        {"report_sha256": "ef" * 32 + "\n"},
+        {"ended_at": "all agree"},
+        {"title": "x" * 501},
         {"film": {"name": "a"}},
         {"format": 2},
         {"more": 1},
@@ -82,5 +117,10 @@ def test_a_damaged_receipt_is_a_sentence(change: dict[str, Any], tmp_path: Path)
     path.write_text("[1")
     with pytest.raises(SpecError, match="not JSON"):
         load_receipt(path)
-    with pytest.raises(SpecError, match="cannot be read"):
-        load_receipt(tmp_path / "none.json")
+    path.write_text(json.dumps(PASSED.to_json()) + " " * MOST_BYTES)
+    with pytest.raises(SpecError, match="64 KiB"):
+        load_receipt(path)
+    os.mkfifo(tmp_path / "pipe")
+    for name in ("none.json", "pipe"):
+        with pytest.raises(SpecError, match="cannot be read"):
+            load_receipt(tmp_path / name)

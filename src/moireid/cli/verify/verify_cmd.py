@@ -57,9 +57,9 @@ class ClaimContext:
         return replace(self.look_up(document), claim=claim, barred=self.found.barred)
 
 
-def files_read(wish: VerifyOptions) -> list[Path | None]:
-    """The files that the command reads, which no output may replace."""
-    found = [wish.video, wish.key_file, wish.bundle_path, wish.badge_json]
+def files_read(wish: ClaimWish) -> list[Path | None]:
+    """The files that are read of a claim, which no output may replace."""
+    found = [wish.bundle_path, wish.badge_json]
     if wish.registry_url is None and (wish.claim is None or wish.bundle_path is not None):
         return found
     from moireid.registry.engine import own_file
@@ -303,17 +303,17 @@ def verify_command(**given: Any) -> None:
     check_wish(wish)
     scores = detectors_from(wish.detectors)
     receipts = [load_receipt(path) for path in wish.receipt_files]
-    kept = files_read(wish)
+    kept = [*files_read(wish), wish.video, wish.key_file, *wish.receipt_files]
     signing = planned_signing(
         wish.video, wish.key_file, wish.attest_file, wish.timestamp_url, wish.form, overwrite=wish.overwrite, kept=kept
     )
     with asked_of(wish) as asked:
+        for receipt in receipts:
+            check_belongs(receipt, asked.found, wish.video)
         plan_pages(wish.report_folder, overwrite=wish.overwrite, kept=kept)
         with progress_bar("reading the film") as progress:
             judge = judge_here if signing is None else judge_apart
             outcome = judge(wish, asked.found, scores, progress)
-        for receipt in receipts:
-            check_belongs(receipt, outcome.document)
         outcome = replace(outcome, document=attached(outcome.document, receipts))
         known = asked.known(outcome.document, wish.claim)
     document = write_pages_of(outcome, signing, known, wish)

@@ -9,6 +9,7 @@ Convention: times are UTC, ISO 8601; digests are SHA-256, 64 hex digits.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -18,13 +19,21 @@ from msgspec import Meta
 
 from moireid import __version__
 from moireid.errors import SpecError
+from moireid.files import read_regular
 from moireid.models import check_format, parse_json, read_model
-from moireid.provenance import Standing
+from moireid.provenance import ClaimedBadge, Standing
 from moireid.verifier.reasons import Verdict
 
 FORMAT = 1
-Digest = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
-Line = Annotated[str, Meta(max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$")]
+#: Letters of a line, and bytes of a receipt, at most.
+LONGEST, MOST_BYTES = 500, 1 << 16
+# In Python's patterns `$` lets a line end pass.
+Digest = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
+#: Without signs that steer a terminal, end a line or turn text round.
+Line = Annotated[
+    str, Meta(max_length=LONGEST, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]*\Z")
+]
+Moment = Annotated[str, Meta(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}[0-9:.+Z]{0,20}\Z")]
 ADVICE = "take the receipt from the page of a one-time link, or of moireid watch --challenge --receipt"
 
 
@@ -34,21 +43,29 @@ class FilmAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     name: Line
     sha256: Digest
 
+    @classmethod
+    def of(cls, name: str, sha256: str) -> FilmAsked:
+        """A film whose name a stranger may have chosen."""
+        return cls("".join(letter if letter.isprintable() else " " for letter in name)[:LONGEST], sha256)
+
 
 class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is kept of a live check.
 
-    kind: where it was made; claim: whose badge was asked for; ended_at: when it was over; report_sha256: of its report,
-    a JSON text; film: None where the person was asked about none; registry: that was asked; asked_as: how the asker was
-    named to the other person; link, made_at, opened_at, used_at, pictures_kept: of a one-time link.
+    kind: where it was made; claim: whose badge was asked for; ended_at: when it was over; report_sha256: of its
+    report, a JSON text; challenged: whether prompts were drawn, None where an older version did not say; claim_id:
+    the badge's id, None where the asker may not know it; film: None where the person was asked about none; registry:
+    that was asked; asked_as: how the asker was named to the other person; link, made_at, opened_at, used_at,
+    pictures_kept: of a one-time link.
     """
 
     kind: Literal["one-time link", "watch"]
     claim: Line
-    ended_at: Line
+    ended_at: Moment
     verdict: Verdict
-    challenged: bool
     report_sha256: Digest
+    challenged: bool | None = None
+    claim_id: Line | None = None
     format: int = FORMAT
     title: Line | None = None
     film: FilmAsked | None = None
@@ -56,9 +73,9 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     moireid: Line = __version__
     asked_as: Line | None = None
     link: Line | None = None
-    made_at: Line | None = None
-    opened_at: Line | None = None
-    used_at: Line | None = None
+    made_at: Moment | None = None
+    opened_at: Moment | None = None
+    used_at: Moment | None = None
     pictures_kept: int = 0
 
     def to_json(self) -> dict[str, Any]:
@@ -71,18 +88,20 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """What it says, in a sentence."""
         about = "about this film" if self.film else "about no film in particular"
         out = {"accept": "was passed", "reject": "failed"}.get(self.verdict, "stayed inconclusive")
-        live = "" if self.challenged else ", without prompts"
-        return (
-            f"A live check of {self.claim} {about}{live} {out}; it ended on {self.ended_at[:16].replace('T', ' ')} UTC."
-        )
+        live = ", without prompts," if self.challenged is False else ""
+        ended = self.ended_at[:16].replace("T", " ")
+        return f"A live check of {self.claim} {about}{live} {out}; it ended on {ended} UTC."
 
 
 def load_receipt(path: Path) -> LiveReceipt:
     """Read a receipt.  Raises: SpecError where it is none of this format."""
     try:
-        text = path.read_text(encoding="utf-8")
+        data = read_regular(path, MOST_BYTES)
+        text = data.decode()
     except (OSError, UnicodeDecodeError) as error:
         raise SpecError(f"receipt {path} cannot be read; {ADVICE}") from error
+    if len(data) > MOST_BYTES:
+        raise SpecError(f"receipt {path} has more than {MOST_BYTES >> 10} KiB, which none has; {ADVICE}")
     return receipt_of(parse_json(text, f"receipt {path}", ADVICE), f"receipt {path}")
 
 
@@ -97,13 +116,28 @@ def attached(report: Mapping[str, Any], receipts: list[LiveReceipt]) -> dict[str
     return dict(report) | ({"live_checks": [one.to_json() for one in receipts]} if receipts else {})
 
 
-def check_belongs(receipt: LiveReceipt, report: Mapping[str, Any]) -> None:
-    """Raise SpecError unless a receipt is of a report's claim and registry, and about its film or none."""
-    name, film = report["badge"]["name"], report["input"]["sha256"]
-    if receipt.claim != name:
-        raise SpecError(f"the receipt is of a live check of {receipt.claim!r}, and the film is said to show {name!r}")
-    if receipt.film is not None and receipt.film.sha256 != film:
+def film_asked(path: Path) -> FilmAsked:
+    """The film in a file.  Raises: SpecError where it cannot be read."""
+    try:
+        with path.open("rb") as stream:
+            return FilmAsked.of(path.name, hashlib.file_digest(stream, "sha256").hexdigest())
+    except OSError as error:
+        raise SpecError(f"film {path} cannot be read ({error.strerror}); give another file") from error
+
+
+def check_belongs(receipt: LiveReceipt, found: ClaimedBadge, film: Path) -> None:
+    """Raise SpecError unless a receipt is of a film's claim and registry, and about this film or none."""
+    badge, asked = found.badge, found.provenance.standing
+    if receipt.claim != badge.name:
+        raise SpecError(
+            f"the receipt is of a live check of {receipt.claim!r}, and the film is said to show {badge.name!r}; give "
+            "one of that person"
+        )
+    if None not in (receipt.claim_id, badge.id) and receipt.claim_id != badge.id:
+        raise SpecError(
+            f"the receipt is of another badge of the name {badge.name!r} than the claimed one; choose another"
+        )
+    if receipt.film is not None and receipt.film.sha256 != film_asked(film).sha256:
         raise SpecError(f"the receipt is about the film {receipt.film.name!r}, which is another; attach it to that one")
-    asked = report.get("registry") or {}
-    if receipt.registry is not None and asked and receipt.registry.fingerprint != asked["fingerprint"]:
+    if receipt.registry is not None and asked is not None and receipt.registry.fingerprint != asked.fingerprint:
         raise SpecError("the receipt is of a live check by another registry than the film's; check both by one")

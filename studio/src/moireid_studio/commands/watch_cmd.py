@@ -19,7 +19,7 @@ import click
 
 from moireid.cli.common import VERDICT_EXIT, FiniteRange, actor_option, friendly, overwrite_option, say, show_json
 from moireid.cli.enroll_cmd import check_replace, reason_option, replace_option
-from moireid.cli.verify.verify_cmd import asked_of, show_verdict
+from moireid.cli.verify.verify_cmd import asked_of, files_read, show_verdict
 from moireid.cli.verify.verify_options import (
     CLAIM_OPTIONS,
     ClaimWish,
@@ -275,7 +275,8 @@ def watch_command(**given: Any) -> None:
 
     Exit code of the last verdict: 0: accepted; 1: rejected; 3: inconclusive. 2: bad input, or no picture came.
     """
-    from moireid_studio.commands.watch_kept import enroll, film_asked, write_receipt
+    from moireid.verifier.report.live_receipt import film_asked
+    from moireid_studio.commands.watch_kept import check_enrollable, enroll, write_receipt
     from moireid_studio.watch.source import check_prompts, source_of
 
     wish = WatchWish(**given)
@@ -291,6 +292,8 @@ def watch_command(**given: Any) -> None:
         check_prompts(source)
     token = _token(wish.token_file, source)
     with asked_of(wish) as asked:
+        if wish.enroll:
+            check_enrollable(asked.found)
         document = _watched(wish, source, token, asked.found)
         known = asked.known(document, wish.claim)
         figures = document.pop("as_built", None)
@@ -301,7 +304,8 @@ def watch_command(**given: Any) -> None:
     if wish.receipt_file is not None:
         write_receipt(wish.receipt_file, document, asked.found, film)
     if wish.enroll:
-        enroll(asked.found.badge, figures, wish.registry_url, wish.actor, wish.reason)
+        measured = figures if document["challenged"] and document["verdict"] == "accept" else None
+        enroll(asked.found.badge, measured, wish.registry_url, wish.actor, wish.reason)
     sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
@@ -310,14 +314,19 @@ def _check_kept(wish: WatchWish) -> None:
     from moireid.files import planned
 
     check_replace(wish.replace, wish.reason, "--enroll", wish.enroll)
-    if wish.enroll and (not wish.challenge or wish.bundle_path is not None):
-        raise SpecError("--enroll keeps what a live check measured in a registry; give --challenge, and no --bundle")
+    if wish.enroll and not wish.challenge:
+        raise SpecError("--enroll keeps what a live check measured; give --challenge too")
+    if wish.enroll and (wish.level == "enrolled" or wish.require_original is not None or wish.receipt_file is not None):
+        raise SpecError(
+            "--enroll measures figures, and compares the badge with none; leave out --level enrolled, "
+            "--require-original and --receipt, and make another check for these"
+        )
     if wish.about is not None and wish.receipt_file is None:
         raise SpecError("--about FILM is written into a receipt; give --receipt FILE too")
     if wish.receipt_file is not None and not wish.challenge:
         raise SpecError("--receipt is of a live check; give --challenge too")
     if wish.receipt_file is not None:
-        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[wish.about])
+        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[*files_read(wish), wish.about, wish.token_file])
 
 
 def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedBadge) -> dict[str, Any]:

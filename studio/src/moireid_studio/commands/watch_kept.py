@@ -12,9 +12,19 @@ from typing import Any
 from moireid.badge import Badge
 from moireid.cli.common import say
 from moireid.cli.enroll_cmd import figures_words, show_compared
+from moireid.errors import SpecError
 from moireid.files import write_text
 from moireid.provenance import ClaimedBadge
 from moireid.verifier.report.live_receipt import FilmAsked, LiveReceipt
+
+
+def check_enrollable(found: ClaimedBadge) -> None:
+    """Raise SpecError unless a registry vouches for the badge: by a file's lines anyone's badge could be measured."""
+    if found.provenance.source != "registry":
+        raise SpecError(
+            "--enroll keeps figures in a registry that holds the badge; give --claim, or --badge with --registry, and "
+            "enroll the badge there first (moireid enroll)"
+        )
 
 
 def enroll(badge: Badge, figures: object, registry_url: str | None, actor: str | None, reason: str | None) -> None:
@@ -34,12 +44,6 @@ def enroll(badge: Badge, figures: object, registry_url: str | None, actor: str |
     say(f"{record.name}: {figures_words(record, found)}")
 
 
-def film_asked(path: Path) -> FilmAsked:
-    """The film that a person is asked about.  Raises: OSError where it cannot be read."""
-    with path.open("rb") as stream:
-        return FilmAsked(path.name, hashlib.file_digest(stream, "sha256").hexdigest())
-
-
 def write_receipt(path: Path, document: Mapping[str, Any], found: ClaimedBadge, film: FilmAsked | None) -> None:
     """Write the receipt of a check; its digest is that of the line that --json prints."""
     line = json.dumps(document, ensure_ascii=False, allow_nan=False)
@@ -48,8 +52,9 @@ def write_receipt(path: Path, document: Mapping[str, Any], found: ClaimedBadge, 
         found.badge.name,
         datetime.now(UTC).isoformat(timespec="seconds"),
         document["verdict"],
-        bool(document["challenged"]),
         hashlib.sha256(line.encode()).hexdigest(),
+        document["challenged"],
+        found.badge.id,
         film=film,
         registry=found.provenance.standing,
     )

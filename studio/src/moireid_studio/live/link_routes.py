@@ -17,6 +17,7 @@ from fastapi import Path as InPath
 from fastapi.responses import JSONResponse, RedirectResponse, Response
 
 from moireid.names import CLAIM_LIMIT
+from moireid.verifier.report.live_receipt import FilmAsked
 from moireid_studio.auth.guard import Visitor, anyone, require
 from moireid_studio.challenge.challenge import FACE
 from moireid_studio.challenge.clock import MOVES
@@ -88,8 +89,10 @@ def make(
     if found.badge.id is None:
         raise Refusal(422, "no_id", "This badge has no identity, so no one can be asked for it.")
     film = _film_of(studio, about, visitor)
-    shown = {} if film is None else {"film_name": film.film_name, "film_sha256": film.film_sha256}
-    made = studio.links.make(visitor.id, asks.strip(), found.badge.id, ids=ids, wants_pictures=pictures, **shown)
+    if film is not None and film.claimed_id != found.badge.id:
+        raise Refusal(422, "claim", "The film is said to show someone else; ask that person about it.")
+    shown = None if film is None else FilmAsked.of(film.film_name, film.film_sha256 or "")
+    made = studio.links.make(visitor.id, asks.strip(), found.badge.id, ids=ids, wants_pictures=pictures, film=shown)
     if made is None:
         raise Refusal(503, "busy", f"{MOST_WAITING} of your links wait to be used; remove some, or wait for them.")
     secret, link = made
@@ -202,7 +205,7 @@ def look(request: Request, token: Annotated[str, Form(max_length=LONGEST_SECRET)
     except Refusal as refusal:
         return JSONResponse({"text": refusal.text}, refusal.status)
     studio.links.note_opened(link)
-    film = None if link.film_sha256 is None else {"name": link.film_name, "sha256": link.film_sha256}
+    film = None if link.film is None else {"name": link.film.name, "sha256": link.film.sha256}
     said = {"asks": link.asks, "name": name_of(studio, link), "pictures": link.wants_pictures, "film": film}
     return JSONResponse(said)
 

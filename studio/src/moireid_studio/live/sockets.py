@@ -21,7 +21,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, MutableMapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, get_args
 
 import anyio
 from fastapi import WebSocket, WebSocketDisconnect
@@ -31,6 +31,7 @@ from moireid.errors import MoireIdError
 from moireid.registry import ClaimedBadge, holder_of
 from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
+from moireid.verifier.reasons import Verdict
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.session.known_figures import checked_figures
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
@@ -152,8 +153,9 @@ async def _session(connection: WebSocket, asked: SessionRequest) -> None:
         required = asked.by_link or asked.enrolling
         begin = Start(asked.given, asked.in_call, required=required, level=level, enrolling=asked.enrolling)
         await run_in_threadpool(child.send, begin)
-        coming = asyncio.create_task(_pictures(connection, child, asked))
-        going = asyncio.create_task(_events(connection, child, asked))
+        prompted = asyncio.Event()
+        coming = asyncio.create_task(_pictures(connection, child, asked, prompted))
+        going = asyncio.create_task(_events(connection, child, asked, prompted))
         tasks = [coming, going]
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         if coming.done() and coming.exception() is None:
@@ -177,9 +179,12 @@ async def _leave(child: Child, tasks: list[asyncio.Task[None]]) -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-async def _pictures(connection: WebSocket, child: Child, asked: SessionRequest) -> None:
-    """Pass the browser's pictures to the process, with their time of arrival, until the browser asks for the end."""
-    challenged, room, last_s = False, MOST_RATE, time.monotonic()
+async def _pictures(connection: WebSocket, child: Child, asked: SessionRequest, prompted: asyncio.Event) -> None:
+    """Pass the browser's pictures to the process, with their time of arrival, until the browser asks for the end.
+
+    Parameters: prompted: is set once the process has prompts.
+    """
+    room, last_s = MOST_RATE, time.monotonic()
     looked_s = last_s
     while True:
         message: MutableMapping[str, Any] = await asyncio.wait_for(connection.receive(), IDLE_S)
@@ -200,8 +205,8 @@ async def _pictures(connection: WebSocket, child: Child, asked: SessionRequest) 
             if wish in ("end", "moved"):
                 await _send(child, PictureEnd(moved=wish == "moved"))
                 return
-            if wish == "challenge" and not challenged:
-                challenged = True
+            if wish == "challenge" and not prompted.is_set():
+                prompted.set()
                 await _send(child, Ask(now_s, _prompts(connection, asked)))
             continue
         if len(data) > MOST_BYTES or len(data) <= CLOCK.size:
@@ -219,19 +224,20 @@ def _prompts(connection: WebSocket, asked: SessionRequest) -> list[Prompt]:
     return drawn or draw_prompts(0.0, pace=CALL if asked.in_call else HERE)
 
 
-async def _events(connection: WebSocket, child: Child, asked: SessionRequest) -> None:
-    """Pass the process's events to the browser until the process ends; the verdict is written down, with a headline.
+async def _events(connection: WebSocket, child: Child, asked: SessionRequest, prompted: asyncio.Event) -> None:
+    """Pass the process's events to the browser until its verdict, which is written down, with a headline.
 
     The process that reads pictures never learns whose badge it has read.
     """
     finished = False
     with contextlib.suppress(ProcessEnd):
-        while event := await run_in_threadpool(child.hear):
-            finished = finished or event.get("event") in ("verdict", "error")
+        while not finished and (event := await run_in_threadpool(child.hear)):
+            finished = event.get("event") in ("verdict", "error")
             if event.get("event") == "verdict":
+                event = own_words(event, asked, prompted=prompted.is_set())
                 figures = event.pop("as_built", None)
                 await run_in_threadpool(_note, studio_of(connection), asked, event)
-                if asked.enrolling and figures is not None:
+                if figures is not None:
                     event["review"] = await run_in_threadpool(_review, studio_of(connection), asked, figures)
                 event["headline"] = await run_in_threadpool(_headline, studio_of(connection), event, asked)
             if event.get("event") in ("prompted", "verdict"):
@@ -240,6 +246,21 @@ async def _events(connection: WebSocket, child: Child, asked: SessionRequest) ->
     if not finished:
         await connection.send_json({"event": "error", "text": "The check broke off; begin again."})
     await connection.close()
+
+
+def own_words(event: Mapping[str, Any], asked: SessionRequest, *, prompted: bool) -> dict[str, Any]:
+    """A verdict with the server's own word on what its process, which may be in a stranger's hands, need not say.
+
+    Parameters: prompted: whether there were prompts; without, and in a check that was not passed, nothing is measured.
+    Raises: ProcessEnd where it is no verdict.
+    """
+    if event.get("verdict") not in get_args(Verdict):
+        raise ProcessEnd("crash", "gave a verdict that is none")
+    provenance, challenged = asked.found.provenance, prompted and event.get("challenged") is True
+    registry = provenance.standing.to_json() if provenance.standing else None
+    own = {"challenged": challenged, "claim_source": provenance.source, "registry": registry}
+    measured = asked.enrolling and challenged and event["verdict"] == "accept"
+    return {name: value for name, value in event.items() if measured or name != "as_built"} | own
 
 
 def _headline(studio: Studio, event: dict[str, Any], asked: SessionRequest) -> dict[str, str]:

@@ -94,7 +94,9 @@ def _session(talk: Talk, start: Start) -> None:
     with ThreadPoolExecutor(1, "verdict") as aside:
         pace = CALL if start.in_call else HERE
         found = start.found.without_figures() if start.enrolling else start.found
-        claim = Claim.of(found, level=start.level, enrolling=start.enrolling)
+        # Who is measured has no figures yet, so a level of them could not be reached.
+        level = "record" if start.enrolling else start.level
+        claim = Claim.of(found, level=level, enrolling=start.enrolling)
         check = LiveCheck(claim, draw=draw, pace=pace, aside=aside, required=start.required)
         talk.send({"event": "ready"})
         size, taken = None, 0
