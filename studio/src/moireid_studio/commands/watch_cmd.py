@@ -352,6 +352,7 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedB
         "registry": standing.to_json() if standing else None,
         "claim_source": found.provenance.source,
         "badge": {"id": found.badge.id, "name": found.badge.name},
+        "challenged": prompts is not None and document.get("challenged") is True,
     }
 
 
