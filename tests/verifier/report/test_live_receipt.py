@@ -97,7 +97,7 @@ def test_a_film_s_name_is_a_line_that_can_be_read_again() -> None:
         {"claim": "Ada\u001b[2J"},
         {"claim": "Ada\n"},
         {"claim": "Ada\u009b2J"},
-        {"claim": "Ada\u202e"},
+        {"claim": "Ada\u2028"},
         {"report_sha256": "ef" * 32 + "\n"},
         {"ended_at": "all agree"},
         {"title": "x" * 501},

@@ -29,12 +29,10 @@ FORMAT = 1
 LONGEST, MOST_BYTES = 500, 1 << 16
 # In Python's patterns `$` lets a line end pass.
 Digest = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
-#: Without signs that steer a terminal, end a line or turn text round.
-Line = Annotated[
-    str, Meta(max_length=LONGEST, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]*\Z")
-]
+#: Without signs that steer a terminal or end a line.
+Line = Annotated[str, Meta(max_length=LONGEST, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*\Z")]
 Moment = Annotated[str, Meta(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}[0-9:.+Z]{0,20}\Z")]
-ADVICE = "take the receipt from the page of a one-time link, or of moireid watch --challenge --receipt"
+ADVICE = "take the receipt from the page of a one-time link, or let moireid watch write one of a live check"
 
 
 class FilmAsked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
