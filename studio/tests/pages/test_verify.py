@@ -105,7 +105,8 @@ def test_a_process_that_was_taken_over_shows_no_file_of_ours(
 def test_a_verdict_whose_report_was_not_drawn_is_shown(
     ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Catches: a page that fails where the report's plots are not there; a link to a report that is not."""
+    """Catches: a page that fails where the report's plots are not there; a link to a report that is not; one to ask a
+    person about the film whom the registry does not know, as of the samples."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
     with studio(tmp_path, ada) as visit:
@@ -114,4 +115,9 @@ def test_a_verdict_whose_report_was_not_drawn_is_shown(
         visit.wait(job_id, "verifier")
         visit.rewrite(job_id, kept="{}")
         page = visit.ask("GET", f"/verify/{job_id}", "verifier")
+        job = visit.job(job_id)
+        job.claim_source = "file"
+        visit.rewrite(job_id, about=job.about())
+        of_file = visit.ask("GET", f"/verify/{job_id}", "verifier").text
     assert page.status_code == 200 and "<h1>? Cannot tell: " in page.text and '/report"' not in page.text
+    assert f"/links?about={job_id}" in page.text and "/links?about" not in of_file

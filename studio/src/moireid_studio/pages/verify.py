@@ -144,7 +144,7 @@ def outcome(request: Request, job_id: str, visitor: Verifier) -> Response:
     report = with_live_checks(studio_of(request), job)
     shown = page_context(report, list_pictures(job), known, lambda name: f"/verify/{job.id}/picture/{name}")
     about = links_about(studio_of(request), job)
-    shown |= {"ask_about": job.claimed_id is not None and job.film_sha256 is not None}
+    shown |= {"ask_about": job.claim_source == "registry" and job.film_sha256 is not None}
     shown |= {"waiting": sum(link.state in ("waiting", "opened", "running") for link in about)}
     course = course_of(job, shown["seconds"])
     return render(request, "verdict.html.j2", job=job, kept_for=kept, course=course, **shown)
