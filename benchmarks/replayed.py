@@ -1,0 +1,298 @@
+"""Forgeries made from true films, on one axis and two: run `.venv/bin/python benchmarks/replayed.py [--kept FILE]`.
+
+clip: a public film of the badge, 1 to 8 s of a hand's measured motion, is put over another trajectory, which stays
+    within the parallaxes that the clip shows: the badge whole by the nearest view, or field by field, each field by its
+    own parallax.  Level: at one distance; deep: 8 % nearer and farther; own way: the clip's own, forth and back.
+    Stretched: rows by the distance, one number a frame.  Faded: two frames of the clip, cross-faded.
+photographs: the same with 1 to 24 photographs, spread over the parallaxes.  slid: one photograph, of which each row is
+    slid by the law.
+re-badged: the true film of another person's badge of the same layout; its middle row is copied into every cell.  With
+    figures: corrected so that the figures are those of the victim's enrolment (two true films).
+true: films of the badge itself on the same trajectories, and on measured motion (natural) in four formats.
+
+Printed is what becomes of the films of each kind, which findings decide, and, of films that are judged with the figures
+of enrolment, how often these agree.  `--kept FILE` keeps each film's row, and `--keep DIR` the clips.  Cases are filmed
+in turn, so that a run that is stopped has some of each.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from true_films.clip import Clip, filmed_clip, photographs
+from true_films.paths import DEPTH, lively, natural, swaying, to_and_fro
+from true_films.rebadge import Correction, Rebadging
+from true_films.replay import Replay
+
+from moireid.asbuilt import AsBuilt, as_built_from_json
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.designer.formats import in_format
+from moireid.simulate.filming import Show, film
+from moireid.simulate.forgeries.rear_layer import ShownViews
+from moireid.simulate.motion import Motion
+from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier import Claim, verify
+from moireid.verifier.session.capture import capture_as_built
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, run_script
+from moireid_lab.bench.verdicts import why_not
+
+Kind = Literal["clip", "photographs", "slid", "re-badged", "true"]
+Way = Literal["level", "deep", "own way", "natural"]
+FRAMES, FPS, CRF = 180, 30, 23
+#: Of this many badges and of donors there is a long public clip, of the others a short one, s.
+LONG, LONG_S, SHORT_S = 8, 8, 2
+PHONE, SMALL = Camera(), Camera(1280, 720, 1150.0)
+#: Of the donor of a re-badged film: another person's badge, and another build.
+DONOR = 500
+
+
+@dataclass(frozen=True)
+class Case:
+    """One kind of film; films: how many by default; seconds: of the clip; count: of photographs; way: trajectory."""
+
+    kind: Kind
+    axes: str
+    films: int
+    format: str = "board"
+    metres: float = 1.0
+    way: Way = "level"
+    seconds: int = 0
+    count: int = 0
+    by_field: bool = False
+    faded: bool = False
+    stretched: bool = False
+    figures: bool = False
+
+    @property
+    def name(self) -> str:
+        """In a few words."""
+        what = {"clip": f"clip of {self.seconds} s", "photographs": f"{self.count} photographs"}.get(
+            self.kind, self.kind
+        )
+        taken = ("field by field" if self.by_field else "whole") if self.axes == "xy" and self.kind in MADE else ""
+        way = "" if self.kind in ("slid", "re-badged") else self.way
+        words = [what, way, taken, "faded" if self.faded else "", "stretched" if self.stretched else ""]
+        words.append("with figures" if self.figures else "")
+        return f"{self.axes}, {self.format} {self.metres:g} m: " + ", ".join(word for word in words if word)
+
+    @property
+    def camera(self) -> Camera:
+        """Boards fill a picture of 720p; smaller formats and greater distances have 1080p."""
+        return SMALL if self.format == "board" and self.metres <= 1 else PHONE
+
+
+MADE = ("clip", "photographs")
+
+
+def all_cases() -> list[Case]:
+    """Every case."""
+    found: list[Case] = []
+    for axes, by_field in (("xy", False), ("xy", True), ("x", False)):
+        found += clip_cases(axes, by_field) + photograph_cases(axes, by_field)
+    for axes in ("x", "xy"):
+        found += [Case("clip", axes, 3, way="own way", seconds=8), Case("slid", axes, 3)]
+        found += [
+            Case("re-badged", axes, 5),
+            Case("re-badged", axes, 2, "a6"),
+            Case("re-badged", axes, 4, figures=True),
+        ]
+        found += [Case("true", axes, films, way=way) for way, films in (("level", 4), ("deep", 4), ("own way", 3))]
+        found += [Case("true", axes, films, *at, way="natural") for *at, films in TRUE]
+    return found
+
+
+def clip_cases(axes: str, by_field: bool) -> list[Case]:
+    """Clips, of badges that are taken whole or field by field."""
+    usual = {"axes": axes, "by_field": by_field, "seconds": 2, "stretched": True}
+    found = [Case("clip", films=20 if axes == "xy" else 8, **usual)]
+    found += [Case("clip", films=4, **usual | {"seconds": seconds}) for seconds in (1, 4, 8)]
+    found += [Case("clip", films=3, way="deep", **usual | {"stretched": stretched}) for stretched in (False, True)]
+    found += [Case("clip", films=2, format="a6", **usual)]
+    if by_field or axes == "x":
+        found += [Case("clip", films=3, **usual | how) for how in ({"faded": True}, {"figures": True})]
+    return found
+
+
+def photograph_cases(axes: str, by_field: bool) -> list[Case]:
+    """Photographs, cross-faded where a field is shown by one parallax."""
+    faded = by_field or axes == "x"
+    found = [Case("photographs", axes, 2, count=count, by_field=by_field) for count in (1, 24)]
+    if faded:
+        found += [Case("photographs", axes, 2, count=count, by_field=by_field, faded=True) for count in (5, 12, 24)]
+    return found
+
+
+#: Format, distance in m and number of true films: at 1 m and 2 m, or at the middle and the far end of a smaller range.
+TRUE = (("board", 1.0, 12), ("board", 2.0, 12), ("a6", 1.0, 12), ("a6", 0.7, 4), ("a5", 1.0, 4), ("a5", 1.5, 4))
+TRUE += (("4x3in", 0.5, 4), ("4x3in", 0.75, 4))
+
+
+def badge_of(case: Case, number: int) -> Badge:
+    """A badge of its own for each number, of hard cells."""
+    payload = np.random.default_rng([number, 7]).bytes(8)
+    return design_badge(in_format(Request("Bench", axes=case.axes), case.format, payload_bytes=8), payload)
+
+
+def scene_of(case: Case, number: int) -> Scene:
+    """The badge, as it was built."""
+    return Scene(badge_of(case, number), Build.typical(number), case.camera)
+
+
+def public_clip(case: Case, number: int, folder: Path) -> Clip:
+    """The public clip of that badge, of all its seconds; kept in the folder."""
+    path = folder / f"clip_{case.axes}_{case.format}_{case.metres:g}_{number}.npz"
+    if not path.exists():
+        seconds = SHORT_S if LONG < number < DONOR else LONG_S
+        made = filmed_clip(scene_of(case, number), hand(case, number), seconds * FPS, number)
+        np.savez(path, pictures=made.pictures, views=made.views)
+    with np.load(path) as kept:
+        return Clip(kept["pictures"], kept["views"])
+
+
+def hand(case: Case, number: int) -> Motion:
+    """The measured motion of the public clip."""
+    return lively(1000 * case.metres, number)
+
+
+def enrolled(case: Case, number: int, folder: Path) -> AsBuilt:
+    """The figures of the victim's enrolment, by two true films; kept in the folder."""
+    path = folder / f"figures_{case.axes}_{case.format}_{case.metres:g}_{number}.json"
+    if not path.exists():
+        films = [folder / f"capture_{case.axes}_{case.format}_{number}_{k}.mp4" for k in (1, 2)]
+        for k, video in enumerate(films):
+            motion = natural(("handheld", "walk")[k], 1000 * case.metres, number + 1000 * (k + 1))
+            shot(scene_of(case, number), motion, video, number + k, frames=240)
+        path.write_text(capture_as_built(films, badge_of(case, number)).to_json(), encoding="utf-8")
+    return as_built_from_json(path.read_text(encoding="utf-8"))
+
+
+def shot(scene: Scene, motion: Motion, video: Path, seed: int, show: Show | None = None, frames: int = FRAMES) -> None:
+    """One film."""
+    film(scene, motion, video, frames=frames, fps=FPS, show=show, seed=seed, crf=CRF, overwrite=True)
+
+
+def trajectory(case: Case, number: int, views: np.ndarray) -> Motion:
+    """That of the film: within what a clip shows, or measured."""
+    if case.way == "natural":
+        return natural(("handheld", "walk")[number % 2], 1000 * case.metres, number + 50)
+    if case.way == "own way":
+        return to_and_fro(hand(case, number), case.seconds or LONG_S)
+    return swaying(views, 1000 * case.metres, number, depth=DEPTH if case.way == "deep" else 0.0)
+
+
+def replayed(case: Case, number: int, clip: Clip) -> Show:
+    """A clip, or photographs."""
+    if case.kind == "photographs":
+        clip = photographs(scene_of(case, number), _spread(clip.views, case, 1000 * case.metres))
+    return Replay(clip, case.by_field, case.faded, case.stretched).shown
+
+
+def _spread(views: np.ndarray, case: Case, distance_mm: float) -> np.ndarray:
+    """Views of the photographs: along the diagonal where a field asks for one parallax, else all over the plane."""
+    low, high = views[:, :2].min(axis=0), views[:, :2].max(axis=0)
+    number = np.arange(case.count)
+    shares = np.repeat((number[:, None] + 0.5) / case.count, 2, axis=1)
+    if case.axes == "xy" and not case.by_field:
+        shares[:, 1] = [sum((k >> bit & 1) / 2 ** (bit + 1) for bit in range(8)) for k in number.tolist()]
+    return np.column_stack([low + shares * (high - low), np.full(case.count, distance_mm)])
+
+
+def slid(scene: Scene, motion: Motion, camera_mm: np.ndarray, fps: float) -> ShownViews:
+    """One photograph, its rows slid by the law; as `moireid_lab.bench.forgers.cases.slid`."""
+    away = np.abs(camera_mm[:, 2:])
+    return ShownViews(camera_mm / away * away.mean(), camera_mm)
+
+
+def made_of_donor(case: Case, number: int, folder: Path) -> tuple[Motion, Show]:
+    """Trajectory and show of another person's film, re-badged; corrected if figures are to agree."""
+    scene, donor = scene_of(case, number), number + DONOR
+    found = Rebadging(badge_of(case, donor), public_clip(case, donor, folder))
+    motion = hand(case, donor)
+    if case.figures:
+        # The forger measures his first try by our own program, and corrects what is off.
+        video, wanted = folder / f"try_{number}.mp4", enrolled(case, number, folder)
+        shot(scene, motion, video, number, found.shown)
+        found = replace(found, correction=Correction.between(wanted, capture_as_built([video], scene.badge)))
+        video.unlink()
+    return motion, found.shown
+
+
+def made(case: Case, number: int, folder: Path) -> tuple[Motion, Show | None]:
+    """Trajectory and show of one film."""
+    if case.kind == "re-badged":
+        return made_of_donor(case, number, folder)
+    if case.way == "natural":
+        return trajectory(case, number, np.zeros((0, 3))), None
+    whole, frames = public_clip(case, number, folder), (case.seconds or LONG_S) * FPS
+    clip = Clip(whole.pictures[:frames], whole.views[:frames])
+    motion = trajectory(case, number, clip.views)
+    if case.kind in MADE:
+        return motion, replayed(case, number, clip)
+    return motion, slid if case.kind == "slid" else None
+
+
+def judged(job: tuple[Case, int, Path]) -> Row:
+    """One film, made and judged."""
+    case, number, folder = job
+    folder.mkdir(parents=True, exist_ok=True)
+    scene = scene_of(case, number)
+    claim = Claim(scene.badge, scene.badge.id)
+    motion, show = made(case, number, folder)
+    with tempfile.TemporaryDirectory() as own:
+        video = Path(own) / "film.mp4"
+        shot(scene, motion, video, number, show)
+        if case.figures:
+            claim = replace(claim, as_built=enrolled(case, number, folder))
+        report = verify(video, claim)
+    table = {one.name: one.log10_odds for one in report.invariant.table}
+    return {
+        "case": case.name,
+        "number": number,
+        "verdict": report.verdict,
+        "why": why_not(report),
+        "built": report.identity.built,
+        "identity": report.identity.verdict,
+        "gain": report.invariant.gain_ratio,
+        "focal_px": report.measurement.camera.focal_px if report.measurement else None,
+        "odds": table,
+        "measured": {one.code: one.measured for one in report.reasons if isinstance(one.measured, float)},
+    }
+
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a kind of film."""
+    cases = {case.name: case for case in all_cases()}
+    names = wish.chosen(cases)
+    most = {name: wish.clips or (1 if wish.quick else cases[name].films) for name in names}
+    with wish.kept_folder() as folder:
+        jobs = {
+            f"{name}|{number}": (cases[name], number, folder)
+            for number in range(1, 1 + max(most.values()))
+            for name in names
+            if number <= most[name]
+        }
+        found = list(replace(wish, only=None).each(judged, jobs))
+    for name, own in grouped(found, "case").items():
+        yield summed(name, own)
+
+
+def summed(name: str, own: list[Row]) -> Row:
+    """What became of the films of one kind."""
+    built = Counter(row["built"] for row in own)
+    counted = counted_verdicts(own, 4)
+    return {"film": name, "films": len(own)} | counted | {"figures agree": built["agrees"], "differ": built["differs"]}
+
+
+COLUMNS: dict[str, str] = {"film": "<62", "films": ">5", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
+COLUMNS |= {"figures agree": ">13", "differ": ">6", "reasons": "<1"}
+BENCH = Bench(rows, COLUMNS)
+
+if __name__ == "__main__":
+    run_script(__file__)
