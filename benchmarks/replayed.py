@@ -17,6 +17,7 @@ in turn, so that a run that is stopped has some of each.
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
@@ -34,6 +35,7 @@ from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
+from moireid.errors import MediaError
 from moireid.simulate.filming import Show, film
 from moireid.simulate.forgeries.rear_layer import ShownViews
 from moireid.simulate.motion import Motion
@@ -46,8 +48,8 @@ from moireid_lab.bench.verdicts import why_not
 Kind = Literal["clip", "photographs", "slid", "re-badged", "true"]
 Way = Literal["level", "deep", "own way", "natural"]
 FRAMES, FPS, CRF = 180, 30, 23
-#: Of this many badges and of donors there is a long public clip, of the others a short one, s.
-LONG, LONG_S, SHORT_S = 8, 8, 2
+#: Of this many badges there is a long public clip, of the others a short one, s.
+LONG, LONG_S, SHORT_S = 4, 8, 2
 PHONE, SMALL = Camera(), Camera(1280, 720, 1150.0)
 #: Of the donor of a re-badged film: another person's badge, and another build.
 DONOR = 500
@@ -97,13 +99,13 @@ def all_cases() -> list[Case]:
     for axes, by_field in (("xy", False), ("xy", True), ("x", False)):
         found += clip_cases(axes, by_field) + photograph_cases(axes, by_field)
     for axes in ("x", "xy"):
-        found += [Case("clip", axes, 3, way="own way", seconds=8), Case("slid", axes, 3)]
+        found += [Case("clip", axes, 2, way="own way", seconds=8), Case("slid", axes, 2)]
         found += [
-            Case("re-badged", axes, 5),
-            Case("re-badged", axes, 2, "a6"),
-            Case("re-badged", axes, 4, figures=True),
+            Case("re-badged", axes, 3),
+            Case("re-badged", axes, 1, "a6"),
+            Case("re-badged", axes, 3, figures=True),
         ]
-        found += [Case("true", axes, films, way=way) for way, films in (("level", 4), ("deep", 4), ("own way", 3))]
+        found += [Case("true", axes, films, way=way) for way, films in (("level", 2), ("deep", 2), ("own way", 2))]
         found += [Case("true", axes, films, *at, way="natural") for *at, films in TRUE]
     return found
 
@@ -111,27 +113,27 @@ def all_cases() -> list[Case]:
 def clip_cases(axes: str, by_field: bool) -> list[Case]:
     """Clips, of badges that are taken whole or field by field."""
     usual = {"axes": axes, "by_field": by_field, "seconds": 2, "stretched": True}
-    found = [Case("clip", films=20 if axes == "xy" else 8, **usual)]
-    found += [Case("clip", films=4, **usual | {"seconds": seconds}) for seconds in (1, 4, 8)]
+    found = [Case("clip", films=20 if axes == "xy" else 3, **usual)]
+    found += [Case("clip", films=3, **usual | {"seconds": seconds}) for seconds in (1, 4, 8)]
     found += [Case("clip", films=3, way="deep", **usual | {"stretched": stretched}) for stretched in (False, True)]
-    found += [Case("clip", films=2, format="a6", **usual)]
+    found += [Case("clip", films=1, format="a6", **usual)]
     if by_field or axes == "x":
-        found += [Case("clip", films=3, **usual | how) for how in ({"faded": True}, {"figures": True})]
+        found += [Case("clip", films=3, faded=True, **usual), Case("clip", films=3, figures=True, **usual)]
     return found
 
 
 def photograph_cases(axes: str, by_field: bool) -> list[Case]:
     """Photographs, cross-faded where a field is shown by one parallax."""
     faded = by_field or axes == "x"
-    found = [Case("photographs", axes, 2, count=count, by_field=by_field) for count in (1, 24)]
+    found = [Case("photographs", axes, 1, count=count, by_field=by_field) for count in (1, 24)]
     if faded:
-        found += [Case("photographs", axes, 2, count=count, by_field=by_field, faded=True) for count in (5, 12, 24)]
+        found += [Case("photographs", axes, 1, count=count, by_field=by_field, faded=True) for count in (5, 12, 24)]
     return found
 
 
 #: Format, distance in m and number of true films: at 1 m and 2 m, or at the middle and the far end of a smaller range.
-TRUE = (("board", 1.0, 12), ("board", 2.0, 12), ("a6", 1.0, 12), ("a6", 0.7, 4), ("a5", 1.0, 4), ("a5", 1.5, 4))
-TRUE += (("4x3in", 0.5, 4), ("4x3in", 0.75, 4))
+TRUE = (("board", 1.0, 8), ("board", 2.0, 5), ("a6", 1.0, 4), ("a6", 0.7, 2), ("a5", 1.0, 2), ("a5", 1.5, 2))
+TRUE += (("4x3in", 0.5, 2), ("4x3in", 0.75, 2))
 
 
 def badge_of(case: Case, number: int) -> Badge:
@@ -149,7 +151,7 @@ def public_clip(case: Case, number: int, folder: Path) -> Clip:
     """The public clip of that badge, of all its seconds; kept in the folder."""
     path = folder / f"clip_{case.axes}_{case.format}_{case.metres:g}_{number}.npz"
     if not path.exists():
-        seconds = SHORT_S if LONG < number < DONOR else LONG_S
+        seconds = FRAMES // FPS if number > DONOR else LONG_S if number <= LONG else SHORT_S
         made = filmed_clip(scene_of(case, number), hand(case, number), seconds * FPS, number)
         np.savez(path, pictures=made.pictures, views=made.views)
     with np.load(path) as kept:
@@ -167,7 +169,7 @@ def enrolled(case: Case, number: int, folder: Path) -> AsBuilt:
     if not path.exists():
         films = [folder / f"capture_{case.axes}_{case.format}_{number}_{k}.mp4" for k in (1, 2)]
         for k, video in enumerate(films):
-            motion = natural(("handheld", "walk")[k], 1000 * case.metres, number + 1000 * (k + 1))
+            motion = lively(1000 * case.metres, number + 1000 * (k + 1))
             shot(scene_of(case, number), motion, video, number + k, frames=240)
         path.write_text(capture_as_built(films, badge_of(case, number)).to_json(), encoding="utf-8")
     return as_built_from_json(path.read_text(encoding="utf-8"))
@@ -219,7 +221,9 @@ def made_of_donor(case: Case, number: int, folder: Path) -> tuple[Motion, Show]:
         # The forger measures his first try by our own program, and corrects what is off.
         video, wanted = folder / f"try_{number}.mp4", enrolled(case, number, folder)
         shot(scene, motion, video, number, found.shown)
-        found = replace(found, correction=Correction.between(wanted, capture_as_built([video], scene.badge)))
+        # A first try that is no usable capture leaves him nothing to correct by.
+        with contextlib.suppress(MediaError):
+            found = replace(found, correction=Correction.between(wanted, capture_as_built([video], scene.badge)))
         video.unlink()
     return motion, found.shown
 
