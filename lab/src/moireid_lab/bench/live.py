@@ -104,12 +104,13 @@ def frames(
     fps: float = 24.0,
     seed: int = 0,
     frozen: bool = False,
+    build: Build | None = None,
 ) -> Iterator[NDArray[np.uint8]]:
     """Grey pictures of the badge before `behind` (height, width), one at a time.
 
-    Parameters: frozen: a forged badge, whose fringes do not move.
+    Parameters: frozen: a forged badge, whose fringes do not move; build: None for a typical one of this seed.
     """
-    scene = Scene(badge, Build.typical(seed), WEBCAM)
+    scene = Scene(badge, build or Build.typical(seed), WEBCAM)
     renderer, rng = AnalyticRenderer(scene), np.random.default_rng(seed)
     noise = rng.standard_normal((WEBCAM.height + 64, WEBCAM.width + 64)).astype(np.float32) * WEBCAM.noise_counts
     phases = rng.uniform(0, 2 * math.pi, (6, len(TREMOR_HZ)))
