@@ -1,8 +1,8 @@
 """Enrolment by a live check, and live checks by its figures: run `.venv/bin/python benchmarks/live_enrolment.py`.
 
 A person before a webcam follows prompts with a true badge, as in `benchmarks/live_replays.py`: 720p, 24 pictures a
-second.  The first session measures the badge (`witnessed_figures`).  Then, each with new prompts and by these figures: the
-same badge answers; a copy of the same files, whose sheet was put on anew, answers; and the first session's film is
+second.  The first session measures the badge (`witnessed_figures`).  Then, each with new prompts and by these figures:
+the same badge answers; a copy of the same files, whose sheet was put on anew, answers; and the first session's film is
 played again.  Printed are the figures' error bars, each verdict and what decided it, and sums.
 """
 
