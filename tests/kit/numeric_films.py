@@ -12,8 +12,10 @@ import numpy as np
 
 from moireid.badge import Badge, Cell
 from moireid.frames import own_rect
+from moireid.layers import is_smooth
 from moireid.lenticule import view_law
-from moireid.verifier.tracking.brightness_profiles import ProfileReader, Strip
+from moireid.smooth_lines import LineField
+from moireid.verifier.tracking.brightness_profiles import ProfileReader, Strip, read_across_mm
 from moireid.verifier.tracking.track import Track
 
 FRAMES, FPS, FOCAL = 90, 30.0, 1450.0
@@ -58,22 +60,28 @@ def homographies(camera: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def lines_seen(badge: Badge, strip: Strip, camera: np.ndarray, built: Building) -> np.ndarray:
-    """Fringe phase at a strip's samples (T, N); a dark line is shown where it is a whole turn."""
+def lines_seen(
+    badge: Badge, strip: Strip, camera: np.ndarray, built: Building, across_mm: float | None = None
+) -> np.ndarray:
+    """Fringe phase at a strip's samples (T, N), or so far across; a dark line is shown where it is a whole turn."""
+    across_mm = strip.across_mm if across_mm is None else across_mm
     grating = badge.gratings[strip.grating]
     away = np.abs(camera[:, 2:])
     own = strip.frame.places(camera[:, :2])
     mean = own[:, 0].mean()
     shown = mean + built.gain * (own[:, :1] - mean)
     tangent = (strip.along_mm[None, :] - shown) / away
-    across = (strip.across_mm - own[:, 1:]) / away
+    across = (across_mm - own[:, 1:]) / away
     place = strip.along_mm[None, :] - badge.lens.thickness_mm * tangent
-    pitch = np.array([cell_at(badge, strip, x).pitch_mm for x in strip.along_mm])
-    edge = np.array([cell_at(badge, strip, x).edge_mm for x in strip.along_mm])
     shift = view_law(badge.lens, grating.pitch_mm).phase_rad(tangent, across) * grating.pitch_mm / (2 * math.pi)
-    page = (place + shift - edge - pitch / 4) / pitch
+    if is_smooth(grating):
+        page = LineField(grating).sampled(place + shift, np.full_like(shift, across_mm)) - 0.25
+    else:
+        pitch = np.array([cell_at(badge, strip, x).pitch_mm for x in strip.along_mm])
+        edge = np.array([cell_at(badge, strip, x).edge_mm for x in strip.along_mm])
+        page = (place + shift - edge - pitch / 4) / pitch
     lenses = place * built.scale / badge.lens.pitch_mm
-    return 2 * math.pi * (page - lenses) + built.offset_rad + built.twist_rad_per_mm * strip.across_mm
+    return 2 * math.pi * (page - lenses) + built.offset_rad + built.twist_rad_per_mm * across_mm
 
 
 def cell_at(badge: Badge, strip: Strip, along_mm: float) -> Cell:
@@ -85,6 +93,19 @@ def cell_at(badge: Badge, strip: Strip, along_mm: float) -> Cell:
     return grating.cells[strip.cells[-1]]
 
 
+def rows_seen(badge: Badge, strip: Strip) -> list[float | None]:
+    """Places across of which a strip shows the mean: some where lines bend, else its middle."""
+    grating = badge.gratings[strip.grating]
+    if not is_smooth(grating) or strip.uniform:
+        return [None]
+    return list(np.linspace(*read_across_mm(grating, strip.cells[0]), 5))
+
+
+def brightness(turn: np.ndarray) -> np.ndarray:
+    """Of fringes at a phase, counts."""
+    return 130.0 - 40.0 * (np.cos(turn) + 0.25 * np.cos(2 * turn) - 0.15 * np.cos(3 * turn))
+
+
 def filmed(badge: Badge, built: Building | None = None) -> Track:
     """The track of a film of `badge`."""
     built = built or Building()
@@ -92,12 +113,8 @@ def filmed(badge: Badge, built: Building | None = None) -> Track:
     camera, strips = course(badge), tuple(ProfileReader(badge).strips)
     profiles = np.empty((FRAMES, len(strips), len(strips[0].along_mm)), np.float32)
     for index, strip in enumerate(strips):
-        turn = lines_seen(badge, strip, camera, built)
-        profiles[:, index] = (
-            130.0
-            - 40.0 * (np.cos(turn) + 0.25 * np.cos(2 * turn) - 0.15 * np.cos(3 * turn))
-            + 0.1 * (strip.along_mm - 100.0)
-        )
+        light = [brightness(lines_seen(badge, strip, camera, built, place)) for place in rows_seen(badge, strip)]
+        profiles[:, index] = np.mean(light, axis=0) + 0.1 * (strip.along_mm - 100.0)
     profiles += built.noise * rng.standard_normal(profiles.shape).astype(np.float32)
     times = np.arange(FRAMES) / FPS
     return Track(

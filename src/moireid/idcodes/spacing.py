@@ -11,8 +11,9 @@ measured beats must be those of the payload, and the word and the beats must agr
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -75,23 +76,11 @@ class SpacingFamily:
         the fringe phase by +2 pi k / `PHASE_LEVELS`.
         Source: `moireid.idcodes.words` for the word; `beat_levels` for the uniform rows.
         """
-        word = iter(word_of(gratings).encode(payload))
-        places: list[int] = []
-        written = []
-        for index, grating in enumerate(gratings):
-            code, levels = code_of(grating), beat_levels(payload, gratings, index)
-            uniform = iter(levels)
-            reference = level_pitch_mm(code, levels[_middle(grating)], front_pitch_mm)
-            cells = []
-            for role, cell in zip(code.roles, grating.cells, strict=True):
-                if role != "phase":
-                    cells.append(line_up(cell, grating, level_pitch_mm(code, next(uniform), front_pitch_mm)))
-                    continue
-                if not places:
-                    places = _places(next(word, 0))
-                cells.append(line_up(cell, grating, reference, -places.pop(0) / PHASE_LEVELS))
-            written.append(_smoothest(grating, cells) if is_smooth(grating) else tuple(cells))
-        return tuple(written)
+        places = itertools.chain(word_places(word_of(gratings), payload), itertools.repeat(0))
+        levels = (beat_levels(payload, gratings, index) for index in range(len(gratings)))
+        return tuple(
+            lined_up(grating, places, own, front_pitch_mm) for grating, own in zip(gratings, levels, strict=True)
+        )
 
     def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> DecodeResult:
         """Decode one reading a cell: nearest phase, doubts by distance and error bar, the word, then the beats.
@@ -143,11 +132,46 @@ class SpacingFamily:
         )
 
 
-def _smoothest(grating: Grating, cells: Sequence[Cell]) -> tuple[Cell, ...]:
-    """The same lines, counted as a smooth field needs it."""
+def lined_up(grating: Grating, places: Iterator[int], levels: Sequence[int], front_pitch_mm: float) -> tuple[Cell, ...]:
+    """Place the lines of a grating's cells.
+
+    Parameters
+    ----------
+    grating : Grating
+        Its cells' places and roles.
+    places : iterator of int
+        On the circle, one is taken for each phase cell in order.
+    levels : sequence of int
+        Beat level of each uniform cell in order.
+    front_pitch_mm : float
+        Pitch of the lenses or of the mask, mm.
+
+    Returns
+    -------
+    tuple of Cell
+        In the order of the grating's cells; of a smooth grating they are counted as it needs them
+        (`moireid.smooth_lines.smoothest`).
+
+    Raises
+    ------
+    CodeError
+        Where the grating carries no code.
+
+    Notes
+    -----
+    Convention: as `SpacingFamily.write`.
+    """
     from moireid.smooth_lines import smoothest
 
-    return smoothest(replace(grating, cells=tuple(cells)))
+    code, uniform = code_of(grating), iter(levels)
+    reference = level_pitch_mm(code, levels[_middle(grating)], front_pitch_mm)
+    cells = tuple(
+        line_up(cell, grating, reference, -next(places) / PHASE_LEVELS)
+        if role == "phase"
+        else line_up(cell, grating, level_pitch_mm(code, next(uniform), front_pitch_mm))
+        for role, cell in zip(code.roles, grating.cells, strict=True)
+    )
+    return smoothest(replace(grating, cells=cells)) if is_smooth(grating) else cells
 
 
 def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> list[int]:
@@ -250,6 +274,11 @@ def _octets(cells: Sequence[tuple[float, float]]) -> bytes:
     """The bytes that phases and their error bars spell, each the nearest."""
     places = [_nearest(phase, sd)[0] for phase, sd in cells]
     return bytes(_octet(places[k : k + CELLS_PER_BYTE]) for k in range(0, len(cells), CELLS_PER_BYTE))
+
+
+def nearest_place(phase_rad: float) -> int:
+    """Nearest place of a phase on the circle."""
+    return round(phase_rad / (2 * math.pi) * PHASE_LEVELS) % PHASE_LEVELS
 
 
 def _nearest(phase_rad: float, phase_sd: float) -> tuple[int, float]:

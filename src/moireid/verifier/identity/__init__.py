@@ -1,8 +1,9 @@
 """Whose badge is it, and are its figures those of enrolment?
 
-cell_phase.py     phases of the cells
-cell_slip.py      do the cells move with the plain rows?
-cell_waveform.py  the shape of a fringe
-decode.py         the identity, and the claim
-compare_built.py  are the figures those of enrolment?
+cell_phase.py       phases of the cells
+neighbour_lines.py  what neighbours add to a cell where lines pass into each other
+cell_slip.py        do the cells move with the plain rows?
+cell_waveform.py    the shape of a fringe
+decode.py           the identity, and the claim
+compare_built.py    are the figures those of enrolment?
 """

@@ -16,14 +16,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Grating
 from moireid.frames import own_rect
+from moireid.idcodes.spacing import PHASE_LEVELS, nearest_place
+from moireid.layers import is_smooth
 from moireid.verifier import measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
 from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.cell_slip import CellSlip, cell_slip
 from moireid.verifier.identity.cell_waveform import learn_waveform, match_cost, match_phase, match_symbol
+from moireid.verifier.identity.neighbour_lines import ahead_of_own_lines, beat_steps
 from moireid.verifier.tracking.brightness_profiles import Strip, rim_mm
 from moireid.verifier.tracking.track import Track
 
@@ -38,15 +41,17 @@ SHAPE_FRAMES = 48
 
 #: Frames from which the twist, one figure for the whole film, is estimated; steps from none to the largest usual one.
 TWIST_FRAMES, TWIST_STEPS = 128, 400
+#: A smooth grating's cells are read so often with what their neighbours add, by the symbols read before.
+NEIGHBOUR_PASSES = 2
 
 
 @dataclass(frozen=True)
 class CellPhase:
     """Phase of one cell relative to the uniform rows' field, its standard deviation, and the cell's middle, own mm.
 
-    free_rad: the phase without the constraint to one of the code's places; moved: mean over frames and samples of the
-    measured change times the change expected of this symbol; power: mean of the expected change squared; slip: how far
-    its fringes are off the rows' field, frame by frame (`CellSlip`).
+    free_rad: the phase without the constraint to one of the code's places; offset_rad: what was taken off both; moved:
+    mean over frames and samples of the measured change times the change expected of this symbol; power: mean of the
+    expected change squared; slip: how far its fringes are off the rows' field, frame by frame (`CellSlip`).
     """
 
     phase_rad: float
@@ -54,6 +59,7 @@ class CellPhase:
     along_mm: float
     across_mm: float
     free_rad: float = math.nan
+    offset_rad: float = 0.0
     moved: float = 0.0
     power: float = 0.0
     slip: CellSlip | None = None
@@ -84,46 +90,98 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
     Convention: phase positive where the cell's fringe is ahead, which means that its lines are shifted back.
     Returns: empty if the grating has no phase cells.
     Source: each cell over the sampled frames, first by itself; then a plane of phase, common to all cells, is
-        subtracted, and each cell is fitted on one of the code's places.  The sample is bounded, so a long film takes no
-        more time or memory than one of 8 s.
+        subtracted, and each cell is fitted on one of the code's places.  In a smooth grating the symbols read so give
+        what neighbours add to each cell, which is then read whole, less that.  The sample is bounded, so a long film
+        takes no more time or memory than one of 8 s.
     """
-    rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
-    if not rows:
+    strips = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
+    if not strips:
         return {}
     sampled = field.read[track.cell_frames]
     if not sampled.any():
         return {}
     shape, badge, frames = _shape(track, measurement, grating, field), track.badge, track.cell_frames[sampled]
+    own = badge.gratings[grating]
+    rows = [
+        _Row(
+            strip,
+            _in_contrasts(track.profiles[index][sampled], field, frames),
+            _field_phase(badge, strip, measurement, field, frames),
+        )
+        for index, strip in strips
+    ]
+    views = _views(own, rows, {})
+    cells = _placed(views, shape, field, own)
+    if is_smooth(own):
+        steps = beat_steps(track, measurement, grating)
+        for _ in range(NEIGHBOUR_PASSES):
+            places = {cell: nearest_place(found.phase_rad) for cell, found in cells.items()}
+            views = _views(own, rows, ahead_of_own_lines(track, grating, places, steps))
+            cells = _placed(views, shape, field, own)
+    return {cell: _with_motion(found, views[cell], shape) for cell, found in cells.items()}
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A strip of phase cells: its samples in contrasts about the level, and the field's phase there, (frames, N)."""
+
+    strip: Strip
+    seen: Array
+    phase: Array
+
+
+@dataclass(frozen=True)
+class _View:
+    """As `_Row`, of one cell, with its middle, own mm."""
+
+    seen: Array
+    phase: Array
+    along_mm: float
+    across_mm: float
+
+
+def _views(grating: Grating, rows: list[_Row], ahead: dict[int, Array]) -> dict[int, _View]:
+    """What each cell shows.
+
+    ahead: as `ahead_of_own_lines`; empty where it is not known, and then places that neighbours change are left out.
+    """
+    found = {}
+    for row in rows:
+        for cell in row.strip.cells:
+            inside = _samples_of(grating, row.strip, cell, whole=bool(ahead))
+            phase = row.phase[:, inside] + ahead[cell][inside] if ahead else row.phase[:, inside]
+            along = float(row.strip.along_mm[inside].mean())
+            found[cell] = _View(row.seen[:, inside], phase, along, row.strip.across_mm)
+    return found
+
+
+def _placed(views: dict[int, _View], shape: Complex, field: Field, grating: Grating) -> dict[int, CellPhase]:
+    """Each cell by itself, then on one of the code's places, less a plane of phase."""
     found: dict[int, CellPhase] = {}
     costs: dict[int, Array] = {}
-    views: dict[int, tuple[Array, Array]] = {}
-    for index, strip in rows:
-        phase = _field_phase(badge, strip, measurement, field, frames)
-        seen = _in_contrasts(track.profiles[index][sampled], field, frames)
-        for cell in strip.cells:
-            inside = _samples_of(badge, strip, cell)
-            views[cell] = seen[:, inside], phase[:, inside]
-            costs[cell] = match_cost(seen[:, inside], phase[:, inside], shape, measuring.CELL_NOISE_RATIO)
-            value, sd = match_phase(costs[cell])
-            sd = math.hypot(sd, measuring.CELL_FLOOR_RAD)
-            found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
-    code = badge.gratings[grating].code
-    levels = (code.phase_levels if code else None) or 4
+    for cell, view in views.items():
+        costs[cell] = match_cost(view.seen, view.phase, shape, measuring.CELL_NOISE_RATIO)
+        value, sd = match_phase(costs[cell])
+        found[cell] = CellPhase(value, math.hypot(sd, measuring.CELL_FLOOR_RAD), view.along_mm, view.across_mm)
+    levels = (grating.code.phase_levels if grating.code else None) or PHASE_LEVELS
     placed = {}
     for cell, offset in _offsets(found, field, levels).items():
         value, sd = match_symbol(costs[cell], offset, levels)
-        free = math.remainder(found[cell].phase_rad - offset, 2 * math.pi)
-        moved, power = _motion(*views[cell], shape, value + offset)
         placed[cell] = replace(
             found[cell],
-            slip=cell_slip(*views[cell], shape, found[cell].phase_rad),
             phase_rad=value,
             phase_sd_rad=math.hypot(sd, measuring.CELL_FLOOR_RAD),
-            free_rad=free,
-            moved=moved,
-            power=power,
+            free_rad=math.remainder(found[cell].phase_rad - offset, 2 * math.pi),
+            offset_rad=offset,
         )
     return placed
+
+
+def _with_motion(cell: CellPhase, view: _View, shape: Complex) -> CellPhase:
+    """The cell with what it shows of motion."""
+    moved, power = _motion(view.seen, view.phase, shape, cell.phase_rad + cell.offset_rad)
+    slip = cell_slip(view.seen, view.phase, shape, cell.free_rad + cell.offset_rad)
+    return replace(cell, moved=moved, power=power, slip=slip)
 
 
 def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[float, float]:
@@ -229,10 +287,10 @@ def _near_best(agreement: Array) -> list[int]:
     return [int(k) for k in peaks if agreement[k] >= agreement.max() - measuring.DOUBTFUL_AGREEMENT_SHARE]
 
 
-def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
-    own = badge.gratings[strip.grating]
+def _samples_of(own: Grating, strip: Strip, cell: int, *, whole: bool) -> NDArray[np.bool_]:
+    """Samples of a strip that show a cell: all, or those that show hardly a line of its neighbours."""
     low, _, high, _ = own_rect(own.axis, own.cells[cell].rect_mm)
-    margin = max(min(MARGIN_MM, 0.2 * (high - low)), rim_mm(own, cell)[0])
+    margin = max(min(MARGIN_MM, 0.2 * (high - low)), 0.0 if whole else rim_mm(own, cell)[0])
     return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
 
 

@@ -80,8 +80,7 @@ class ProfileReader:
                     f"more than {4 * MARGIN_ALONG_MM:g} x {MIN_ROW_MM:g} mm"
                 )
             along = np.linspace(low + MARGIN_ALONG_MM, high - MARGIN_ALONG_MM, self.samples)
-            margin = max(min(MARGIN_ACROSS_MM, 0.2 * (bottom - top)), rim_mm(badge.gratings[g], cells[0])[1])
-            top, bottom = top + margin, bottom - margin
+            top, bottom = read_across_mm(badge.gratings[g], cells[0])
             parts = max(1, math.ceil((bottom - top) / MAX_STRIP_MM)) if len(cells) == 1 else 1
             for part in range(parts):
                 begin, end = (top + (bottom - top) * (part + k) / parts for k in (0, 1))
@@ -115,6 +114,13 @@ class ProfileReader:
         """Mean over the rows of points of each strip."""
         sums = np.add.reduceat(light, self._first_rows, axis=0)
         return np.asarray(sums / np.array(self._row_counts, np.float32)[:, None])
+
+
+def read_across_mm(grating: Grating, cell: int) -> tuple[float, float]:
+    """From where to where along its lines a cell is read, own mm."""
+    _, top, _, bottom = own_rect(grating.axis, grating.cells[cell].rect_mm)
+    margin = max(min(MARGIN_ACROSS_MM, 0.2 * (bottom - top)), rim_mm(grating, cell)[1])
+    return top + margin, bottom - margin
 
 
 def rim_mm(grating: Grating, cell: int) -> tuple[float, float]:
