@@ -339,8 +339,10 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
     if phases:
         size = [phases[0].rect_mm[k + 2] - phases[0].rect_mm[k] for k in (0, 1)]
         count = sum(role == "phase" for g in badge.gratings if g.code for role in g.code.roles)
+        blend = phases[0].blend_mm
+        bent = f"; lines bend over {blend[0]:.1f} x {blend[1]:.1f} mm from its borders" if any(blend) else ""
         rows += [
-            ("cells", f"{count} of {size[0]:.1f} x {size[1]:.1f} mm, {code.phase_levels} phases each"),
+            ("cells", f"{count} of {size[0]:.1f} x {size[1]:.1f} mm, {code.phase_levels} phases each{bent}"),
             ("a cell, far end", f"{far * size[0]:.1f} x {far * size[1]:.1f} pixels"),
         ]
         rows += _explain_reading(badge)

@@ -25,6 +25,7 @@ from moireid.frames import own_rect
 from moireid.lenticule import view_response
 from moireid.simulate.scene import Scene
 from moireid.simulate.truth import shown_phase_rad
+from moireid.smooth_lines import LineField
 from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid_studio.pages.preview_law import preview_law
@@ -97,6 +98,29 @@ def turns(page: Page, badge: Badge, points: list[dict[str, Any]]) -> np.ndarray:
     }"""
     # By way of JSON's text, as the page has it.
     return np.array(page.evaluate(code, [json.loads(json.dumps(preview_law(badge))), points]))
+
+
+def test_bent_lines_are_those_of_the_page(page: Page) -> None:
+    """Catches: hard cells in the place of bent lines, rows upside down, an excess of the wrong sign or place."""
+    badge = design_badge(Request("Ada", axes="xy", range_m=(0.8, 2.0), pattern="silk"), payload_for_name("Ada"))
+    rng, points, expected = np.random.default_rng(3), [], []
+    law = preview_law(badge)
+    for k in range(60):
+        g = k % 2
+        grating, frame, (x0, y0, x1, y1) = badge.gratings[g], badge.frame_of(badge.gratings[g]), badge.outline_mm
+        row = int(rng.integers(len(law["gratings"][g]["cells"])))
+        low, top, high, bottom = law["gratings"][g]["cells"][row]["rect_mm"]
+        place = np.array([rng.uniform(low + 2, high - 2), (top + bottom) / 2])
+        x, y = frame.on_page(place).tolist()
+        points.append(
+            {"g": g, "c": row, "x": x, "y": y, "camera": ((x - (x0 + x1) / 2) / 900, (y - (y0 + y1) / 2) / 900, 900.0)}
+        )
+        # A camera straight ahead of a place sees the line on the lens's axis.
+        middle = float(frame.places(((x0 + x1) / 2, (y0 + y1) / 2))[0])
+        number = float(LineField(grating).numbers(place[0], place[1]))
+        expected.append(number - (place[0] - middle) / badge.lens.pitch_mm)
+    off = turns(page, badge, points) - expected
+    assert np.abs(off - np.round(off)).max() < 0.05
 
 
 @pytest.mark.slow

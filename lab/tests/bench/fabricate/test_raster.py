@@ -49,6 +49,21 @@ def test_the_identity_is_read_off_the_raster_alone(form, bits, axes, raster, rng
     assert reading.phase_error_rad < 0.1
 
 
+@pytest.mark.parametrize("axes", ["x", "xy"])
+def test_bent_lines_are_read_and_hold_their_edges(axes, rng, tmp_path) -> None:
+    """Catches: cells read where their neighbours bend them; edges compared with straight lines; lines bent elsewhere
+    than badge.json says; rows of dots that are rounded together."""
+    size = (186.0, 200.0) if axes == "xy" else (146.0, 160.0)
+    wish = Request("Ada", printer_dpi=600, axes=axes, size_mm=size, range_m=(0.8, 1.5), pattern="silk")
+    badge = design_badge(wish, rng.bytes(8))
+    page = page_of(badge, tmp_path)
+    figures = painted_figures(page, badge)
+    assert figures["read"] and figures["phase_rad"] < 0.2
+    # Numbers are turned into dots by the pitch of the cell, which bent lines have within 15 %.
+    assert np.abs(figures["errors"]).max() <= 1.15 * HALF and np.std(figures["errors"]) < 0.33
+    assert max(map(abs, figures["pitches"])) < 60e-6
+
+
 def test_the_pitch_family_is_read_too(rng, tmp_path) -> None:
     """Catches: beats of the wrong sign, bands read from below."""
     badge = design_badge(Request("Ada", printer_dpi=600, family="pitch"), rng.bytes(3))

@@ -6,8 +6,10 @@ line's leading edge, is
 
     turns = (m - edge) / p_r + (x - m) (1/p_r - 1/p_f) + s(tan) / p_r
 
-for a lens whose axis lies at m, the middle of the board.  Source: `moireid.verifier.fringes.strip_law`, with the
-lenses' place, which is a constant there, fixed in this way; s is traced by `moireid.lenticule` for the grating's pitch.
+for a lens whose axis lies at m, the middle of the board.  Where lines bend, low rows of one pitch are drawn, and
+`ahead` adds by how much the number of the line at x exceeds that of the row's own.  Source:
+`moireid.verifier.fringes.strip_law`, with the lenses' place, which is a constant there, fixed in this way; s is traced
+by `moireid.lenticule` for the grating's pitch.
 """
 
 from __future__ import annotations
@@ -26,8 +28,10 @@ from moireid.fabrication.page.dress import look_of
 from moireid.fabrication.page.pdf import lettering_places, marker_squares
 from moireid.fabrication.page.preview import draw_preview
 from moireid.frames import own_rect
+from moireid.layers import is_smooth
 from moireid.lenticule import landing_mm, view_law
 from moireid.optics import slab_shift_mm
+from moireid.smooth_lines import LineField
 
 #: The camera of the preview goes this far to each side of straight ahead, as a tangent (22 degrees).
 REACH = 0.4
@@ -35,6 +39,8 @@ REACH = 0.4
 NEAR_MM, FAR_MM = 500.0, 3000.0
 #: Steps of the table: straight lines between them are within 0.001 rad of the law (a test checks it).
 STEP_X, STEP_Y = 0.02, 0.05
+#: Rows of a field whose lines bend, and places along them, mm: straight lines between them are within 0.05 turns.
+BENT_MM = 1.0
 #: Longer side of the picture of what is worn, px, and its quality: it comes within the page.
 WORN_PX, WORN_QUALITY = 900, 80
 #: Number of places in a printed period with a brightness, and of rays through one lens.
@@ -46,7 +52,8 @@ def preview_law(badge: Badge, look: Look | None = None) -> dict[str, Any]:
 
     Convention and source: module docstring.  Per grating: `shift_mm` and `contrast`, rows by tangent along the axis
     from -`reach` on, columns by tangent across from 0 on (both are even in that); `profile`: brightness at `PLACES`
-    turns of a printed period, seen straight on; cells as in badge.json.  `worn`: the board with all that it wears, as
+    turns of a printed period, seen straight on; cells as in badge.json, and of a grating whose lines bend the rows of
+    `_bent_rows`.  `worn`: the board with all that it wears, as
     the address of a picture, None where that is name and id alone; it covers markers and words.
     """
     x0, y0, x1, y1 = badge.outline_mm
@@ -94,7 +101,10 @@ def _grating(badge: Badge, grating: Grating) -> dict[str, Any]:
         "shift_mm": np.round(shift, 6).tolist(),
         "contrast": np.round(kept / max(float(kept[len(along) // 2, 0]), 1e-9), 4).tolist(),
         "profile": np.round(_profile(badge.lens, grating.cells[0]), 4).tolist(),
-        "cells": [
+        "bent": is_smooth(grating),
+        "cells": _bent_rows(grating)
+        if is_smooth(grating)
+        else [
             {
                 "rect_mm": _rounded(own_rect(grating.axis, cell.rect_mm)),
                 "pitch_mm": cell.pitch_mm,
@@ -103,6 +113,27 @@ def _grating(badge: Badge, grating: Grating) -> dict[str, Any]:
             for cell in grating.cells
         ],
     }
+
+
+def _bent_rows(grating: Grating) -> list[dict[str, Any]]:
+    """A smooth grating as rows of about `BENT_MM`, each over its whole length, in the order of their places.
+
+    `ahead`: turns by which the lines are ahead of a row of the grating's usual pitch, at even places from end to end.
+    """
+    field = LineField(grating)
+    count = math.ceil((field.end - field.begin) / BENT_MM)
+    borders = np.linspace(field.begin, field.end, count + 1)
+    along = np.linspace(field.low, field.high, math.ceil((field.high - field.low) / BENT_MM) + 1)
+    ahead = field.numbers(along, (borders[:-1, None] + borders[1:, None]) / 2) - (along - field.low) / grating.pitch_mm
+    return [
+        {
+            "rect_mm": _rounded([field.low, top, field.high, bottom]),
+            "pitch_mm": grating.pitch_mm,
+            "edge_mm": field.low,
+            "ahead": np.round(row, 3).tolist(),
+        }
+        for top, bottom, row in zip(borders[:-1], borders[1:], ahead, strict=True)
+    ]
 
 
 def _profile(lens: Lens, cell: Cell) -> NDArray[np.float64]:

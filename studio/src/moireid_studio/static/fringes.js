@@ -6,6 +6,8 @@
 
 /** Pixels to the millimetre of the drawing. */
 const PX_PER_MM = 4;
+/** Where lines bend there are many rows, each with so many. */
+const BENT_PX_PER_MM = 2;
 const INK = 28, PAPER = 250;
 
 /** The camera that looks at the board's middle from the tangents `right` and `down`, `distance` mm away. */
@@ -36,6 +38,14 @@ function onPage(grating, first, second) {
   return [a * (first - at) + c * (second - other), b * (first - at) + d * (second - other)];
 }
 
+/** By how many turns bent lines are ahead of a row's own pitch at a place along it, linearly interpolated. */
+function aheadAt({ ahead, rect_mm: [low, , high] }, place) {
+  if (!ahead) return 0;
+  const at = Math.min(Math.max((place - low) / (high - low), 0), 1) * (ahead.length - 1);
+  const from = Math.min(Math.floor(at), ahead.length - 2);
+  return ahead[from] + (at - from) * (ahead[from + 1] - ahead[from]);
+}
+
 /** The place within a printed period that is seen at a point of the page, in turns, not wrapped. */
 export function turnsAt(law, g, cell, x, y, camera) {
   const grating = law.gratings[g], { pitch_mm: printed, edge_mm: edge } = grating.cells[cell];
@@ -44,7 +54,8 @@ export function turnsAt(law, g, cell, x, y, camera) {
   const shift = lookUp(grating, grating.shift_mm, along, across);
   // The markers lie on the page and the fringes on the lenses, one thickness nearer.
   const lens = place - law.lens.thickness_mm * along - grating.middle_mm;
-  return (grating.middle_mm - edge) / printed + lens * (1 / printed - 1 / law.lens.pitch_mm) + shift / printed;
+  const bent = aheadAt(grating.cells[cell], lens + grating.middle_mm);
+  return bent + (grating.middle_mm - edge) / printed + lens * (1 / printed - 1 / law.lens.pitch_mm) + shift / printed;
 }
 
 /** How far the fringes in the middle of a grating's first cell have moved since the camera was straight ahead, mm. */
@@ -82,7 +93,7 @@ export class BadgePicture {
     canvas.width = Math.round((x1 - x0) * PX_PER_MM);
     canvas.height = Math.round((y1 - y0) * PX_PER_MM);
     this.context = canvas.getContext("2d");
-    this.row = Object.assign(document.createElement("canvas"), { height: 1 }).getContext("2d");
+    this.rows = document.createElement("canvas").getContext("2d");
     this.fixed();
     if (law.worn) this.wear(law.worn);
   }
@@ -127,28 +138,40 @@ export class BadgePicture {
     }
   }
 
-  /** The fringes as `camera` sees them. */
+  /** The fringes as `camera` sees them; rows whose lines bend are one picture, so that no step is seen between them. */
   draw(camera) {
     this.camera = camera;
-    this.law.gratings.forEach((grating, g) => grating.cells.forEach((cell, c) => {
-      const [low, top, high, bottom] = cell.rect_mm, count = Math.ceil((high - low) * PX_PER_MM);
-      const light = brightness(this.law, g, c, camera, count);
-      const image = this.row.createImageData(count, 1), data = image.data;
-      for (let x = 0, k = 0; x < count; x++, k += 4) {
-        data[k] = data[k + 1] = data[k + 2] = INK + (PAPER - INK) * light[x];
+    this.law.gratings.forEach((grating, g) => {
+      const numbers = [...grating.cells.keys()];
+      for (const rows of grating.bent ? [numbers] : numbers.map((c) => [c])) this.paint(g, rows, camera);
+    });
+  }
+
+  /** Cells of one grating that lie below each other, as a picture with a row of pixels for each. */
+  paint(g, rows, camera) {
+    const grating = this.law.gratings[g];
+    const [low, top, high] = grating.cells[rows[0]].rect_mm, bottom = grating.cells[rows.at(-1)].rect_mm[3];
+    const count = Math.ceil((high - low) * (grating.bent ? BENT_PX_PER_MM : PX_PER_MM));
+    this.rows.canvas.width = count;
+    this.rows.canvas.height = rows.length;
+    const image = this.rows.createImageData(count, rows.length), data = image.data;
+    let k = 0;
+    for (const row of rows) {
+      for (const light of brightness(this.law, g, row, camera, count)) {
+        data[k] = data[k + 1] = data[k + 2] = INK + (PAPER - INK) * light;
         data[k + 3] = 255;
+        k += 4;
       }
-      this.row.canvas.width = count;
-      this.row.putImageData(image, 0, 0);
-      // The row of pixels is placed along the grating's axis and stretched along its lines.
-      const [[a, b], [d, e]] = grating.own, [x, y] = onPage(grating, low, top), [x0, y0] = this.law.board_mm;
-      const [across, down] = [(high - low) / count, bottom - top].map((value) => value * PX_PER_MM);
-      const pen = this.context;
-      pen.setTransform(a * across, b * across, d * down, e * down, (x - x0) * PX_PER_MM, (y - y0) * PX_PER_MM);
-      // Half a pixel over, so that neighbours leave no seam.
-      pen.drawImage(this.row.canvas, 0, 0, count + 0.5 / across, 1 + 0.5 / down);
-      pen.resetTransform();
-    }));
+    }
+    this.rows.putImageData(image, 0, 0);
+    // The picture's rows are placed along the grating's axis and stretched along its lines.
+    const [[a, b], [d, e]] = grating.own, [x, y] = onPage(grating, low, top), [x0, y0] = this.law.board_mm;
+    const across = (high - low) / count * PX_PER_MM, down = (bottom - top) / rows.length * PX_PER_MM;
+    const pen = this.context;
+    pen.setTransform(a * across, b * across, d * down, e * down, (x - x0) * PX_PER_MM, (y - y0) * PX_PER_MM);
+    // Half a pixel over, so that neighbours leave no seam.
+    pen.drawImage(this.rows.canvas, 0, 0, count + 0.5 / across, rows.length + 0.5 / down);
+    pen.resetTransform();
   }
 }
 

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Cell
+from moireid.layers import is_smooth
+from moireid.smooth_lines import LineField
 from moireid_lab.bench.fabricate.raster import Raster, line_edges, read_page, without_lines
 
 #: Length over which a row's pitch is fitted.
@@ -35,16 +37,15 @@ def edge_errors(page: Raster, badge: Badge) -> tuple[NDArray[np.float64], list[f
     errors, pitches = [], []
     for grating in badge.gratings:
         k = 0 if grating.axis == "x" else 1
+        field = LineField(grating) if is_smooth(grating) else None
         for cell in grating.cells:
             sides = []
-            for edges, first in zip(
-                line_edges(page, grating, cell, to_dots),
-                (cell.edge_mm, cell.edge_mm + cell.duty * cell.pitch_mm),
-                strict=True,
-            ):
-                count = np.round((edges * dot - first) / cell.pitch_mm)
-                errors.append(edges - (first + count * cell.pitch_mm) / dot)
-                sides.append((count, edges * dot))
+            begins, ends, across = line_edges(page, grating, cell, to_dots)
+            for edges, first in ((begins * dot, 0.0), (ends * dot, cell.duty)):
+                numbers = _own_numbers(cell, edges) if field is None else field.numbers(edges, across)
+                count = np.round(numbers - first)
+                errors.append((numbers - first - count) * cell.pitch_mm / dot)
+                sides.append((count, edges))
             if cell.rect_mm[k + 2] - cell.rect_mm[k] < FIT_MM:
                 continue
             middle = (cell.rect_mm[k] + cell.rect_mm[k + 2]) / 2
@@ -54,3 +55,8 @@ def edge_errors(page: Raster, badge: Badge) -> tuple[NDArray[np.float64], list[f
                 slopes.append(np.polyfit(count[use], places[use], 1)[0])
             pitches.append(float(np.mean(slopes) / cell.pitch_mm - 1))
     return np.concatenate(errors), pitches
+
+
+def _own_numbers(cell: Cell, along_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Numbers of a cell's lines where none bends."""
+    return (along_mm - cell.edge_mm) / cell.pitch_mm

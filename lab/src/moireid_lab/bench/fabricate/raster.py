@@ -22,7 +22,9 @@ from moireid.badge import Badge, Cell, Grating
 from moireid.errors import FabricationError
 from moireid.idcodes import family_named
 from moireid.idcodes.family import CellReading, DecodeResult
+from moireid.layers import is_smooth
 from moireid.sheets import MM_PER_INCH
+from moireid.smooth_lines import rims_mm
 
 Array = NDArray[np.float64]
 RASTERS = ("poppler", "poppler-grey", "ghostscript")
@@ -124,7 +126,7 @@ def without_lines(badge: Badge) -> Badge:
 
     def blank(grating: Grating) -> Grating:
         pitch = badge.lens.pitch_mm
-        cells = tuple(Cell(cell.rect_mm, pitch, 0.0, cell.duty) for cell in grating.cells)
+        cells = tuple(replace(cell, pitch_mm=pitch, edge_mm=0.0) for cell in grating.cells)
         return replace(grating, pitch_mm=pitch, cells=cells)
 
     return replace(badge, id=None, name="unknown", gratings=tuple(blank(grating) for grating in badge.gratings))
@@ -170,21 +172,27 @@ def read_page(page: Raster, known: Badge) -> PageReading | None:
 
 def line_centres(page: Raster, grating: Grating, cell: Cell, to_dots: Array) -> Array:
     """Centres of the whole dark lines on a cell's middle, in dots; to_dots as `place_page` has it."""
-    begins, ends = line_edges(page, grating, cell, to_dots)
+    begins, ends, _ = line_edges(page, grating, cell, to_dots)
     ends = ends[ends > begins[0]] if len(begins) else ends
     count = min(len(begins), len(ends))
     return np.asarray((begins[:count] + ends[:count]) / 2)
 
 
-def line_edges(page: Raster, grating: Grating, cell: Cell, to_dots: Array) -> tuple[Array, Array]:
-    """Borders between dots at which dark lines begin, and at which they end, on a cell's middle, clear of its ends."""
+def line_edges(page: Raster, grating: Grating, cell: Cell, to_dots: Array) -> tuple[Array, Array, float]:
+    """Borders between dots at which dark lines begin, and at which they end, on a cell's middle, clear of its ends and
+    of what its neighbours bend; and where across that is, mm.
+    """
     k = 0 if grating.axis == "x" else 1
     across = (cell.rect_mm[1 - k] + cell.rect_mm[3 - k]) / 2
-    dots = page.line(str(grating.axis), int(to_dots[1 - k] @ (across, 1.0)))
-    low, high = (float(to_dots[k] @ (v, 1.0)) for v in (cell.rect_mm[k] + MARGIN_MM, cell.rect_mm[k + 2] - MARGIN_MM))
+    rim = rims_mm(grating)[grating.cells.index(cell)][0] if is_smooth(grating) else 0.0
+    margin = max(MARGIN_MM, rim)
+    number = int(to_dots[1 - k] @ (across, 1.0))
+    dots = page.line(str(grating.axis), number)
+    low, high = (float(to_dots[k] @ (v, 1.0)) for v in (cell.rect_mm[k] + margin, cell.rect_mm[k + 2] - margin))
     steps = np.diff(dots.astype(np.int8))
     begins, ends = ((np.flatnonzero(steps == sign) + 1).astype(float) for sign in (1, -1))
-    return begins[(begins > low) & (begins < high)], ends[(ends > low) & (ends < high)]
+    across = float((number + 0.5 - to_dots[1 - k][1]) / to_dots[1 - k][0])
+    return begins[(begins > low) & (begins < high)], ends[(ends > low) & (ends < high)], across
 
 
 def place_page(page: Raster, known: Badge) -> tuple[Array, tuple[int, ...], float] | None:

@@ -2,8 +2,8 @@
 
 It has no pixels, rows or tables.  A ray is a point and a unit vector in space; every cylinder lens near it is
 intersected by the general formula for a cylinder about any axis, the nearest hit on a lens's own cap counts, Snell's
-law is applied in vector form, and the ink under the ray is looked up by asking each printed cell in turn.  Slow on
-purpose: about a million rays in a second or two.
+law is applied in vector form, and the ink under the ray is looked up by asking each printed cell in turn,
+and where lines bend by their numbers.  Slow on purpose: about a million rays in a second or two.
 
 Left out, as in the analytic renderer: Fresnel losses, the light's direction, and rays inside the sheet that leave it
 through a neighbouring lens; `TracedRadiance.escaped` counts these rays and so shows where they matter.
@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.frames import own_rect
+from moireid.layers import is_smooth
+from moireid.smooth_lines import LineField
 
 Array = NDArray[np.float64]
 #: Sight lines of a pixel: a Fibonacci number, for which the golden lattice is even in both directions.
@@ -181,6 +183,13 @@ def _ink_or_paper(setup: Setup, grating: Grating, middle: Array, landed: Array) 
     page = landed / setup.print_scales + middle
     across, along = setup.badge.frame_of(grating).places(page).T
     radiance = np.where(np.isnan(across), setup.ink, setup.paper)
+    if is_smooth(grating):
+        low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
+        within = (across >= low) & (across < high) & (along >= top) & (along < bottom)
+        # By the definition itself; the renderers have tables of it.
+        numbers = LineField(grating).numbers(across[within], along[within])
+        radiance[within] = np.where(np.mod(numbers, 1.0) < grating.cells[0].duty, setup.ink, setup.paper)
+        return radiance
     for cell in grating.cells:
         low, top, high, bottom = own_rect(grating.axis, cell.rect_mm)
         within = (across >= low) & (across < high) & (along >= top) & (along < bottom)
