@@ -118,7 +118,9 @@ class LineField:
         along, across = np.asarray(along, float), np.asarray(across, float)
         borders = [rects[0][1] for rects in self._rects[1:]]
         reach = [row[0].blend_mm[1] for row in self._rows]
-        return _blended(across, borders, reach, [self._row_numbers(k, along) for k in range(len(self._rows))])
+        found = _blended(across, borders, reach, [self._row_numbers(k, along) for k in range(len(self._rows))])
+        # A field of one row does not depend on the place across.
+        return np.broadcast_to(found, np.broadcast_shapes(along.shape, across.shape))
 
     def _row_numbers(self, row: int, along: Array) -> Array:
         """The numbers within one row, as if it were alone."""
