@@ -35,6 +35,10 @@ INK, RAYS = "#1f2a37", ("#0f766e", "#b45309", "#7c3aed")
 #: With given identities, so that the pictures stay the same.
 PRINTED = {
     "ada": ('"Ada Lovelace" --payload 7097c67b0fafc59b', "The default size, 64 bits, for cameras 0.8 to 2.5 m away."),
+    "cells": (
+        '"Annie Easley" --payload 2b7e151628aed2a6 --pattern cells',
+        "Lines that end at the border of each cell, as badges had before.",
+    ),
     "xy": ('"Grace Hopper" --payload cdbbf82898d52ed1 --axes xy', "Fringes for motion sideways, and up and down."),
     "hex": ('"Maria Sibylla Merian" --payload 3a91c05e77d2b846 --axes hex', "Three fields: motion in any direction."),
     "array": (

@@ -111,7 +111,7 @@ def test_every_key_of_the_contract_is_written(ada: Badge) -> None:
     assert {"rect_mm", "axis", "pitch_mm", "family", "cells"} <= set(document["gratings"][0])
     assert {"rect_mm", "pitch_mm", "edge_mm", "duty"} <= set(document["gratings"][0]["cells"][0])
     assert {"dictionary", "size_mm", "ids", "centers_mm"} <= set(document["markers"])
-    assert (document["format"], document["print"]["dpi"]) == (1, 1200)
+    assert (document["format"], document["print"]["dpi"]) == (2, 1200)
 
 
 def test_a_board_described_by_hand_is_read_figure_by_figure() -> None:

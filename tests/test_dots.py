@@ -165,7 +165,7 @@ def test_all_forms_are_made_of_the_badge_s_own(tmp_path):
 
 def test_a_measured_scale_is_made_up_for_on_both_axes(tmp_path):
     """Catches: the scale applied the wrong way round, x and y exchanged, a middle that moves, drift under scale."""
-    badge = design_badge(Request("Ada"), PAYLOAD)
+    badge = design_badge(Request("Ada", pattern="cells"), PAYLOAD)
     write_badge_pdf(badge, tmp_path / "badge.pdf", measured_scale=(0.9973, 1.004))
     dark = painted(tmp_path / "badge.pdf", "poppler", 1200)
     dot = 25.4 / 1200

@@ -102,10 +102,20 @@ def test_the_step_is_smooth():
 def test_a_silk_badge_is_format_2_and_others_stay_format_1(badge):
     """Catches: files of old badges that change; a silk badge that an older version would read as cells."""
     assert '"format": 2' in badge.to_json() and badge_from_json(badge.to_json()) == badge
-    plain = design_badge(Request("Ada Lovelace"), PAYLOAD)
+    plain = design_badge(Request("Ada Lovelace", pattern="cells"), PAYLOAD)
     assert '"format": 1' in plain.to_json() and "blend_mm" not in plain.to_json()
     assert is_smooth(badge.gratings[0]) and not is_smooth(plain.gratings[0])
     assert badge.layout_key() != plain.layout_key()
+
+
+@pytest.mark.parametrize(
+    ("wish", "bytes_", "bends"),
+    [({}, 8, True), ({}, 16, True), ({"front": "mask"}, 8, True), ({"front": "array"}, 8, False), ({}, 3, False)],
+)
+def test_new_badges_are_silk_where_lines_may_bend(wish, bytes_, bends):
+    """Catches: a default that refuses a lens array or the pitch code; hard cells where none are asked for."""
+    badge = design_badge(Request("Ada", range_m=(0.8, 2.0), **wish), PAYLOAD[:1] * bytes_)
+    assert [is_smooth(grating) for grating in badge.gratings] == [bends] * len(badge.gratings)
 
 
 @pytest.mark.parametrize("change", [{"rect_mm": (37.0, 104.1, 45.0, 110.0)}, {"blend_mm": (6.0, 1.0)}, {"duty": 0.4}])

@@ -276,6 +276,9 @@ def test_explanation_gives_the_badges_own_figures(ada: Badge) -> None:
     assert rows["a line in printer dots"].startswith(f"{grating.pitch_mm / 2 / (25.4 / 1200):.1f} ")
     assert rows["cells"] == f"{len(cells)} of {width:.1f} x {height:.1f} mm, 4 phases each"
     assert {"reading all at 0.8 m", "reading all at 2.5 m"} <= set(rows)
+    bent = "over {:.1f} x {:.1f} mm from a cell's borders".format(*cells[0].blend_mm)
+    assert rows["lines bend"] == bent and float(bent.split()[1]) > 2
+    assert "lines bend" not in dict(explain(design_badge(Request("Ada", pattern="cells"), PAYLOAD)))
 
 
 # What cannot be done, and whether the advice works.

@@ -138,9 +138,12 @@ def design_badge(request: Request, payload: bytes) -> Badge:
 
 def _is_silk(request: Request, family: str) -> bool:
     """Whether the fields are smooth.  Raises: DesignError where they cannot be."""
+    bends = family == "spacing" and request.front != "array"
+    if request.pattern is None:
+        return bends
     if request.pattern not in PATTERNS:
         raise DesignError(f"the pattern {request.pattern!r} is not known; choose {' or '.join(PATTERNS)}")
-    if request.pattern == "silk" and (family != "spacing" or request.front == "array"):
+    if request.pattern == "silk" and not bends:
         raise DesignError(
             "silk bends the lines of a spacing code under a lens sheet or a mask; leave out --code and --front array, "
             "or take cells"
@@ -340,11 +343,12 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
         size = [phases[0].rect_mm[k + 2] - phases[0].rect_mm[k] for k in (0, 1)]
         count = sum(role == "phase" for g in badge.gratings if g.code for role in g.code.roles)
         blend = phases[0].blend_mm
-        bent = f"; lines bend over {blend[0]:.1f} x {blend[1]:.1f} mm from its borders" if any(blend) else ""
         rows += [
-            ("cells", f"{count} of {size[0]:.1f} x {size[1]:.1f} mm, {code.phase_levels} phases each{bent}"),
+            ("cells", f"{count} of {size[0]:.1f} x {size[1]:.1f} mm, {code.phase_levels} phases each"),
             ("a cell, far end", f"{far * size[0]:.1f} x {far * size[1]:.1f} pixels"),
         ]
+        if any(blend):
+            rows.append(("lines bend", f"over {blend[0]:.1f} x {blend[1]:.1f} mm from a cell's borders"))
         rows += _explain_reading(badge)
     return [
         *rows,

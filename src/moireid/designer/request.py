@@ -82,8 +82,9 @@ class Request:
         By how much the printer widens a line, both edges together, micrometres; the page has narrower lines for that.
     markers : str
         How the page is found in a film: "squares" in the corners, or a thin coded "frame" around the fringes.
-    pattern : str
-        "cells", whose lines end at their borders, or "silk", whose lines bend from one to the next.
+    pattern : str, optional
+        "cells", whose lines end at their borders, or "silk", whose lines bend from one to the next; None for silk where
+        lines may bend: a spacing code, and no lens array.
     """
 
     name: str
@@ -101,7 +102,7 @@ class Request:
     frame: FringeBorder = field(default_factory=FringeBorder)
     ink_growth_um: float = 0.0
     markers: str = "squares"
-    pattern: str = "cells"
+    pattern: str | None = None
 
 
 def clean_name(name: str, what: str = "name") -> str:

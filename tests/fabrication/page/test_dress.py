@@ -128,7 +128,7 @@ def test_the_qr_code_says_the_identity_and_no_more(tmp_path: Path) -> None:
 
 def test_without_artwork_page_and_badge_are_as_before(tmp_path: Path) -> None:
     """Catches: a default that changed, so that badges that were issued could not be printed again."""
-    badge = design_badge(Request("Ada Lovelace"), PAYLOAD)
+    badge = design_badge(Request("Ada Lovelace", pattern="cells"), PAYLOAD)
     assert writer_of(badge, None) is None
     write_badge_pdf(badge, tmp_path / "page.pdf", write_words=writer_of(badge, None))
     found = (hashlib.sha256(badge.to_json().encode()), hashlib.sha256(drawing(tmp_path / "page.pdf")))

@@ -56,8 +56,9 @@ def found_markers(picture: np.ndarray, dictionary: str) -> dict[int, np.ndarray]
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    # Plain vectors, whose geometry is the badge's own; what dots make of it is in test_dots.py.
-    return design_badge(Request("Ada Lovelace", form="vector"), PAYLOAD)
+    # Plain vectors, whose geometry is the badge's own; what dots make of it is in test_dots.py, and lines that bend are
+    # in test_smooth_page.py.
+    return design_badge(Request("Ada Lovelace", form="vector", pattern="cells"), PAYLOAD)
 
 
 @pytest.fixture(scope="module")

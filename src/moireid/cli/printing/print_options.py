@@ -55,7 +55,7 @@ class Design:
     paper: str
     axes: str
     markers: str
-    pattern: str
+    pattern: str | None
     form: str
 
     def request(self, name: str) -> Request:
@@ -147,8 +147,7 @@ design_options = gathered(
         click.option(
             "--pattern",
             type=click.Choice(["cells", "silk"]),
-            default="cells",
-            show_default=True,
+            show_default="silk, where lines may bend",
             help="How lines pass from one cell of the code to the next: they end and begin anew, which looks like a "
             "chequered board, or they bend, which looks like watered silk.",
         ),
