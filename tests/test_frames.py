@@ -33,7 +33,7 @@ RANGE_M = (0.8, 2.0)
 
 @pytest.fixture(scope="module")
 def hexagonal() -> Badge:
-    return design_badge(Request("Ada", axes="hex", range_m=RANGE_M, pattern="cells"), PAYLOAD)
+    return design_badge(Request("Ada", axes="hex", range_m=RANGE_M), PAYLOAD)
 
 
 def one_grating(axis: str | float) -> Badge:

@@ -110,7 +110,10 @@ def test_a_silk_badge_is_format_2_and_others_stay_format_1(badge):
 
 @pytest.mark.parametrize(
     ("wish", "bytes_", "bends"),
-    [({}, 8, True), ({}, 16, True), ({"front": "mask"}, 8, True), ({"front": "array"}, 8, False), ({}, 3, False)],
+    [
+        *(({}, 8, True), ({}, 16, True), ({"front": "mask"}, 8, True), ({"axes": "xy"}, 8, True)),
+        *(({"front": "array"}, 8, False), ({"axes": "hex"}, 8, False), ({}, 3, False)),
+    ],
 )
 def test_new_badges_are_silk_where_lines_may_bend(wish, bytes_, bends):
     """Catches: a default that refuses a lens array or the pitch code; hard cells where none are asked for."""

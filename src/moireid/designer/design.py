@@ -140,7 +140,8 @@ def _is_silk(request: Request, family: str) -> bool:
     """Whether the fields are smooth.  Raises: DesignError where they cannot be."""
     bends = family == "spacing" and request.front != "array"
     if request.pattern is None:
-        return bends
+        # Turned fields are left as they were: from 2 m on more cells of silk were misread there.
+        return bends and request.axes != "hex"
     if request.pattern not in PATTERNS:
         raise DesignError(f"the pattern {request.pattern!r} is not known; choose {' or '.join(PATTERNS)}")
     if request.pattern == "silk" and not bends:
