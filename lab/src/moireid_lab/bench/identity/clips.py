@@ -38,7 +38,7 @@ class Clip:
     assembly_seed: int | None = None
     frames: int = 240
     shorter: bool = False
-    pattern: str = "cells"
+    pattern: str | None = None
     format: str | None = None
 
 
