@@ -142,7 +142,7 @@ def test_every_edge_is_painted_within_half_a_dot_of_its_place(raster, tmp_path):
     rounding that adds up.
     """
     for dpi, axes, size in ((600, "x", (146.0, 160.0)), (600, "xy", (186.0, 200.0)), (1200, "x", (146.0, 160.0))):
-        badge = design_badge(Request("Ada", printer_dpi=dpi, axes=axes, size_mm=size), PAYLOAD)
+        badge = design_badge(Request("Ada", printer_dpi=dpi, axes=axes, size_mm=size, pattern="cells"), PAYLOAD)
         write_badge_pdf(badge, tmp_path / "badge.pdf")
         errors, pitches = edge_errors(painted(tmp_path / "badge.pdf", raster, dpi), badge, dpi)
         assert np.abs(errors).max() <= 0.5 + 1e-3, (dpi, axes)

@@ -111,7 +111,7 @@ def test_a_silk_badge_is_format_2_and_others_stay_format_1(badge):
 @pytest.mark.parametrize(
     ("wish", "bytes_", "bends"),
     [
-        *(({}, 8, True), ({}, 16, True), ({"front": "mask"}, 8, True), ({"axes": "xy"}, 8, True)),
+        *(({}, 8, True), ({}, 16, True), ({"front": "mask"}, 8, False), ({"axes": "xy"}, 8, True)),
         *(({"front": "array"}, 8, False), ({"axes": "hex"}, 8, False), ({}, 3, False)),
     ],
 )

@@ -24,9 +24,10 @@ from moireid.badge import Cell, Grating
 from moireid.frames import own_rect
 
 Array = NDArray[np.float64]
-#: Places at which lines are numbered, to the millimetre; between them numbers are all but straight: lines of a silk
-#: field are off by 0.0005 mm at most, and numbers of an even table by 0.002.
-PLACES_PER_MM = 5.0
+#: Places at which lines are numbered, to the millimetre; between them numbers are all but straight: numbers of an even
+#: table are off by 0.002 at most.  Where lines are found, so many times as many: by half a dot they are rounded later,
+#: and 0.0005 mm on top would be seen.
+PLACES_PER_MM, FINER = 5.0, 4
 #: Of a sum of squares; less is rounding.
 LEAST_GAIN = 1e-6
 #: A cell's lines are its own from so large a share of the way across a border on, where its neighbours weigh less than
@@ -130,7 +131,7 @@ class LineField:
 
     def crossings_mm(self, across: ArrayLike, whole: ArrayLike) -> Array:
         """Where lines of these numbers (K,) are along the axis, at places across (Y,): (Y, K), cut at its ends."""
-        places = np.linspace(self.low, self.high, round(PLACES_PER_MM * (self.high - self.low)) + 1)
+        places = np.linspace(self.low, self.high, round(FINER * PLACES_PER_MM * (self.high - self.low)) + 1)
         rows = self.numbers(places, np.asarray(across, float)[:, None])
         return np.stack([np.interp(np.asarray(whole, float), row, places) for row in rows])
 

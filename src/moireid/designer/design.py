@@ -140,8 +140,8 @@ def _is_silk(request: Request, family: str) -> bool:
     """Whether the fields are smooth.  Raises: DesignError where they cannot be."""
     bends = family == "spacing" and request.front != "array"
     if request.pattern is None:
-        # Turned fields are left as they were: from 2 m on more cells of silk were misread there.
-        return bends and request.axes != "hex"
+        # Turned fields and masks are left as they were: more cells of silk were misread, and a film was inconclusive.
+        return bends and request.axes != "hex" and request.front == "lens"
     if request.pattern not in PATTERNS:
         raise DesignError(f"the pattern {request.pattern!r} is not known; choose {' or '.join(PATTERNS)}")
     if request.pattern == "silk" and not bends:

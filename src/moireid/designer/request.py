@@ -84,7 +84,7 @@ class Request:
         How the page is found in a film: "squares" in the corners, or a thin coded "frame" around the fringes.
     pattern : str, optional
         "cells", whose lines end at their borders, or "silk", whose lines bend from one to the next; None for silk where
-        lines may bend: a spacing code, no lens array, and no fields that are turned.
+        lines may bend: a spacing code, a lens sheet, and no fields that are turned.
     """
 
     name: str

@@ -42,9 +42,13 @@ def edge_errors(page: Raster, badge: Badge) -> tuple[NDArray[np.float64], list[f
             sides = []
             begins, ends, across = line_edges(page, grating, cell, to_dots)
             for edges, first in ((begins * dot, 0.0), (ends * dot, cell.duty)):
-                numbers = _own_numbers(cell, edges) if field is None else field.numbers(edges, across)
+                numbers, per_mm = _own_numbers(cell, edges), np.full(len(edges), 1 / cell.pitch_mm)
+                if field is not None:
+                    # Where lines bend they are a little nearer to each other, or farther apart, than the pitch.
+                    before, numbers, after = (field.numbers(edges + step, across) for step in (-dot, 0.0, dot))
+                    per_mm = (after - before) / (2 * dot)
                 count = np.round(numbers - first)
-                errors.append((numbers - first - count) * cell.pitch_mm / dot)
+                errors.append((numbers - first - count) / per_mm / dot)
                 sides.append((count, edges))
             if cell.rect_mm[k + 2] - cell.rect_mm[k] < FIT_MM:
                 continue
