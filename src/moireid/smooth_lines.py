@@ -25,8 +25,8 @@ from moireid.frames import own_rect
 
 Array = NDArray[np.float64]
 #: Places at which lines are numbered, to the millimetre; between them numbers are all but straight: numbers of an even
-#: table are off by 0.002 at most.  Where lines are found, so many times as many: by half a dot they are rounded later,
-#: and 0.0005 mm on top would be seen.
+#: table are off by 0.002 at most.  The places of lines are found among `FINER` times as many: a printed line may be off
+#: by half a dot, and 0.0005 mm more would be too much.
 PLACES_PER_MM, FINER = 5.0, 4
 #: Of a sum of squares; less is rounding.
 LEAST_GAIN = 1e-6

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -35,7 +36,11 @@ def json_number(value: Any) -> Any:
 
 def worst(reasons: list[Reason]) -> Verdict:
     """The verdict from its reasons: "reject" if one fails, else "inconclusive" if one is undecided or none passes."""
-    levels = {reason.level for reason in reasons}
+    return worst_level({reason.level for reason in reasons})
+
+
+def worst_level(levels: Set[Level]) -> Verdict:
+    """As `worst`, from the levels of the reasons."""
     if "fail" in levels:
         return "reject"
     if "undecided" in levels or "pass" not in levels:

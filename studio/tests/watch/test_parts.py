@@ -7,6 +7,7 @@ import queue
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -14,8 +15,12 @@ import numpy as np
 import pytest
 
 from kit.places import FILMS
+from moireid.badge import Badge
 from moireid.errors import MediaError, SpecError
 from moireid.verifier.picture import Picture
+from moireid.verifier.session.claim import Claim
+from moireid_studio.challenge.session import LiveCheck
+from moireid_studio.challenge.stream import StreamCheck
 from moireid_studio.watch import devices
 from moireid_studio.watch.order import Data
 from moireid_studio.watch.readers import AHEAD, BytesRefusal, GrowingFile, Inbox, RemoteReaders, TimedPicture, is_closed
@@ -152,3 +157,15 @@ def test_where_the_screen_cannot_be_read_that_is_said(monkeypatch: pytest.Monkey
     monkeypatch.setattr("sys.platform", "darwin")
     with pytest.raises(SpecError, match="this system does not have"):
         list(devices.shots_of(source_of("screen")))
+
+
+def test_a_stream_of_which_nothing_passes_is_not_accepted(ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a stream's verdict by a rule of its own, which takes notes alone for an acceptance."""
+    check = StreamCheck(Claim(ada, ada.id))
+    note = {"code": "challenge", "level": "note", "measured": None, "limit": None, "unit": "", "text": "No prompts."}
+    event = {"reasons": [note], "identity": {"built": "not_known"}, "challenged": False, "overlap": None}
+    monkeypatch.setattr(LiveCheck, "finish", lambda self: dict(event))
+    report = SimpleNamespace(reasons=(), to_json=dict)
+    monkeypatch.setattr(StreamCheck, "_report", lambda self, event: report)
+    document = check.finish()
+    assert (document["verdict"], document["level"]) == ("inconclusive", None)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.provenance import Exclusion
 from moireid.verifier.picture import Frame, Picture
-from moireid.verifier.reasons import Reason, Verdict, worst
+from moireid.verifier.reasons import Reason, worst, worst_level
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.check_level import level_finding, level_reached
 from moireid.verifier.session.claim import Claim, with_photographs
@@ -140,13 +140,14 @@ class StreamCheck(LiveCheck):
         reasons = [self._weighed(one) for one in event["reasons"] if one["code"] not in self._replaced()]
         reasons += [reason.to_json() for reason in report.reasons]
         built = event["identity"]["built"]
-        level = level_reached(_verdict_of(reasons), built, challenged=event["challenged"])
+        before = worst_level({one["level"] for one in reasons})
+        level = level_reached(before, built, challenged=event["challenged"])
         reasons += [reason.to_json() for reason in level_finding(self._claim.level, level, built)]
         if level != "live":
             event.pop("as_built", None)
         document = report.to_json() | event
         return document | {
-            "verdict": _verdict_of(reasons),
+            "verdict": worst_level({one["level"] for one in reasons}),
             "level": level,
             "reasons": reasons,
             "overlap": event["overlap"],
@@ -197,12 +198,6 @@ class StreamCheck(LiveCheck):
             claim_source=self._claim.provenance.source if self._claim.provenance else None,
             registry=self._claim.provenance.standing if self._claim.provenance else None,
         )
-
-
-def _verdict_of(reasons: list[dict[str, Any]]) -> Verdict:
-    """The worst of findings, as they are reported."""
-    levels = {one["level"] for one in reasons}
-    return "reject" if "fail" in levels else "inconclusive" if "undecided" in levels else "accept"
 
 
 def _stages(chapters: list[Any]) -> dict[str, float]:
