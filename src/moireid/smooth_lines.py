@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,7 +38,8 @@ CLEAR_SHARE = 0.8
 def smooth_step(share: ArrayLike) -> Array:
     """The weight at a share of the way across a border: 0 before it, 1 behind it."""
     t = np.clip(np.asarray(share, float), 0.0, 1.0)
-    return np.asarray(t**3 * (10 - 15 * t + 6 * t**2))
+    # numpy's powers take five times as long.
+    return np.asarray(t * t * t * (10 - t * (15 - 6 * t)))
 
 
 def clear_mm(own_mm: float, other_mm: float) -> float:
@@ -129,26 +130,24 @@ class LineField:
         own = [(along - cell.edge_mm) / cell.pitch_mm for cell in cells]
         return _blended(along, [rect[0] for rect in rects[1:]], [cell.blend_mm[0] for cell in cells], own)
 
-    def crossings_mm(self, across: ArrayLike, whole: ArrayLike) -> Array:
-        """Where lines of these numbers (K,) are along the axis, at places across (Y,): (Y, K), cut at its ends."""
+    def edges_mm(self, across: ArrayLike) -> Array:
+        """Where dark lines begin and end along the axis, at places across (Y,): (Y, lines, 2), cut at its ends.
+
+        Some have no width.
+        """
         places = np.linspace(self.low, self.high, round(FINER * PLACES_PER_MM * (self.high - self.low)) + 1)
         rows = self.numbers(places, np.asarray(across, float)[:, None])
-        return np.stack([np.interp(np.asarray(whole, float), row, places) for row in rows])
-
-    def edges_mm(self, across: ArrayLike) -> Array:
-        """Where dark lines begin and end along the axis, at places across (Y,): (Y, lines, 2); some have no width."""
-        ends = self.numbers([[self.low, self.high]], np.asarray(across, float)[:, None])
-        whole = np.arange(math.floor(ends[:, 0].min()), math.ceil(ends[:, 1].max()) + 1)
-        return np.stack([self.crossings_mm(across, whole + share) for share in (0.0, self.duty)], axis=-1)
+        whole = np.arange(math.floor(rows[:, 0].min()), math.ceil(rows[:, -1].max()) + 1)
+        edges = whole[:, None] + np.array([0.0, self.duty])
+        return np.stack([np.interp(edges, row, places) for row in rows])
 
     def sampled(self, along: Array, across: Array) -> Array:
         """As `numbers`, for many places of one shape, from an even table: off by 0.002 lines at most.
 
         Beyond the field's ends, lines go straight on.
         """
-        counts = [round(PLACES_PER_MM * side) + 1 for side in (self.high - self.low, self.end - self.begin)]
-        first, second = np.linspace(self.low, self.high, counts[0]), np.linspace(self.begin, self.end, counts[1])
-        table = self.numbers(first, second[:, None])
+        table = self._table
+        counts = table.shape[::-1]
         found = np.zeros(along.shape)
         x = (along - self.low) / (self.high - self.low) * (counts[0] - 1)
         y = (across - self.begin) / (self.end - self.begin) * (counts[1] - 1)
@@ -157,6 +156,13 @@ class LineField:
             weight = (x - left if right else left + 1 - x) * (y - top if below else top + 1 - y)
             found += weight * table[top + below, left + right]
         return found
+
+    @cached_property
+    def _table(self) -> Array:
+        """Numbers at even places across the field, by rows and columns."""
+        sides = ((self.low, self.high), (self.begin, self.end))
+        along, across = (np.linspace(*side, round(PLACES_PER_MM * (side[1] - side[0])) + 1) for side in sides)
+        return self.numbers(along, across[:, None])
 
 
 def _blended(place: Array, borders: Sequence[float], reach: Sequence[float], values: Sequence[Array]) -> Array:

@@ -170,5 +170,5 @@ def test_the_moving_preview_moves_the_fringes_alone(tmp_path: Path) -> None:
     write_worn(badge, tmp_path / "preview.webp", look)
     with Image.open(tmp_path / "preview.webp") as moving:
         assert moving.format == "WEBP" and getattr(moving, "n_frames", 1) > 8
-    aside = [np.asarray(draw_fringes(badge, (x, 0.0))) for x in (0.0, 50.0)]
+    aside = [np.asarray(picture) for picture in draw_fringes(badge, [(0.0, 0.0), (50.0, 0.0)])]
     assert not np.array_equal(*aside)

@@ -19,7 +19,7 @@ from PIL import Image
 
 from moireid.badge import Badge, Grating, Point, Rect
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER, rays_landed_mm, smooth_light
+from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER, lines_over, rays_landed_mm, smooth_light
 from moireid.fabrication.sight import corners_in_frame, has_turned, in_frame, sheet_pieces
 from moireid.frames import own_rect
 from moireid.layers import is_smooth
@@ -68,7 +68,8 @@ def _light(badge: Badge, grating: Grating, own: Array, turn_rad: float, pitch_mm
     lens_axis = np.round(over / pitch_mm) * pitch_mm
     place, rays = across + (lens_axis - over) * math.cos(turn_rad), _landed_mm(badge, lens_axis)
     if is_smooth(grating):
-        return smooth_light(badge.lens, grating, place, along, rays)
+        lines = lines_over(badge.lens, grating, place, along)
+        return smooth_light(lines, grating, list(np.moveaxis(rays, -1, 0)))
     light = np.ones(across.shape)
     for cell in grating.cells:
         cx0, cy0, cx1, cy1 = own_rect(grating.axis, cell.rect_mm)

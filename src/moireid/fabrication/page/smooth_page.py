@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from moireid.badge import Grating
 from moireid.dots import INSET_DOTS, nearest_dot
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.frames import OwnFrame, Rect, own_rect
+from moireid.frames import OwnFrame
 from moireid.smooth_lines import LineField
 
 Array = NDArray[np.float64]
@@ -45,10 +45,8 @@ def draw_smooth_lines(
     (along_0, across_0), (scale_along, scale_across) = origin[turn], (unit - origin)[turn]
     edges, across = along_0 + scale_along * edges, across_0 + scale_across * across
     first, last = nearest_dot(across[[0, -1]], dot_mm).astype(int)
-    rects: list[Rect] = []
-    for line in edges.swapaxes(0, 1):
-        rects += _stairs(line, across, np.arange(first, last), dot_mm)
-    sheet.fill_drawn([own_rect(grating.axis, rect) for rect in rects])
+    rects = np.concatenate([_stairs(line, across, np.arange(first, last), dot_mm) for line in edges.swapaxes(0, 1)])
+    sheet.fill_drawn(rects if grating.axis == "x" else rects[:, [1, 0, 3, 2]])
 
 
 def _outline(across: Array, line: Array) -> Array:
@@ -57,8 +55,8 @@ def _outline(across: Array, line: Array) -> Array:
     return np.concatenate([down, up[::-1]])
 
 
-def _stairs(line: Array, across: Array, rows: NDArray[np.int64], dot_mm: float) -> list[Rect]:
-    """Rectangles of whole dots along one line, in own order.
+def _stairs(line: Array, across: Array, rows: NDArray[np.int64], dot_mm: float) -> Array:
+    """Rectangles (n, 4) of whole dots along one line, in own order.
 
     Parameters: line (Y, 2): its edges at places across (Y,), mm on the sheet; rows: numbers of the rows of dots.
     """
@@ -66,9 +64,7 @@ def _stairs(line: Array, across: Array, rows: NDArray[np.int64], dot_mm: float) 
     dots, drawn = nearest_dot(edges, dot_mm).astype(int), edges[:, 1] > edges[:, 0]
     dots[:, 1] = np.maximum(dots[:, 1], dots[:, 0] + 1)
     new = np.flatnonzero(np.any(np.diff(dots, axis=0) != 0, axis=1) | (np.diff(drawn.astype(int)) != 0)) + 1
-    found: list[Rect] = []
-    for top, bottom in zip([0, *new.tolist()], [*new.tolist(), len(rows)], strict=True):
-        if drawn[top]:
-            left, right = ((dots[top] + INSET_DOTS * np.array([1, -1])) * dot_mm).tolist()
-            found.append((left, (int(rows[0]) + top) * dot_mm, right, (int(rows[0]) + bottom) * dot_mm))
-    return found
+    ends = np.concatenate([[0], new, [len(rows)]])
+    tops, bottoms = ends[:-1][drawn[ends[:-1]]], ends[1:][drawn[ends[:-1]]]
+    left, right = ((dots[tops] + INSET_DOTS * np.array([1, -1])) * dot_mm).T
+    return np.stack([left, (rows[0] + tops) * dot_mm, right, (rows[0] + bottoms) * dot_mm], axis=-1)
