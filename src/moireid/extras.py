@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
 import shlex
 import sys
@@ -64,6 +63,9 @@ def _requirement(distribution: str, extras: set[str], editable: bool = False) ->
 
 def _origin() -> dict[str, Any]:
     """Where this installation came from (PEP 610); empty where it came from an index by its name."""
+    # Half as long to import as all else that a command's help needs.
+    import importlib.metadata
+
     try:
         return dict(json.loads(importlib.metadata.distribution("moireid").read_text("direct_url.json") or "{}"))
     except (importlib.metadata.PackageNotFoundError, json.JSONDecodeError):

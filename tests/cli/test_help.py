@@ -43,7 +43,7 @@ def test_a_command_that_is_not_installed_names_what_to_install(
     command: str, distribution: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: 'no such command' for one that the guides describe."""
-    monkeypatch.setattr("moireid.cli.main.entry_points", lambda **_: [])
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [])
     done = CliRunner().invoke(moireid, [command, "--help"])
     assert done.exit_code != 0 and f"needs {distribution}, which is not installed; install it with: " in done.stderr
     helped = CliRunner().invoke(moireid, ["--help"]).stdout

@@ -5,15 +5,18 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import pkgutil
 import sys
-from importlib.metadata import EntryPoint, entry_points
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
 from moireid import __version__
 from moireid.cli.common import BAD_INPUT
 from moireid.extras import install_command
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 #: The sections of `moireid --help`: names of commands, in the order in which people need them.
 SECTIONS: dict[str, tuple[str, ...]] = {
@@ -59,6 +62,10 @@ class Sections(click.Group):
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         """Find a command by its name.  Raises: MissingDistribution where its distribution is not installed."""
+        if name in OWN:
+            # Without a search for entry points, whose import alone takes longer than most commands' help.
+            own: click.Command = pkgutil.resolve_name(OWN[name])
+            return own
         if (point := _installed().get(name)) is not None:
             found: click.Command = point.load()
             return found
@@ -87,6 +94,8 @@ class Sections(click.Group):
 
 def _installed() -> dict[str, EntryPoint]:
     """Where the commands are, by name: those of other distributions, and this package's own."""
+    from importlib.metadata import EntryPoint, entry_points
+
     own = {name: EntryPoint(name, value, ENTRY_POINTS) for name, value in OWN.items()}
     return {point.name: point for point in entry_points(group=ENTRY_POINTS)} | own
 

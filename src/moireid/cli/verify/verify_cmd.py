@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -188,6 +187,8 @@ def _report(wish: VerifyOptions, found: ClaimedBadge, progress: Progress) -> Rep
 
 def _baseline() -> Any:
     """The published method, which is in the lab.  Raises: MissingExtraError where that is not installed."""
+    from importlib.metadata import entry_points
+
     for point in entry_points(group="moireid.pipelines", name="published"):
         return point.load()
     raise missing_extra("the published method", "moireid-lab", "", "moireid-lab")
