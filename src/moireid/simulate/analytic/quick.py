@@ -4,8 +4,8 @@ This is the fast half of the analytic renderer.  The loop over a pixel's rays ha
 compiler runs eight or sixteen rays at once.  Float32 is enough because all numbers in the loop are small: places count
 from the pixel's own lens, lines from the edge next to that lens; both origins are found in float64 once for each pixel.
 
-Two things are simplified.  All rays of a pixel are refracted like its middle one, and land aside in proportion to
-their place.  And the pixel's footprint is a parallelogram.
+Three things are simplified.  All rays of a pixel are refracted like its middle one, and land aside in proportion to
+their place.  The pixel's footprint is a parallelogram.  And of a smooth field it sees four patches at most.
 
 Convention and source: as `trace`.
 """
@@ -117,19 +117,28 @@ def _cells_around(
 ) -> Any:
     """Whether at most four cells lie within `room` of `middle`; the cuts between them; their lines, cell by cell.
 
+    Where more patches of a smooth field do, each quarter has the lines of the patch that most of its rays see.
     Convention: cuts and lines count from (page_x, page_y); the order is left and right above, then below.
     """
     cuts_x, cuts_y = cells.cuts[grating, 0], cells.cuts[grating, 1]
     left, top = strip_at(middle[0] - room_x, cuts_x), strip_at(middle[1] - room_y, cuts_y)
     right, bottom = strip_at(middle[0] + room_x, cuts_x), strip_at(middle[1] + room_y, cuts_y)
     cut_x, cut_y = F(cuts_x[left] - page_x), F(cuts_y[top] - page_y)
+    few = right <= left + 1 and bottom <= top + 1
+    if not few and cells.smooth[grating]:
+        grid = cells.grid[grating]
+        few = min(grid[top, left], grid[top, right], grid[bottom, left], grid[bottom, right]) >= 0
+        # Rays land within half of the room, nearly all of them.
+        cut_x, cut_y = F(middle[0] - page_x), F(middle[1] - page_y)
+        left, top = strip_at(middle[0] - room_x / 4, cuts_x), strip_at(middle[1] - room_y / 4, cuts_y)
+        right, bottom = strip_at(middle[0] + room_x / 4, cuts_x), strip_at(middle[1] + room_y / 4, cuts_y)
     first = _lines(cells.grid[grating, top, left], page_x, page_y, cells)
     second, third, fourth = first, first, first
     if right > left or bottom > top:
         second = _lines(cells.grid[grating, top, right], page_x, page_y, cells)
         third = _lines(cells.grid[grating, bottom, left], page_x, page_y, cells)
         fourth = _lines(cells.grid[grating, bottom, right], page_x, page_y, cells)
-    return right <= left + 1 and bottom <= top + 1, cut_x, cut_y, first, second, third, fourth
+    return few, cut_x, cut_y, first, second, third, fourth
 
 
 @njit(inline="always")
