@@ -29,6 +29,8 @@ from moireid.fabrication.sight import front_mm
 from moireid.files import move_together, planned, tidy_folders, write_text
 
 if TYPE_CHECKING:
+    from PIL import Image
+
     from moireid.fabrication.acrylic.plates import AcrylicPlan
     from moireid.fabrication.printed.mount import MountPlan, MountReport
 
@@ -282,9 +284,9 @@ def print_badge(
     stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
-        write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
+        board = write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
         say(MOVING)
-        write_worn(badge, aside / MOVING, look)
+        write_worn(badge, aside / MOVING, look, board)
         mass_g, mount_figures = write_parts(badge, parts, aside, say)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
 
@@ -336,12 +338,12 @@ def write_sheets(
     say: Callable[[str], None],
     maker: Maker,
     look: Look | None = None,
-) -> None:
-    """Write a badge's page, preview, assembly sheet and badge.json."""
+) -> Image.Image:
+    """Write a badge's page, preview, assembly sheet and badge.json.  Returns: the preview."""
     say("badge.pdf")
     write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, write_words=writer_of(badge, look))
     say("preview.png")
-    write_preview(badge, folder / "preview.png", look)
+    preview = write_preview(badge, folder / "preview.png", look)
     say("assembly.pdf")
     write_assembly_pdf(
         badge,
@@ -353,6 +355,7 @@ def write_sheets(
         mount_plan=parts.mount_plan,
     )
     write_text(folder / "badge.json", badge_file(badge))
+    return preview
 
 
 def leftover_parts(folder: Path, parts: Parts, owner_file: str) -> tuple[Path, ...]:

@@ -39,10 +39,12 @@ SMOOTH_STEP = 4
 INK, PAPER = 28, 250
 
 
-def write_preview(badge: Badge, path: Path, look: Look | None = None) -> None:
-    """Draw the board and write it as PNG, whole or not at all."""
+def write_preview(badge: Badge, path: Path, look: Look | None = None) -> Image.Image:
+    """Draw the board and write it as PNG, whole or not at all.  Returns: what was drawn."""
+    board = draw_preview(badge, look)
     with whole_file(path) as temporary:
-        draw_preview(badge, look).save(temporary, format="PNG")
+        board.save(temporary, format="PNG")
+    return board
 
 
 def draw_preview(badge: Badge, look: Look | None = None) -> Image.Image:
@@ -236,12 +238,12 @@ CLOTH, CORD, SHADOW = (203, 208, 214), (58, 66, 76), (150, 156, 164)
 ROOM_MM, ABOVE_MM, CORD_MM, CLIP_MM = 9.0, 22.0, 9.0, (13.0, 4.0)
 
 
-def write_worn(badge: Badge, path: Path, look: Look | None = None) -> None:
-    """Draw the moving preview and write it as animated WebP, whole or not at all."""
+def write_worn(badge: Badge, path: Path, look: Look | None = None, board: Image.Image | None = None) -> None:
+    """Draw the moving preview and write it as animated WebP, whole or not at all; board: as for `draw_worn`."""
     # Pillow would else import all of its formats.
     from PIL import WebPImagePlugin  # noqa: F401
 
-    frames = draw_worn(badge, look)
+    frames = draw_worn(badge, look, board=board)
     with whole_file(path) as temporary:
         first, *others = frames
         first.save(
@@ -256,14 +258,16 @@ def write_worn(badge: Badge, path: Path, look: Look | None = None) -> None:
         )
 
 
-def draw_worn(badge: Badge, look: Look | None = None, frames: int = FRAMES) -> list[Image.Image]:
-    """One swing of the camera to both sides and back, in colour."""
-    whole = draw_preview(badge, look).convert("RGB")
+def draw_worn(
+    badge: Badge, look: Look | None = None, frames: int = FRAMES, board: Image.Image | None = None
+) -> list[Image.Image]:
+    """One swing of the camera to both sides and back, in colour; board: as `draw_preview` drew it, None to draw it."""
+    whole = (board or draw_preview(badge, look)).convert("RGB")
     scale = min(1.0, LONGER_PX / max(whole.size))
     size = (round(whole.width * scale), round(whole.height * scale))
     px_per_mm = PX_PER_MM * scale
     fields = _fields(badge, size, px_per_mm)
-    board = whole.resize(size, Image.Resampling.LANCZOS)
+    still = whole.resize(size, Image.Resampling.LANCZOS)
     cut = _cut_out(size, (look.corner_mm if look else 0.0) * px_per_mm)
     ground, corner = _ground(size, px_per_mm, cut)
     swing = [round(SWING * DISTANCE_MM * math.sin(2 * math.pi * k / frames), 6) for k in range(frames)]
@@ -272,7 +276,7 @@ def draw_worn(badge: Badge, look: Look | None = None, frames: int = FRAMES) -> l
     for aside, picture in zip(asides, draw_fringes(badge, [(x, x) for x in asides], px_per_mm), strict=True):
         fringes = picture.convert("RGB").resize(size)
         frame = ground.copy()
-        frame.paste(Image.composite(fringes, board, fields), corner, cut)
+        frame.paste(Image.composite(fringes, still, fields), corner, cut)
         shown[aside] = frame
     return [shown[aside] for aside in swing]
 
