@@ -1,7 +1,8 @@
 """The films of `verify_speed.py`: what phones film on good days and on bad ones, and what shows no badge at all.
 
-The outside films lie in tests/data/films.  The others are of our own simulator: 4 seconds, or 240 frames where there
-are more a second.  A `Room` of boxes and shelves, as textured as a real one, fills the films without a badge.
+The outside films of 2 to 4 seconds are in tests/data/films.  The others are by our own simulator: 60 s of measured
+motions ("handheld", "walk"), 10 s where there are 240 frames a second.  A `Room` of boxes and shelves, as textured as a
+real one, fills the films without a badge.
 """
 
 from __future__ import annotations
@@ -27,62 +28,82 @@ from moireid.simulate.scene import Build, Scene
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 OUTSIDE = Path(__file__).parent.parent / "tests" / "data" / "films"
-FRAMES, FPS, SEED, DISTANCE_MM = 240, 60.0, 3, 1000.0
+SHORT = OUTSIDE / "genuine_2.0m.mp4"
+SECONDS, SEED, DISTANCE_MM = 60.0, 3, 1000.0
 BADGE = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
 OTHER = design_badge(Request("Grace Hopper"), payload_from_hex("0123456789abcdef"))
-#: The camera looks away from the badge in these seconds, by so much, and takes this long to turn.
-AWAY_S, AWAY_RAD, TURN_S = ((1.0, 2.0), (2.7, 3.5)), math.radians(50.0), 0.25
+#: The camera looks away from the badge in spells of so many seconds, after so many with it; by so much, and takes this
+#: long to turn.
+AWAY_S, SEEN_S, AWAY_RAD, TURN_S = (0.5, 2.0), (1.0, 3.0), math.radians(50.0), 0.25
 #: Pixels a millimetre of the drawn board.
 BOARD_PX_PER_MM = 4
 
 
 @dataclass(frozen=True)
 class SpeedFilm:
-    """A film by name, the badge that is claimed, and what writes the film where it is asked for."""
+    """A film by name, the badge that is claimed, its file's name, and what writes it; None: the file is there.
+
+    Convention: films of one file name are one film, judged by several claims.
+    """
 
     name: str
     badge: Badge
-    write: Callable[[Path], Path]
+    file: str
+    write: Callable[[Path], None] | None = None
+
+    def within(self, folder: Path) -> Path:
+        """The film, written into the folder unless it is there."""
+        if self.write is None:
+            return OUTSIDE / self.file
+        path = folder / self.file
+        if not path.exists():
+            self.write(path)
+        return path
 
 
 def speed_films() -> Iterator[SpeedFilm]:
     """The stated set; nothing is written yet."""
     prototype, mask = (load_badge(OUTSIDE / f"{name}.json") for name in ("badge", "badge_mask"))
     for name, badge in (("genuine_1.0m", prototype), ("genuine_2.0m", prototype), ("rendered_path_1.4m", mask)):
-        yield SpeedFilm(f"outside {name}", badge, lambda _, name=name: OUTSIDE / f"{name}.mp4")
+        yield SpeedFilm(f"outside {name}", badge, f"{name}.mp4")
     phone, room = camera_named("phone"), Room(camera_named("phone"))
-    yield SpeedFilm("phone 1 m", BADGE, partial(_filmed, phone))
-    shaken = camera_named("sharpened")
-    yield SpeedFilm("loses the badge", BADGE, partial(_filmed, shaken, looks_away=True, edit=room.behind))
-    yield SpeedFilm("no badge", BADGE, partial(_filmed, phone, edit=room.alone))
-    yield SpeedFilm("foreign identity", OTHER, partial(_filmed, phone))
-    yield SpeedFilm("foreign squares", BADGE, partial(_filmed, phone, edit=room.with_squares))
-    yield SpeedFilm("240 fps", BADGE, partial(_filmed, phone, fps=240.0))
-    yield SpeedFilm("4K at 60", BADGE, partial(_filmed, PictureFormat(3840, 2160, FPS).of(phone), frames=90))
+    large, shaken = PictureFormat(3840, 2160, 30.0).of(phone), camera_named("sharpened")
+    in_hand = partial(_filmed, phone)
+    yield SpeedFilm("in a hand, 60 fps", BADGE, "hand.mp4", in_hand)
+    yield SpeedFilm("walk", BADGE, "walk.mp4", partial(_filmed, phone, motion="walk", fps=30.0))
+    away = partial(_filmed, shaken, looks_away=True, edit=room.behind)
+    yield SpeedFilm("loses the badge, 60 fps", BADGE, "away.mp4", away)
+    yield SpeedFilm("no badge", BADGE, "room.mp4", partial(_filmed, phone, motion="walk", fps=30.0, edit=room.alone))
+    yield SpeedFilm("foreign identity, 60 fps", OTHER, "hand.mp4", in_hand)
+    yield SpeedFilm("foreign squares", BADGE, "squares.mp4", partial(_filmed, phone, fps=30.0, edit=room.with_squares))
+    yield SpeedFilm("240 fps", BADGE, "slow.mp4", partial(_filmed, phone, motion="walk", fps=240.0, seconds=10.0))
+    yield SpeedFilm("4K", BADGE, "large.mp4", partial(_filmed, large, fps=30.0))
 
 
 def _filmed(
     camera: Camera,
     out: Path,
     *,
-    frames: int = FRAMES,
-    fps: float = FPS,
+    motion: str = "handheld",
+    fps: float = 60.0,
+    seconds: float = SECONDS,
     looks_away: bool = False,
     edit: Callable[[int, Picture, Array], Picture] | None = None,
-) -> Path:
-    """The badge held in the hand before a camera."""
-    motion = motion_named("handheld", distance_mm=DISTANCE_MM, seed=SEED)
-    course = _looking_away(motion) if looks_away else motion
-    film(Scene(BADGE, Build.typical(1), camera), course, out, frames=frames, fps=fps, edit=edit, seed=SEED)
-    return out
+) -> None:
+    """The badge held in the hand before a camera, or a camera carried around it."""
+    path = motion_named(motion, distance_mm=DISTANCE_MM, seed=SEED)
+    path = _looking_away(path) if looks_away else path
+    film(Scene(BADGE, Build.typical(1), camera), path, out, frames=round(fps * seconds), fps=fps, edit=edit, seed=SEED)
 
 
 def _looking_away(motion: Motion) -> Motion:
-    """The same course by a camera that turns away from the badge and back, in `AWAY_S`."""
+    """The same trajectory by a camera that turns away from the badge and back, at random times."""
+    rng, count = np.random.default_rng(SEED), math.ceil(SECONDS / (AWAY_S[0] + SEEN_S[0]))
+    starts, ends = np.cumsum(rng.uniform(*np.transpose([SEEN_S, AWAY_S]), (count, 2)).ravel()).reshape(-1, 2).T
 
     def poses(times_s: Array) -> Poses:
         straight, way = motion(times_s), np.zeros(len(times_s))
-        for start, end in AWAY_S:
+        for start, end in zip(starts, ends, strict=True):
             out, back = (np.clip((times_s - at) / TURN_S + 0.5, 0, 1) for at in (start, end))
             way += 0.5 * (np.cos(math.pi * back) - np.cos(math.pi * out))
         turn = Rotation.from_rotvec(np.outer(AWAY_RAD * way, [0.0, 1.0, 0.0])).as_matrix()
