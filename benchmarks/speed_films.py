@@ -68,14 +68,14 @@ def speed_films() -> Iterator[SpeedFilm]:
         yield SpeedFilm(f"outside {name}", badge, f"{name}.mp4")
     phone, room = camera_named("phone"), Room(camera_named("phone"))
     large, shaken = PictureFormat(3840, 2160, 30.0).of(phone), camera_named("sharpened")
-    in_hand = partial(_filmed, phone)
+    in_hand, hidden = partial(_filmed, phone), partial(_filmed, phone, build=Build(), motion="walk", fps=30.0)
     yield SpeedFilm("in a hand, 60 fps", BADGE, "hand.mp4", in_hand)
     yield SpeedFilm("walk", BADGE, "walk.mp4", partial(_filmed, phone, motion="walk", fps=30.0))
     away = partial(_filmed, shaken, looks_away=True, edit=room.behind)
     yield SpeedFilm("loses the badge, 60 fps", BADGE, "away.mp4", away)
-    yield SpeedFilm("no badge", BADGE, "room.mp4", partial(_filmed, phone, motion="walk", fps=30.0, edit=room.alone))
+    yield SpeedFilm("no badge", BADGE, "room.mp4", partial(hidden, edit=room.alone))
     yield SpeedFilm("foreign identity, 60 fps", OTHER, "hand.mp4", in_hand)
-    yield SpeedFilm("foreign squares", BADGE, "squares.mp4", partial(_filmed, phone, fps=30.0, edit=room.with_squares))
+    yield SpeedFilm("foreign squares", BADGE, "squares.mp4", partial(hidden, edit=room.with_squares))
     yield SpeedFilm("240 fps", BADGE, "slow.mp4", partial(_filmed, phone, motion="walk", fps=240.0, seconds=10.0))
     yield SpeedFilm("4K", BADGE, "large.mp4", partial(_filmed, large, fps=30.0))
 
@@ -87,13 +87,15 @@ def _filmed(
     motion: str = "handheld",
     fps: float = 60.0,
     seconds: float = SECONDS,
+    build: Build | None = None,
     looks_away: bool = False,
     edit: Callable[[int, Picture, Array], Picture] | None = None,
 ) -> None:
     """The badge held in the hand before a camera, or a camera carried around it."""
     path = motion_named(motion, distance_mm=DISTANCE_MM, seed=SEED)
     path = _looking_away(path) if looks_away else path
-    film(Scene(BADGE, Build.typical(1), camera), path, out, frames=round(fps * seconds), fps=fps, edit=edit, seed=SEED)
+    scene = Scene(BADGE, build or Build.typical(1), camera)
+    film(scene, path, out, frames=round(fps * seconds), fps=fps, edit=edit, seed=SEED)
 
 
 def _looking_away(motion: Motion) -> Motion:

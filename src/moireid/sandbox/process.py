@@ -30,7 +30,7 @@ from moireid.sandbox.seal import ProcessLimits
 
 #: Longest time for a fork server to load its work, or to answer.
 LOAD_S = 120.0
-#: Libraries read these when they are loaded; OpenCV's number also limits the decoder (`video.one_thread`).
+#: Libraries read these when they are loaded; by OpenCV's number a process decodes ahead or not (`video.one_thread`).
 ONE_THREAD = dict.fromkeys(
     (
         "OMP_NUM_THREADS",

@@ -132,8 +132,6 @@ FULL_RANGE = 2
 MOST_ASPECT, LEAST_ASPECT = 4.0, 2e-4
 #: Frames that are decoded ahead; 25 MB at 1080p.
 AHEAD_FRAMES = 8
-#: Threads of the decoder: measuring takes most of the time of one, so more would only keep more pictures in memory.
-DECODER_THREADS = 2
 #: Times that differ by less than this are those of one frame.
 SAME_S = 1e-4
 #: Called while a film is read: frames read, and frames expected (None if the file does not say).
@@ -303,8 +301,8 @@ class Film:
 
         with av.open(self._file.reading(), options=OPENING) as container:
             stream = container.streams.video[0]
-            stream.thread_type = "AUTO"
-            stream.codec_context.thread_count = 1 if one_thread() else DECODER_THREADS
+            # Threads of the decoder wait for one another, and hold more pictures in memory (decisions/decoding-ahead).
+            stream.codec_context.thread_count = 1
             stream.codec_context.options = LIMITS
             if from_s is not None and stream.time_base:
                 container.seek(round(from_s / stream.time_base), stream=stream)
