@@ -11,6 +11,8 @@ Source: the tangent space of homographies at the points' places, least squares o
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,9 @@ STEPS, MOST_STEPS, SETTLED = 3, 12, 1e-6
 
 #: Share of a point's weight.
 RIDGE = 1e-9
+#: Displacements that are kept: searches of other unknowns, and their slopes, ask for a few again and again.
+MOST_KEPT = 6
+Frames = NDArray[np.int64] | slice
 
 
 class TakenIn:
@@ -32,6 +37,8 @@ class TakenIn:
     def __init__(self, points_px: Array, focal: float) -> None:
         """Parameters: points_px (T, N, 2), distorted; focal: unit of x in the convention, px."""
         self._focal, self._points = focal, points_px
+        #: With the frames, so that no others can have their `id`.
+        self._kept: dict[tuple[Any, ...], tuple[Frames, Array]] = {}
         local = points_px - points_px.mean(axis=1, keepdims=True)
         local /= np.maximum(np.abs(local).max(axis=(1, 2), keepdims=True), 1e-12)
         x, y = local[..., 0], local[..., 1]
@@ -43,23 +50,38 @@ class TakenIn:
         turned = table.swapaxes(-1, -2)
         self._table, self._inverse = table, np.linalg.solve(turned @ table + RIDGE * np.eye(8), turned)
 
-    def absorbed(self, moved_px: Array, frames: NDArray[np.int64] | slice) -> Array:
+    def absorbed(self, moved_px: Array, frames: Frames) -> Array:
         """The part of displacements (T, N, 2) px that the homographies of these frames absorb."""
         wanted = np.concatenate([moved_px[..., 0], moved_px[..., 1]], axis=1)[..., None]
         fitted = (self._table[frames] @ (self._inverse[frames] @ wanted))[..., 0]
         half = fitted.shape[1] // 2
         return np.stack([fitted[:, :half], fitted[:, half:]], axis=-1)
 
-    def px(self, strengths: Array, centre: tuple[float, float], frames: NDArray[np.int64] | slice) -> Array:
+    def px(self, strengths: Array, centre: tuple[float, float], frames: Frames) -> Array:
         """Displacement of the points of these frames by the distortion, (T, N, 2) px; strengths: a and b.
 
         Parameters: centre: of the distortion, which is where the optical axis meets the picture, px.
+        Returns: an array that may be kept, and is read only.
+        """
+        key = (*strengths, *centre, repr(frames) if isinstance(frames, slice) else id(frames))
+        if key not in self._kept:
+            found = self._solved_px(strengths, centre, frames)
+            found.flags.writeable = False
+            self._kept[key] = frames, found
+            if len(self._kept) > MOST_KEPT:
+                del self._kept[next(iter(self._kept))]
+        return self._kept[key][1]
+
+    def _solved_px(self, strengths: Array, centre: tuple[float, float], frames: Frames) -> Array:
+        """As `px`.
 
         A distortion refers to the undistorted place of a point, so it is found by iteration: for a strength of 0.1, the
         first step leaves an error of 3 %, and the third none.
         """
         seen = (self._points[frames] - np.array(centre)) / self._focal
         bent = np.zeros_like(seen)
+        if not np.any(strengths):
+            return bent
         for step in range(MOST_STEPS):
             straight, before = seen - bent, bent
             square = np.minimum((straight**2).sum(axis=-1, keepdims=True), FAR**2)

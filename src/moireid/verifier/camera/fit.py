@@ -187,12 +187,12 @@ def _choose(poses: PlanePoses) -> tuple[Array, Array]:
     # For two redundant residuals, twice the error is five standard deviations away, which excludes chance.
     doubtful = other < 2.0 * best
     sure = np.flatnonzero(~doubtful)
-    if len(sure):
-        kept = centres[sure, better[sure]]
-        for frame in np.flatnonzero(doubtful):
-            expected = [np.interp(frame, sure, kept[:, k] / kept[:, 2]) for k in (0, 1)]
-            tangents = centres[frame, :, :2] / centres[frame, :, 2:]
-            better[frame] = int(np.argmin(np.hypot(*(tangents - expected).T)))
+    if len(sure) and np.any(doubtful):
+        tangents, unsure = centres[..., :2] / centres[..., 2:], np.flatnonzero(doubtful)
+        kept = tangents[sure, better[sure]]
+        expected = np.column_stack([np.interp(unsure, sure, column) for column in kept.T])
+        apart = tangents[unsure] - expected[:, None]
+        better[unsure] = np.hypot(apart[..., 0], apart[..., 1]).argmin(axis=1)
     return centres[frames, better], poses.error_px[frames, better]
 
 

@@ -317,7 +317,7 @@ class FilmWide:
         """
         if self._known or self._twisted:
             return []
-        points = (self._flat(slice(None), bend=np.zeros(2), stretch=0.0) - self._middle) / self._long_side
+        points = (self._flat(self._chosen, bend=np.zeros(2), stretch=0.0) - self._middle) / self._long_side
         found = [closed_form(points, self.plane[:, :2], square=square) for square in (True, False)]
         most = NEARLY_AS_GOOD * float(np.median(self._errors()))
         # The focal length was first searched alone, with the axis in the middle, and may be caught in a valley there.
