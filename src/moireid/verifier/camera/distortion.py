@@ -81,7 +81,7 @@ class TakenIn:
         seen = (self._points[frames] - np.array(centre)) / self._focal
         bent = np.zeros_like(seen)
         if not np.any(strengths):
-            return bent
+            return np.asarray(bent)
         for step in range(MOST_STEPS):
             straight, before = seen - bent, bent
             square = np.minimum((straight**2).sum(axis=-1, keepdims=True), FAR**2)
