@@ -3,6 +3,7 @@
 # make lint    linter, formatter, type checker  make test ARGS="-k badge -x"   arguments for pytest
 # make docs    the guides, into site/           make gallery   their pictures
 # make wheel   wheel and source archive in dist/   make audit   are known holes in what is locked?
+# make platform-wheels  wheels for Linux, macOS and Windows, and the kernel for browsers, in build/platforms
 # make wheels  what a container image is made of, with `make debs`: see Containerfile
 # make schemas  the shipped JSON Schemas, from the models
 # make lock    the lock files and the list of parts   make release   tests of an installed wheel, audit, wheel
@@ -21,17 +22,18 @@ SERVER := cad postgres face c2pa cluster s3
 # For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
 RESOLVE := $(BIN)/uv pip compile --generate-hashes --no-emit-index-url --no-emit-find-links --no-emit-package moireid --universal --python-version 3.11
 
-.PHONY: setup demo test test-all lint docs gallery schemas lock parts audit wheel wheels debs release clean
+.PHONY: setup demo test test-all lint docs gallery schemas lock parts audit wheel platform-wheels wheels debs release clean
 
 setup: .venv/.ready
 
 # The stamp is newer than what it was made from, so a second `make` costs nothing.
-.venv/.ready: requirements.lock $(PROJECTS)
+.venv/.ready: requirements.lock $(PROJECTS) hatch_build.py $(wildcard src/moireid/verifier/kernel/*.[ch])
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || { echo "error: Python 3.11, 3.12 or 3.13 is needed; try make PYTHON=python3.12" >&2; exit 2; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv==$(UV_VERSION)
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r requirements.lock
-	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps -e . -e studio -e lab
+	@# The compiler of the kernel is that of the lock.
+	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation -e . -e studio -e lab
 	@# What a verify loads is compiled here once: uv leaves that to the first run, and some machines forbid Python to keep it.
 	PYTHONDONTWRITEBYTECODE= $(BIN)/moireid verify tests/data/films/genuine_1.0m.mp4 --badge tests/data/films/badge.json --json >/dev/null
 	@# And what a badge without a mount loads.
@@ -102,6 +104,10 @@ audit: setup
 
 wheel: setup
 	bash .ci/build dist
+
+# Those of moireid for other machines, which this one compiles too; and the kernel for browsers.
+platform-wheels: setup
+	$(BIN)/python hatch_build.py build/platforms
 
 release: setup
 	MOIREID_NEWEST=1 $(PYTEST) tests/end_to_end/test_wheel.py tests/end_to_end/test_installed.py $(ARGS)

@@ -2,6 +2,7 @@
 
 The folders in the order in which the data flows; a folder never imports one that is listed below it:
 
+kernel/        what each frame needs, in C
 tracking/      where the page is in each frame, and the brightness along its rows
 camera/        where the camera was, from the page's corners alone
 fringes/       the phase of the fringes, measured and predicted

@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.kernel.library import PictureStruct, picture_struct
+
 Box = tuple[int, int, int, int]  #: Left, top, right, bottom, px; right and bottom are the first beyond it.
 #: Cameras code light by about the power of 2.2 (sRGB).  The law holds for light, so counts are turned back into light;
 #: on coded counts the fringe's phase would move 1 % too little.
@@ -49,6 +51,16 @@ class Picture:
     def whole(self) -> NDArray[Any]:
         """Counts of the whole picture, (height, width)."""
         return self.part((0, 0, self.shape[1], self.shape[0]))
+
+    @cached_property
+    def _values(self) -> NDArray[np.float32]:
+        """Value of each coded byte, (256,)."""
+        return np.arange(256, dtype=np.float32) if self._levels is None else self._levels.astype(np.float32)
+
+    @cached_property
+    def struct(self) -> PictureStruct:
+        """The picture as the kernel takes it."""
+        return picture_struct(self._coded, self._values)
 
     def part(self, box: Box, kind: type[Any] | None = None) -> NDArray[Any]:
         """Counts of a part, which lies within the picture; kind: of number, None for that in which they are kept."""

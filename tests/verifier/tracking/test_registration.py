@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import HEIGHT, MARKERS, WIDTH, apart_px, corners_px, draw, filmed, nudged, seen_from
+from moireid.verifier.kernel.page import Points, values_at
+from moireid.verifier.picture import as_picture
 from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.finding.page_groups import fit_homography
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, scale_px_per_mm
-from moireid.verifier.tracking.sampling import Places, Sampler
 from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
 
@@ -123,7 +124,7 @@ def test_scale_is_the_root_of_the_area_s():
 
 
 def sample(picture, warp, points):
-    return Sampler(picture).at(warp, Places(points))
+    return values_at(as_picture(picture).struct, warp, Points(points))
 
 
 def test_sampling_is_bilinear_and_stays_inside():
@@ -140,8 +141,9 @@ def test_sampling_is_bilinear_and_stays_inside():
 
 
 def test_sampling_resolves_a_thousandth_of_a_pixel_at_the_end_of_a_large_picture(rng):
-    """Catches: places rounded to 1/32 px, as OpenCV did before 5; single precision of places counted from afar; more
-    places than OpenCV takes in a row.  Against the bilinear form written out.
+    """Catches: places rounded to 1/32 px; single precision of places counted from afar.
+
+    Against the bilinear form written out.
     """
     picture = rng.integers(0, 256, (300, 8000)).astype(np.uint8)
     points = np.column_stack([rng.uniform(7600, 7998, 120_000), rng.uniform(0, 298, 120_000)])

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -19,8 +18,8 @@ from moireid.errors import SpecError
 from moireid.frames import OwnFrame, own_rect
 from moireid.layers import is_smooth
 from moireid.smooth_lines import rims_mm
+from moireid.verifier.kernel.page import Points, row_means
 from moireid.verifier.picture import LINEAR_COUNTS, Picture, as_picture
-from moireid.verifier.tracking.sampling import Places, part_around
 
 MAX_STRIP_MM = 10.0
 #: Margin left out at a cell's border, across and along the fringes' axis, mm: blur mixes neighbours there.
@@ -71,7 +70,7 @@ class ProfileReader:
         spans = [_span(badge.gratings[g], cells) for g, cells in rows]
         longest = max(high - low for low, high, _, _ in spans)
         self.samples = int(np.clip(longest * SAMPLES_PER_MM, *SAMPLES_RANGE))
-        points, self._row_counts = [], []
+        points, counts = [], []
         for (g, cells), (low, high, top, bottom) in zip(rows, spans, strict=True):
             frame = badge.frame_of(badge.gratings[g])
             if high - low <= 4 * MARGIN_ALONG_MM or bottom - top <= MIN_ROW_MM:
@@ -89,31 +88,23 @@ class ProfileReader:
                 across = begin + (np.arange(count) + 0.5) / count * (end - begin)
                 grid = np.stack(np.meshgrid(along, across), axis=-1)
                 points.append(frame.on_page(grid))
-                self._row_counts.append(count)
-        self._places = Places(np.concatenate(points).reshape(-1, 2), rows=sum(self._row_counts))
-        self._first_rows = np.concatenate([[0], np.cumsum(self._row_counts)[:-1]])
+                counts.append(count)
+        self._points = Points(np.concatenate(points).reshape(-1, 2))
+        self._row_counts = np.array(counts, np.int32)
 
     def read(self, luma: Picture | NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """Brightness profile of every strip in a coded picture, (S, N), in `LINEAR_COUNTS`."""
-        return self._means(self._sampled(as_picture(luma).graded(LINEAR_COUNTS), homography))
+        # Coded values are sampled first, as the points are far fewer than the pixels.
+        light = as_picture(luma).graded(LINEAR_COUNTS)
+        return row_means(light.struct, homography, self._points, self._row_counts, self.samples)
 
     def read_light(self, light: NDArray[np.float32], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """As `read`, but from a picture that is light already, (height, width), in its own unit."""
-        return self._means(self._sampled(as_picture(light), homography))
-
-    def _sampled(self, picture: Picture, homography: NDArray[np.float64]) -> NDArray[Any]:
-        """The picture at the strips' points, one row of points after another."""
-        box, warp = part_around(picture, homography, self._places.hull)
-        x, y = self._places.mapped(warp)
-        # Single precision is enough: a strip averages some hundred samples per fringe.  Coded values are sampled first,
-        # as the points are far fewer than the pixels.
-        coded = cv2.remap(picture.coded(box), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return picture.valued(coded)
-
-    def _means(self, light: NDArray[Any]) -> NDArray[np.float32]:
-        """Mean over the rows of points of each strip."""
-        sums = np.add.reduceat(light, self._first_rows, axis=0)
-        return np.asarray(sums / np.array(self._row_counts, np.float32)[:, None])
+        places = cv2.perspectiveTransform(self._points.page[None], homography).astype(np.float32)
+        x, y = np.moveaxis(places.reshape(-1, self.samples, 2), -1, 0)
+        seen = cv2.remap(light, x.copy(), y.copy(), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        first_rows = np.concatenate([[0], np.cumsum(self._row_counts)[:-1]])
+        return np.asarray(np.add.reduceat(seen, first_rows, axis=0) / self._row_counts[:, None], np.float32)
 
 
 def read_across_mm(grating: Grating, cell: int) -> tuple[float, float]:

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Fiducial
+from moireid.verifier.kernel.page import PagePrint, Points
 from moireid.verifier.tracking.patches import Patch, module_of, patches_of
-from moireid.verifier.tracking.sampling import Places
 from moireid.verifier.tracking.search_work import DRAWN_NS, SMEAR_STEP_NS, SMEARED_NS
 
 Array = NDArray[np.float64]
@@ -73,14 +73,9 @@ class Samples:
     shapes: tuple[tuple[int, int], ...]
 
     @cached_property
-    def places(self) -> Places:
-        """The points, as a warp takes them."""
-        return Places(self.points)
-
-    @cached_property
-    def across_down(self) -> Single:
-        """The points, (2, N)."""
-        return np.ascontiguousarray(self.points.T, np.float32)
+    def places(self) -> Points:
+        """The points, as the kernel takes them."""
+        return Points(self.points)
 
     @cached_property
     def count(self) -> NDArray[np.int64]:
@@ -93,18 +88,23 @@ class Samples:
         return np.repeat(np.arange(len(self.count)), self.count)
 
     @cached_property
+    def first(self) -> list[int]:
+        """Where each patch's samples begin, and where the last one's end."""
+        return [0, *np.cumsum(self.count).tolist()]
+
+    @cached_property
     def parts(self) -> tuple[slice, ...]:
         """Samples of each patch."""
-        return tuple(slice(*ends) for ends in pairwise([0, *np.cumsum(self.count).tolist()]))
+        return tuple(slice(*ends) for ends in pairwise(self.first))
 
 
-@dataclass(frozen=True)
+@dataclass
 class Template:
-    """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
+    """Sample places, their printed brightness and its gradient.
 
     printed: values of each patch about their mean, (n,); gradient: gives the gradient (2, N) of the values, per mm;
     extent: a unit of the points, mm; drawing: the source of values and gradient; smeared: whether motion smear is
-    drawn; solvers: least-squares solvers for each set of visible patches, made as they are needed.
+    drawn; kept_print: as the kernel takes it, made when it is needed.
     """
 
     samples: Samples
@@ -115,38 +115,7 @@ class Template:
     px_per_mm: float
     drawing: PatchDrawing
     smeared: bool = False
-    solvers: dict[tuple[bool, ...], list[Single]] = field(default_factory=dict)
-
-    @cached_property
-    def power(self) -> list[float]:
-        """Sum of the squares of `printed` over each patch."""
-        return [float(part @ part) for part in self.printed]
-
-    @cached_property
-    def jacobian(self) -> Single:
-        """Change of the values with each of the eight warp parameters, (8, N).  A smear that is only compared with the
-        picture does without it.
-        """
-        return warp_jacobian(self.samples.across_down, self.gradient() * np.float32(self.extent))
-
-    def solver(self, seen: tuple[bool, ...]) -> list[Single]:
-        """Least-squares solver from residuals to warp parameters, (8, n) of each patch, independent of patches' gains
-        and offsets.
-        """
-        if seen not in self.solvers:
-            used = np.array(seen)[self.samples.patch]
-            rows = self.jacobian if all(seen) else np.where(used, self.jacobian, np.float32(0.0))
-            free = without_gains(rows, self.samples.parts, self.values)
-            # An inverse that is not exact changes the steps but not where they end.
-            solver = np.linalg.pinv((free @ free.T).astype(float), hermitian=True).astype(np.float32) @ free
-            self.solvers[seen] = [np.ascontiguousarray(solver[:, part]) for part in self.samples.parts]
-        return self.solvers[seen]
-
-    def tilt_sd(self, seen: tuple[bool, ...]) -> Array:
-        """Standard deviation of the warp's two tilts, for noise of one unit in each sample of what is visible, (2,)."""
-        return np.asarray(
-            np.sqrt(np.sum([(part[6:8].astype(float) ** 2).sum(axis=1) for part in self.solver(seen)], axis=0))
-        )
+    kept_print: PagePrint | None = None
 
 
 def printer_of(fiducial: Fiducial) -> TemplatePrinter:

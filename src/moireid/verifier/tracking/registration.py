@@ -5,7 +5,7 @@ registration still works where a marker no longer decodes.
 
 Source: inverse compositional alignment (Baker and Matthews, Lucas-Kanade 20 Years On, 2004), with a gain and an offset
     of brightness estimated in each marker.  Deviation: the template is drawn from the badge file and not taken from a
-    frame, so nothing drifts.
+    frame, so nothing drifts.  The loop is in the kernel (`registration.c`); the limits are here.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Fiducial
-from moireid.verifier.picture import Picture
+from moireid.verifier.kernel.page import PagePrint, Points, RulesStruct, values_at
+from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.borders import Borders
-from moireid.verifier.tracking.print_template import Template, TemplatePrinter, printer_of, without_gains
-from moireid.verifier.tracking.sampling import Places, Sampler, determinant, inverse
+from moireid.verifier.tracking.print_template import Template, TemplatePrinter, printer_of
+from moireid.verifier.tracking.sampling import determinant, inverse
 from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
 
 Array = NDArray[np.float64]
@@ -60,6 +61,19 @@ SCALE_STEP = 1.2
 #: many times what it leaves in the middle one of the patches.  Set by hand: a fingertip over a corner leaves a third in
 #: the two patches next to it, and a hundredth to a tenth in the others.
 SQUARES, COVERED_LEFT, COVERED_LEFT_RATIO = 4, 0.2, 4.0
+#: What the kernel needs of these.
+RULES = RulesStruct(
+    MAX_STEPS,
+    HOPELESS_STEPS,
+    BENT_SEEN_STEPS,
+    BENT_STEPS,
+    STOP_PX,
+    LEFT_SHARE,
+    MIN_CORRELATION,
+    MIN_GAIN,
+    COVERED_LEFT,
+    COVERED_LEFT_RATIO,
+)
 
 
 @dataclass(frozen=True)
@@ -109,9 +123,6 @@ class PageRegistrar:
         self.printer = fiducial if isinstance(fiducial, TemplatePrinter) else printer_of(fiducial)
         self.work_ns = 0.0
         self._least_seen = math.ceil(MIN_SHARE * len(self.printer.patches))
-        sides = [patch.side for patch in self.printer.patches]
-        # Without one of its sides a frame slides: what is next to it is taken for its line.
-        self._sides = [[k for k, own in enumerate(sides) if own == side] for side in set(sides) - {None}]
         self._middle, self._extent = self.printer.middle, self.printer.extent
         # Warps are estimated in coordinates of about one, so that their eight parameters are of like size.
         self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
@@ -126,112 +137,77 @@ class PageRegistrar:
         Convention: as `MarkerFinder`.
         """
         template = template or self.printer.draw(scale_px_per_mm(start, self._middle))
-        warp, sampler = start @ self._to_page, Sampler(picture)
-        solved: tuple[bool, ...] = ()
-        for steps in range(2 * MAX_STEPS + 1):
-            values = sampler.at(warp, template.samples.places)
-            if values is None:
-                return None
-            self.work_ns += STEP_NS * len(values)
-            compared = _compared(values, template)
-            correlation, seen, contrast = compared.correlation, compared.seen, compared.contrast
-            # A page that is found but still moves goes on: where it is stopped, a marker may be off by a pixel.
-            found = correlation >= MIN_CORRELATION and self._enough(seen)
-            if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not found):
-                break
-            if steps == HOPELESS_STEPS and not any(seen):
-                return None
-            # Far from the right place all markers match badly; then all of them are used for the step.
-            asked = seen if self._enough(seen) else (True,) * len(seen)
-            if asked != solved:
-                self.work_ns += SOLVED_NS * len(values) * (asked not in template.solvers)
-                solved = asked
-            step = compared.step(template, asked)
-            moved = _stepped(warp, step)
-            if moved is None:
-                return None
-            warp = moved
-            if LEFT_SHARE * float(np.abs(step).max()) * self._extent * template.px_per_mm < STOP_PX:
-                break
-        if not all(seen) and (bent := self._with_all(sampler, warp, template)) is not None:
-            warp, compared = bent
-            correlation, seen, contrast = compared.correlation, compared.seen, compared.contrast
-        vague = (1.0, 1.0)
-        if not self._enough(seen):
+        picture, shown, every = as_picture(picture), self._print_of(template), (True,) * len(self.printer.patches)
+        if not shown.is_prepared:
+            shown.prepare(template.gradient() * np.float32(self._extent))
+            self.work_ns += SOLVED_NS * shown.samples
+        found = shown.register(picture.struct, RULES, start @ self._to_page)
+        self.work_ns += STEP_NS * shown.samples * shown.steps
+        if found is None:
+            return None
+        warp, compared, holds = found
+        correlation, contrast, vague = compared.correlation, compared.contrast, (1.0, 1.0)
+        if not holds:
             # With two markers on one side the page can still tilt about them, so the pose is useless without the
             # borders. A smeared border cannot help: its displacement would follow the smear.
-            held = None if template.smeared else self._held_by_borders(sampler, warp, template, seen)
+            held = None if template.smeared else self._held_by_borders(picture, warp, template, compared.seen)
             if held is None:
                 return None
             warp, correlation, vague, contrast = held
-        elif not all(seen):
-            vague = _ratios(template.tilt_sd(seen), template.tilt_sd((True,) * len(seen)))
+        elif not all(compared.seen):
+            vague = _ratios(*(_tilt_sd(shown.normal(seen)) for seen in (compared.seen, every)))
         homography = warp @ self._from_page
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
         return Registration(homography / homography[2, 2], float(correlation), vague, contrast)
 
-    def _with_all(self, sampler: Sampler, warp: Array, template: Template) -> tuple[Array, PatchComparison] | None:
-        """The warp that all patches agree on, from one that some do not fit; None if there is none.
-
-        On a page that is bent the others' plane misses a patch, which then seems hidden.
-        """
-        every = (True,) * len(self.printer.patches)
-        for steps in range(BENT_STEPS):
-            values = sampler.at(warp, template.samples.places)
-            if values is None:
-                return None
-            self.work_ns += STEP_NS * len(values)
-            compared = _compared(values, template)
-            if steps >= BENT_SEEN_STEPS and not all(compared.seen):
-                return None
-            step = compared.step(template, every)
-            if LEFT_SHARE * float(np.abs(step).max()) * self._extent * template.px_per_mm < STOP_PX:
-                return (warp, compared) if all(compared.seen) else None
-            moved = _stepped(warp, step)
-            if moved is None:
-                return None
-            warp = moved
-        return None
-
-    def _enough(self, seen: tuple[bool, ...]) -> bool:
-        """Whether the visible patches hold the page."""
-        return sum(seen) >= self._least_seen and all(any(seen[k] for k in side) for side in self._sides)
+    def _print_of(self, template: Template) -> PagePrint:
+        """The template as the kernel takes it; kept with the template."""
+        if template.kept_print is None:
+            samples = template.samples
+            template.kept_print = PagePrint(
+                samples.places,
+                samples.first,
+                [-1 if patch.side is None else patch.side for patch in self.printer.patches],
+                np.concatenate(template.printed),
+                least_seen=self._least_seen,
+                squares=SQUARES,
+                extent_px=self._extent * template.px_per_mm,
+                least_correlation=SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION,
+            )
+        return template.kept_print
 
     def _held_by_borders(
-        self, sampler: Sampler, warp: Array, template: Template, seen: tuple[bool, ...]
+        self, picture: Picture, warp: Array, template: Template, seen: tuple[bool, ...]
     ) -> tuple[Array, float, tuple[float, float], float] | None:
         """The warp from two markers and the gratings' borders, correlation, vagueness and contrast; None without
         borders.
         """
-        borders = self._borders
+        borders, shown = self._borders, self._print_of(template)
         if borders is None or sum(seen) != 2:
             return None
-        places = Places(((borders.places - self._middle) / self._extent).reshape(-1, 2))
+        places = Points(((borders.places - self._middle) / self._extent).reshape(-1, 2))
         freed, prior = (
             np.zeros_like(borders.freedom_sd),
             np.diag([*np.zeros(8), *(BORDER_NOISE / borders.freedom_sd) ** 2]),
         )
         used = np.array(seen)[template.samples.patch]
-        free = without_gains(np.where(used, template.jacobian, 0.0), template.samples.parts, template.values)
         normal = np.zeros_like(prior)
         for _ in range(MAX_STEPS):
-            values, edges = sampler.at(warp, template.samples.places), sampler.at(warp, places)
-            if values is None or edges is None:
+            there, edges = shown.compare(picture.struct, RULES, warp), values_at(picture.struct, warp, places)
+            if there is None or edges is None or there[0].seen != seen:
                 return None
-            compared = _compared(values, template)
-            correlation, contrast = compared.correlation, compared.contrast
-            if compared.seen != seen:
-                return None
+            compared, residual = there
+            contrast = compared.contrast
             brightness = edges.astype(float).reshape(borders.inward.shape)
             found = borders.equations(brightness, freed, self._middle, self._extent, template.px_per_mm, contrast)
             if found is None:
                 return None
             rows, right = found
             normal = prior + rows.T @ rows
-            normal[:8, :8] += free @ free.T
+            normal[:8, :8] += shown.normal(seen)
             side = rows.T @ right - prior @ np.append(np.zeros(8), freed)
-            side[:8] += free @ np.where(used, compared.residual(template), 0.0)
+            side[:8] += shown.free @ np.where(used, residual, np.float32(0.0))
             step = np.linalg.lstsq(normal, side, rcond=None)[0]
             moved = _stepped(warp, step[:8])
             if moved is None:
@@ -239,87 +215,23 @@ class PageRegistrar:
             warp, freed = moved, freed + step[8:]
             if np.abs(step[:8]).max() * self._extent * template.px_per_mm < STOP_PX:
                 break
-        return warp, correlation, self._vagueness(normal, template), contrast
-
-    def _vagueness(self, normal: Array, template: Template) -> tuple[float, float]:
-        """Standard deviations of the two tilts over those with all four markers, for the same noise."""
-        whole = without_gains(template.jacobian.astype(float), template.samples.parts, template.values)
-        least, found = (np.sqrt(np.diag(np.linalg.pinv(one))[6:8]) for one in (whole @ whole.T, normal))
-        return _ratios(found, least)
+        every = (True,) * len(seen)
+        return warp, compared.correlation, _ratios(_tilt_sd(normal), _tilt_sd(shown.normal(every))), contrast
 
     def residuals(
         self, picture: Picture | NDArray[Any], homography: Array, template: Template
     ) -> tuple[Array | None, tuple[bool, ...]]:
         """Picture less print under this homography (None outside the picture), and which markers are visible."""
-        values = Sampler(picture).at(homography @ self._to_page, template.samples.places)
-        if values is None:
+        found = self._print_of(template).compare(as_picture(picture).struct, RULES, homography @ self._to_page)
+        if found is None:
             return None, (False,) * len(self.printer.patches)
-        compared = _compared(values, template)
-        return compared.residual(template), compared.seen
+        compared, residual = found
+        return residual.astype(float), compared.seen
 
 
-@dataclass(frozen=True)
-class PatchComparison:
-    """Picture and print, patch by patch: brightness about its mean (n,), counts, of each patch; its gain (K,); which
-    patches are visible; the correlation over those; the contrast of the clearest, counts.
-
-    A hidden patch is left out, as its cover has edges of its own.
-    """
-
-    centred: list[NDArray[np.float32]]
-    gain: list[float]
-    seen: tuple[bool, ...]
-    correlation: float
-    contrast: float
-
-    def step(self, template: Template, asked: tuple[bool, ...]) -> Array:
-        """Change of the warp's eight parameters that takes most of the residual away.
-
-        Convention: a solver's rows are free of each marker's offset and of its print, so the brightness may be
-            used as the residual.
-        """
-        step = np.zeros(8)
-        for solver, own, gain in zip(template.solver(asked), self.centred, self.gain, strict=True):
-            if gain > MIN_GAIN:
-                step += (solver @ own) / gain
-        return step
-
-    def residual(self, template: Template) -> Array:
-        """Picture less print (N,), in units of print contrast, with each marker's own gain and offset."""
-        each = zip(self.centred, self.gain, template.printed, strict=True)
-        left = [own / gain - printed if gain > MIN_GAIN else np.zeros_like(own) for own, gain, printed in each]
-        return np.concatenate(left).astype(float)
-
-
-def _compared(values: NDArray[np.float32], template: Template) -> PatchComparison:
-    """The brightness (N,) at a template's places, against its print."""
-    least = SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION
-    centred, gains, seen, fits = [], [], [], []
-    # Four numbers each: Python's own arithmetic takes less time than NumPy's calls.
-    for part, printed, power in zip(template.samples.parts, template.printed, template.power, strict=True):
-        own = values[part] - np.add.reduce(values[part]) / (part.stop - part.start)
-        along, most = float(printed @ own), math.sqrt(power * float(own @ own))
-        centred.append(own)
-        gains.append(along / power)
-        # A washed-out marker must not be scaled up to full contrast.
-        seen.append(along > MIN_GAIN * power and along >= least * most)
-        fits.append((along, most))
-    seen = _uncovered(seen, fits)
-    explained = sum(along for (along, _), shown in zip(fits, seen, strict=True) if shown)
-    whole = sum(most for (_, most), shown in zip(fits, seen, strict=True) if shown)
-    return PatchComparison(centred, gains, tuple(seen), explained / whole if whole > 0 else 0.0, max(gains))
-
-
-def _uncovered(seen: list[bool], fits: list[tuple[float, float]]) -> list[bool]:
-    """The visible patches without those that a thumb covers in part; only a frame has enough to leave some out.
-
-    Parameters: fits: of each patch, what the print explains, and what it would if it explained all.
-    """
-    if len(seen) <= SQUARES or not all(most > 0 for _, most in fits):
-        return seen
-    left = [1 - (along / most) ** 2 for along, most in fits]
-    most_left = max(COVERED_LEFT, COVERED_LEFT_RATIO * sorted(left)[len(left) // 2])
-    return [shown and own <= most_left for shown, own in zip(seen, left, strict=True)]
+def _tilt_sd(normal: Array) -> Array:
+    """Standard deviations (2,) of a warp's two tilts, for noise of one unit in each sample, from a normal matrix."""
+    return np.asarray(np.sqrt(np.diag(np.linalg.pinv(normal))[6:8]))
 
 
 def _ratios(found: Array, least: Array) -> tuple[float, float]:

@@ -9,74 +9,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from operator import truediv
-from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.picture import Box, Picture, as_picture
+from moireid.verifier.picture import Box, Picture
 
 Array = NDArray[np.float64]
-#: OpenCV's remap takes at most 32767 places in a row.
-MOST_IN_A_ROW = 32767
-#: Pixels around the places that are made ready with them, for the steps that follow.
-MARGIN_PX = 6
-
-
-class Places:
-    """Places of the page, (N, 2), as a warp takes them."""
-
-    def __init__(self, points: Array, rows: int | None = None) -> None:
-        """Parameters: rows: rows in which `mapped` lays them out, of equal length; None for as few as may be."""
-        self.count = len(points)
-        self._rows = rows or -(-self.count // MOST_IN_A_ROW)
-        low, high = points.min(axis=0), points.max(axis=0)
-        # Single precision is enough for what is counted from the middle.
-        self._middle = np.array(
-            [[1.0, 0.0, (low[0] + high[0]) / 2], [0.0, 1.0, (low[1] + high[1]) / 2], [0.0, 0.0, 1.0]]
-        )
-        # What is left of the last row is filled with the last place.
-        filled = np.concatenate([points, np.repeat(points[-1:], -self.count % self._rows, axis=0)])
-        self._lifted = np.vstack([(filled - self._middle[:2, 2]).T, np.ones(len(filled))]).astype(np.float32)
-        #: The corners of their bounding box.
-        self.hull = hull_of((*low, *high))
-
-    def mapped(self, warp: Array) -> NDArray[np.float32]:
-        """The places under a warp, (2, rows, M): x and y."""
-        x_y_w = (warp @ self._middle).astype(np.float32) @ self._lifted
-        return np.asarray((x_y_w[:2] / x_y_w[2]).reshape(2, self._rows, -1))
 
 
 def hull_of(rect: Sequence[float]) -> Array:
     """Corners of a rectangle (left, top, right, bottom) of the page, (3, 4), as a warp takes them."""
     x0, y0, x1, y1 = rect
     return np.array([[x0, x1, x1, x0], [y0, y0, y1, y1], [1.0, 1.0, 1.0, 1.0]])
-
-
-class Sampler:
-    """Bilinear brightness of one picture at places; the part around them is made ready once for many warps.
-
-    Source: OpenCV's remap of a float picture.  From OpenCV 5 on it uses exact places; before, it rounded them to 1/32
-        pixel, which is too coarse for registration (a test checks it).
-    """
-
-    def __init__(self, luma: Picture | NDArray[Any]) -> None:
-        self._picture = as_picture(luma)
-        self._box: Box = (0, 0, 0, 0)
-        self._part = np.zeros((0, 0), np.float32)
-
-    def at(self, warp: Array, places: Places) -> NDArray[np.float32] | None:
-        """Brightness at warp(places), (N,); None if their bounding box is not within the picture."""
-        bounds, (height, width) = _bounds(warp, places.hull), self._picture.shape
-        if bounds is None or not _within(bounds, (0, 0, width, height)):
-            return None
-        if not _within(bounds, self._box):
-            self._box = _box(bounds, MARGIN_PX, self._picture)
-            self._part = self._picture.part(self._box, np.float32)
-        across, down = places.mapped(_from_corner(warp, self._box))
-        seen: NDArray[np.float32] = cv2.remap(self._part, across, down, cv2.INTER_LINEAR)
-        return seen.ravel()[: places.count]
 
 
 def part_around(picture: Picture, warp: Array, hull: Array) -> tuple[Box, Array]:

@@ -1,0 +1,12 @@
+"""What is computed for each frame and each fit, in C: one small library without dependencies, built with the package.
+
+    kernel.h, picture.c     how a picture and places of the page are given, and where the places lie in it
+    registration.c          the whole loop that registers a page
+    rows.c                  brightness along strips of the page
+    freestanding.c          what compilers expect of a C library
+    library.py              finds the library, checks its version, and how arrays are handed over
+    page.py                 registration and rows, for NumPy arrays
+
+Python checks all sizes, C reads and writes only within them and allocates nothing.  The NumPy versions of the same
+equations are in the tests, as references.
+"""

@@ -1,0 +1,134 @@
+"""The kernel's equations in NumPy and OpenCV, as references: registration of a page, and brightness along strips."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from moireid.verifier.kernel.page import PatchComparison
+from moireid.verifier.tracking import registration as rules
+from moireid.verifier.tracking.sampling import inverse
+
+
+def mapped(warp, points):
+    """Points (N, 2) under a homography."""
+    x, y, w = warp @ np.column_stack([points, np.ones(len(points))]).T
+    return np.column_stack([x / w, y / w])
+
+
+def sampled(picture, warp, points):
+    """Bilinear brightness (N,) at points under a warp; None where four pixels are not all within the picture."""
+    counts = picture.whole.astype(np.float32)
+    places, (height, width) = mapped(warp, points), counts.shape
+    low, high = places.min(axis=0), places.max(axis=0)
+    if low.min() < 0 or high[0] >= width - 1 or high[1] >= height - 1:
+        return None
+    left, top = low.astype(int)
+    part = counts[top : int(high[1]) + 2, left : int(high[0]) + 2]
+    x, y = (places - (left, top)).astype(np.float32).T
+    seen = [cv2.remap(part, *one, cv2.INTER_LINEAR) for one in zip(_rows(x), _rows(y), strict=True)]
+    return np.concatenate([row.ravel() for row in seen])
+
+
+def _rows(values):
+    """In rows, of which OpenCV takes at most 32767 values."""
+    return [row[None] for row in np.array_split(values, -(-len(values) // 32767))]
+
+
+def free_rows(template):
+    """Change of the print with each of the warp's parameters that no gain or offset of a patch makes, (8, N)."""
+    x, y = template.samples.points.T
+    gx, gy = template.gradient().astype(float) * template.extent
+    inward = gx * x + gy * y
+    rows = np.stack([gx * x, gx * y, gx, gy * x, gy * y, gy, -inward * x, -inward * y])
+    for part, printed in zip(template.samples.parts, template.printed, strict=True):
+        mine = rows[:, part] - rows[:, part].mean(axis=1, keepdims=True)
+        rows[:, part] = mine - np.outer(mine @ printed / float(printed @ printed), printed)
+    return rows
+
+
+def compared(values, template):
+    """Values (N,) about each patch's mean, and the comparison with the print; without a frame's covered patches."""
+    least = rules.SMEARED_CORRELATION if template.smeared else rules.MARKER_CORRELATION
+    centred = [values[part] - values[part].mean() for part in template.samples.parts]
+    power = [float(printed @ printed) for printed in template.printed]
+    along = [float(own @ printed) for own, printed in zip(centred, template.printed, strict=True)]
+    most = [np.sqrt(one * float(own @ own)) for one, own in zip(power, centred, strict=True)]
+    gains = [one / two for one, two in zip(along, power, strict=True)]
+    each = zip(gains, along, most, strict=True)
+    seen = [gain > rules.MIN_GAIN and one >= least * two for gain, one, two in each]
+    if len(seen) > rules.SQUARES and min(most) > 0:
+        left = [1 - (one / two) ** 2 for one, two in zip(along, most, strict=True)]
+        limit = max(rules.COVERED_LEFT, rules.COVERED_LEFT_RATIO * sorted(left)[len(left) // 2])
+        seen = [shown and own <= limit for shown, own in zip(seen, left, strict=True)]
+    whole = sum(two for two, shown in zip(most, seen, strict=True) if shown)
+    explained = sum(one for one, shown in zip(along, seen, strict=True) if shown)
+    correlation = explained / whole if whole > 0 else 0.0
+    return np.concatenate(centred), PatchComparison(tuple(gains), tuple(seen), correlation, max(gains), 0)
+
+
+def registered(picture, warp, template, enough):
+    """The warp where `PagePrint.register` must end, with the comparison; None if the page does not match.
+
+    Parameters: enough: whether some visible patches hold the page.
+    """
+    free, patch, scale = free_rows(template), template.samples.patch, template.extent * template.px_per_mm
+
+    def step_of(centred, found, asked):
+        used = np.array(asked)[patch]
+        rows, gain = np.where(used, free, 0.0), np.array(found.gain)[patch]
+        return np.linalg.solve(rows @ rows.T, rows @ np.where(gain > rules.MIN_GAIN, centred / gain, 0.0))
+
+    def is_settled(step):
+        return rules.LEFT_SHARE * np.abs(step).max() * scale < rules.STOP_PX
+
+    for steps in range(2 * rules.MAX_STEPS + 1):
+        values = sampled(picture, warp, template.samples.points)
+        if values is None:
+            return None
+        centred, found = compared(values, template)
+        there = found.correlation >= rules.MIN_CORRELATION and enough(found.seen)
+        if steps == 2 * rules.MAX_STEPS or (steps == rules.MAX_STEPS and not there):
+            break
+        if steps == rules.HOPELESS_STEPS and not any(found.seen):
+            return None
+        step = step_of(centred, found, found.seen if enough(found.seen) else [True] * len(found.seen))
+        warp = stepped(warp, step)
+        if is_settled(step):
+            break
+    if not all(found.seen):
+        bent = warp
+        for steps in range(rules.BENT_STEPS):
+            values = sampled(picture, bent, template.samples.points)
+            if values is None:
+                break
+            centred, agreed = compared(values, template)
+            if steps >= rules.BENT_SEEN_STEPS and not all(agreed.seen):
+                break
+            step = step_of(centred, agreed, [True] * len(agreed.seen))
+            if is_settled(step):
+                return (bent, agreed) if all(agreed.seen) else (warp, found)
+            bent = stepped(bent, step)
+    return (warp, found) if enough(found.seen) and found.correlation >= rules.MIN_CORRELATION else None
+
+
+def stepped(warp, step):
+    """The warp after a step of its eight parameters."""
+    moved = warp @ inverse(np.append(step, 0.0).reshape(3, 3) + np.eye(3))
+    return moved / moved[2, 2]
+
+
+def row_means(picture, warp, points, counts, samples):
+    """Light along strips, (S, samples): nearest whole count of the bilinear coded value.
+
+    Beyond the picture its border goes on.
+    """
+    height, width = picture.shape
+    coded = picture.coded((0, 0, width, height)).astype(float)
+    x, y = (np.clip(side, 0, most - 1) for side, most in zip(mapped(warp, points).T, (width, height), strict=True))
+    column, row = (np.minimum(side.astype(int), most - 2) for side, most in ((x, width), (y, height)))
+    right, down = x - column, y - row
+    upper = coded[row, column] * (1 - right) + coded[row, column + 1] * right
+    lower = coded[row + 1, column] * (1 - right) + coded[row + 1, column + 1] * right
+    light = picture.valued(np.floor(upper * (1 - down) + lower * down + 0.5).astype(np.uint8)).reshape(-1, samples)
+    return np.add.reduceat(light, np.cumsum([0, *counts[:-1]]), axis=0) / np.asarray(counts)[:, None]
