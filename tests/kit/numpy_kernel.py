@@ -1,10 +1,11 @@
-"""The kernel's equations in NumPy and OpenCV, as references: registration of a page, and brightness along strips."""
+"""The kernel's equations in NumPy and OpenCV, as references: registration, brightness along strips, poses, smears."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 
+from moireid.verifier.camera.plane_pose import loosened, rotations
 from moireid.verifier.kernel.page import PatchComparison
 from moireid.verifier.tracking import registration as rules
 from moireid.verifier.tracking.sampling import inverse
@@ -132,3 +133,46 @@ def row_means(picture, warp, points, counts, samples):
     lower = coded[row + 1, column] * (1 - right) + coded[row + 1, column + 1] * right
     light = picture.valued(np.floor(upper * (1 - down) + lower * down + 0.5).astype(np.uint8)).reshape(-1, samples)
     return np.add.reduceat(light, np.cumsum([0, *counts[:-1]]), axis=0) / np.asarray(counts)[:, None]
+
+
+def refined_poses(plane, seen, slack, rotation, translation, *, steps, damping, most_turn):
+    """Each pose by itself, with the derivatives of each point as a matrix; as `fitting.refined_poses`."""
+    rotation, translation = rotation.copy(), translation.copy()
+    left = np.empty(rotation.shape[:2])
+    for at in np.ndindex(left.shape):
+        loose = None if slack is None else slack[at[0]]
+        r, t = rotation[at], translation[at]
+        for _ in range(steps):
+            turned = plane @ r.T
+            local = turned + t
+            near = 1 / local[:, 2]
+            flat = local[:, :2] * near[:, None]
+            by_point = np.stack(
+                [np.column_stack([near * (k == 0), near * (k == 1), -flat[:, k] * near]) for k in (0, 1)]
+            )
+            jacobian = np.concatenate([np.cross(turned[None], by_point), by_point], axis=-1)
+            errors = (flat - seen[at[0]]).T
+            if loose is not None:
+                jacobian = np.moveaxis(loosened(np.moveaxis(jacobian, 1, 2), loose), 2, 1)
+                errors = loosened(errors, loose)
+            rows = jacobian.reshape(-1, 6)
+            normal = rows.T @ rows
+            step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), rows.T @ errors.ravel())
+            step *= min(1.0, most_turn / np.abs(step[:3]).max())
+            r, t = rotations(step[:3]) @ r, t + step[3:]
+        local = plane @ r.T + t
+        errors = (local[:, :2] / local[:, 2:] - seen[at[0]]).T
+        errors = errors if loose is None else loosened(errors, loose)
+        rotation[at], translation[at] = r, t
+        left[at] = np.sqrt((errors**2).sum(axis=0).mean()) if local[:, 2].min() > 0 else np.inf
+    return rotation, translation, left
+
+
+def smeared_means(planes, places, motion, steps):
+    """By OpenCV's remap, one step after another; as `fitting.smeared_means`."""
+    shares = (np.arange(steps) + 0.5) / steps - 0.5
+    x, y = (
+        (part.astype(float) - whole * shares[:, None]).astype(np.float32)
+        for part, whole in zip(places, motion, strict=True)
+    )
+    return [cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).mean(axis=0) for plane in planes]

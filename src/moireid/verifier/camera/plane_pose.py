@@ -30,6 +30,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.kernel.fitting import refined_poses
+
 Array = NDArray[np.float64]
 ROUNDS = 4
 
@@ -248,26 +250,11 @@ def refine_poses(
     slack: Array | None = None,
 ) -> PlanePoses:
     """Gauss-Newton from the given poses, (T, 2, 3, 3) and (T, 2, 3)."""
-    seen = np.moveaxis((points_px[:, None] - np.array(centre)) / focal, -1, -2)  # axes: T, 2 poses, u or v, N
-    jacobian = np.empty((*rotation.shape[:2], 6, 2, len(plane)))
-    for _ in range(steps):
-        turned = _turned(rotation, plane)
-        flat, near = _projected(turned, translation)
-        flattened, normal = _normal(jacobian, turned, flat, near, slack)
-        right = flattened @ _weighed(flat - seen, slack).reshape(*flat.shape[:2], -1, 1)
-        step = -np.linalg.solve(normal, right)[..., 0]
-        step *= np.minimum(1.0, MOST_TURN_RAD / np.maximum(np.abs(step[..., :3]).max(axis=-1, keepdims=True), 1e-12))
-        turn = rotations(step[..., :3])
-        rotation, translation = turn @ rotation, translation + step[..., 3:]
-    flat, near = _projected(_turned(rotation, plane), translation)
-    error = focal * np.sqrt((_weighed(flat - seen, slack) ** 2).sum(axis=-2).mean(axis=-1))
-    behind = near.min(axis=-1) <= 0
-    return PlanePoses(rotation, translation, np.where(behind | ~np.isfinite(error), np.inf, error))
-
-
-def _weighed(errors: Array, slack: Array | None) -> Array:
-    """Errors (T, 2, 2, N), less those that the slack allows."""
-    return errors if slack is None else loosened(errors, slack[:, None, None])
+    seen = (points_px - np.array(centre)) / focal
+    rotation, translation, left = refined_poses(
+        plane, seen, slack, rotation, translation, steps=steps, damping=DAMPING, most_turn=MOST_TURN_RAD
+    )
+    return PlanePoses(rotation, translation, focal * left)
 
 
 def normal_equations(plane: Array, poses: PlanePoses, slack: Array | None = None) -> tuple[Array, Array]:

@@ -3,9 +3,11 @@
     kernel.h, picture.c     how a picture and places of the page are given, and where the places lie in it
     registration.c          the whole loop that registers a page
     rows.c                  brightness along strips of the page
+    smear.c                 prints that moved while they were exposed
+    poses.c                 poses of a plane
     freestanding.c          what compilers expect of a C library
     library.py              finds the library, checks its version, and how arrays are handed over
-    page.py                 registration and rows, for NumPy arrays
+    page.py, fitting.py     the same for NumPy arrays
 
 Python checks all sizes, C reads and writes only within them and allocates nothing.  The NumPy versions of the same
 equations are in the tests, as references.

@@ -10,7 +10,7 @@ Convention: places in units of the patches' extent about their middle, so that a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import pairwise
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Fiducial
+from moireid.verifier.kernel.fitting import smeared_means
 from moireid.verifier.kernel.page import PagePrint, Points
 from moireid.verifier.tracking.patches import Patch, module_of, patches_of
 from moireid.verifier.tracking.search_work import DRAWN_NS, SMEAR_STEP_NS, SMEARED_NS
@@ -62,14 +63,14 @@ class PatchDrawing:
 
 @dataclass(frozen=True)
 class Samples:
-    """Where the patches are sampled: points (N, 2) of the page; from_middle: those of each patch, (2, n) mm, in
-    `shapes` rows and columns.
+    """Where the patches are sampled: points (N, 2) of the page; on_drawing: those of each patch, (2, n) fine samples
+    from the middle of the first one, in `shapes` rows and columns.
 
     Convention: one patch's samples after another's.
     """
 
     points: Array
-    from_middle: tuple[Array, ...]
+    on_drawing: tuple[Single, ...]
     shapes: tuple[tuple[int, int], ...]
 
     @cached_property
@@ -80,7 +81,7 @@ class Samples:
     @cached_property
     def count(self) -> NDArray[np.int64]:
         """Number of samples of each patch, (K,)."""
-        return np.array([part.shape[1] for part in self.from_middle])
+        return np.array([part.shape[1] for part in self.on_drawing])
 
     @cached_property
     def patch(self) -> NDArray[np.int64]:
@@ -150,7 +151,8 @@ class TemplatePrinter:
     def _sampled(self, px_per_mm: float, drawing: PatchDrawing, smear_mm: Array | None) -> Template:
         smears = np.zeros((len(self.patches), 2)) if smear_mm is None else smear_mm
         samples = self._samples(drawing, smears)
-        shown = _all_smeared(drawing.pictures, samples, smears, drawing.pitch_mm)
+        planes = ((picture,) for picture in drawing.pictures)
+        shown = [part for (part,) in _all_smeared(planes, samples, smears, drawing.pitch_mm)]
         return Template(
             samples=samples,
             values=np.concatenate(shown),
@@ -178,7 +180,14 @@ class TemplatePrinter:
         if counts not in drawing.samples:
             own = tuple(np.stack([part.ravel() for part in np.meshgrid(across, down)]) for across, down in kept)
             points = [places.T + center for places, center in zip(own, self.centers_mm, strict=True)]
-            drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, own, shapes)
+            fine = FINE / drawing.pitch_mm
+            # OpenCV's convention of places: the middle of the first sample is 0.
+            middles = [[side / 2 - 0.5 for side in reversed(picture.shape)] for picture in drawing.pictures]
+            on_drawing = tuple(
+                (fine * places + np.array(middle)[:, None]).astype(np.float32)
+                for places, middle in zip(own, middles, strict=True)
+            )
+            drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, on_drawing, shapes)
         return drawing.samples[counts]
 
     def _drawn(self, px_per_mm: float) -> PatchDrawing:
@@ -193,7 +202,7 @@ class TemplatePrinter:
             picture = patch.print(*(_fine_offsets(half, pitch_mm) for half in reach))
             picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
             gradient_y, gradient_x = np.gradient(picture, pitch_mm / FINE)
-            drawn.append((picture, gradient_x, gradient_y))
+            drawn.append(tuple(np.ascontiguousarray(one, np.float32) for one in (picture, gradient_x, gradient_y)))
             self.work_ns += DRAWN_NS * picture.size
         pictures, along_x, along_y = zip(*drawn, strict=True)
         return PatchDrawing(pitch_mm, pictures, along_x, along_y)
@@ -210,31 +219,20 @@ def _fine_offsets(half_mm: float, pitch_mm: float) -> Array:
 
 def _gradient(drawing: PatchDrawing, samples: Samples, smears: Array) -> Single:
     """Gradient (2, N) of smeared brightness along x and y, per mm."""
-    # Each by itself: OpenCV rounds the places of pictures with two channels to 1/32 pixel.
-    both = [_all_smeared(planes, samples, smears, drawing.pitch_mm) for planes in (drawing.along_x, drawing.along_y)]
-    return np.stack([np.concatenate(parts) for parts in both])
+    planes = zip(drawing.along_x, drawing.along_y, strict=True)
+    return np.concatenate([np.stack(both) for both in _all_smeared(planes, samples, smears, drawing.pitch_mm)], axis=1)
 
 
 def _all_smeared(
-    pictures: tuple[NDArray[np.float32], ...], samples: Samples, smears: Array, pitch_mm: float
-) -> list[NDArray[np.float32]]:
-    each = zip(pictures, samples.from_middle, smears, strict=True)
-    return [_smeared(picture, places, smear, pitch_mm) for picture, places, smear in each]
-
-
-def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm: float) -> NDArray[np.float32]:
-    """Mean (N,) of a fine drawing at places (2, N) over the page's motion during the exposure."""
-    height, width = picture.shape
-    steps = _smear_steps(float(np.linalg.norm(smear)), pitch_mm)
-    shares = (np.arange(steps) + 0.5) / steps - 0.5
-    # A row for each step: OpenCV reads along rows, and a column of places would cost three times as much.
-    fine = FINE / pitch_mm
-    x, y = (
-        np.subtract(fine * part + (side / 2 - 0.5), (fine * along * shares)[:, None], dtype=float).astype(np.float32)
-        for part, along, side in zip(places, smear, (width, height), strict=True)
-    )
-    shown = cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(np.add.reduce(shown, axis=0) / np.float32(steps), np.float32)
+    planes: Iterable[tuple[Single, ...]], samples: Samples, smears: Array, pitch_mm: float
+) -> list[list[Single]]:
+    """Means (n,) of each patch's fine drawings at its samples over the page's motion during the exposure."""
+    found = []
+    for fine, places, smear in zip(planes, samples.on_drawing, smears, strict=True):
+        steps = _smear_steps(float(np.linalg.norm(smear)), pitch_mm)
+        across, down = (smear * (FINE / pitch_mm)).tolist()
+        found.append(smeared_means(fine, places, (across, down), steps))
+    return found
 
 
 def _smear_steps(smear_mm: float, pitch_mm: float) -> int:

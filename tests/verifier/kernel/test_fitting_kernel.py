@@ -1,0 +1,85 @@
+"""Poses and smeared prints by the kernel, against NumPy and OpenCV.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kit import numpy_kernel
+from moireid.verifier.camera.plane_pose import DAMPING, MOST_TURN_RAD, rotations
+from moireid.verifier.kernel.fitting import refined_poses, smeared_means
+
+FRAMES, POINTS = 6, 16
+
+
+@pytest.fixture
+def view(rng):
+    """A plane, its pictures from some poses, and two starts near each pose; another one for each frame."""
+    plane = np.column_stack([rng.uniform(-60, 60, (POINTS, 2)), np.zeros(POINTS)])
+    turn = rotations(rng.normal(0, 0.3, (FRAMES, 3)))
+    shift = np.column_stack([rng.uniform(-200, 200, (FRAMES, 2)), rng.uniform(600, 1500, FRAMES)])
+    local = plane @ turn.swapaxes(-1, -2) + shift[:, None]
+    seen = local[..., :2] / local[..., 2:] + rng.normal(0, 2e-5, (FRAMES, POINTS, 2))
+    off = rotations(rng.normal(0, 0.1, (FRAMES, 2, 3)))
+    return plane, seen, off @ turn[:, None], shift[:, None] + rng.normal(0, 5, (FRAMES, 2, 3))
+
+
+@pytest.mark.parametrize("loose", [False, True])
+@pytest.mark.parametrize("steps", [0, 1, 6])
+def test_poses_are_refined_as_by_numpy(view, rng, steps, loose):
+    """Catches: a derivative of the wrong sign; u and v exchanged; a slack that is applied once; another
+    frame's points.
+    """
+    plane, seen, rotation, translation = view
+    slack = rng.uniform(-1, 1, (FRAMES, POINTS)) if loose else None
+    if slack is not None:
+        slack *= rng.uniform(0.2, 0.99, (FRAMES, 1)) / np.linalg.norm(slack, axis=1, keepdims=True)
+    given = {"steps": steps, "damping": DAMPING, "most_turn": MOST_TURN_RAD}
+    found = refined_poses(plane, seen, slack, rotation, translation, **given)
+    expected = numpy_kernel.refined_poses(plane, seen, slack, rotation, translation, **given)
+    for one, other, least in zip(found, expected, (1e-9, 1e-6, 1e-12), strict=True):
+        assert one == pytest.approx(other, abs=least, rel=1e-9)
+
+
+def test_a_large_turn_is_taken_in_parts_and_rotations_stay_rotations(view):
+    """Catches: steps without a limit; a rotation whose series ends too early."""
+    plane, seen, rotation, translation = view
+    given = {"steps": 1, "damping": DAMPING, "most_turn": 0.01}
+    found, _, _ = refined_poses(plane, seen, None, rotation, translation, **given)
+    expected, _, _ = numpy_kernel.refined_poses(plane, seen, None, rotation, translation, **given)
+    assert found == pytest.approx(expected, abs=1e-12)
+    assert found @ found.swapaxes(-1, -2) == pytest.approx(np.broadcast_to(np.eye(3), found.shape), abs=1e-12)
+
+
+def test_a_plane_behind_the_camera_or_without_extent_has_no_pose(view):
+    """Catches: a pose from behind that counts as the best; a crash where the equations have no solution."""
+    plane, seen, rotation, translation = view
+    given = {"steps": 2, "damping": DAMPING, "most_turn": MOST_TURN_RAD}
+    behind = translation * [1, 1, -1]
+    assert np.isinf(refined_poses(plane, seen, None, rotation, behind, **given | {"steps": 0})[2]).all()
+    for nothing in (np.zeros_like(plane), np.full_like(plane, np.nan), np.full_like(plane, np.inf)):
+        left = refined_poses(nothing, seen, None, rotation, translation, **given)[2]
+        assert np.isinf(left).all()
+
+
+@pytest.mark.parametrize(("motion", "steps"), [((0.0, 0.0), 1), ((7.3, -2.2), 5), ((-300.0, 90.0), 9)])
+def test_a_smear_is_the_mean_along_its_motion(rng, motion, steps):
+    """Catches: a motion of the wrong sign; half a sample; a read beyond the drawing."""
+    planes = [rng.normal(size=(40, 57)).astype(np.float32) for _ in range(3)]
+    places = np.stack([rng.uniform(-3, 60, 500), rng.uniform(-3, 43, 500)]).astype(np.float32)
+    expected = numpy_kernel.smeared_means(planes, places, motion, steps)
+    for one, other in zip(smeared_means(planes, places, motion, steps), expected, strict=True):
+        assert one == pytest.approx(other, abs=2e-4)
+
+
+def test_drawings_of_other_sizes_are_refused():
+    """Catches: C that works on memory which is not there."""
+    places = np.zeros((2, 5), np.float32)
+    for planes, steps in (
+        ([np.zeros((1, 9), np.float32)], 1),
+        ([np.zeros((9, 9), np.float32), np.zeros((9, 8), np.float32)], 1),
+        ([np.zeros((9, 9), np.float32)], 0),
+        ([np.zeros((9, 9))], 1),
+    ):
+        with pytest.raises(ValueError):
+            smeared_means(planes, places, (0.0, 0.0), steps)
