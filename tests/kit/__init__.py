@@ -9,6 +9,7 @@ coded_films.py      films of given pictures, and short ones of long ones
 numeric_films.py    tracks of a badge, made of numbers alone
 fringe_signals.py   phase signals of one grating, and series of them
 photographed.py     signals of a badge and of photographs of it
+kernel_fuzz.py      calls of the kernel with hostile figures
 numpy_kernel.py     the kernel's equations in NumPy
 made_corners.py     a badge's corners as a film would give them
 rendered_frames.py  frames by either renderer, and their phase
