@@ -1,8 +1,8 @@
 """Build hook: compile the kernel of the verifier, for this machine or for the platform of a wheel.
 
 The compiler is the one that the package `ziglang` carries, so none of the system is needed.  It also compiles for other
-platforms: MOIREID_PLATFORM names one of `TARGETS`.  Called as a program, with a folder, it makes the wheels of all of
-them there, and the kernel for browsers.
+platforms: MOIREID_PLATFORM names one of `TARGETS`.  Every wheel also has the kernel for browsers.  Called as a program,
+with a folder, it makes the wheels of all platforms there, and the kernel for browsers.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def compile_kernel(target: str, name: str, out: Path) -> Path:
 
 
 class KernelHook(BuildHookInterface[Any]):
-    """Puts the kernel's library into a wheel, or next to its sources for an editable installation."""
+    """Puts the kernel, also that for browsers, into a wheel, or next to its sources for an editable installation."""
 
     PLUGIN_NAME = "custom"
 
@@ -94,11 +94,13 @@ class KernelHook(BuildHookInterface[Any]):
         if tag not in TARGETS:
             raise SystemExit(f"error: MOIREID_PLATFORM={tag} is none of {', '.join(TARGETS)}")
         if version == "editable":
-            compile_kernel(*TARGETS[this_platform()], KERNEL)
+            for target in (TARGETS[this_platform()], BROWSER):
+                compile_kernel(*target, KERNEL)
             return
         self._folder = tempfile.TemporaryDirectory()
-        made = compile_kernel(*TARGETS[tag], Path(self._folder.name))
-        build_data["force_include"][str(made)] = f"moireid/verifier/kernel/{made.name}"
+        for target in (TARGETS[tag], BROWSER):
+            made = compile_kernel(*target, Path(self._folder.name))
+            build_data["force_include"][str(made)] = f"moireid/verifier/kernel/{made.name}"
         build_data["pure_python"], build_data["tag"] = False, f"py3-none-{tag}"
 
 
