@@ -26,9 +26,9 @@ from moireid_studio.http.metrics import Gauge, RequestMetrics
 from moireid_studio.live import link_routes
 from moireid_studio.live import routes as live
 from moireid_studio.pages import enroll as enroll_pages
+from moireid_studio.pages import film_view, issue_pages, registry_pages, verify
 from moireid_studio.pages import first_badge as first_badge_pages
 from moireid_studio.pages import home as home_pages
-from moireid_studio.pages import issue_pages, registry_pages, verify
 from moireid_studio.settings import Settings
 from moireid_studio.studio import Studio
 
@@ -38,6 +38,8 @@ ROUTERS: tuple[APIRouter, ...] = (
     issue_pages.router,
     enroll_pages.router,
     first_badge_pages.router,
+    # Before the pages of jobs, whose ids may be any word.
+    film_view.router,
     verify.router,
     registry_pages.router,
     registry_pages.verdicts_router,
@@ -126,6 +128,8 @@ def _static() -> APIRouter:
         kind = KINDS.get("." + entry.name.rpartition(".")[2])
         if kind is not None:
             _one_file(router, entry.name, entry.read_bytes(), kind)
+    kernel = resources.files("moireid.verifier.kernel").joinpath("kernel.wasm")
+    _one_file(router, kernel.name, kernel.read_bytes(), "application/wasm")
     # The style of a verdict is that of the report's own page.
     _one_file(router, "report.css", report_style().encode(), KINDS[".css"])
     return router

@@ -7,4 +7,5 @@ issue_pages.py     one person, or an event
 first_badge.py     a first badge, from the sheet to the measured badge
 enroll.py          a capture, measured, then kept
 preview_law.py     what static/fringes.js draws
+film_view.py       what static/film-view.js draws a chosen film with
 """

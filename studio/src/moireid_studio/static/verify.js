@@ -14,7 +14,9 @@ for (const kind of ["dragover", "dragleave", "drop"]) {
   drop.addEventListener(kind, (event) => {
     event.preventDefault();
     drop.classList.toggle("over", kind === "dragover");
-    if (kind === "drop" && event.dataTransfer.files.length) video.files = event.dataTransfer.files;
+    if (kind !== "drop" || !event.dataTransfer.files.length) return;
+    video.files = event.dataTransfer.files;
+    video.dispatchEvent(new Event("change"));
   });
 }
 
