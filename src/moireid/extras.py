@@ -54,8 +54,12 @@ def _requirement(distribution: str, extras: set[str], editable: bool = False) ->
         url = f"{origin['vcs_info']['vcs']}+{url}@{origin['vcs_info']['commit_id']}"
         url += f"#subdirectory={folder}" if folder else ""
     elif url.endswith(".whl"):
-        # The wheels of one release are in one folder, and differ in the distribution's name.
-        url = f"{url.rpartition('/')[0]}/{url.rpartition('/')[2].replace('moireid', distribution.replace('-', '_'), 1)}"
+        # The wheels of one release are in one folder.  Those of the other distributions are for every machine.
+        place, _, name = url.rpartition("/")
+        if distribution != "moireid":
+            version = name.split("-")[1]
+            name = f"{distribution.replace('-', '_')}-{version}-py3-none-any.whl"
+        url = f"{place}/{name}"
     elif folder:
         url = f"{url}/{folder}" if url else ""
     return f"{distribution}{named}" + (f" @ {url}" if url else "")
