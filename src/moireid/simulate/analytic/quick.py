@@ -4,8 +4,8 @@ This is the fast half of the analytic renderer.  The loop over a pixel's rays ha
 compiler runs eight or sixteen rays at once.  Float32 is enough because all numbers in the loop are small: places count
 from the pixel's own lens, lines from the edge next to that lens; both origins are found in float64 once for each pixel.
 
-Three things are simplified.  All rays of a pixel are refracted like its middle one, and land aside in proportion to
-their place.  The pixel's footprint is a parallelogram.  And of a smooth field it sees four patches at most.
+Two things are simplified.  All rays of a pixel are refracted like its middle one, and land aside in proportion to
+their place.  And the pixel's footprint is a parallelogram.
 
 Convention and source: as `trace`.
 """
@@ -22,9 +22,6 @@ from moireid.simulate.analytic.traced_sheet import TracedSheet
 from moireid.simulate.compiled import njit
 
 F = np.float32
-#: Beyond this view tangent rays land less evenly about the middle of a pixel, so a smooth field is traced ray by ray.
-#: Set by hand: natural films are within it, and at 0.6 to 1.95 a film's third harmonic was off by 0.006.
-MOST_SPLIT_TANGENT = 0.5
 
 
 @njit(inline="always")
@@ -87,8 +84,7 @@ def grating_pixel(
     middle = page_x + shift_x * turn[0] + shift_y * turn[1], page_y + shift_x * turn[2] + shift_y * turn[3]
     room_x = (abs(right[0]) + abs(down[0])) / 2 + 1.1 * pitch + view.spread
     room_y = (abs(right[1]) + abs(down[1])) / 2 + (abs(sine) + abs(frame[5])) * pitch + view.spread
-    split = cells.smooth[grating] and across2 < MOST_SPLIT_TANGENT * MOST_SPLIT_TANGENT
-    around = _cells_around(grating, page_x, page_y, middle, room_x, room_y, split, cells)
+    around = _cells_around(grating, page_x, page_y, middle, room_x, room_y, cells)
     if not around[0]:
         return -1
     to_page = F(turn[0]), F(turn[1]), F(turn[2]), F(turn[3])
@@ -117,32 +113,23 @@ def _field_of_pixel(tx: float, ty: float, turning: Any, centre: Any, board: Trac
 
 @njit(inline="always")
 def _cells_around(
-    grating: int, page_x: float, page_y: float, middle: Any, room_x: float, room_y: float, split: bool, cells: Any
+    grating: int, page_x: float, page_y: float, middle: Any, room_x: float, room_y: float, cells: Any
 ) -> Any:
     """Whether at most four cells lie within `room` of `middle`; the cuts between them; their lines, cell by cell.
 
-    split: where more patches of a smooth field do, each quarter has the lines of the patch that most of its rays see.
     Convention: cuts and lines count from (page_x, page_y); the order is left and right above, then below.
     """
     cuts_x, cuts_y = cells.cuts[grating, 0], cells.cuts[grating, 1]
     left, top = strip_at(middle[0] - room_x, cuts_x), strip_at(middle[1] - room_y, cuts_y)
     right, bottom = strip_at(middle[0] + room_x, cuts_x), strip_at(middle[1] + room_y, cuts_y)
     cut_x, cut_y = F(cuts_x[left] - page_x), F(cuts_y[top] - page_y)
-    few = right <= left + 1 and bottom <= top + 1
-    if not few and split:
-        grid = cells.grid[grating]
-        few = min(grid[top, left], grid[top, right], grid[bottom, left], grid[bottom, right]) >= 0
-        # Rays land within half of the room, nearly all of them.
-        cut_x, cut_y = F(middle[0] - page_x), F(middle[1] - page_y)
-        left, top = strip_at(middle[0] - room_x / 4, cuts_x), strip_at(middle[1] - room_y / 4, cuts_y)
-        right, bottom = strip_at(middle[0] + room_x / 4, cuts_x), strip_at(middle[1] + room_y / 4, cuts_y)
     first = _lines(cells.grid[grating, top, left], page_x, page_y, cells)
     second, third, fourth = first, first, first
     if right > left or bottom > top:
         second = _lines(cells.grid[grating, top, right], page_x, page_y, cells)
         third = _lines(cells.grid[grating, bottom, left], page_x, page_y, cells)
         fourth = _lines(cells.grid[grating, bottom, right], page_x, page_y, cells)
-    return few, cut_x, cut_y, first, second, third, fourth
+    return right <= left + 1 and bottom <= top + 1, cut_x, cut_y, first, second, third, fourth
 
 
 @njit(inline="always")

@@ -36,7 +36,7 @@ class Cells(NamedTuple):
     of its twist, from across towards along.
     cuts (G, 2, K): across and along, rising places where a strip of cells ends and the next begins, infinity after the
     last; grid (G, strips along, strips across): the cell there, or -1; lines (C, 4): edge, lines to the millimetre,
-    duty, and by how many lines they slant to the millimetre along; smooth (G,): whether cells are patches of one field.
+    duty, and by how many lines they slant to the millimetre along.
     """
 
     gratings: Array
@@ -44,7 +44,6 @@ class Cells(NamedTuple):
     cuts: Array
     grid: NDArray[np.int64]
     lines: Array
-    smooth: NDArray[np.bool_]
 
 
 def page_texture(scene: Scene) -> NDArray[np.float32]:
@@ -164,8 +163,7 @@ def cell_table(scene: Scene) -> Cells:
     for k, sides in enumerate(cuts):
         for side, places in enumerate(sides):
             ends[k, side, : len(places)] = places
-    smooth = np.array([is_smooth(grating) for grating in scene.badge.gratings])
-    return Cells(np.array(rects), np.array(frames), ends, grid, np.array(lines), smooth)
+    return Cells(np.array(rects), np.array(frames), ends, grid, np.array(lines))
 
 
 #: Sides of a smooth field's patches, in which lines are straight: at most so many mm along the axis and across it,
