@@ -131,7 +131,7 @@ def row_means(picture, warp, points, counts, samples):
     right, down = x - column, y - row
     upper = coded[row, column] * (1 - right) + coded[row, column + 1] * right
     lower = coded[row + 1, column] * (1 - right) + coded[row + 1, column + 1] * right
-    light = picture.valued(np.floor(upper * (1 - down) + lower * down + 0.5).astype(np.uint8)).reshape(-1, samples)
+    light = picture._values[np.floor(upper * (1 - down) + lower * down + 0.5).astype(np.uint8)].reshape(-1, samples)
     return np.add.reduceat(light, np.cumsum([0, *counts[:-1]]), axis=0) / np.asarray(counts)[:, None]
 
 

@@ -74,10 +74,6 @@ class Picture:
         left, top, right, bottom = box
         return self._coded[top:bottom, left:right]
 
-    def valued(self, coded: NDArray[Any]) -> NDArray[Any]:
-        """Counts of coded values."""
-        return coded if self._levels is None else np.asarray(cv2.LUT(coded, self._levels))
-
     def mirrored(self) -> Picture:
         """The picture with left and right swapped; the principal point, its centre, stays."""
         return Picture(np.ascontiguousarray(self._coded[:, ::-1]), self._levels)

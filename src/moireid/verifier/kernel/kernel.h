@@ -1,6 +1,6 @@
 /* What the sources of the kernel share: how a picture is given, and the small algebra of homographies.
  *
- * Convention: nothing is allocated here; whoever calls gives the memory and has checked its size.  Pixels are read where
+ * Convention: nothing is allocated here; the caller gives the memory and has checked its size.  Pixels are read where
  *   the decoder put them: `rows` points to the first pixel of a plane of bytes whose rows are `stride` bytes apart, and
  *   `levels[256]` is the value of each byte.  A place (x, y) is counted from the middle of the first pixel, px.
  */
