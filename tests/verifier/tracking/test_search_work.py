@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import cv2
 import numpy as np
 import pytest
@@ -10,12 +12,14 @@ from kit.drawn_pages import draw, filmed, seen_from
 from moireid.verifier.measuring import MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.tracking.finding.markers import MarkerFinder
-from moireid.verifier.tracking.scene_tracker import GLANCE_WAIT_S, SceneTracker
+from moireid.verifier.tracking.scene_tracker import CUT_GLANCE_S, GLANCE_WAIT_S, SceneTracker
 from moireid.verifier.tracking.search_work import DECODED_NS, FOUND_SHARE, SAVED_FRAMES, Purse, search_work_ns
 
 SHAPE, FPS = (480, 640), 30.0
 #: Absence after which nothing is saved for glances any more, frames.
 AWAY = 240
+#: Scale of a badge that is half out of the picture.
+CUT_PX_PER_MM = 1.0
 
 
 @pytest.fixture(scope="module")
@@ -171,3 +175,52 @@ def test_a_glance_waits_for_a_sharp_frame_but_not_for_ever(ada):
     view.trackers[0].place = np.eye(3)
     assert not view._glance_is_due(Frame(0, due, picture))
     assert view._glance_is_due(Frame(0, view._glance_s + GLANCE_WAIT_S, picture))
+
+
+@pytest.fixture
+def cut(ada, room):
+    """A function: a picture with the badge moved so far, px, from a place at which its left markers are in the picture
+    and its right ones are not; and a tracker that has followed it there from where it was whole.
+    """
+    view, frames = SceneTracker(ada), itertools.count()
+
+    def push(moved_px: float, paint=lambda picture: picture) -> bool:
+        at = (SHAPE[1] - 0.6 * ada.page_mm[0] * CUT_PX_PER_MM + moved_px, 60.0)
+        page = seen_from(px_per_mm=CUT_PX_PER_MM, turn_deg=0.0, tilt=(0.0, 0.0), at=at)
+        index = next(frames)
+        return view.push(Frame(index, index / FPS, paint(in_room(view, ada, page)(room[index % len(room)]))))
+
+    for moved in np.linspace(-140.0, 0.0, 21):
+        push(moved)
+    return view, push
+
+
+def test_a_badge_half_out_of_the_picture_is_looked_for_at_its_place_alone(cut, monkeypatch):
+    """Catches: a whole search in each frame in which markers are seen that cannot be measured; a badge that comes back
+    and is not followed at once; frames without a whole search that count as searched.
+    """
+    view, push = cut
+    for _ in range(5):
+        assert not push(0.0)
+    looks: list[int] = []
+    monkeypatch.setattr(view._finder, "_found_by", counted(view._finder, looks))
+    before, frames = view.unsearched, 45
+    for _ in range(frames):
+        assert not push(0.0)
+    # Later the looks are no longer paid for in so small a picture.
+    whole = frames / FPS / CUT_GLANCE_S
+    assert frames + whole - 1 <= len(looks) <= frames + whole + 2
+    assert view.unsearched - before >= frames - whole - 2
+    assert CUT_GLANCE_S - 0.1 < view.unsearched_s <= CUT_GLANCE_S < MAX_UNSEARCHED_S
+    back = [push(moved) for moved in np.linspace(-20, -140, 13)]
+    assert back[-1] and sum(np.diff(back)) == 1
+
+
+def test_a_badge_next_to_one_that_is_half_out_of_the_picture_is_found_within_a_second(cut, ada):
+    """Catches: a decoy at the edge of the picture that keeps every other badge from being found."""
+    view, push = cut
+    other = in_room(view, ada, seen_from(px_per_mm=CUT_PX_PER_MM, turn_deg=0.0, tilt=(0.0, 0.0), at=(10.0, 60.0)))
+    for _ in range(5):
+        push(0.0)
+    found = [push(0.0, other) for _ in range(round(FPS * CUT_GLANCE_S) + 2)]
+    assert any(found) and found[-1]

@@ -8,6 +8,9 @@ Looking may cost a share of decoding (`search_work`).  What is saved is spent as
 frame.  Then the whole frame is searched closely now and then, and between that by a quick look, which a badge that
 comes back seldom escapes; where it sees what may be a badge, that place is searched closely at once.
 
+A hand that is not steady carries a badge half out of the picture and back.  Such a page cannot be measured, but its
+markers are seen: it is looked for at its place alone, and the whole frame is searched once a second.
+
 A page that is found belongs to the badge that was last lost near there.  If the film has shown one badge so far and the
 page is alone, it belongs to that badge, which may have left and come back.  Otherwise it begins a new track.  So after
 a cut between several badges each piece is a track of its own, and no track joins two badges.
@@ -31,8 +34,9 @@ from moireid.verifier.tracking.finding.coded_frames import FrameFinder
 from moireid.verifier.tracking.finding.markers import MarkerFinder, faint_turns, tiles_of
 from moireid.verifier.tracking.finding.page_finder import EitherWay, PageFinder
 from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, same_page
+from moireid.verifier.tracking.page_motion import PageMotion
 from moireid.verifier.tracking.patches import marker_corners_mm
-from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration
 from moireid.verifier.tracking.search_work import Purse, Purses
 from moireid.verifier.tracking.track import FrameSighting
 
@@ -43,9 +47,10 @@ Look = Callable[[Picture], EitherWay]
 GLANCE_S = 2.0
 #: A glance waits for a frame that is not smeared, which has time left for it, but at most for so long.
 GLANCE_WAIT_S = 0.5
-#: Of several badges, a lost one is recognised by its place: within this time, this distance as a share of its size, and
-#: this ratio of scales.
-KNOWN_S, KNOWN_SIZES, KNOWN_SCALE = 1.0, 0.5, 1.25
+#: While the page of a lost badge reaches out of the picture, the whole frame is searched as often.
+CUT_GLANCE_S = 1.0
+#: Of several badges, a lost one is recognised by its place within this time.
+KNOWN_S = 1.0
 #: A lost badge is searched around its last place for this long: after a hand has passed, it is still there.
 KEPT_S = 4.0
 #: It is searched there alone for so long: what hides a badge for some frames is mostly its own smear, and a search of
@@ -73,12 +78,12 @@ class SceneTracker:
         self._reader = ProfileReader(badge)
         self._template, self._faint = KeptTemplate(self._registrar.printer), faint_turns()
         self._corners_mm = marker_corners_mm(badge.markers)
-        self._middle = self._corners_mm.mean(axis=(0, 1))
-        self._size_mm = float(np.ptp(self._corners_mm.reshape(-1, 2), axis=0).max())
-        self._mirrored, self._glance_s, self._tile = False, 0.0, 0
+        self._motion = PageMotion(badge)
+        self._mirrored, self._glance_s, self._whole_s, self._tile = False, 0.0, 0.0, 0
         self._purses = Purses((self._finder, self._registrar, self._registrar.printer))
-        #: Pages that the last look saw, registered or not.
+        #: Pages that the last look saw, registered or not; and a lost badge's that reaches out of the picture.
         self._may_be: list[Array] = []
+        self._cut: Array | None = None
         self.trackers = [self._new_tracker()]
         #: Frames without a badge in which the whole picture was not searched, and the longest time of them in a row, s.
         self.unsearched, self.unsearched_s = 0, 0.0
@@ -153,15 +158,29 @@ class SceneTracker:
         """
         searched = False
         for purse, look in self._looks(frame, luma):
-            before_ns, pages = self._purses.work_ns, look(luma)
+            before_ns, pages, near = self._purses.work_ns, look(luma), purse is self._purses.near
             found, there = self._either_way_registered(luma, pages)
-            purse.pay(self._purses.work_ns - before_ns, found=bool(found) and purse is self._purses.near)
+            cut, self._may_be = self._cut_of(pages[0], frame), pages[0]
+            purse.pay(self._purses.work_ns - before_ns, found=near and (bool(found) or cut is not None))
             if found:
+                self._cut = None
                 return found, there
-            self._may_be = pages[0]
-            searched = searched or purse is not self._purses.near
+            if near or cut is not None:
+                # A quick look may miss it.
+                self._cut = cut
+            if not near:
+                searched, self._whole_s = True, frame.time_s
+            if self._cut is not None and frame.time_s < self._whole_s + CUT_GLANCE_S:
+                break
         self.unsearched += not (searched or self._places())
         return [], luma
+
+    def _cut_of(self, pages: list[Array], frame: Frame) -> Array | None:
+        """Of pages that could not be registered, a lost badge's that reaches out of the picture."""
+        last = (self._recently(tracker, frame, KNOWN_S) for tracker in self._lost())
+        before = [one.page for one in last if one is not None]
+        before += [self._cut] if self._cut is not None else []
+        return self._motion.cut_page(pages, before, frame.picture.shape)
 
     def _looks(self, frame: Frame, luma: Picture) -> Iterator[tuple[Purse, Look]]:
         """Looks at a frame, and what pays them.
@@ -170,6 +189,11 @@ class SceneTracker:
         a badge.  A badge that was just lost is looked for around its place alone.
         """
         purses, finder = self._purses, self._finder
+        if self._cut is not None and purses.near.open:
+            yield purses.near, partial(finder.near, page=self._cut)
+            if self._cut is not None and purses.glance.open:
+                yield purses.glance, finder.quick
+                return
         lost = [(tracker, last) for tracker in self._lost() if (last := self._recently(tracker, frame)) is not None]
         soon = len(lost) == len(self._lost()) and all(
             frame.time_s - last.time_s < SOON_S and finder.around(last.page, luma.shape) is None for _, last in lost
@@ -192,10 +216,10 @@ class SceneTracker:
                 if purses.near.open:
                     yield purses.near, partial(finder.closely, page=page)
 
-    def _recently(self, tracker: BadgeTracker, frame: Frame) -> FrameSighting | None:
+    def _recently(self, tracker: BadgeTracker, frame: Frame, most_s: float = KEPT_S) -> FrameSighting | None:
         """Where a lost badge was last seen, unless that is too long ago."""
         last = tracker.ends.last
-        return last if last is not None and frame.time_s - last.time_s <= KEPT_S else None
+        return last if last is not None and frame.time_s - last.time_s <= most_s else None
 
     def _close_looks(self, shape: tuple[int, ...], lost: list[FrameSighting], *, faint: bool) -> Iterator[Look]:
         """The whole frame; the last places of small badges; all tiles of the first frame searched, and one tile of each
@@ -257,14 +281,5 @@ class SceneTracker:
 
     def _was_there(self, tracker: BadgeTracker, page: Array, frame: Frame) -> bool:
         """Whether a lost badge was recently near this place, at about this size."""
-        last = tracker.ends.last
-        if last is None or frame.time_s - last.time_s > KNOWN_S:
-            return False
-        before, now = scale_px_per_mm(last.page, self._middle), scale_px_per_mm(page, self._middle)
-        apart = np.linalg.norm(self._middle_px(last.page) - self._middle_px(page))
-        grown = max(before / now, now / before)
-        return bool(grown < KNOWN_SCALE and apart < KNOWN_SIZES * self._size_mm * before)
-
-    def _middle_px(self, page: Array) -> Array:
-        mapped = page @ (*self._middle, 1.0)
-        return np.asarray(mapped[:2] / mapped[2])
+        last = self._recently(tracker, frame, KNOWN_S)
+        return last is not None and self._motion.is_small(last.page, page)
