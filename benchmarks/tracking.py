@@ -33,10 +33,11 @@ from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.picture import Frame
+from moireid.verifier.picture import Picture as FilmPicture
 from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
-from moireid.verifier.video import Film
+from moireid.verifier.video import VIDEO_CONTRAST, VIDEO_RANGE, Film
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script, temporary_film
 
 Array = NDArray[np.float64]
@@ -74,6 +75,11 @@ def held(distance_mm: float) -> HeldBadge:
         for turn, place in zip(rotation, camera_mm, strict=True)
     ]
     return HeldBadge(frames, np.array([warp / warp[2, 2] for warp in warps]), badge)
+
+
+def as_coded(counts: Picture) -> FilmPicture:
+    """A picture as video codes it."""
+    return FilmPicture(np.rint(16 + counts * VIDEO_CONTRAST).astype(np.uint8), VIDEO_RANGE, VIDEO_CONTRAST)
 
 
 def rows(wish: Wish) -> Iterator[Row]:
@@ -142,7 +148,7 @@ def _back_row(distance_mm: float, away_s: float) -> Row:
 
     def push(picture: Picture) -> bool:
         number = next(numbers)
-        return view.push(Frame(number, number / FPS, picture))
+        return view.push(Frame(number, number / FPS, as_coded(picture)))
 
     for place in itertools.product((0.0, 0.5, 1.0), repeat=2):
         for number in range(round(away_s * FPS)):
@@ -176,7 +182,7 @@ def _nothing_row() -> Row:
     for index, turn in enumerate(turns):
         picture = np.asarray(sensor.expose(None, turn, index / FPS))
         clock = time.process_time()
-        view.push(Frame(index, index / FPS, picture))
+        view.push(Frame(index, index / FPS, as_coded(picture)))
         spent.append(1e3 * (time.process_time() - clock))
         clock = time.process_time()
         finder.pages(picture)

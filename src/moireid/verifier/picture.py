@@ -33,9 +33,12 @@ class Picture:
     Convention: `part` gives counts of a part, `whole` those of all of it, which are kept.
     """
 
-    def __init__(self, coded: NDArray[np.uint8], levels: NDArray[Any] | None = None) -> None:
-        """Parameters: coded (height, width); levels (256,): counts of each coded value, None if they are the same."""
+    def __init__(self, coded: NDArray[np.uint8], levels: NDArray[Any] | None = None, contrast: float = 0.0) -> None:
+        """Parameters: coded (height, width); levels (256,): counts of each coded value, None if they are the same;
+        contrast: coded steps of one count, where counts are in proportion to them, 0 where they are not.
+        """
         self._coded, self._levels = coded, levels
+        self.contrast = 1.0 if levels is None else contrast
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -76,7 +79,7 @@ class Picture:
 
     def mirrored(self) -> Picture:
         """The picture with left and right swapped; the principal point, its centre, stays."""
-        return Picture(np.ascontiguousarray(self._coded[:, ::-1]), self._levels)
+        return Picture(np.ascontiguousarray(self._coded[:, ::-1]), self._levels, self.contrast)
 
     def graded(self, levels: NDArray[Any]) -> Picture:
         """The picture in another unit.  Parameters: levels (256,): value of each count in that unit."""

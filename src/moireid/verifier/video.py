@@ -126,7 +126,8 @@ PLANAR_DEPTH = {
     **dict.fromkeys(("yuv420p12le", "yuv422p12le", "yuv444p12le"), 12),
 }
 #: Luma runs from 16 to 235 in video (ITU-R BT.601 and 709), unless the file says that it uses the full range.
-VIDEO_RANGE = np.clip(np.rint((np.arange(256) - 16) * (255 / 219)), 0, 255).astype(np.uint8)
+VIDEO_CONTRAST = 219 / 255
+VIDEO_RANGE = np.clip(np.rint((np.arange(256) - 16) / VIDEO_CONTRAST), 0, 255).astype(np.uint8)
 FULL_RANGE = 2
 #: Pixels further from square than this are a fault of the file, and nearer ones make no difference of a pixel.
 MOST_ASPECT, LEAST_ASPECT = 4.0, 2e-4
@@ -385,7 +386,7 @@ def picture_of(picture: av.VideoFrame) -> Picture:
         deep = np.frombuffer(plane, np.uint16).reshape(picture.height, -1)[:, : picture.width]
         rows = (deep >> (depth - 8)).astype(np.uint8)
     full = picture.format.name.startswith("yuvj") or picture.color_range == FULL_RANGE
-    return Picture(rows, None if full else VIDEO_RANGE)
+    return Picture(rows) if full else Picture(rows, VIDEO_RANGE, VIDEO_CONTRAST)
 
 
 def _reason(error: Exception) -> str:

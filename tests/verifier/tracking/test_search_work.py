@@ -10,10 +10,12 @@ import pytest
 
 from kit.drawn_pages import draw, filmed, seen_from
 from moireid.verifier.measuring import MAX_UNSEARCHED_S
-from moireid.verifier.picture import Frame
+from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.finding.markers import MarkerFinder
+from moireid.verifier.tracking.finding.page_finder import PicturePart
 from moireid.verifier.tracking.scene_tracker import CUT_GLANCE_S, GLANCE_WAIT_S, SceneTracker
 from moireid.verifier.tracking.search_work import DECODED_NS, FOUND_SHARE, SAVED_FRAMES, Purse, search_work_ns
+from moireid.verifier.video import VIDEO_CONTRAST, VIDEO_RANGE
 
 SHAPE, FPS = (480, 640), 30.0
 #: Absence after which nothing is saved for glances any more, frames.
@@ -224,3 +226,24 @@ def test_a_badge_next_to_one_that_is_half_out_of_the_picture_is_found_within_a_s
         push(0.0)
     found = [push(0.0, other) for _ in range(round(FPS * CUT_GLANCE_S) + 2)]
     assert any(found) and found[-1]
+
+
+@pytest.mark.parametrize("look", [MarkerFinder.either_way, MarkerFinder.quick])
+def test_a_whole_picture_is_searched_as_it_was_coded(look, ada, room, monkeypatch):
+    """Catches: counts made of the whole picture for a search; a page elsewhere, or none."""
+    page = seen_from(px_per_mm=24.0 / ada.markers.size_mm, turn_deg=3.0, tilt=(0.0, 0.0), at=(200.0, 100.0))
+    counts = in_room(None, ada, page)(room[0])
+    coded, finder = np.rint(16 + counts * VIDEO_CONTRAST).astype(np.uint8), MarkerFinder(ada.markers)
+    (expected,), _ = look(finder, counts)
+    monkeypatch.setattr(Picture, "part", None)
+    (found,), _ = look(finder, Picture(coded, VIDEO_RANGE, VIDEO_CONTRAST))
+    middle = np.array([[[ada.page_mm[0] / 2, ada.page_mm[1] / 2]]])
+    apart = cv2.perspectiveTransform(middle, found) - cv2.perspectiveTransform(middle, expected)
+    assert np.abs(apart).max() < 0.5
+
+
+def test_thresholds_follow_the_contrast_of_the_coded_picture():
+    """Catches: thresholds left as they are, turned into fractions that OpenCV cuts off, or into none."""
+    part = PicturePart(np.zeros((4, 4), np.uint8), 4, contrast=VIDEO_CONTRAST)
+    assert [part.steps(counts) for counts in (18.0, 10.0, 7.0, 1.5)] == [15.0, 9.0, 6.0, 1.0]
+    assert part._replace(contrast=1.0).steps(1.5) == 1.5

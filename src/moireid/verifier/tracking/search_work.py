@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 #: Work of decoding, a pixel, and of a marker search: a pixel and window of the threshold, a pixel and window at which
 #: the thresholded picture changes along its row, and a square whose bits are read.  Measured by
-#: `benchmarks/verify_speed.py` on H.264 of a low bit rate, where decoding costs least; turned into counts, as searches
-#: need it (1.0 to 1.4 without).  On pictures from an even grey to white noise a search takes 0.8 to 1.3 of this, one
-#: for faded print in smooth clouds twice as much.
+#: `benchmarks/search_costs.py`; of decoding, on films of a low bit rate, where it costs least.  In a full room a search
+#: takes 0.8 to 1.4 of this, in white noise 0.5 to 1.1; a quick look at an even wall 1.9.
 DECODED_NS, WINDOW_NS, CHANGE_NS, SQUARE_NS = 1.5, 0.95, 43.0, 130e3
 #: Work of reading the notches along one outline; and work of a search for frames over that of a marker search by the
 #: same windows.  Measured as above: a search takes 0.9 to 1.35 of this, on white noise 0.2.

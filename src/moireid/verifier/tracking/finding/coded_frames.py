@@ -71,8 +71,7 @@ class FrameFinder(PageFinder):
 
     def quick(self, luma: Picture | Grey) -> EitherWay:
         """As `either_way`, but only for clear frames; faster."""
-        whole = (0, 0, luma.shape[1], luma.shape[0])
-        return self._find_in(luma, whole, ((QUICK_WINDOW_PX,), QUICK_COUNTS))
+        return self._found_by(((QUICK_WINDOW_PX,), QUICK_COUNTS), self._whole(luma))
 
     def _is_small(self, page: Array) -> bool:
         return self._line_px(page) < ENLARGE_BELOW_PX
@@ -85,7 +84,8 @@ class FrameFinder(PageFinder):
     def _found_by(
         self, how: tuple[tuple[int, ...], float], part: PicturePart, before: Array | None = None
     ) -> EitherWay:
-        (windows, counts), closed_px = how, CLOSED_PX if part.scale == 1 else CLOSED_ENLARGED_PX
+        windows, counts = how[0], part.steps(how[1])
+        closed_px = CLOSED_PX if part.scale == 1 else CLOSED_ENLARGED_PX
         found: list[tuple[float, int, Array]] = []
         outlines = _outlines(part.picture, windows, counts, LEAST_SIDE_PX * part.scale, closed_px)
         self.work_ns += outline_work_ns(part.picture, windows, counts, len(outlines))

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
-from moireid.verifier.picture import Box, Picture, as_picture
+from moireid.verifier.picture import Box, Picture
 from moireid.verifier.tracking.finding.page_finder import EitherWay, Grey, PageFinder, PicturePart
 from moireid.verifier.tracking.finding.page_groups import moved_page, pages_of
 from moireid.verifier.tracking.patches import marker_corners_mm
@@ -89,16 +89,21 @@ class MarkerFinder(PageFinder):
     def glance(self, luma: Picture | Grey) -> list[Array]:
         """As `pages`, but only for clear markers of at least `GLANCE_PX`; much faster."""
         coarse = self._searcher(**_one_threshold(luma.shape, GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS))
-        return self._found_by(coarse, PicturePart(as_picture(luma).whole, luma.shape[1]))[0]
+        return self._found_by(coarse, self._whole(luma))[0]
 
     def quick(self, luma: Picture | Grey) -> EitherWay:
         """As `either_way`, but only for clear markers of at least `QUICK_PX`; three times as fast."""
         quick = self._searcher(**_one_threshold(luma.shape, QUICK_PX, QUICK_WINDOW_PX, QUICK_COUNTS), **FINELY)
-        return self._found_by(quick, PicturePart(as_picture(luma).whole, luma.shape[1]))
+        return self._found_by(quick, self._whole(luma))
 
     def _found_by(self, how: cv2.aruco.ArucoDetector, part: PicturePart, before: Array | None = None) -> EitherWay:
+        parameters = how.getDetectorParameters()
+        if part.contrast != 1:
+            parameters.adaptiveThreshConstant = part.steps(parameters.adaptiveThreshConstant)
+            parameters.minOtsuStdDev *= part.contrast
+            how = cv2.aruco.ArucoDetector(self._dictionaries, parameters)
         corners, identities, others, which = how.detectMarkersMultiDict(part.picture)
-        self.work_ns += search_work_ns(part.picture, how.getDetectorParameters(), len(corners) + len(others))
+        self.work_ns += search_work_ns(part.picture, parameters, len(corners) + len(others))
         quads: tuple[list[Array], list[Array]] = ([], [])
         index: tuple[list[int], list[int]] = ([], [])
         if identities is None:

@@ -28,12 +28,20 @@ NEIGHBOURHOOD = 0.5
 
 
 class PicturePart(NamedTuple):
-    """A part of a picture of so many columns: its own picture, scaled, and its top left pixel."""
+    """A part of a picture of so many columns: its own picture, scaled, and its top left pixel.
+
+    contrast: steps of the picture's values for one count.
+    """
 
     picture: Grey
     width: int
     corner: tuple[int, int] = (0, 0)
     scale: float = 1.0
+    contrast: float = 1.0
+
+    def steps(self, counts: float) -> float:
+        """A difference in counts, in steps of the picture's values; whole ones, as OpenCV takes them."""
+        return counts if self.contrast == 1 else float(max(round(math.floor(counts) * self.contrast), 1))
 
     def whole_px(self, places: Array) -> Array:
         """Places (N, 2) of the part, in px of the whole picture.
@@ -68,7 +76,9 @@ class PageFinder(ABC):
 
     def either_way(self, luma: Picture | Grey, *, faint: bool = False) -> EitherWay:
         """As `pages`, and also the mirrored pages."""
-        return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]), self._faint if faint else self._usual)
+        if not faint:
+            return self._found_by(self._usual, self._whole(luma))
+        return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]), self._faint)
 
     def enlarged(self, luma: Picture | Grey, box: Box) -> EitherWay:
         """As `either_way`, for small print in a part of the picture."""
@@ -121,6 +131,16 @@ class PageFinder(ABC):
             scale = 2.0
             crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
         return self._found_by(how, PicturePart(crop, luma.shape[1], (x0, y0), scale), before)
+
+    def _whole(self, luma: Picture | Grey) -> PicturePart:
+        """The whole picture, as it was coded if differences are all that counts; turning it into counts costs a fifth
+        of decoding.  Faint print needs the finer counts.
+        """
+        picture = as_picture(luma)
+        if not picture.contrast:
+            return PicturePart(picture.whole, luma.shape[1])
+        whole = picture.coded((0, 0, luma.shape[1], luma.shape[0]))
+        return PicturePart(whole, luma.shape[1], contrast=picture.contrast)
 
     def _neighbourhood(self, shape: tuple[int, ...], page: Array, margin: float = NEIGHBOURHOOD) -> Box:
         corners = cv2.perspectiveTransform(self._outline_mm.reshape(-1, 1, 2), page).reshape(-1, 2)
