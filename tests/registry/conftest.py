@@ -9,6 +9,8 @@ import pytest
 
 from kit.registries import Server, badge_of, running_server, url_of
 from moireid.registry import Registry, open_registry
+from moireid.registry.canonical import sha256_hex
+from moireid.registry.seen import Memory, recall
 
 
 def fill(registry: Registry) -> None:
@@ -32,6 +34,17 @@ def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where it is kept what was seen of registries, so that one test's registries are not another's."""
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
     return tmp_path / "seen.sqlite3"
+
+
+@pytest.fixture
+def machines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each registry is on a machine of its own: what is seen of one there is not known to those who open another."""
+
+    def of_its_own(place: str) -> Memory:
+        monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen" / sha256_hex(place.encode())))
+        return recall(place)
+
+    monkeypatch.setattr("moireid.registry.ledger.recall", of_its_own)
 
 
 @pytest.fixture(scope="session")

@@ -108,7 +108,7 @@ def without_last(url: str, signature: object) -> None:
     )
 
 
-def test_cut_tail_is_found_unless_the_head_is_cut_too(url, registry):
+def test_cut_tail_is_found_unless_the_head_is_cut_too(url, registry, tmp_path, monkeypatch):
     """Catches: a log whose last entries, and their records, can be dropped without a trace."""
     for name in ("Ada", "Bo"):
         registry.enroll(badge_of(name))
@@ -127,13 +127,15 @@ def test_cut_tail_is_found_unless_the_head_is_cut_too(url, registry):
     assert found(registry) == [("head_signature", None)]
     # A person who kept the head of that moment has put back the whole of an earlier state, which was sound.
     tamper(url, forge, hash=old["head_hash"], signature=old["head_signature"])
+    assert found(registry) == [("rolled_back", None)]
+    # To a person who saw nothing of it before, only what is known elsewhere shows it.
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "another person's"))
     assert found(registry) == [] and registry.find("Bo").revoked_at is None
-    # Only what is known elsewhere shows it.
     assert found(registry, noted) == []
     assert found(registry, newest) == [("rolled_back", "5")]
 
 
-def test_whole_file_put_back_is_found_by_a_noted_head_alone(path):
+def test_whole_file_put_back_is_found_by_a_noted_head_alone(path, tmp_path, monkeypatch):
     """Catches: an expected head that is compared with the newest entry, so that it expires at each enrolment."""
     old = path.with_suffix(".old")
     with open_registry(url_of(path), create=True) as registry:
@@ -145,6 +147,8 @@ def test_whole_file_put_back_is_found_by_a_noted_head_alone(path):
         registry.enroll(badge_of("Bo"))
         assert found(registry, early) == found(registry, late) == []
     shutil.copy(old, path)
+    # By one who saw nothing of it before.
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "another person's"))
     with open_registry(url_of(path), create=False) as back:
         assert found(back) == found(back, early) == []
         assert found(back, late) == [("rolled_back", "3")]

@@ -66,7 +66,7 @@ def test_without_cleaning_it_would_stay(path, keys, monkeypatch):
     """Catches: the test above passing by chance, as it does where nothing old lies in the file."""
     monkeypatch.setattr("moireid.registry.changes.clean", lambda engine: True)
     monkeypatch.setattr(
-        "moireid.registry.engine._overwrite_what_is_deleted", lambda raw, _: raw.execute("PRAGMA secure_delete = OFF")
+        "moireid.registry.engine._set_up_sqlite", lambda raw, _: raw.execute("PRAGMA secure_delete = OFF")
     )
     with open_registry(url_of(path), create=True) as registry:
         registry.enroll(badge_of(NAME))
@@ -139,6 +139,7 @@ def test_who_did_things_can_be_erased_too(erased, url, path):
         registry.erase_actor("Bob")
 
 
+@pytest.mark.usefixtures("machines")
 @pytest.mark.parametrize("grown", [False, True])
 def test_an_import_erases_too_and_never_brings_back(registry, url, target, tmp_path, keys, grown):
     """Catches: a person who comes back from a copy that did not learn of it; a copy that keeps them."""

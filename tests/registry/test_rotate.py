@@ -19,9 +19,9 @@ from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
-from moireid.registry.checkpoints.seen import forget
 from moireid.registry.keys import ENTRY, Signer, key_of, new_key
 from moireid.registry.log import Head, entry_hash, head_row, rotation_row
+from moireid.registry.seen import forget
 from moireid.registry.signing.signer_process import own_signer
 
 
@@ -117,6 +117,7 @@ def test_a_key_that_was_given_up_counts_no_more(path: Path, tmp_path: Path, monk
     thief, _ = new_key()
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "thief"))
     goes_on = taken_over(Path(shutil.copy(path, tmp_path / "on.sqlite3")), key)
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "thief's second"))
     turned = taken_over(Path(shutil.copy(path, tmp_path / "turned.sqlite3")), key, thief)
     # Who saw the change, by whichever way, refuses both at a place that is new to them.
     for number, first in enumerate((None, old, new)):
@@ -227,6 +228,7 @@ def test_a_bundle_proves_the_change_offline(path: Path, tmp_path: Path, monkeypa
         Bundle(tmp_path / "bundle", old)
 
 
+@pytest.mark.usefixtures("machines")
 def test_a_copy_follows_by_import_and_a_copy_that_went_its_own_way_does_not(path: Path, tmp_path: Path) -> None:
     """Catches: an export of a changed key that no one can read in; entries of a copy that are lost without a word."""
     url, copy = filled(path), f"sqlite:///{tmp_path}/copy.sqlite3"

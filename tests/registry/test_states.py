@@ -103,6 +103,7 @@ def test_an_export_of_version_2_is_taken_in(full, target, exported, tmp_path):
     assert import_registry(older, target).added == 3
 
 
+@pytest.mark.usefixtures("machines")
 def test_two_registries_that_grew_apart_keep_the_suspension(full, target, exported, tmp_path):
     """Catches: a union by which the last import lifts the other's suspension."""
     import_registry(exported, target)
@@ -208,6 +209,7 @@ def test_the_day_stays_as_it_was_issued(registry):
     assert [one.expires for one in registry.records()] == ["2090-05-03", None, "2090-05-03", "2090-05-03"]
 
 
+@pytest.mark.usefixtures("machines")
 def test_the_day_goes_with_exports_unions_bundles_and_proofs(full, url, target, tmp_path, monkeypatch):
     """Catches: a copy of the registry in which a badge never ends, or a day that can be changed there."""
     eve = full.enroll(badge_of("Eve"), expires="2090-05-03")

@@ -66,6 +66,7 @@ def test_unsound_registry_is_not_exported(url, full, tmp_path, change):
     assert list((tmp_path / "out").iterdir()) == []
 
 
+@pytest.mark.usefixtures("machines")
 def test_export_is_one_state(url, full, tmp_path, monkeypatch):
     """Catches: records of one moment and a log of another, where somebody enrolls between two pages."""
     if url.startswith("sqlite"):
@@ -102,6 +103,7 @@ def test_import_makes_a_copy(url, full, exported, target, prepared):
         assert copy.fingerprint == full.fingerprint
 
 
+@pytest.mark.usefixtures("machines")
 def test_import_json_of_an_open_registry(full, exported, target):
     """Catches: an open registry that goes on checking with the key it had before."""
     with open_registry(target, create=True) as copy:
@@ -200,6 +202,7 @@ def apart(full: Registry, exported: Path, target: str, monkeypatch: pytest.Monke
     return copy
 
 
+@pytest.mark.usefixtures("machines")
 def test_both_grown_apart_are_united(full, exported, target, tmp_path, monkeypatch):
     """Catches: a revocation undone by importing an older state; a result that depends on who imports first."""
     with apart(full, exported, target, monkeypatch) as copy:
@@ -224,6 +227,7 @@ def test_both_grown_apart_are_united(full, exported, target, tmp_path, monkeypat
         assert (full.head(), copy.head()) == heads
 
 
+@pytest.mark.usefixtures("machines")
 def test_uniting_needs_the_private_key(full, exported, target, tmp_path, monkeypatch):
     """Catches: a half-united registry; records taken unsigned."""
     with apart(full, exported, target, monkeypatch) as copy:
@@ -237,6 +241,7 @@ def test_uniting_needs_the_private_key(full, exported, target, tmp_path, monkeyp
         assert state_of(target) == before
 
 
+@pytest.mark.usefixtures("machines")
 def test_one_id_with_two_badges_is_not_united(full, exported, target, tmp_path):
     """Catches: one of two people losing the badge; half of the import."""
     import_registry(exported, target)

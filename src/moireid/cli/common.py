@@ -209,7 +209,12 @@ def report_standing(standing: Standing) -> None:
             f"note: authority {standing.fingerprint} is seen for the first time; compare it with the fingerprint "
             "that its operator states, or give that one as --trust"
         )
-    if not standing.remembered:
+    report_remembered(standing.remembered)
+
+
+def report_remembered(remembered: bool) -> None:
+    """Say on stderr where a registry's state cannot be remembered."""
+    if not remembered:
         say("note: the registry's state cannot be remembered here, so an older one would pass; set MOIREID_SEEN")
 
 

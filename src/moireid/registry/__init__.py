@@ -8,7 +8,10 @@ canonical.py    documents as bytes: one spelling for signing, compressed for sto
 record.py       the Record, its signed text, and the check of its signature on reading
 log.py          the log's entries, their chain, the head, and changes of key
 schema.py       the tables and their queries
-ledger.py       transactions that write table and log together, one writer after the other
+seen.py         which authority and which head this user saw last
+rollback.py     a log compared with what was seen of it: rolled back, forked, or under another key
+ledger.py       transactions: those that read compare the head with what was seen; those that write, one after the
+                other, write table and log together, and remember the head
 claims.py       from a claim (a name or an id) to the one record that it means
 look_alikes.py  names that look alike
 claimed.py      the badge that a claim means; who holds a badge; whom identification may find
@@ -23,7 +26,7 @@ merge.py        import: checks an export and merges it into a registry; notes on
 rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 signing/        the private key in a process of its own
-checkpoints/    signed checkpoints that others keep, and what this user saw last
+checkpoints/    signed checkpoints that others keep, proofs, and whether a record is the newest
 bundle/         what a verifier needs, in one signed file
 """
 

@@ -13,11 +13,14 @@
 Rows are read page by page, each page in its own transaction, with records and their entries together.  So others may
 write meanwhile, and that alone causes no finding.
 
+7. The log goes on from the head that this user saw last, under the same key, or one that followed it.
+
 What it cannot find by itself:
-- the whole registry, head included, put back to an earlier state: it was sound then.  A checkpoint that another person
-  keeps shows it, or `Audit.head` noted elsewhere and given as `expected_head`: the log must still contain it.
-- a whole registry made anew under another key.  The first entry names the key, so a checkpoint, a head noted elsewhere,
-  or the fingerprint, shows it.
+- the whole registry, head included, put back to a state that is earlier, and later than all that this user saw: it was
+  sound then.  A checkpoint that another person keeps shows it, or `Audit.head` noted elsewhere and given as
+  `expected_head`: the log must still contain it.
+- a whole registry made anew under another key, of which this user saw nothing before.  The first entry names the key,
+  so a checkpoint, a head noted elsewhere, or the fingerprint, shows it.
 - actions by a person who has the private key: they can enroll, revoke and change the key in the authority's name.  If
   no head was noted elsewhere, and no one keeps a checkpoint, they can even rewrite the log from its first entry on.
 """
@@ -50,6 +53,7 @@ from moireid.registry.log import (
 )
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault, record_of
+from moireid.registry.rollback import CODES
 from moireid.registry.schema import actors, authority, badges, log, select_records
 
 PAGE = 500
@@ -167,11 +171,14 @@ def audit(
     since: Sequence[Checkpoint] = (),
 ) -> Audit:
     """What `Registry.audit` does."""
+    refused, ledger = _refused(ledger), ledger.unchecked()
     former = _former(ledger)
     watch = Watch(since, ledger.authority, former)
     expected = None if expected_head is None else Head.parse(expected_head)
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
     tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
+    if refused is not None:
+        tally.report(str(refused["code"]), str(refused["finding"]))
     head = _audit_log(ledger, expected, watch, tally, former[0] if former else ledger.authority)
     for fault, entry in watch.findings(head):
         tally.report(fault.code, fault.text, entry)
@@ -184,6 +191,20 @@ def audit(
         actors=who,
         **tally.counts,
     )
+
+
+def _refused(ledger: Ledger) -> dict[str, object] | None:
+    """Why readers refuse the registry for what was seen of it before: code and finding; None if they do not."""
+    try:
+        if ledger.checked:
+            ledger.standing()
+    except RegistryError as error:
+        if error.details.get("code") in CODES:
+            return error.details
+        # Any other fault that has a code is found again on the way, and counted.
+        if "code" not in error.details:
+            raise
+    return None
 
 
 def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tally, then: Authority) -> Head | None:

@@ -134,7 +134,7 @@ def connect(url: URL, *, create: bool = False) -> Engine:
         ) from error
     if url.get_backend_name() == "sqlite":
         event.listen(engine, "begin", _begin_in_sqlite)
-        event.listen(engine, "connect", _overwrite_what_is_deleted)
+        event.listen(engine, "connect", _set_up_sqlite)
     made = _private_file(url) if create else None
     reached = False
     try:
@@ -215,9 +215,14 @@ def _private_file(url: URL) -> Path | None:
     return path
 
 
-def _overwrite_what_is_deleted(raw: sqlite3.Connection, record: object) -> None:
-    """Let SQLite fill what it deletes with zeros; else an erased name stays in the file until its place is needed."""
+def _set_up_sqlite(raw: sqlite3.Connection, record: object) -> None:
+    """Let SQLite fill what it deletes with zeros; else an erased name stays in the file until its place is needed.
+
+    And let a commit reach the disk with its folder: else a power cut may bring the journal back, and undo what was
+    remembered as done.
+    """
     raw.execute("PRAGMA secure_delete = ON")
+    raw.execute("PRAGMA synchronous = EXTRA")
 
 
 def _begin_in_sqlite(connection: Connection) -> None:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import os
 import pwd
+import re
 import secrets
 from pathlib import Path
 from typing import Protocol
@@ -26,7 +27,7 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 from platformdirs import user_data_path
 
-from moireid.errors import RegistryError
+from moireid.errors import RegistryError, SpecError
 from moireid.files import whole_file
 from moireid.registry.canonical import canonical_json, sha256_hex
 
@@ -179,6 +180,17 @@ def account() -> str:
         return f"account {pwd.getpwuid(os.getuid()).pw_name}"
     except KeyError:
         return f"account {os.getuid()}"
+
+
+def as_fingerprint(text: str) -> str:
+    """A fingerprint as people write it: any case, with blanks or colons.  Raises: SpecError if it is none."""
+    digits = re.sub(r"[\s:]", "", text).lower()
+    if not re.fullmatch(f"[0-9a-f]{{{FINGERPRINT_DIGITS}}}", digits):
+        raise SpecError(
+            f"fingerprint {text[:80]!r} is none; give the {FINGERPRINT_DIGITS} hex digits that `moireid registry init` "
+            "prints for those who run the registry"
+        )
+    return digits
 
 
 def checked_actor(text: str) -> str:

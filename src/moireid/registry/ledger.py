@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,7 @@ from sqlalchemy import Column, Connection, Engine, and_, delete, insert, select,
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
+from moireid.provenance import Standing
 from moireid.registry import schema
 from moireid.registry.engine import AnyRow, AnySelect, connect, show_url, snapshot, sqlite_file, translated, writing
 from moireid.registry.keys import Authority, Signs, actor_row, new_salt
@@ -25,6 +27,7 @@ from moireid.registry.log import (
     Head,
     Rotation,
     check_head,
+    followed,
     head_row,
     linked,
     next_rows,
@@ -32,6 +35,8 @@ from moireid.registry.log import (
 )
 from moireid.registry.opening import prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
+from moireid.registry.rollback import LogState, compared, standing_of
+from moireid.registry.seen import Memory, recall, remember
 from moireid.registry.signing.client import load_signer
 
 #: Rows fetched at a time when all are read.
@@ -44,8 +49,11 @@ def open_ledger(url: URL, *, create: bool, make_authority: bool, actor: str) -> 
     engine = connect(url, create=create)
     try:
         with translated(url):
-            public_key = prepare(engine, show_url(url), create=create, make_authority=make_authority, actor=actor)
-        return Ledger(engine, url, public_key)
+            public_key, made = prepare(engine, show_url(url), create=create, make_authority=make_authority, actor=actor)
+        ledger = Ledger(engine, url, public_key)
+        if made:
+            ledger.remember()
+        return ledger
     except RegistryError:
         engine.dispose()
         raise
@@ -63,8 +71,10 @@ class Ledger:
         self.called = f"registry {self.shown}"
         #: Identifies the registry among all that this user opens; the password is not part of it.
         self.place = url.set(password=None).render_as_string()
-        #: Whether something was written since it was opened.
-        self.wrote = False
+        #: The fingerprint of the one authority that counts; None for the one that was seen at this place first.
+        self.trust: str | None = None
+        #: Whether it is compared with what was seen before, and whether its state could be remembered.
+        self.checked, self.remembered = True, True
         self._signer: Signs | None = None
         self._authority: Authority | None = None
         if public_key is not None:
@@ -107,9 +117,43 @@ class Ledger:
         except Fault as fault:
             raise tampered(self.shown, fault) from fault
 
+    def unchecked(self) -> Ledger:
+        """The same ledger, not compared with what was seen before: for those who report what is wrong with it."""
+        other = copy(self)
+        other.checked = False
+        return other
+
+    def standing(self) -> Standing:
+        """Compare it with what was seen of it before.  Raises: RegistryError as `rollback.standing_of`."""
+        memory = recall(self.place)
+        with self.reported(), snapshot(self.engine) as connection:
+            return self._compared(connection, memory)
+
+    def _compared(self, connection: Connection, memory: Memory) -> Standing:
+        standing = standing_of(self._state(connection), memory, self.trust)
+        self.remembered = standing.remembered
+        return standing
+
+    def _state(self, connection: Connection) -> LogState:
+        """Its state in a transaction.  Raises: RegistryError if the head is not as signed."""
+        head = self.head_in(connection)
+        turned = self.rotations(connection)
+        return LogState(
+            self.called, self.place, self.authority, head, turned, lambda seen: _leads(connection, seen, head)
+        )
+
+    def remember(self) -> None:
+        """Remember its present state, whatever was seen at this place before: it was made here."""
+        with self.reported(), snapshot(self.engine) as connection:
+            self._keep(self._state(connection))
+
+    def _keep(self, state: LogState) -> None:
+        keys = [state.authority.fingerprint, *(one.old.fingerprint for one in state.turned)]
+        self.remembered = remember(state.place, keys, state.head, state.turned)
+
     def rows(self, query: AnySelect) -> list[AnyRow]:
         """All rows of a query, in a transaction of its own."""
-        with self.reported(), self.engine.connect() as connection:
+        with self.snapshot() as connection:
             return list(connection.execute(query))
 
     def record(self, row: AnyRow) -> Record:
@@ -142,26 +186,39 @@ class Ledger:
         with self.reported():
             return linked([rotation_of(dict(row._mapping)) for row in rows], self.authority)
 
-    def hash_at(self, seq: int) -> str | None:
-        """The hash of a log entry; None if there is no such entry."""
-        rows = self.rows(select(schema.log.c.hash).where(schema.log.c.seq == seq))
-        return str(rows[0].hash) if rows else None
-
     @contextmanager
     def snapshot(self) -> Iterator[Connection]:
-        """A connection that sees one state of the registry, whatever is written meanwhile."""
+        """A connection that sees one state of the registry, whatever is written meanwhile.
+
+        Raises: RegistryError as `rollback.standing_of`: whatever is shown, judged, exported or counted is read here.
+        """
+        compares = self.checked and self.has_authority
+        memory = recall(self.place) if compares else Memory()
         with self.reported(), snapshot(self.engine) as connection:
+            if compares:
+                self._compared(connection, memory)
             yield connection
 
     @contextmanager
-    def writing(self, actor: str) -> Iterator[Transaction]:
+    def writing(self, actor: str, *, older: bool = False) -> Iterator[Transaction]:
         """A transaction, alone among those that write; committed at the end, rolled back if an exception leaves it.
 
-        Parameters: actor: who writes, as the log is to name them.
+        Its head is remembered as soon as it is committed, so that no earlier one passes from then on.
+        Parameters: actor: who writes, as the log is to name them; older: the state until now may be an earlier one
+            than was seen, which the transaction brings up to date.
+        Raises: RegistryError as `rollback.standing_of`: who writes to an earlier state makes a fork.
         """
+        memory, after = recall(self.place), copy(self)
         with self.reported(), writing(self.engine) as connection:
-            yield Transaction(self, connection, self.head_in(connection, lock=True), actor)
-        self.wrote = True
+            transaction = Transaction(self, connection, self.head_in(connection, lock=True), actor)
+            if not older:
+                compared(self._state(connection), memory, self.trust)
+            yield transaction
+            if transaction.successor is not None:
+                after.adopt(transaction.successor)
+            state = after._state(connection)
+            compared(state, memory, self.trust)
+        self._committed(state)
 
     @contextmanager
     def clearing(self, successor: Authority) -> Iterator[Connection]:
@@ -169,6 +226,8 @@ class Ledger:
 
         Raises: RegistryError if the registry holds more than the first entry of its log.
         """
+        after = copy(self)
+        after.adopt(successor.public_hex)
         with self.reported(), writing(self.engine) as connection:
             row = connection.execute(select(schema.authority).with_for_update()).first()
             own = self._authority.public_hex if self._authority else None
@@ -183,11 +242,19 @@ class Ledger:
             for table in (schema.authority, schema.actors, schema.log, schema.badges):
                 connection.execute(delete(table))
             yield connection
-        self.wrote = True
+            state = after._state(connection)
+        self._committed(state)
+
+    def _committed(self, state: LogState) -> None:
+        """Go by the key of a state that was committed, and remember it."""
+        if not self.has_authority or self.authority.public_hex != state.authority.public_hex:
+            self.adopt(state.authority.public_hex)
+        self._keep(state)
 
     def _other_authority(self) -> RegistryError:
         return RegistryError(
-            f"registry {self.shown} has come under another authority since it was opened; open it again"
+            f"registry {self.shown} has come under another authority since it was opened; open it again",
+            code="public_key",
         )
 
 
@@ -198,6 +265,8 @@ class Transaction:
         self.ledger = ledger
         self.connection = connection
         self.head = head
+        #: The public key by which the registry goes on, if that is another one.
+        self.successor: str | None = None
         self._actor = actor
 
     def records(self, query: AnySelect) -> list[Record]:
@@ -270,6 +339,21 @@ def erased_id(badge_id: str) -> RegistryError:
 def _salted(record: Record) -> Record:
     """A record gets its salt as soon as it is signed; one of schema version 2 when it is signed anew."""
     return record if record.salt is not None else replace(record, salt=new_salt())
+
+
+def _leads(connection: Connection, seen: Head, head: Head) -> bool:
+    """Whether the log leads from an earlier head to its present one, entry by entry.
+
+    Raises: Fault if there is a gap, or an entry after the earlier head was changed.
+    """
+    if seen == head:
+        return True
+    last = Head(seen.seq, connection.scalar(select(schema.log.c.hash).where(schema.log.c.seq == seen.seq)) or "")
+    if last != seen:
+        return False
+    for row in pages(connection, select(schema.log).where(schema.log.c.seq > seen.seq), schema.log.c.seq):
+        last = followed(dict(row._mapping), last)
+    return last == head
 
 
 def last_entry() -> AnySelect:

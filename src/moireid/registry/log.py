@@ -215,6 +215,16 @@ def check_hash(row: Mapping[str, Any]) -> str:
     return right
 
 
+def followed(entry: Mapping[str, Any], before: Head | None) -> Head:
+    """The log's head after an entry, which must follow from `before`; None: the entry before it is not checked.
+
+    Raises: Fault if it does not, or any of its fields was changed.  Its signature is not checked.
+    """
+    if before is not None and (entry["seq"], entry["previous"]) != (before.seq + 1, before.hash):
+        raise Fault("entry_missing", f"log entry {entry['seq']} does not follow from the one before it")
+    return Head(entry["seq"], check_hash(entry))
+
+
 def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
     """Check an entry by itself; returns its hash.  Raises: Fault if its hash or signature is wrong."""
     what, right = f"log entry {row['seq']}", check_hash(row)

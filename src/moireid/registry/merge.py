@@ -63,7 +63,8 @@ class Import:
     erased : int
         Records that were here, of people who were erased meanwhile.
     notes : tuple of str
-        Names that look like others here, or hold invisible letters, if records were added.
+        If records were added: names that look like others here, or hold invisible letters; and that this state is
+        older than one that was seen, so that every reader refuses it.
     """
 
     added: int
@@ -81,7 +82,8 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
     """
     with tempfile.TemporaryDirectory(prefix="moireid-import-", ignore_cleanup_errors=True) as folder:
         url = URL.create("sqlite", database=str(Path(folder) / "export.sqlite3"))
-        copy = open_ledger(url, create=True, make_authority=False, actor=account())
+        # What others exported is compared with what was seen when it is merged.
+        copy = open_ledger(url, create=True, make_authority=False, actor=account()).unchecked()
         try:
             load(path, copy)
             seen = audit(copy, None)
@@ -102,7 +104,16 @@ def merge(source: Ledger, target: Ledger, actor: str) -> Import:
     done = _merged(source, target, actor)
     if done.erased:
         clean(target.engine)
-    return replace(done, notes=notes_on(target)) if done.added else done
+    return replace(done, notes=(*_refused(target), *notes_on(target.unchecked()))) if done.added else done
+
+
+def _refused(target: Ledger) -> list[str]:
+    """The sentence by which each reader refuses a registry that took in an older state than was seen; else nothing."""
+    try:
+        target.standing()
+    except RegistryError as error:
+        return [str(error)]
+    return []
 
 
 def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
@@ -112,7 +123,7 @@ def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
             if target.has_authority and target.authority.public_hex in former:
                 return _follow(there, source, target, actor)
             return _adopt(there, source, target)
-        with target.writing(actor) as transaction:
+        with target.writing(actor, older=True) as transaction:
             theirs, ours = source.head_in(there), transaction.head
             if theirs.seq <= ours.seq and _hash_at(transaction.connection, theirs.seq) == theirs.hash:
                 return Import(0, 0, _count(there))
@@ -126,13 +137,12 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
     with target.clearing(source.authority) as here:
         _copy_log(there, here)
         added = _copy(there, here, badges, badges.c.id)
-    target.adopt(source.authority.public_hex)
     return Import(added, 0, 0)
 
 
 def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Import:
     """Take in the later entries of an authority that has changed its key and so has signed all records anew."""
-    with target.writing(actor) as transaction:
+    with target.writing(actor, older=True) as transaction:
         ours = transaction.head
         if source.head_in(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
             raise RegistryError(
@@ -140,7 +150,7 @@ def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Im
                 "key since; import the export into an empty registry, and enter what is missing there"
             )
         done = _catch_up(there, transaction, resigned=True)
-    target.adopt(source.authority.public_hex)
+        transaction.successor = source.authority.public_hex
     return done
 
 

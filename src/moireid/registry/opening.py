@@ -83,8 +83,10 @@ def write_skeletons(connection: Connection) -> None:
 STEPS: dict[int, Callable[[Connection], None]] = {2: _to_3, 3: _to_4, 4: _to_5}
 
 
-def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, actor: str) -> str | None:
-    """Make the tables if there are none and `create` is true, and check them; returns the authority's public key.
+def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, actor: str) -> tuple[str | None, bool]:
+    """Make the tables if there are none and `create` is true, and check them.
+
+    Returns: the authority's public key, and whether the authority was made here.
 
     A registry without an authority gets one, with a new key pair, if `create` and `make_authority` are true.  Else
     None is returned for it if `create` is true: it waits for an import.  `shown` names the registry in messages,
@@ -93,8 +95,9 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
     """
     with engine.connect() as connection:
         names, public_key = look(connection)
+    made = False
     if create and (not names or (public_key is None and make_authority and set(schema.metadata.tables) <= names)):
-        _create(engine, actor, make_authority=make_authority)
+        made = _create(engine, actor, make_authority=make_authority)
         with engine.connect() as connection:
             names, public_key = look(connection)
     if not names:
@@ -109,7 +112,7 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
         )
     if public_key is None and not create:
         raise _empty(shown)
-    return public_key
+    return public_key, made
 
 
 def _bring_up(engine: Engine, shown: str) -> None:
@@ -160,8 +163,11 @@ def _check_version(found: list[int], shown: str) -> None:
     )
 
 
-def _create(engine: Engine, actor: str, *, make_authority: bool) -> None:
-    """Make the tables, their version and the authority in one transaction, unless another process was faster."""
+def _create(engine: Engine, actor: str, *, make_authority: bool) -> bool:
+    """Make the tables, their version and the authority in one transaction, unless another process was faster.
+
+    Returns: whether it made the authority.
+    """
     # The key is on the disk before the registry says that it is the authority's.
     signer, path = make_key() if make_authority else (None, None)
     used = False
@@ -190,3 +196,4 @@ def _create(engine: Engine, actor: str, *, make_authority: bool) -> None:
     finally:
         if path is not None and not used:
             path.unlink(missing_ok=True)
+    return used

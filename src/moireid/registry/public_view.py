@@ -9,9 +9,9 @@ from moireid.badge import Badge
 from moireid.provenance import Standing
 from moireid.registry.bundle.publish import Progress, PublishResult, publish
 from moireid.registry.checkpoints.checkpoint import Checkpoint, signed_state
+from moireid.registry.checkpoints.newest import check_newest
 from moireid.registry.checkpoints.proof import proof_of
-from moireid.registry.checkpoints.seen import check_newest
-from moireid.registry.checkpoints.witness import check_head, standing_of
+from moireid.registry.keys import as_fingerprint
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record
 
@@ -25,7 +25,8 @@ class PublicView(RegistryQueries):
         Parameters
         ----------
         trust : str, optional
-            The fingerprint of the one authority that counts; None for the one that was seen here first.
+            The fingerprint of the one authority that counts from now on, as long as the registry is open; None for the
+            one that was seen here first.
 
         Returns
         -------
@@ -39,11 +40,12 @@ class PublicView(RegistryQueries):
         SpecError
             If `trust` is no fingerprint.
         """
-        return standing_of(self._ledger, trust)
+        self._ledger.trust = None if trust is None else as_fingerprint(trust)
+        return self._ledger.standing()
 
     def check_head(self) -> None:
-        """Raise RegistryError if the log was longer before: writing to an earlier state would fork it."""
-        check_head(self._ledger)
+        """Raise RegistryError as `standing`: for those who are about to do long work before they read or write."""
+        self._ledger.standing()
 
     def check_newest(self, record: Record) -> None:
         """Check a record that the user relies on against the log, entry by entry, up to the signed head.
@@ -99,9 +101,6 @@ class PublicView(RegistryQueries):
             If the registry was put back to an earlier state, or does not begin as an older checkpoint says: a log
             signs nothing that contradicts what it signed before.
         """
-        # First the key: only a machine that has it can be sure that this authority is the right one.
-        self._ledger.signer()
-        standing_of(self._ledger, self._ledger.authority.fingerprint)
         return signed_state(self._ledger, older)
 
     def publish(

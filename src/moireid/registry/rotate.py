@@ -53,14 +53,14 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> KeyRotation
             transaction.connection.execute(insert(schema.log), [row])
             values = {"public_key": new.authority.public_hex} | head_row(new, head)
             transaction.connection.execute(update(schema.authority).values(values))
+            transaction.successor = new.authority.public_hex
     except BaseException:
         # A key that the registry did not take is removed; if that is not known, it stays.
         if path is not None:
-            stored = [row.public_key for row in ledger.rows(select(schema.authority))]
+            stored = [row.public_key for row in ledger.unchecked().rows(select(schema.authority))]
             if stored != [new.authority.public_hex]:
                 path.unlink(missing_ok=True)
         raise
-    ledger.adopt(new.authority.public_hex)
     return KeyRotation(old.authority.fingerprint, new.authority.fingerprint, count, str(head))
 
 

@@ -10,18 +10,15 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
 from moireid.badge import Badge
-from moireid.errors import RegistryError
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, enter, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
-from moireid.registry.checkpoints.seen import remember
 from moireid.registry.engine import default_url, read_url, sqlite_file
 from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path
@@ -88,7 +85,8 @@ class Registry(RegistryChanges, PublicView):
     ------
     RegistryError
         By every method if the database fails, or if a record that it would return is not as the authority signed it,
-        or is not the newest version in the log.  Methods that write need the private key.
+        or is not the newest version in the log; and by every method but `audit` if the registry was put back to an
+        earlier state, forked or made anew since this user saw it.  Methods that write need the private key.
     """
 
     def __init__(self, ledger: Ledger, actor: str) -> None:
@@ -124,12 +122,7 @@ class Registry(RegistryChanges, PublicView):
         self.close()
 
     def close(self) -> None:
-        """Close the connections; if something was written, remember its head, so that no earlier one passes later."""
-        if self._ledger.wrote:
-            self._ledger.wrote = False
-            with suppress(RegistryError):
-                own, turned = self._ledger.authority.fingerprint, self._ledger.rotations()
-                remember(self._ledger.place, own, self._ledger.head(), turned)
+        """Close the connections."""
         self._ledger.engine.dispose()
 
     @property
@@ -141,6 +134,11 @@ class Registry(RegistryChanges, PublicView):
     def key_path(self) -> Path:
         """Where the authority's private key is looked for; it need not be there."""
         return key_path(self._ledger.authority)
+
+    @property
+    def remembered(self) -> bool:
+        """Whether its state could be remembered, so that an earlier one will be noticed."""
+        return self._ledger.remembered
 
     @property
     def file(self) -> Path | None:

@@ -18,6 +18,7 @@ from moireid.errors import RegistryError, SpecError
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.engine import read_url
+from moireid.registry.seen import seen_path
 from moireid.registry.signing.client import signer_address
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.metrics import Metrics
@@ -97,13 +98,13 @@ class Studio:
 
     @property
     def for_children(self) -> dict[str, str | None]:
-        """The registry's URL, and its keys or their signer, for processes that issue badges.
+        """The registry's URL, its keys or their signer, and what was seen of it, for processes that issue badges.
 
         These work in another folder, and may be older than all that.
         """
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
         keys = str(self.registry.key_path.parent.absolute())
-        return {"registry_url": url, "keys": keys, "signer": signer_address()}
+        return {"registry_url": url, "keys": keys, "signer": signer_address(), "seen": str(seen_path())}
 
     def needs(self) -> dict[str, bool]:
         """Of each thing that the studio needs for new work, whether it is there; looked at once a second at most."""

@@ -21,6 +21,7 @@ from moireid.errors import RegistryError
 @pytest.fixture
 def visit(tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> Iterator[Visit]:
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
     with studio(tmp_path, ada, work=False) as made:
         yield made
 
@@ -127,3 +128,27 @@ def test_a_registry_that_is_put_back_while_the_studio_runs_judges_nothing(
             assert "rolled back" in answer.json()["text"] and "sqlite" not in answer.text
     with pytest.raises(RegistryError, match="rolled back"), studio(tmp_path):
         pass
+
+
+def test_no_answer_shows_a_registry_that_was_put_back(visit: Visit, ada: Badge, tmp_path: Path) -> None:
+    """Catches: a record, a list, a page or a readiness that calls a rolled-back registry sound while films are refused;
+    an audit that does not name it.
+    """
+    database = tmp_path / "registry.sqlite3"
+    before = database.read_bytes()
+    visit.studio.registry.revoke(str(ada.id), "lost")
+    database.write_bytes(before)
+    asked = [f"/api/registry/{ada.id}", "/api/registry", "/api/registry?search=A"]
+    for path in asked:
+        answer = visit.ask("GET", path, "issuer")
+        assert answer.status_code == 503 and answer.json()["code"] == "registry", path
+        assert "rolled back" in answer.json()["text"] and "sqlite" not in answer.text
+    assert visit.ask("POST", f"/api/registry/{ada.id}/revoke", "issuer", json={"reason": "x"}).status_code == 503
+    for page in ("/registry", f"/registry/{ada.id}"):
+        shown = visit.ask("GET", page, "issuer")
+        assert shown.status_code in (404, 503) and ada.name not in shown.text, page
+    ready = visit.ask("GET", "/readyz", None)
+    assert ready.status_code == 503 and ready.json()["needs"]["registry"] is False
+    assert visit.ask("GET", "/healthz", None).status_code == 200
+    audit = visit.ask("POST", "/api/registry/audit", "issuer", json={})
+    assert [one["code"] for one in audit.json()["findings"]] == ["rolled_back"] and "sqlite" not in audit.text

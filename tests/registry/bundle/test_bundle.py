@@ -88,10 +88,12 @@ def test_it_gives_no_badge_away(people, tmp_path):
         layouts = [badge for (badge,) in database.execute("SELECT badge FROM layouts")]
     # What lines are in it are those of the identity zero, which no one has.
     assert sorted(layouts) == sorted({specimen_of(record.badge).to_json() for record in people.records()})
+    for revoked_at in {record.revoked_at for record in people.records()} - {None}:
+        dump = dump.replace(revoked_at, "")
     for record in people.records():
         assert record.id.encode() not in whole and bytes.fromhex(record.id) not in whole
         assert record.id not in dump.lower()
-        assert record.issued_at not in dump.replace(record.revoked_at or "-", "")
+        assert record.issued_at not in dump
     # A seal has a salt of its own: two bundles have nothing in common by which to follow a person who was renamed.
     with Bundle(published(people, tmp_path / "c")) as second, Bundle(tmp_path / "b") as first:
         assert first.claimed("Ada").seal != second.claimed("Ada").seal

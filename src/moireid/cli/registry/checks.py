@@ -53,9 +53,10 @@ def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None
 def registry_audit(registry: Registry, expected_head: str | None, witnesses: tuple[str, ...], as_json: bool) -> None:
     """Check every signature and the whole log.
 
-    By itself a registry cannot show that an earlier state of it was put back: that state was sound too. Somebody else
-    must have kept a checkpoint (`moireid registry checkpoint`). Give it as --since: this proves that the log was not
-    shortened, replaced or rewritten since then.
+    The log must go on from the last state of it that you have seen here. Of what you have not seen, a registry cannot
+    show by itself that an earlier state was put back: that state was sound too. Somebody else must have kept a
+    checkpoint (`moireid registry checkpoint`). Give it as --since: this proves that the log was not shortened, replaced
+    or rewritten since then.
 
     The head that the audit prints last does the same: note it somewhere else, and give it as --expected-head.
 
@@ -168,7 +169,6 @@ def registry_prove(registry: Registry, claim: str, path: Path, overwrite: bool, 
     from moireid.files import planned, whole_file
 
     planned([path], overwrite=overwrite, kept=[registry.file])
-    registry.standing(registry.fingerprint)
     record = registry.find(claim)
     proof, fingerprint = registry.prove(record), registry.fingerprint
     with whole_file(path, private=True) as temporary:
@@ -199,7 +199,7 @@ def registry_check_proof(path: Path, trust: str | None, as_json: bool) -> None:
     Exit code 0: it holds; 1: it does not; 2: bad input.
     """
     from moireid.registry.checkpoints.proof import check_proof
-    from moireid.registry.checkpoints.witness import as_fingerprint
+    from moireid.registry.keys import as_fingerprint
     from moireid.registry.record import Fault
 
     wanted = None if trust is None else as_fingerprint(trust)

@@ -40,7 +40,6 @@ def registry_rotate_key(registry: Registry, as_json: bool) -> None:
     Do it when people who could reach the key leave, or at fixed dates. If the old key was stolen, the thief could do
     the same: then send everybody the new fingerprint yourself, and the checkpoint of the change.
     """
-    registry.check_head()
     with progress_bar("signing all records anew") as progress:
         done = registry.rotate_key(progress)
     key, shown = registry.key_path, registry.shown_url

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import actor_option, friendly, json_option, registry_option, say, show_json
+from moireid.cli.common import actor_option, friendly, json_option, registry_option, report_remembered, say, show_json
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ def registry_command(
     """Make a command of a function whose first argument is an open registry.
 
     Parameters: options: those between --registry and --json in the help; create: make the registry if it is absent;
-        writes: the log names who does it, and the registry must not have been put back to an earlier state; check:
-        refuses the options by themselves, before the registry is opened, and perhaps brought to this version.
+        writes: the log names who does it; check: refuses the options by themselves, before the registry is opened, and
+        perhaps brought to this version.
     """
 
     def decorate(function: Callable[..., None]) -> click.Command:
@@ -47,9 +47,10 @@ def registry_command(
 
             check(given)
             with open_registry(registry_url, create=create, actor=actor) as registry:
-                if writes:
-                    registry.check_head()
-                function(registry, **given)
+                try:
+                    function(registry, **given)
+                finally:
+                    report_remembered(registry.remembered)
 
         command = registry_group.command(name)(friendly(run))
         shared: list[Callable[[click.Command], click.Command]] = [registry_option, *options, json_option]
@@ -142,18 +143,24 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     """Forget how far a registry had grown.
 
     Moireid remembers the last state of each registry that it has seen, and refuses an older one. If those who run the
-    registry had to put an older state back, for example after a broken disk, this accepts it once.
+    registry had to put an older state back, for example after a broken disk, this accepts the next state that is seen.
+
+    What was done after that state is lost, above all revocations: enter it again.
     """
-    from moireid.registry.checkpoints.seen import forget
-    from moireid.registry.checkpoints.witness import as_fingerprint
+    from moireid.registry.keys import as_fingerprint
+    from moireid.registry.seen import forget, recall
 
     wanted = as_fingerprint(fingerprint)
+    last = recall().heads.get(wanted)
     gone = forget(wanted)
     if as_json:
-        show_json({"fingerprint": wanted, "forgotten": gone})
-    else:
+        show_json({"fingerprint": wanted, "forgotten": gone, "seen": None if last is None else str(last)})
+        return
+    click.echo(f"what was seen of authority {wanted} is forgotten" if gone else f"authority {wanted} was never seen")
+    if last is not None:
         click.echo(
-            f"what was seen of authority {wanted} is forgotten" if gone else f"authority {wanted} was never seen"
+            f"{last.seq} entries of it were seen, the last one {str(last)[:24]}…; what an older state lacks of them is "
+            "lost, above all each revocation: enter it again"
         )
 
 

@@ -23,10 +23,11 @@ from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
 from moireid.provenance import BadgeHolder, ClaimedBadge, Provenance
 from moireid.registry.bundle.bundle_file import BundleContent, BundlePerson, check_expiry, read_bundle_file
-from moireid.registry.checkpoints.witness import standing_of
 from moireid.registry.log import Head, Rotation, linked, rotation_of
 from moireid.registry.look_alikes import by_line, line_alike
 from moireid.registry.record import Fault
+from moireid.registry.rollback import LogState, standing_of
+from moireid.registry.seen import recall
 
 #: At most this many people whose names look alike are named.
 MOST_ALIKE = 3
@@ -96,7 +97,6 @@ class Bundle:
 
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
-        self.called, self.place = f"bundle {path}", f"bundle:{self.path.absolute()}"
         header, self.authority, content = read_bundle_file(self.path)
         self._head = Head.parse(header.head)
         try:
@@ -110,7 +110,15 @@ class Bundle:
                 f"bundle {path} cannot be read ({error}); fetch one that this moireid's version or an older one wrote"
             ) from error
         check_expiry(header, self.path)
-        self.standing = standing_of(self, trust, header.expires)
+        log = LogState(
+            f"bundle {path}",
+            f"bundle:{self.path.absolute()}",
+            self.authority,
+            self._head,
+            self.rotations(),
+            self._extends,
+        )
+        self.standing = standing_of(log, recall(log.place), trust, header.expires)
 
     def __enter__(self) -> Bundle:
         return self
@@ -195,9 +203,9 @@ class Bundle:
             return BadgeHolder(person.name, person.barred())
         return None
 
-    def head(self) -> Head:
-        """The last entry of its log."""
-        return self._head
+    def _extends(self, seen: Head) -> bool:
+        """Whether an earlier head is in its log, all of which is signed."""
+        return self.hash_at(seen.seq) == seen.hash
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None if there is no such entry."""

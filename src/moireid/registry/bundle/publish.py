@@ -30,7 +30,6 @@ from moireid.registry.bundle.bundle_file import (
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
 from moireid.registry.checkpoints.merkle import leaf_hash
-from moireid.registry.checkpoints.witness import standing_of
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, pages, select_rotations
 from moireid.registry.record import BadgeState, Record
@@ -62,9 +61,7 @@ def publish(
 ) -> PublishResult:
     """What `Registry.publish` does."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
-    # First the key: only a machine that has it can be sure that this authority is the right one.
     signer = ledger.signer()
-    standing_of(ledger, ledger.authority.fingerprint)
     with ledger.snapshot() as connection:
         head, entries = ledger.head_in(connection), entry_hashes(ledger, connection)
         records, layouts = _records(ledger, connection, specimen)

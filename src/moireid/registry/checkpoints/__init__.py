@@ -1,8 +1,8 @@
-"""Checks that show when a registry was put back to an earlier state: signed checkpoints, and what was seen last.
+"""Checks by others that show when a registry was put back to an earlier state.
 
 merkle.py      the Merkle tree of RFC 6962: roots, and proofs of inclusion and consistency
 checkpoint.py  signed notes, and checkpoints: a log's size and root as such a note
-witness.py     checkpoints from a file, a folder or a web address; a log compared with them and with what was seen
-seen.py        which authority and which head this user saw last; whether a record is the newest version
+witness.py     checkpoints from a file, a folder or a web address; a log compared with them
+newest.py      whether a record is the newest version in the log
 proof.py       a proof that a record is in the log, for a person without the registry
 """

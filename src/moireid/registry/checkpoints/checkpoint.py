@@ -25,10 +25,9 @@ from sqlalchemy import Connection, select
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.merkle import Tree, consistency_proof, leaf_hash, root_of
-from moireid.registry.checkpoints.seen import followed
 from moireid.registry.keys import FINGERPRINT_DIGITS, NOTE, Authority, Signs
 from moireid.registry.ledger import Ledger, pages
-from moireid.registry.log import GENESIS, Head
+from moireid.registry.log import GENESIS, Head, followed
 from moireid.registry.record import Fault
 from moireid.registry.schema import log
 
@@ -179,7 +178,7 @@ def entry_hashes(ledger: Ledger, connection: Connection) -> list[bytes]:
 
 
 def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
-    """What `Registry.checkpoint` does, once the log was compared with what was seen of it before."""
+    """What `Registry.checkpoint` does."""
     signer = ledger.signer()
     with ledger.snapshot() as connection:
         leaves = [leaf_hash(content) for content in entry_hashes(ledger, connection)]

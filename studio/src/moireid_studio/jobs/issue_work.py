@@ -24,6 +24,7 @@ from moireid.fabrication.package import print_badge
 from moireid.names import line_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
+from moireid.registry.seen import SEEN_VARIABLE
 from moireid.sandbox.child import Talk
 from moireid_studio.jobs.lists import dress_people
 from moireid_studio.jobs.orders import BadgeOrder, Wish, plan_order
@@ -33,7 +34,15 @@ from moireid_studio.store.storage import unpacked, written
 
 
 def issue_badge(
-    order_file: Path, progress: Progress, send: Send, *, registry_url: str, keys: str, signer: str | None, actor: str
+    order_file: Path,
+    progress: Progress,
+    send: Send,
+    *,
+    registry_url: str,
+    keys: str,
+    signer: str | None,
+    seen: str,
+    actor: str,
 ) -> None:
     """Make one badge's package, and issue the badge; `order_file` holds a `BadgeOrder`.
 
@@ -41,7 +50,7 @@ def issue_badge(
     """
     content, pictures = _opened(order_file, ORDER)
     order, folder, steps = BadgeOrder.model_validate_json(content), Path("badge"), count(1)
-    with _registry(registry_url, keys, signer, actor) as registry:
+    with _registry(registry_url, keys, signer, seen, actor) as registry:
         made = plan_order(order, registry, pictures)
         most = len(made.files)
         printed = print_badge(
@@ -78,6 +87,7 @@ def issue_event(
     registry_url: str,
     keys: str,
     signer: str | None,
+    seen: str,
     actor: str,
 ) -> None:
     """Make the package of an event: sheets, a folder for each person, a summary; and issue all badges.
@@ -88,7 +98,7 @@ def issue_event(
 
     wanted, folder = Wish.model_validate(wish), Path("event")
     content, pictures = _opened(people_file, PEOPLE)
-    with _registry(registry_url, keys, signer, actor) as registry:
+    with _registry(registry_url, keys, signer, seen, actor) as registry:
         rows = list(dress_people(parse_people(content).people, wanted, pictures, registry.by_id))
         for row in rows:
             if row.fault is not None:
@@ -124,12 +134,13 @@ def _opened(order_file: Path, name: str) -> tuple[bytes, dict[str, Path]]:
         return packed.read(name), written(unpacked(packed), Path("pictures"))
 
 
-def _registry(url: str, keys: str, signer: str | None, actor: str) -> Registry:
-    """The registry, with the authority's key from the folder `keys`, or by asking the signer; for `actor` to act on.
+def _registry(url: str, keys: str, signer: str | None, seen: str, actor: str) -> Registry:
+    """The registry, with the authority's key from the folder `keys`, or by asking the signer, and what was `seen` of it
+    before; for `actor` to act on.
 
     They are passed in, because the child works in another folder, and its parent may be older than the registry.
     """
-    os.environ[KEYS_VARIABLE] = keys
+    os.environ[KEYS_VARIABLE], os.environ[SEEN_VARIABLE] = keys, seen
     os.environ.pop(SIGNER_VARIABLE, None)
     if signer is not None:
         os.environ[SIGNER_VARIABLE] = signer

@@ -27,8 +27,9 @@ from fastapi.responses import JSONResponse, RedirectResponse, Response
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
-from moireid.errors import MoireIdError
+from moireid.errors import MoireIdError, RegistryError
 from moireid.names import CLAIM_LIMIT
+from moireid.registry.rollback import CODES
 from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.report.report_page import KINDS as KINDS_OF
 from moireid.verifier.report.report_page import NAME, page_context
@@ -190,6 +191,8 @@ def refusal_of(request: Request, error: Exception) -> Refusal:
         case MoireIdError() if is_away(error):
             text = "The database cannot be reached just now; try again in a moment."
             return Refusal(503, "database", text, headers={"Retry-After": "10"})
+        case RegistryError() if error.details.get("code") in CODES:
+            return Refusal(503, "registry", studio_of(request).sentence(error))
         case MoireIdError():
             return Refusal(422, type(error).__name__, studio_of(request).sentence(error))
         case RequestValidationError():

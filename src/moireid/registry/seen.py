@@ -1,0 +1,149 @@
+"""What this user saw last of each registry.
+
+Remembered are: which authority signs at which place, how far each authority's log had grown, and which key followed
+each replaced key.  They are in a small SQLite file in the user's data folder; MOIREID_SEEN names another file.  A head
+is only ever replaced by a later one, in one statement, so that programs that run at the same time lose nothing.  Places
+are kept as hashes, because an address may name people and servers.  If the file cannot be written (a read-only home),
+nothing is remembered, and callers say so.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from platformdirs import user_data_path
+
+from moireid.errors import RegistryError
+from moireid.registry.log import Head, Rotation
+
+SEEN_VARIABLE = "MOIREID_SEEN"
+#: How long one program waits for another's write, seconds.
+WAIT_S = 10.0
+
+_TABLES = """
+CREATE TABLE IF NOT EXISTS places (place TEXT PRIMARY KEY, fingerprint TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS heads (fingerprint TEXT PRIMARY KEY, seq INTEGER NOT NULL, hash TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS successors (fingerprint TEXT PRIMARY KEY, successor TEXT NOT NULL, seq INTEGER NOT NULL);
+"""
+
+
+@dataclass(frozen=True)
+class Successor:
+    """The key that came after another: its fingerprint, and the number of the log entry that says so."""
+
+    fingerprint: str
+    seq: int
+
+
+def seen_path() -> Path:
+    """Where it is kept; nothing is made."""
+    given = os.environ.get(SEEN_VARIABLE)
+    return Path(given).expanduser().absolute() if given else user_data_path("moireid", appauthor=False) / "seen.sqlite3"
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What was seen before: the authority of one place, and of every authority the last head and its key's successor.
+
+    authority: a fingerprint; None if nothing was seen at that place.
+    """
+
+    authority: str | None = None
+    heads: Mapping[str, Head] = field(default_factory=dict)
+    successors: Mapping[str, Successor] = field(default_factory=dict)
+
+
+def recall(place: str = "") -> Memory:
+    """What was seen of all authorities, and at one place.  Raises: RegistryError if the file cannot be read."""
+    path = seen_path()
+    if not path.exists():
+        return Memory()
+    # Not for reading alone: after a program was killed in a write, the next reader must undo what it left.  A file that
+    # may not be written is opened for reading all the same.
+    with _readable(), closing(sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, timeout=WAIT_S)) as database:
+        # A program that is killed between making the file and its tables leaves it without them, and an older version
+        # of this one knew fewer.
+        tables = {name for (name,) in database.execute("SELECT name FROM sqlite_master")}
+
+        def rows(table: str, query: str, *values: str) -> list[tuple[Any, ...]]:
+            return database.execute(query, values).fetchall() if table in tables else []
+
+        at = rows("places", "SELECT fingerprint FROM places WHERE place = ?", _key(place))
+        heads = rows("heads", "SELECT fingerprint, seq, hash FROM heads")
+        after = rows("successors", "SELECT fingerprint, successor, seq FROM successors")
+    return Memory(
+        str(at[0][0]) if at else None,
+        {str(who): Head(int(seq), str(digest)) for who, seq, digest in heads},
+        {str(who): Successor(str(new), int(seq)) for who, new, seq in after},
+    )
+
+
+def remember(place: str, keys: Sequence[str], head: Head, turned: Sequence[Rotation] = ()) -> bool:
+    """Remember what is seen now; returns whether that was possible.
+
+    Parameters: keys: fingerprints of the present key, then of earlier ones that the user may still go by; turned: the
+        changes of the authority's key, proven.
+    Convention: the authority of a place is replaced, an authority's head only by a later one.
+    """
+    path, own = seen_path(), keys[0]
+    with suppress(OSError, sqlite3.Error):
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
+        with closing(sqlite3.connect(path, timeout=WAIT_S)) as database, database:
+            database.executescript(_TABLES)
+            database.execute("BEGIN IMMEDIATE")
+            database.execute("INSERT OR REPLACE INTO places VALUES (?, ?)", (_key(place), own))
+            database.executemany(
+                "INSERT INTO heads VALUES (?, ?, ?) ON CONFLICT (fingerprint) DO UPDATE SET seq = excluded.seq, "
+                "hash = excluded.hash WHERE excluded.seq > heads.seq",
+                [(key, head.seq, head.hash) for key in keys],
+            )
+            rows = [(one.old.fingerprint, one.new.fingerprint, one.seq) for one in turned]
+            # If there are two changes of one key, the user has named the true one; the head seen was of the other log.
+            database.executemany(
+                "DELETE FROM heads WHERE EXISTS (SELECT 1 FROM successors AS s WHERE s.fingerprint = heads.fingerprint "
+                "AND s.fingerprint = ? AND s.successor <> ?)",
+                [row[:2] for row in rows],
+            )
+            database.executemany("INSERT OR REPLACE INTO successors VALUES (?, ?, ?)", rows)
+        return True
+    return False
+
+
+def forget(fingerprint: str) -> bool:
+    """Forget all that was seen of an authority; returns whether something was.
+
+    Raises: RegistryError if the file cannot be read or written.
+    """
+    memory = recall()
+    if fingerprint not in memory.heads and fingerprint not in memory.successors:
+        return False
+    with _readable(), closing(sqlite3.connect(seen_path(), timeout=WAIT_S)) as database, database:
+        database.executescript(_TABLES)
+        database.execute("DELETE FROM places WHERE fingerprint = ?", (fingerprint,))
+        database.execute("DELETE FROM heads WHERE fingerprint = ?", (fingerprint,))
+        database.execute("DELETE FROM successors WHERE fingerprint = ?", (fingerprint,))
+    return True
+
+
+@contextmanager
+def _readable() -> Iterator[None]:
+    try:
+        yield
+    except sqlite3.Error as error:
+        # If the error were ignored, damage to this file would hide that a registry was put back.
+        raise RegistryError(
+            f"what was seen of registries before, {seen_path()}, cannot be read ({error}); put that file right, or "
+            "remove it to begin anew"
+        ) from error
+
+
+def _key(place: str) -> str:
+    return hashlib.sha256(place.encode()).hexdigest()
