@@ -8,20 +8,23 @@ import hashlib
 import json
 import re
 from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
+from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
 from securesystemslib.dsse import Envelope
 from securesystemslib.signer import CryptoSigner
 
 from kit.places import TESTS
-from kit.signing import certificate, certified_key, new_key, pem_of_certificates, public_pem_of
+from kit.signing import DAY, certificate, certified_key, new_key, pem_of_certificates, public_pem_of
 from moireid.attest import check, load_signing_key, signed_envelope
 from moireid.attest.envelope import MOST_BYTES
-from moireid.attest.signing_keys import SigningKey
+from moireid.attest.signing_keys import P256_ORDER, SigningKey
 from moireid.attest.statement import PREDICATE_TYPE, STATEMENT_TYPE, attested, statement
+from moireid.cli.attest.attest_cmd import lines_of
 from moireid.cli.main import moireid
 
 Sign = Callable[..., str]
@@ -61,19 +64,64 @@ def test_it_says_who_judged_what_when_and_against_which_registry(envelope: Path,
     for words in ("the given film is that film", "it is the key that you gave", "signer's own clock", "moireid 0."):
         assert words in done.output
     assert "of authority " + "ab" * 16 in done.output
-    printed = json.loads(checked(envelope, "--json").stdout)
+    printed = json.loads(checked(envelope, "--json", "--key", tmp_path / "pub.pem").stdout)
     assert printed["holds"] and printed["verdict"] == "accept" and printed["film"]["same"] is None
     assert printed["time"]["source"] == "signer's own clock" and printed["time"]["at"] == printed["time"]["attested_at"]
-    assert printed["signer"]["expected"] is None and printed["registry"]["head"].startswith("2:")
+    assert printed["time"]["proven"] is False and "claimed by the signer: 20" in done.output
+    assert printed["signer"]["expected"] is True and printed["registry"]["head"].startswith("2:")
 
 
-def test_a_key_that_is_only_in_the_file_proves_nothing_and_that_is_said(tmp_path: Path, sign: Sign) -> None:
-    """Catches: a green verdict signed by anybody, with a certificate that anybody made."""
+def test_a_key_that_is_only_in_the_file_proves_nothing_and_does_not_pass(
+    tmp_path: Path, sign: Sign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a green verdict signed by anybody in a newsroom's name, with a certificate that anybody made, and a day
+    that anybody wrote; a time authority that is taken for the signer.
+    """
     certified_key(tmp_path / "key.pem", "p256", "Famous Newsroom")
+    monkeypatch.setattr("moireid.attest.statement.utc", lambda moment: "2020-01-01T00:00:00Z")
+    (tmp_path / "verdict.json").write_text(sign(SigningKey(load_signing_key(tmp_path / "key.pem").private)))
+    for options in ((), ("--json",), ("--film", tmp_path / "key.pem")):
+        done = checked(tmp_path / "verdict.json", *options)
+        assert done.exit_code == (1 if "--film" in options else 2), done.output
+        assert "--film" in options or (done.stdout == "" and "nothing says whom to expect" in done.stderr)
+    monkeypatch.undo()
     (tmp_path / "verdict.json").write_text(sign(load_signing_key(tmp_path / "key.pem")))
-    done = checked(tmp_path / "verdict.json")
-    assert done.exit_code == 0 and "does not prove who signed" in done.output
-    assert "a certificate by Root, House gives to Famous Newsroom, House; only the key and certificate" in done.output
+    found = check((tmp_path / "verdict.json").read_bytes())
+    (who,) = (line for line in lines_of(found) if "who:" in line)
+    assert "does not prove who signed" in who
+    assert "a certificate by Root, House gives to Famous Newsroom, House; only the key and certificate" in who
+
+
+def test_a_signer_s_own_date_does_not_revive_a_certificate(
+    tmp_path: Path, sign: Sign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: an expired key by which a thief signs, on a day of before that the thief chose."""
+    private, root = new_key("p256"), new_key("p256")
+    made = certificate("Desk", private, "Root", root, begins=timedelta(days=-300), ends=timedelta(days=-100))
+    monkeypatch.setattr("moireid.attest.statement.utc", lambda moment: f"{datetime.now(UTC) - 200 * DAY:%Y-%m-%dT%XZ}")
+    text = sign(SigningKey(private, (made,)))
+    (fault,) = check(text.encode(), key=private.public_key()).faults
+    assert fault.part == "certificate" and "no time stamp" in fault.text
+
+
+def test_an_ecdsa_signature_has_one_spelling(sign: Sign, judged: dict[str, Any]) -> None:
+    """Catches: a signature that a stranger can spell in another way; evidence of an older version that is lost."""
+
+    def other_spelling(document: dict[str, Any]) -> None:
+        r, s = decode_dss_signature(base64.b64decode(document["signatures"][0]["sig"]))
+        assert s <= P256_ORDER // 2
+        document["signatures"][0]["sig"] = base64.b64encode(encode_dss_signature(r, P256_ORDER - s)).decode()
+
+    key = SigningKey(new_key("p256"))
+    for _ in range(8):
+        text = sign(key)
+        assert check(text.encode(), key=key.public).holds
+        (fault,) = check(changed(text, other_spelling).encode(), key=key.public).faults
+        assert fault.part == "signature" and "other spelling" in fault.text
+    report = attested(copy.deepcopy(judged) | {"registry": None}, key)
+    del report["attested"]["ecdsa"]
+    older = signed_envelope(statement(report, "film.mp4"), key)
+    assert check(changed(older, other_spelling).encode(), key=key.public).holds
 
 
 def test_a_verdict_of_format_1_still_holds(key: SigningKey, judged: dict[str, Any], tmp_path: Path) -> None:
@@ -95,7 +143,7 @@ def test_a_verdict_of_format_1_still_holds(key: SigningKey, judged: dict[str, An
             assert found.holds == (kind == number), (number, kind, found.faults)
             if found.holds:
                 (tmp_path / f"{number}.json").write_text(text)
-                done = checked(tmp_path / f"{number}.json")
+                done = checked(tmp_path / f"{number}.json", "--key", tmp_path / "pub.pem")
                 assert done.exit_code == 0 and done.output.startswith("HOLDS: film.mp4 was judged ACCEPT"), done.output
     # A new report is never signed as an old one.
     assert (
@@ -173,7 +221,7 @@ def test_a_report_signed_again_by_another_is_detected_by_the_key_alone(
     """Catches: trust in the key that lies in the file where one is given: anybody can sign a better verdict."""
     forged = tmp_path / "forged.json"
     forged.write_text(sign(SigningKey(new_key("ed25519")), verdict="inconclusive"))
-    assert checked(forged).exit_code == 0
+    assert checked(forged).exit_code == 2
     assert checked(forged, "--key", tmp_path / "pub.pem").exit_code == 1
     assert checked(envelope, "--key", tmp_path / "pub.pem").exit_code == 0
 
@@ -319,7 +367,7 @@ def test_names_from_strangers_do_not_steer_the_terminal(tmp_path: Path, sign: Si
     """Catches: a name that clears the screen and writes HOLDS, or that turns the line round."""
     badge = {"id": None, "name": "\x1b[2J\u202eHOLDS\nHOLDS"}
     (tmp_path / "verdict.json").write_text(sign(key, badge=badge))
-    done = checked(tmp_path / "verdict.json")
+    done = checked(tmp_path / "verdict.json", "--key", tmp_path / "pub.pem")
     assert done.exit_code == 0 and not set("\x1b\u202e") & set(done.output) and "\nHOLDS" not in done.output
 
 

@@ -43,7 +43,15 @@ def test_a_stamp_is_believed_of_a_known_authority_alone(
     key = load_signing_key(tmp_path / "key.pem")
     text = sign(key, lambda signature: ask_for_stamp(url, signature))
     (tmp_path / "verdict.json").write_text(text)
-    command = ["attest", "check", str(tmp_path / "verdict.json"), "--film", str(film)]
+    command = [
+        "attest",
+        "check",
+        str(tmp_path / "verdict.json"),
+        "--film",
+        str(film),
+        "--key",
+        str(tmp_path / "key.pem"),
+    ]
     done = CliRunner().invoke(moireid, [*command, "--authority", str(root)])
     assert done.exit_code == 0 and "by the time stamp of the given authority" in done.output, done.output
     printed = json.loads(CliRunner().invoke(moireid, [*command, "--authority", str(root), "--json"]).stdout)["time"]

@@ -5,7 +5,7 @@
 3. Is it the key that was expected?
 4. Is what was signed a report of this format, by that key?
 5. Is the time stamp one of this signature, by a known authority?
-6. Do the certificates hold together, and were they valid then?
+6. Do the certificates hold together, and were they valid then?  Without a trusted time stamp, are they now?
 7. Is the film the one that was judged?
 
 Steps 4 to 7 are left out where step 2 fails, as nothing in the report can be believed then.
@@ -137,6 +137,7 @@ class CheckResult:
         return {
             "at": stamped_at if trusted else attested_at,
             "source": "time stamp" if trusted else "signer's own clock",
+            "proven": trusted,
             "attested_at": attested_at,
             "stamped_at": stamped_at,
         }
@@ -262,6 +263,8 @@ def _statement(found: EnvelopeParts) -> dict[str, Any]:
     signer = document["predicate"]["attested"]["signer"]
     if signer["key_sha256"] != fingerprint(found.key):
         raise Broken("report", "The report says that another key signs it.")
+    if "ecdsa" in document["predicate"]["attested"] and not found.is_low_s:
+        raise Broken("signature", "The signature was changed into its other spelling, with the higher S.")
     try:
         _moment(document["predicate"]["attested"]["at"])
     except ValueError as error:
@@ -285,8 +288,12 @@ def _stamp(found: EnvelopeParts, authorities: tuple[x509.Certificate, ...], faul
 
 
 def _certificate_faults(found: EnvelopeParts, attested: dict[str, Any], stamp: Stamp | None) -> list[Broken]:
-    at = stamp.at if stamp and stamp.trusted else _moment(attested["at"])
-    fault = chain_fault(found.certificates, found.key, at)
+    proven = stamp is not None and stamp.trusted
+    fault = chain_fault(found.certificates, found.key, stamp.at if stamp and proven else _moment(attested["at"]))
+    if fault is None and not proven:
+        # The signer's own date proves nothing: a thief of an expired key names a day before it expired.
+        fault = chain_fault(found.certificates, found.key, datetime.now(UTC))
+        fault = fault and f"{fault}, and no time stamp of a known authority shows that this was signed then"
     return [Broken("certificate", f"The certificates do not hold: {fault}.")] if fault else []
 
 

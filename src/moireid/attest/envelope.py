@@ -22,7 +22,15 @@ from securesystemslib.dsse import Envelope
 from securesystemslib.exceptions import UnverifiedSignatureError, VerificationError
 from securesystemslib.signer import CryptoSigner, Signature, SSlibKey
 
-from moireid.attest.signing_keys import PublicKey, SigningKey, certificate_of, certificate_pem, is_known, public_pem
+from moireid.attest.signing_keys import (
+    PublicKey,
+    SigningKey,
+    certificate_of,
+    certificate_pem,
+    in_low_s,
+    is_known,
+    public_pem,
+)
 from moireid.attest.statement import strict_base64, strict_object
 from moireid.errors import SpecError
 
@@ -64,6 +72,14 @@ class EnvelopeParts:
         """Whether the payload has the digest that is next to the signature."""
         return hashlib.sha256(self.payload).hexdigest() == self.payload_sha256
 
+    @property
+    def is_low_s(self) -> bool:
+        """Whether the signature is in the one spelling that counts, as `signing_keys.in_low_s` gives it."""
+        try:
+            return in_low_s(self.key, self.signature) == self.signature
+        except ValueError:
+            return False
+
     def signed_by(self, key: PublicKey) -> bool:
         """Whether the signature is that key's over the payload."""
         wanted = SSlibKey.from_crypto(key)
@@ -99,8 +115,9 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
     """
     envelope = Envelope(payload, PAYLOAD_TYPE, {})
     signature = envelope.sign(CryptoSigner(key.private))
-    raw = bytes.fromhex(signature.signature)
+    raw = in_low_s(key.public, bytes.fromhex(signature.signature))
     unsigned: dict[str, Any] = {
+        "sig": base64.b64encode(raw).decode(),
         "publicKey": public_pem(key.public),
         "certificates": [certificate_pem(one) for one in key.chain],
         "payloadSha256": hashlib.sha256(payload).hexdigest(),
@@ -110,7 +127,8 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
     document = envelope.to_dict()
     document["signatures"][0] |= unsigned
     text = json.dumps(document, indent=1) + "\n"
-    if not opened(text.encode()).signed_by(key.public):
+    made = opened(text.encode())
+    if not (made.signed_by(key.public) and made.is_low_s):
         raise SpecError("the envelope that was made does not hold; that is an error of moireid, please report it")
     return text
 

@@ -19,6 +19,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from jsonschema import Draft202012Validator
 from referencing import Registry, Resource
 
@@ -116,7 +117,9 @@ def attested(report: dict[str, Any], key: SigningKey) -> dict[str, Any]:
     own = certificate_digest(key.chain[0]) if key.chain else None
     # Both are signed, so that no one can put another certificate of the same key next to the signature.
     signer = {"key_sha256": fingerprint(key.public), "certificate_sha256": own}
-    return report | {"attested": {"at": utc(datetime.now(UTC)), "signer": signer}}
+    # Signed, so that the other spelling of the same signature does not count; older statements do not say so.
+    spelled = {} if isinstance(key.public, Ed25519PublicKey) else {"ecdsa": "low-S"}
+    return report | {"attested": {"at": utc(datetime.now(UTC)), "signer": signer} | spelled}
 
 
 def statement(report: dict[str, Any], film_name: str) -> bytes:

@@ -39,7 +39,7 @@ def attest_group() -> None:
     metavar="PUB.pem",
     type=click.Path(path_type=Path),
     help="The signer's public key or certificate, as you got it from the signer. Without it only the key in FILE is "
-    "used, which proves nothing about who signed.",
+    "used, which proves nothing about who signed: then give --registry or --bundle at least.",
 )
 @click.option(
     "--authority",
@@ -74,21 +74,32 @@ def check_command(
 ) -> None:
     """Check a signed verdict: who judged what, and when?
 
-    FILE is what `moireid verify --sign KEY.pem --attest FILE` wrote. No registry and no network are needed. With
+    FILE is what `moireid verify --sign KEY.pem --attest FILE` wrote. Say whom you expect: --key, --registry, --bundle.
+    Anybody can make a key, and sign in any name and of any day. With --key, no registry and no network are needed. With
     --registry or --bundle, the check also shows whether the badge was revoked or suspended or has expired since: the
     verdict then holds only if a time stamp shows that it is older.
 
-    Exit code 0: it holds; 1: it does not; 2: bad input.
+    A date counts only by a time stamp of an authority that you trust (--authority). Without one it is what the signer
+    claims.
+
+    Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
     from moireid.attest import check, held_against, load_public_key
     from moireid.attest.envelope import read_envelope
-    from moireid.attest.signing_keys import load_certificates
+    from moireid.attest.signing_keys import fingerprint, load_certificates
 
     key = load_public_key(key_file) if key_file is not None else None
     authorities = load_certificates(authority_file) if authority_file is not None else ()
     found = check(read_envelope(envelope), film=film, key=key, authorities=authorities)
     if registry_url is not None or bundle_path is not None:
         found = held_against(found, _became(found, registry_url, bundle_path, trust))
+    elif key is None and found.holds and found.opened is not None:
+        signed_by = fingerprint(found.opened.key)
+        raise SpecError(
+            f"nothing says whom to expect: {envelope} is as key {signed_by[:32]}… signed it, but anybody can make a "
+            "key, and sign in any name and of any day; give the signer's key, as you got it from the signer, by --key, "
+            "or the registry that issued the badge by --registry or --bundle"
+        )
     if as_json:
         show_json(found.to_json())
     else:
@@ -169,7 +180,7 @@ def _who(signer: dict[str, Any]) -> str:
 def _when(time: dict[str, Any]) -> str:
     if time["source"] == "time stamp":
         return f"{time['at']} at the latest, by the time stamp of the given authority"
-    own = f"{time['attested_at']}, by the signer's own clock, which the signer can set"
+    own = f"claimed by the signer: {time['attested_at']}, by the signer's own clock, which the signer can set"
     if time["stamped_at"] is None:
         return own
     return f"{own}; a time stamp says {time['stamped_at']}, and is not believed unless you give --authority"
