@@ -20,7 +20,6 @@ from __future__ import annotations
 import json
 import re
 import sqlite3
-import tempfile
 from collections.abc import Iterable
 from contextlib import closing
 from dataclasses import dataclass, fields
@@ -199,19 +198,17 @@ def made_content(
     people: Iterable[BundlePerson],
 ) -> bytes:
     """The content; layouts: badges as JSON in the order of their numbers."""
-    with tempfile.TemporaryDirectory(prefix="moireid-bundle-") as folder:
-        path = Path(folder) / "content.sqlite3"
-        # No journal is needed: no other process reads this folder, and after a power cut it is not used any more.
-        with closing(sqlite3.connect(path)) as database:
-            database.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;" + _TABLES)
-            with database:
-                database.execute("INSERT INTO about VALUES (?, ?)", (checkpoint, b"".join(entries)))
-                turned = ((canonical_json(entry),) for entry in rotations)
-                database.executemany("INSERT INTO rotations VALUES (?)", turned)
-                database.executemany("INSERT INTO layouts VALUES (?, ?)", enumerate(layouts))
-                database.executemany(_INSERT, (person.row() for person in people))
-                database.executescript(_INDEXES)
-        return path.read_bytes()
+    # In memory, where no disk is full: the file is written whole, once it is signed.
+    with closing(sqlite3.connect(":memory:")) as database:
+        database.executescript(_TABLES)
+        with database:
+            database.execute("INSERT INTO about VALUES (?, ?)", (checkpoint, b"".join(entries)))
+            turned = ((canonical_json(entry),) for entry in rotations)
+            database.executemany("INSERT INTO rotations VALUES (?)", turned)
+            database.executemany("INSERT INTO layouts VALUES (?, ?)", enumerate(layouts))
+            database.executemany(_INSERT, (person.row() for person in people))
+        database.executescript(_INDEXES)
+        return database.serialize()
 
 
 class BundleContent:

@@ -1,0 +1,262 @@
+"""Every file call of an operation fails once, in turn: `python -m kit.fault_runs FOLDER STEP [NAME…]`.
+
+An operation is first run whole, and its calls are counted.  Then, for each call and each way to fail (an error, a short
+write, a full disk from there on, a kill after it, half a write and a kill), it is run from the same state
+in a process of its own, forked from this one.  Afterwards the state is looked at by another process: it must be that of
+before or that of after, that of after if the operation said that it was done, and it must be possible to go on.
+Source: the tests of SQLite for I/O errors and crashes, https://sqlite.org/testing.html, sections 3.2 and 3.3.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from kit.registries import badge_of, url_of
+from moireid.badge import Badge
+from moireid.errors import MoireIdError
+from moireid.files import write_text
+from moireid.idcodes import specimen_of
+from moireid.registry import Registry, import_registry, open_registry
+from moireid.registry.bundle.held import Bundle
+from moireid.registry.checkpoints.proof import check_proof
+from moireid.registry.checkpoints.witness import checkpoints_from
+from moireid.registry.merge import checked_copy
+
+KINDS = {"error": 1, "short write": 2, "full disk": 3, "kill": 4, "torn write": 5}
+SOURCE = Path(__file__).with_name("faults.c")
+#: Exit codes of an operation's process: done, refused in a sentence; anything else but a kill is wrong.
+DONE, REFUSED, WRONG = 0, 3, 4
+FILES = ("out.json", "bundle", "checkpoint", "proof")
+
+
+def at_home(folder: Path) -> str:
+    """Keep everything that is written below one folder; returns the registry's URL."""
+    for name, place in (("MOIREID_KEYS", "keys"), ("MOIREID_SEEN", "seen.sqlite3"), ("TMPDIR", "tmp")):
+        os.environ[name] = str(folder / place)
+    (folder / "tmp").mkdir(parents=True, exist_ok=True)
+    tempfile.tempdir = None
+    return url_of(folder / "people.sqlite3")
+
+
+def with_registry(act: Callable[[Registry, Path], object], *, create: bool = False) -> Callable[[Path], None]:
+    def operation(folder: Path) -> None:
+        with open_registry(at_home(folder), create=create) as registry:
+            act(registry, folder)
+
+    return operation
+
+
+def people(first: Badge, count: int) -> list[Badge]:
+    return [replace(first, id=f"{number:06x}", name=f"Person {number}") for number in range(1, count + 1)]
+
+
+def imported(folder: Path) -> None:
+    import_registry(folder / "in.json", at_home(folder))
+
+
+def exported(registry: Registry, folder: Path) -> None:
+    registry.export_json(folder / "out.json", overwrite=True)
+
+
+def pointed(registry: Registry, folder: Path) -> None:
+    write_text(folder / "checkpoint", registry.checkpoint()[0].note)
+
+
+def published(registry: Registry, folder: Path) -> None:
+    registry.publish(folder / "bundle", specimen_of, days=1, overwrite=True)
+
+
+OPERATIONS: dict[str, Callable[[Path], None]] = {
+    "init": with_registry(lambda registry, folder: registry.count(), create=True),
+    "enroll": with_registry(lambda registry, folder: registry.enroll(badge_of("Di"))),
+    "enroll_many": with_registry(lambda registry, folder: registry.enroll_many(people(badge_of("Di"), 40))),
+    "revoke": with_registry(lambda registry, folder: registry.revoke("Ada", "lost")),
+    "erase": with_registry(lambda registry, folder: registry.erase("Ada")),
+    "rotate_key": with_registry(lambda registry, folder: registry.rotate_key()),
+    "import": imported,
+    "export": with_registry(exported),
+    "checkpoint": with_registry(pointed),
+    "publish": with_registry(published),
+    "prove": with_registry(lambda registry, folder: write_text(folder / "proof", registry.prove(registry.find("Bo")))),
+}
+
+
+def prepare(folder: Path, name: str) -> None:
+    """The state in which an operation begins."""
+    url = at_home(folder)
+    if name == "init":
+        return
+    with open_registry(url, create=True) as registry:
+        for one in ("Ada", "Bo"):
+            registry.enroll(badge_of(one))
+        for write in (exported, pointed, published):
+            write(registry, folder)
+        if name == "import":
+            shutil.copy(folder / "people.sqlite3", folder / "early")
+            registry.enroll_many(people(badge_of("Cy"), 5))
+            registry.revoke("Ada", "lost")
+            registry.export_json(folder / "in.json")
+        else:
+            registry.enroll(badge_of("Cy"))
+    if name == "import":
+        shutil.move(folder / "early", folder / "people.sqlite3")
+        (folder / "seen.sqlite3").unlink()
+
+
+def state_of(folder: Path) -> tuple[Any, ...]:
+    """What a user finds: the registry's records and the files; raises where something does not hold."""
+    url = at_home(folder)
+    found: list[Any] = []
+    if (folder / "people.sqlite3").exists() and os.path.getsize(folder / "people.sqlite3"):
+        with open_registry(url, create=True) as registry:
+            seen = registry.audit()
+            assert seen.sound, seen.findings
+            registry.standing()
+            assert registry.key_path.exists(), "its private key is gone"
+            found.append((seen.entries, [(one.name, one.revoked_at is not None) for one in registry.records()]))
+            if (folder / "checkpoint").exists():
+                assert registry.audit(since=checkpoints_from(str(folder / "checkpoint"))).sound
+    for name in FILES:
+        path = folder / name
+        found.append(hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None)
+    if (folder / "bundle").exists():
+        # It may be older than the registry, which only a person who saw that one notices.
+        os.environ["MOIREID_SEEN"] = str(folder / "tmp" / "another person's")
+        with Bundle(folder / "bundle") as bundle:
+            bundle.claimed("Bo")
+    if (folder / "out.json").exists():
+        with checked_copy(folder / "out.json"):
+            pass
+    if (folder / "proof").exists():
+        check_proof((folder / "proof").read_text(encoding="utf-8"), "proof")
+    return tuple(found)
+
+
+def go_on(folder: Path) -> None:
+    """The next thing that a user does must work."""
+    with open_registry(at_home(folder), create=True) as registry:
+        registry.enroll(badge_of("Flo"))
+        assert registry.audit().sound
+
+
+def forked(work: Callable[[], Any]) -> tuple[int, Any]:
+    """What a process of its own gives: how it ended (negative: by a signal), and what it sent."""
+    inlet, outlet = os.pipe()
+    child = os.fork()
+    if child == 0:
+        code = WRONG
+        try:
+            answer, code = work(), DONE
+        except (MoireIdError, OSError) as error:
+            answer, code = str(error), REFUSED
+        except BaseException:  # noqa: BLE001
+            answer = traceback.format_exc()[-1500:]
+        os.write(outlet, json.dumps(answer).encode()[:60000])
+        os._exit(code)
+    os.close(outlet)
+    with os.fdopen(inlet, "rb") as stream:
+        said = stream.read()
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return code, json.loads(said) if said else None
+
+
+def failing(name: str, folder: Path, kind: int, at: int) -> tuple[int, Any]:
+    """An operation in which call number `at` fails; what it sends is the number of its calls."""
+
+    def work() -> int:
+        shim = ctypes.CDLL(None)
+        shim.fault_arm(kind, at, str(folder).encode())
+        try:
+            OPERATIONS[name](folder)
+        finally:
+            count = int(shim.fault_count())
+            shim.fault_arm(0, -1, b"/nowhere")
+        return count
+
+    return forked(work)
+
+
+def points(name: str, place: Path, step: int) -> Iterator[str | None]:
+    """Fail an operation at every `step`-th call, in each way; for each point None, or what does not hold."""
+    start, folder = place / "start", place / "now"
+    prepare(start, name)
+
+    def fresh() -> None:
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(start, folder)
+
+    def look(work: Callable[[Path], Any]) -> tuple[int, Any]:
+        return forked(lambda: work(folder))
+
+    fresh()
+    code, old = look(state_of)
+    assert code == DONE, old
+    new = None
+    for kind, number in KINDS.items():
+        fresh()
+        code, calls = failing(name, folder, number, -1 if kind != "full disk" else 1 << 30)
+        assert code == DONE, calls
+        new = new or look(state_of)[1]
+        for at in range(1, calls + 1, step):
+            fresh()
+            ended, said = failing(name, folder, number, at)
+            where = f"{name}, {kind} at call {at} of {calls}: "
+            code, found = look(state_of)
+            if ended not in (DONE, REFUSED, -9):
+                yield f"{where}it ended with {ended}: {said}"
+            elif code != DONE:
+                yield f"{where}{found}"
+            elif not is_one_of(found, old, new, done=ended == DONE):
+                yield f"{where}it ended with {ended} ({said}), and the state is {found}, not {old} nor {new}"
+            elif (go := look(go_on))[0] != DONE:
+                yield f"{where}one cannot go on: {go[1]}"
+            else:
+                yield None
+
+
+def is_one_of(found: list[Any], old: list[Any], new: list[Any], *, done: bool) -> bool:
+    """Whether a state is that of before or after; files that are signed anew are another each time, and whole."""
+
+    def same(one: Any, other: Any, before: Any) -> bool:
+        return bool(
+            one == other or (isinstance(one, str) and isinstance(other, str) and other != before and one != before)
+        )
+
+    is_new = len(found) == len(new) and all(map(same, found, new, old if len(old) == len(new) else new))
+    return is_new or (found == old and not done)
+
+
+def main(place: str, step: str, *names: str) -> None:
+    """Write the number of points, and each that does not hold."""
+    whole, wrong = 0, list[str]()
+    for name in names or OPERATIONS:
+        with tempfile.TemporaryDirectory(dir=place) as own:
+            found = list(points(name, Path(own), int(step)))
+        whole += len(found)
+        wrong += [one for one in found if one is not None]
+        sys.stderr.write(f"{name}: {len(found)} points\n")
+    sys.stdout.write(json.dumps({"points": whole, "wrong": wrong}) + "\n")
+
+
+if __name__ == "__main__":
+    if "LD_PRELOAD" not in os.environ:
+        # Compiled here, so that the command is one.
+        with tempfile.TemporaryDirectory() as built:
+            shim = Path(built) / "faults.so"
+            options = ("-shared", "-fPIC", "-O1", "-fno-sanitize=undefined", "-o", shim)
+            subprocess.run([sys.executable, "-m", "ziglang", "cc", *options, SOURCE], check=True)
+            again = [sys.executable, "-m", "kit.fault_runs", *sys.argv[1:]]
+            sys.exit(subprocess.run(again, env=os.environ | {"LD_PRELOAD": str(shim)}, check=False).returncode)
+    main(*sys.argv[1:])
