@@ -6,6 +6,7 @@ compiling.py        the renderer, compiled ahead
 drawn_pages.py      pictures of a page whose homography is known
 drawn_frames.py     the same of a page with a coded frame
 coded_films.py      films of given pictures, and short ones of long ones
+crafted_films.py    lists of other files and films of too many streams
 numeric_films.py    tracks of a badge, made of numbers alone
 fringe_signals.py   phase signals of one grating, and series of them
 photographed.py     signals of a badge and of photographs of it

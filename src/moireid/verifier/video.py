@@ -6,9 +6,11 @@ grey, and so is the luma plane of the decoder.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import math
 import os
+import stat
 import threading
 import weakref
 from collections import deque
@@ -33,15 +35,17 @@ if TYPE_CHECKING:
 class OpenedFile:
     """An open file.  It stays the same file even if another file takes over its path.
 
-    It is closed when it is no longer referenced.
-    Raises: OSError where it cannot be opened.
+    It is closed when it is no longer referenced.  Nothing that is written to it later is read.
+    Raises: OSError where it cannot be opened, or is no regular file: a pipe or a device may never end.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._stream = path.open("rb", buffering=0)
+        self._stream = os.fdopen(_open_at_once(path), "rb", buffering=0)
         weakref.finalize(self, self._stream.close)
         self._lock = threading.Lock()
+        if not stat.S_ISREG(os.fstat(self._stream.fileno()).st_mode):
+            raise OSError(errno.EINVAL, "it is no regular file")
         self._state = self._stated()
 
     @property
@@ -53,7 +57,7 @@ class OpenedFile:
         """Up to `count` bytes from `place` on; b"" at the end."""
         with self._lock:
             self._stream.seek(place)
-            return self._stream.read(count) or b""
+            return self._stream.read(max(min(count, self.size - place), 0)) or b""
 
     def reading(self) -> FileReader:
         """A reader with its own position, at the beginning."""
@@ -79,6 +83,11 @@ class OpenedFile:
         """Size and time of the last change; renaming the file leaves both alone."""
         found = os.fstat(self._stream.fileno())
         return found.st_size, found.st_mtime_ns
+
+
+def _open_at_once(path: Path) -> int:
+    """Open without waiting, as the reading end of a pipe would for its writer."""
+    return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
 
 
 class FileReader:
@@ -116,8 +125,18 @@ MOST_PIXELS = 4096 * 2304
 #: An 8K picture.  A tiny file can claim 16000 x 16000 pixels in its header, and decoders hold many pictures at once.
 MOST_CODED_PIXELS = 8192 * 4608
 LIMITS = {"max_pixels": str(MOST_CODED_PIXELS)}
-#: A film must not make the reader open an address, and probing it must not take more memory than reading it.
-OPENING = {"protocol_whitelist": "file", **LIMITS}
+#: Streams of a film: pictures (of several lenses, or a cover), and all, such as sounds, subtitles and positions.
+MOST_PICTURE_STREAMS, MOST_STREAMS = 4, 32
+#: FFmpeg must open nothing but what it is given, must not even begin to read another format, as a playlist names other
+#: files, and stops at the first stream too many.
+OPENING = {
+    "format_whitelist": ",".join(sorted(FORMATS)),
+    "protocol_whitelist": "none",
+    "max_streams": str(MOST_STREAMS + 1),
+    **LIMITS,
+}
+#: A stream without a decoder costs nothing: FFmpeg would decode pictures of each one to describe it.
+UNDECODED = {"codec_whitelist": "none"}
 ADVICE = "give a film that a video player can play, such as an .mp4"
 #: Formats whose first plane is the luma, and its bits; other pictures are converted to grey.
 PLANAR_DEPTH = {
@@ -169,6 +188,7 @@ class Film:
         """Open the file and look at its first video stream.  Raises: MediaError where there is none."""
         import av
 
+        self.path = path
         if not path.is_file():
             raise MediaError(f"video {path} does not exist or is no file; {ADVICE}")
         try:
@@ -178,12 +198,8 @@ class Film:
         if self._file.size == 0:
             raise MediaError(f"video {path} is empty; {ADVICE}")
         try:
-            with av.open(self._file.reading(), options=OPENING) as container:
-                kinds = set(container.format.name.split(","))
-                if not kinds & FORMATS:
-                    raise MediaError(f"{path} is read as {container.format.name}, which is no film; {ADVICE}")
-                if not container.streams.video:
-                    raise MediaError(f"{path} holds no video stream; {ADVICE}")
+            self._by_stream = self._look_at_streams()
+            with self._open() as container:
                 stream = container.streams.video[0]
                 if stream.codec_context is None:
                     raise MediaError(f"{path} is coded in a way that no decoder here knows; {ADVICE}")
@@ -193,7 +209,11 @@ class Film:
                 self.frames_expected = int(stream.frames) or None
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{path} cannot be read as a video ({_reason(error)}); {ADVICE}") from error
-        pixels = self._whole[0] * self._whole[1]
+        self._set_size(reduced=reduced)
+
+    def _set_size(self, *, reduced: bool) -> None:
+        """Set width and height that are read.  Raises: MediaError where the pictures are too large, or have no size."""
+        path, pixels = self.path, self._whole[0] * self._whole[1]
         most, name = (MOST_CODED_PIXELS, "8K") if reduced else (MOST_PIXELS, "4K")
         if pixels > most:
             raise MediaError(
@@ -205,7 +225,37 @@ class Film:
         #: Pixels of the film, across and down, that one pixel of the pictures read is the mean of.
         self.reduced_by = max(math.ceil(math.sqrt(pixels / MOST_PIXELS)), 1)
         self.width, self.height = (side // self.reduced_by for side in self._whole)
-        self.path = path
+
+    def _look_at_streams(self) -> list[dict[str, str]]:
+        """FFmpeg's options for each stream: only the first one of pictures is decoded.
+
+        Raises: MediaError where there are too many streams, or none of pictures.
+        """
+        import av
+
+        try:
+            with av.open(self._file.reading(), options=OPENING | UNDECODED) as container:
+                pictures, count = [stream.index for stream in container.streams.video], len(container.streams)
+        except av.error.MemoryError as error:
+            raise MediaError(f"{self.path} has more than {MOST_STREAMS} streams; {ADVICE}") from error
+        if len(pictures) > MOST_PICTURE_STREAMS or count > MOST_STREAMS:
+            raise MediaError(
+                f"{self.path} has {len(pictures)} streams of pictures, and {count} in all; at most "
+                f"{MOST_PICTURE_STREAMS} and {MOST_STREAMS} are read; export the pictures of the badge alone"
+            )
+        if not pictures:
+            raise MediaError(f"{self.path} holds no video stream; {ADVICE}")
+        return [{} if number == pictures[0] else UNDECODED for number in range(count)]
+
+    def _open(self) -> av.container.InputContainer:
+        """The file with its streams described.  Raises: FFmpegError."""
+        import av
+
+        try:
+            return av.open(self._file.reading(), options=OPENING, stream_options=self._by_stream)
+        except ValueError:
+            # In formats without a header, as MPEG-TS, no stream is known before they are read.
+            return av.open(self._file.reading(), options=OPENING)
 
     def described(self) -> dict[str, Any]:
         """Describe the film as the `input` object of ``verify --json`` does.
@@ -298,9 +348,7 @@ class Film:
 
     def _decoded(self, from_s: float | None = None) -> Generator[Any, None, None]:
         """Pictures as FFmpeg has them; from_s: time in the file of one after the first of them, s."""
-        import av
-
-        with av.open(self._file.reading(), options=OPENING) as container:
+        with self._open() as container:
             stream = container.streams.video[0]
             # Threads of the decoder wait for one another, and hold more pictures in memory (decisions/decoding-ahead).
             stream.codec_context.thread_count = 1

@@ -23,7 +23,7 @@ import numpy as np
 
 from moireid.errors import MediaError
 from moireid.verifier.picture import Picture
-from moireid.verifier.video import FORMATS, OpenedFile, picture_of, squared
+from moireid.verifier.video import FORMATS, OPENING, OpenedFile, picture_of, squared
 from moireid_studio.watch.order import LEAST_SIDE, MOST_PIXELS, PIECE, Data, Patience
 from moireid_studio.watch.source import Source
 
@@ -200,8 +200,8 @@ class AskedStream:
 
 
 LIMITS = {"max_pixels": str(MOST_PIXELS)}
-#: Nothing is opened by the decoder's library itself.
-CLOSED = {"protocol_whitelist": "none", **LIMITS}
+#: As a film's file: nothing is opened by the decoder's library itself.
+CLOSED = OPENING | LIMITS
 #: Each address is opened anew, by us; the library's own way to keep a connection needs its own connection.
 BY_US = {"protocol_whitelist": "http,https", "http_persistent": "0", "http_multiple": "0", "max_reload": "10", **LIMITS}
 #: Over one connection, so that no further port is opened.
