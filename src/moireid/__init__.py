@@ -13,10 +13,11 @@ fiducials.py     four squares, or a thin coded frame     designer/     name, len
 names.py         invisible letters; lines of namesakes   fabrication/  Badge -> PDF and mount
 asbuilt.py       figures of one built badge              simulate/     Badge -> film, true or forged
 provenance.py    where a claim comes from                verifier/     film -> report and verdict
-result_cache.py  rows of figures kept in a file          registry/     who was issued which badge
-camera_chart.py  the chart to calibrate a camera with    attest/       verdicts signed, and checked by others
-calibration/     a sheet or a camera, from pictures      issuing.py    an order -> a badge that can be made
-cli/             the two programs                        enrolment.py  measured figures into a registry
+result_cache.py  rows of figures kept in a file          reading/      films read in a sealed process
+camera_chart.py  the chart to calibrate a camera with    registry/     who was issued which badge
+calibration/     a sheet or a camera, from pictures      attest/       verdicts signed, and checked by others
+cli/             the two programs                        issuing.py    an order -> a badge that can be made
+                                                         enrolment.py  measured figures into a registry
 """
 
 __version__ = "0.1.0"

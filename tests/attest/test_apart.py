@@ -14,11 +14,14 @@ import pytest
 
 from kit.places import FILMS
 from moireid import errors
-from moireid.attest import credentials
-from moireid.attest.credentials import JudgingOrder, judged_apart, talk_with
+from moireid.attest.credentials import talk_with
 from moireid.badge import load_badge
 from moireid.errors import CodeError, MediaError, MoireIdError
 from moireid.provenance import Exclusion
+from moireid.reading.film_orders import JudgingOrder
+from moireid.reading.film_reader import fault_of, film_reader
+from moireid.reading.film_reports import JudgedReport, judged_film
+from moireid.sandbox.process import ProcessEnd
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Claim
 
@@ -27,6 +30,12 @@ WORK = "kit.sandbox_work:act"
 
 def order_of(film: Path, **more: Any) -> JudgingOrder:
     return JudgingOrder(film, Claim(load_badge(FILMS / "badge.json")), **more)
+
+
+def judged_apart(order: JudgingOrder, progress: Callable[[int, int | None], None]) -> JudgedReport:
+    """As `verify --sign` has it judged."""
+    with film_reader([order.video], apart=True) as reader:
+        return judged_film(order, reader, progress)
 
 
 @pytest.mark.slow
@@ -40,7 +49,7 @@ def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str,
     found = judged_there.report
     assert found["verdict"] == "reject" and found["reasons"][-1]["code"] == "revoked"
     assert found["invariant"] == judged["invariant"] and found["detectors"] == [{"name": "lips", "score": 0.5}]
-    assert judged_there.sealed == (tuple(MEANS) if sys.platform == "linux" else ())
+    assert found["sealed"] == (list(MEANS) if sys.platform == "linux" else [])
     assert {"law.svg", "badge.png"} <= set(judged_there.pictures.files) and seen and seen[0][1] in (70, None)
     assert judged_there.signals.startswith("frame,time_s") and judged_there.signals.count("\n") > 60
 
@@ -70,21 +79,21 @@ def test_an_error_of_the_work_keeps_its_kind() -> None:
         "__doc__": MediaError,
     }
     for kind, wanted in kinds.items():
-        assert type(credentials._ours(credentials.ProcessEnd(kind, "why", ours=True))) is wanted
+        assert type(fault_of(ProcessEnd(kind, "why", ours=True), "film.mp4")) is wanted
 
 
-def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path) -> None:
     """Catches: a film that is swapped while it is judged, and a process that reports what it likes."""
     here = Path(shutil.copy(film, tmp_path / "film.mp4"))
     for report in ({"input": {"sha256": "0" * 64}}, {"input": None}, {}, [1]):
 
-        def hostile(
-            work: str, message: Any, path: Path, answer: Callable[[dict[str, Any]], Any], result: Any = report
-        ) -> None:
-            # What the process is given holds no key: neither its file nor its content.
-            assert not re.search(rb"PRIVATE|\.pem|Ed25519|Elliptic", pickle.dumps(message))
-            answer({"result": result})
+        class Hostile:
+            sealed = ()
 
-        monkeypatch.setattr(credentials, "talk_with", hostile)
+            def read(self, order: Any, progress: Any, answer: Any = None, result: Any = report) -> dict[str, Any]:
+                # What the process is given holds no key: neither its file nor its content.
+                assert not re.search(rb"PRIVATE|\.pem|Ed25519|Elliptic", pickle.dumps(order))
+                return {"result": result}
+
         with pytest.raises(MediaError, match="changed while it was judged"):
-            judged_apart(order_of(here), lambda done, of: None)
+            judged_film(order_of(here), Hostile(), lambda done, of: None)

@@ -6,7 +6,9 @@ compiling.py        the renderer, compiled ahead
 drawn_pages.py      pictures of a page whose homography is known
 drawn_frames.py     the same of a page with a coded frame
 coded_films.py      films of given pictures, and short ones of long ones
-crafted_films.py    lists of other files and films of too many streams
+crafted_films.py    lists of other files and films of too many streams; a pipe that notes its readers
+crafted_media.py    media, links and devices that harm their reader
+hostile_verify.py   mutated and crafted media through plain verify
 numeric_films.py    tracks of a badge, made of numbers alone
 fringe_signals.py   phase signals of one grating, and series of them
 photographed.py     signals of a badge and of photographs of it
@@ -23,6 +25,7 @@ in_place.py         the archive's engine without its processes
 sandbox_work.py     what a sandboxed process is given to do
 hostile_work.py     what a job's process says once a film has taken it over
 sealed_work.py      what a hostile film would do, for a sealed process to try
+film_taken_over.py  orders to read that do something else, as a film would
 spoilt_films.py     what stands for films that spoil or take over their reader
 report_faults.py    a report held against its schema
 schemas.py          the shipped JSON Schemas, made of the models

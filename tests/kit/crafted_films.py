@@ -1,9 +1,16 @@
-"""Files made to harm who reads them as films: lists that name other files, and films of far too many streams."""
+"""Files made to harm who reads them as films: lists that name other files, and films of far too many streams.
+
+A pipe notes its readers, so that a test sees who opens what a list names.
+"""
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import av
@@ -77,3 +84,25 @@ def read_apart(path: Path) -> tuple[str, int]:
     )
     *words, peak = done.stdout.splitlines()
     return " ".join(words), int(peak)
+
+
+@contextmanager
+def readers_of(pipe: Path) -> Iterator[list[str]]:
+    """A pipe, and a note of every program that opens it to read; each gets its end at once."""
+    os.mkfifo(pipe)
+    seen: list[str] = []
+    done = threading.Event()
+
+    def watch() -> None:
+        while not done.wait(0.002):
+            with suppress(OSError):
+                os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))
+                seen.append(pipe.name)
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        yield seen
+    finally:
+        done.set()
+        watcher.join()

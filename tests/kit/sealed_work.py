@@ -87,6 +87,11 @@ def _signal_by_file(process: int) -> str:
     return "sent"
 
 
+def _x32() -> str:
+    """getpid by its x32 number; the filter ends whoever calls so."""
+    return str(ctypes.CDLL(None).syscall(ctypes.c_long(0x40000000 + 39)))
+
+
 ACTS: dict[str, Callable[..., str]] = {
     "read": lambda path: Path(path).read_text(),
     "read in a thread": _threaded,
@@ -111,6 +116,7 @@ ACTS: dict[str, Callable[..., str]] = {
     "environment": _environment_of,
     "variable": lambda name: os.environ[name],
     "own environment": lambda name: str(name.encode() in Path("/proc/self/environ").read_bytes()),
+    "x32": _x32,
     "scratch": lambda: str((Path(tempfile.gettempdir()) / "own").write_text("x")),
     "threads": lambda: str(
         [one.name for one in [threading.Thread(target=int) for _ in range(4)] if one.start() is None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import platform
 import socket
 import subprocess
 import sys
@@ -16,10 +17,11 @@ import pytest
 
 import moireid
 from kit.places import TESTS
+from kit.sealed_work import act
 from moireid.sandbox import landlock
 from moireid.sandbox import seal as sealing
 from moireid.sandbox.file_access import Reach, open_parts, reach
-from moireid.sandbox.process import Child, ForkServer, start
+from moireid.sandbox.process import Child, ForkServer, ProcessEnd, copied, start
 from moireid.sandbox.seal import MEANS, ProcessLimits, missing
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
@@ -68,14 +70,14 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
         yield Place(tmp_path, *(tmp_path / name for name in names), *ports, str(tmp_path / "unix"))
 
 
-@pytest.fixture(params=["program", "fork"])
+@pytest.fixture(params=["program", "fork", "copy"])
 def begin(request: pytest.FixtureRequest, place: Place) -> Iterator[Begin]:
-    """Begins a process, either way; all are ended after."""
+    """Begins a process, in each way; all are ended after."""
     server, begun = ForkServer(WORK, sealed=True), list[Child]()
 
     def one(within: Reach | None) -> Child:
-        made = start if request.param == "program" else server.fork
-        arguments = (WORK, ROOMY) if request.param == "program" else (ROOMY,)
+        made = {"program": start, "fork": server.fork, "copy": copied}[request.param]
+        arguments = {"program": (WORK, ROOMY), "fork": (ROOMY,), "copy": (act, ROOMY)}[request.param]
         begun.append(made(*arguments, place.folder / "scratch", within=within))
         return begun[-1]
 
@@ -137,6 +139,15 @@ def test_the_same_works_where_nothing_is_sealed(begin: Begin, place: Place) -> N
         if crime[0] != "ptrace":
             assert "done" in ask(child, *crime), crime
     assert child.sealed is None
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="other processors have one table of calls")
+def test_a_call_of_another_table_ends_the_process(begin: Begin, place: Place) -> None:
+    """Catches: only the thread that calls ended by the filter, so that the process is silent and is waited for."""
+    child = begin(reach(read=[place.film]))
+    child.send(("x32",))
+    with pytest.raises(ProcessEnd, match="SIGSYS"):
+        child.hear(20)
 
 
 def test_what_old_kernels_leave_open_the_filter_refuses(begin: Begin, place: Place) -> None:

@@ -4,44 +4,17 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from kit.coded_films import first_frames
-from kit.crafted_films import LISTS, list_of, read_apart, streams_of
+from kit.crafted_films import LISTS, list_of, read_apart, readers_of, streams_of
 from moireid.errors import MediaError
 from moireid.verifier import video
 from moireid.verifier.video import Film, OpenedFile
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="memory and pipes are looked at as Linux has them")
-
-
-@contextmanager
-def readers_of(pipe: Path) -> Iterator[list[str]]:
-    """A pipe, and a note of everybody who opens it to read; each gets its end at once."""
-    os.mkfifo(pipe)
-    seen: list[str] = []
-    done = threading.Event()
-
-    def watch() -> None:
-        while not done.wait(0.002):
-            try:
-                os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))
-                seen.append("opened")
-            except OSError:
-                continue
-
-    watcher = threading.Thread(target=watch)
-    watcher.start()
-    try:
-        yield seen
-    finally:
-        done.set()
-        watcher.join()
 
 
 @linux

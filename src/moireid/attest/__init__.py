@@ -5,7 +5,7 @@ statement.py         what is signed: an in-toto statement about a film, with the
 envelope.py          the signed statement as a DSSE envelope
 timestamp.py         time stamps of an RFC 3161 authority
 checking.py          checks of an envelope: signature, key, report, time stamp, certificates and film
-credentials.py       the process that judges a film without the key; the verdict as content credentials (C2PA)
+credentials.py       the verdict as content credentials (C2PA), written by a process without the key
 film_credentials.py  the content credentials that a film carries already, as a note in the report
 credentials_work.py  the process that reads and writes content credentials, without the key
 

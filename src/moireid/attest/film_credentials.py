@@ -5,25 +5,26 @@ They say who vouches for a file, and nothing about the badge.  So they count nei
 
 from __future__ import annotations
 
-from dataclasses import replace
+import os
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
-from moireid.attest.credentials_work import read
+from moireid.attest.credentials_work import UNREADABLE, read
+from moireid.errors import MediaError
 from moireid.verifier.reasons import Reason
-from moireid.verifier.session.result import Report
 
 #: More top-level boxes than this are not looked through: a fragmented film has some for each second.
 MOST_BOXES = 100_000
 
 
-def with_carried(report: Report, film: Path) -> Report:
-    """A report with a note of the credentials that its film carries; as it was where there are none.
+def with_carried(document: dict[str, Any], film: Path) -> dict[str, Any]:
+    """A report's JSON with a note of the credentials that its film carries; as it was where there are none.
 
     Without c2pa-python they are not looked for.
     """
-    if not may_carry(film) or find_spec("c2pa") is None or (found := read(film)) is None:
-        return report
+    if not may_carry(film) or find_spec("c2pa") is None or not (found := _read_apart(film)):
+        return document
     state = found["state"]
     who = f"signed by {found['signer']!r}" if found["signer"] else "without a signer's name"
     words = {
@@ -32,7 +33,25 @@ def with_carried(report: Report, film: Path) -> Report:
     }.get(state, "they do not hold: the film or they were changed")
     text = f"The film carries content credentials, {who}; {words}. They are no part of the verdict."
     note = Reason("content_credentials", "note", state, None, "", text)
-    return replace(report, reasons=(*report.reasons, note))
+    return document | {"reasons": [*document["reasons"], note.to_json()]}
+
+
+def _read_apart(film: Path) -> dict[str, Any]:
+    """The credentials of a film, as a sealed process reads them: what is damaged may end c2pa-python, and its process.
+
+    Where no process can be sealed at all, on Windows, this one reads them.
+    """
+    if os.name == "nt":
+        return read(film) or {}
+    # Loaded here: it brings what signs, and most films carry nothing.
+    from moireid.attest.credentials import talk_with
+
+    found: dict[str, Any] = {}
+    try:
+        talk_with("moireid.attest.credentials_work:read_film", film, film, found.update)
+    except MediaError:
+        return UNREADABLE
+    return found
 
 
 def may_carry(film: Path) -> bool:

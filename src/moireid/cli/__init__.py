@@ -2,6 +2,7 @@
 
 main.py          the group `moireid`, which other distributions add commands to, and `print-your-badge`
 common.py        exit codes, errors, JSON, progress
+sealed_reader.py the process in which films are read, and the option --unsealed
 printing/        print-your-badge, moireid print; for one person or for many
 issue_notes.py   notes to the issuer about identities and names
 enroll_cmd.py    enroll

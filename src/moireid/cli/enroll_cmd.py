@@ -21,6 +21,7 @@ from moireid.cli.common import (
     say,
     show_json,
 )
+from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ reason_option = click.option("--reason", metavar="TEXT", help="Why, with --repla
     "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
 )
 @camera_option
+@unsealed_option
 @replace_option
 @reason_option
 @expires_option
@@ -72,6 +74,7 @@ def enroll_command(
     measured_scale: float | None,
     focal_px: float | None,
     camera_file: Path | None,
+    unsealed: bool,
     replace: bool,
     reason: str | None,
     expires: str | None,
@@ -107,7 +110,9 @@ def enroll_command(
     _check_identity(badge, badge_json)
     if measured_scale is not None and not captures:
         raise SpecError("--measured-scale is kept with the as-built figures; give a --capture too")
-    as_built = _measured(badge, captures, focal_px, camera_file, measured_scale) if captures else None
+    as_built = None
+    if captures:
+        as_built = _measured(badge, captures, focal_px, camera_file, measured_scale, unsealed=unsealed)
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
         compared = None if as_built is None else show_compared(registry, badge, as_built, reason)
@@ -134,19 +139,17 @@ def _measured(
     focal_px: float | None,
     camera_file: Path | None,
     measured_scale: float | None,
+    *,
+    unsealed: bool,
 ) -> AsBuilt:
     """The as-built figures that the captures show."""
-    from moireid.verifier.session.capture import capture_as_built
+    from moireid.reading.film_orders import CaptureOrder
+    from moireid.verifier.session.known_figures import checked_figures
 
-    with progress_bar("reading the captures") as progress:
-        return capture_as_built(
-            list(captures),
-            badge,
-            focal_px=focal_px,
-            camera=camera_held(camera_file, focal_px),
-            measured_scale=measured_scale,
-            progress=progress,
-        )
+    camera = camera_held(camera_file, focal_px)
+    order = CaptureOrder(captures, badge, focal_px, camera, measured_scale)
+    with sealed_reader(captures, unsealed=unsealed) as reader, progress_bar("reading the captures") as progress:
+        return checked_figures(reader.read(order, progress).get("result"), badge)
 
 
 def _state_notes(record: Record) -> list[str]:

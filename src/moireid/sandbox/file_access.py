@@ -8,8 +8,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from platformdirs import user_data_path
-
 #: What every program reads: libraries, fonts, the time zone, and figures about the machine and about itself.  Not all
 #: of /proc, as it shows the environment of other processes.
 SYSTEM = (
@@ -74,6 +72,8 @@ def reach(
     Parameters: network: as in `Reach`.
     Paths are resolved here, as the process may not follow a link that leads out of its reach.
     """
+    from platformdirs import user_data_path
+
     places = [os.environ[name] for name in PRIVATE_VARIABLES if os.environ.get(name)]
     private = [user_data_path("moireid", appauthor=False), *(Path(place).expanduser() for place in places)]
     names = () if network is None else NAMES

@@ -24,6 +24,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from moireid.sandbox.child import Talk, run_copy
 from moireid.sandbox.file_access import Reach, kept_environment, reach
 from moireid.sandbox.line import MessageChannel
 from moireid.sandbox.seal import ProcessLimits
@@ -140,6 +141,31 @@ def start(work: str, limits: ProcessLimits, folder: Path | str | None = None, *,
         return program.wait()
 
     return Child(MessageChannel(line), end, scratch, limits)
+
+
+def copied(
+    work: Callable[[Talk], None], limits: ProcessLimits, folder: Path | str | None = None, *, within: Reach | None
+) -> Child:
+    """A copy of this program, by fork, that does some work; folder and within as in `start`; only on Linux.
+
+    It begins at once, as all is loaded.  What this program has in memory it has too, so nothing secret may be there.
+    Raises: OSError if it cannot be started.
+    """
+    ours, theirs = socket.socketpair()
+    scratch = _scratch(folder)
+    with theirs:
+        begin = _begin(scratch, limits, within)
+        if not (number := os.fork()):
+            try:
+                run_copy(theirs.fileno(), work, begin)
+            finally:
+                os._exit(1)
+
+    def end() -> int:
+        os.kill(number, signal.SIGKILL)
+        return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
+
+    return Child(MessageChannel(ours), end, scratch, limits)
 
 
 @cache

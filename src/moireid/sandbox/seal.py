@@ -24,14 +24,16 @@ class ProcessLimits:
     """Limits of a process; None: no limit.
 
     memory_bytes: private memory beyond that at its start; cpu_s: processor time of all its threads; file_bytes: size of
-    one file that it writes; answer_bytes: size of one answer.  Its parent reads that as JSON, which takes up to thirty
-    times as much memory; a report of an hour of film is much smaller.
+    one file that it writes; open_files: descriptors that it may have at once; answer_bytes: size of one answer.  Its
+    parent reads that as JSON, which takes up to thirty times as much memory; a report of an hour of film is much
+    smaller.
     """
 
     memory_bytes: int
     cpu_s: int | None = None
     file_bytes: int | None = None
     answer_bytes: int = 4 << 20
+    open_files: int | None = None
 
 
 def confine(limits: ProcessLimits) -> None:
@@ -47,6 +49,8 @@ def confine(limits: ProcessLimits) -> None:
         _lower(resource.RLIMIT_FSIZE, limits.file_bytes)
     if limits.cpu_s is not None:
         _lower(resource.RLIMIT_CPU, limits.cpu_s)
+    if limits.open_files is not None:
+        _lower(resource.RLIMIT_NOFILE, limits.open_files)
     if sys.platform == "linux":
         _lower(resource.RLIMIT_DATA, limits.memory_bytes + _held_bytes())
 

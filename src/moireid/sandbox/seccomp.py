@@ -14,8 +14,10 @@ from types import TracebackType
 ALLOW = 0x7FFF0000
 #: Of comparisons of an argument: not equal, equal, and equal in the bits of a mask.
 NE, EQ, MASKED_EQ = 1, 4, 7
-#: Attribute: load the filter into all threads at once.
-_ALL_THREADS = 4
+#: Attributes: what becomes of a call by the numbers of another processor (x32, i386); load the filter into all threads.
+_OTHER_NUMBERS, _ALL_THREADS = 2, 4
+#: End the whole process: if only the thread that called ends, the others wait for it.
+_END_PROCESS = 0x80000000
 _NO_SUCH_CALL = -1
 
 
@@ -70,7 +72,8 @@ class Filter:
 
     def load(self) -> None:
         """Put the filter in force for all threads of this process; it cannot be undone.  Raises: OSError."""
-        _checked(self._library.seccomp_attr_set(self._context, _ALL_THREADS, ctypes.c_uint32(1)))
+        for attribute, value in ((_ALL_THREADS, 1), (_OTHER_NUMBERS, _END_PROCESS)):
+            _checked(self._library.seccomp_attr_set(self._context, attribute, ctypes.c_uint32(value)))
         _checked(self._library.seccomp_load(self._context))
 
 

@@ -41,11 +41,12 @@ class OpenedFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        # Before it is opened too: opening a device may do something.
+        _check_regular(os.stat(path))
         self._stream = os.fdopen(_open_at_once(path), "rb", buffering=0)
         weakref.finalize(self, self._stream.close)
         self._lock = threading.Lock()
-        if not stat.S_ISREG(os.fstat(self._stream.fileno()).st_mode):
-            raise OSError(errno.EINVAL, "it is no regular file")
+        _check_regular(os.fstat(self._stream.fileno()))
         self._state = self._stated()
 
     @property
@@ -83,6 +84,11 @@ class OpenedFile:
         """Size and time of the last change; renaming the file leaves both alone."""
         found = os.fstat(self._stream.fileno())
         return found.st_size, found.st_mtime_ns
+
+
+def _check_regular(found: os.stat_result) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "it is no regular file")
 
 
 def _open_at_once(path: Path) -> int:
@@ -237,7 +243,8 @@ class Film:
             with av.open(self._file.reading(), options=OPENING | UNDECODED) as container:
                 pictures, count = [stream.index for stream in container.streams.video], len(container.streams)
         except av.error.MemoryError as error:
-            raise MediaError(f"{self.path} has more than {MOST_STREAMS} streams; {ADVICE}") from error
+            words = f"has more than {MOST_STREAMS} streams, or asks for more memory than there is"
+            raise MediaError(f"{self.path} {words}; {ADVICE}") from error
         if len(pictures) > MOST_PICTURE_STREAMS or count > MOST_STREAMS:
             raise MediaError(
                 f"{self.path} has {len(pictures)} streams of pictures, and {count} in all; at most "
@@ -263,17 +270,19 @@ class Film:
         Returns
         -------
         dict
-            Path, SHA-256 of the file that was read, width and height of its pictures in px, frames a second, and by
-            how much the pictures were reduced.
+            Path, SHA-256 of the file that was read, the decoder's version, width and height of its pictures in px,
+            frames a second, and by how much the pictures were reduced.
 
         Raises
         ------
         MediaError
             Where the file changed since it was opened.
         """
-        sha256 = self._file.sha256()
+        import av
+
+        sha256, decoder = self._file.sha256(), f"FFmpeg {av.ffmpeg_version_info} (PyAV {av.__version__})"
         size = {"width": self._whole[0], "height": self._whole[1], "fps": self.fps, "reduced_by": self.reduced_by}
-        return {"path": str(self.path), "sha256": sha256, **size}
+        return {"path": str(self.path), "sha256": sha256, "decoder": decoder, **size}
 
     def frames(self) -> Generator[Frame, None, None]:
         """Decode frame by frame, from the beginning, one frame in memory at a time.

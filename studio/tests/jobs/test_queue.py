@@ -22,6 +22,7 @@ from kit.webbing import OpenStudio, Visit, film_form, studio, tiny_film
 from moireid.badge import Badge, load_badge
 from moireid.errors import SpecError
 from moireid.provenance import FROM_FILE
+from moireid.sandbox.process import sealed_here
 from moireid.verifier import Claim, verify
 from moireid_studio.app import create_app
 from moireid_studio.jobs.claims import PreparedJob
@@ -72,6 +73,8 @@ def test_the_api_says_what_the_command_says(visit: Visit, tmp_path: Path, films:
     assert said["input"].pop("path") == "film.mp4" and own["input"].pop("path")
     # The studio has a registry, in which it looks for the badge of the file; the claim here has none.
     assert own.pop("registry") is None and said.pop("registry")["fingerprint"]
+    # Read in a sealed process there, and in this one here.
+    assert own.pop("sealed") == [] and said.pop("sealed") == list(sealed_here())
     assert said["verdict"] == "accept"
     assert said == own
     assert visit.left() == []

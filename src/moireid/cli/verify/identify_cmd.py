@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,7 @@ from moireid.cli.common import (
     show_json,
     trust_option,
 )
+from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.cli.verify.verify_cmd import LookUp, known_by, show_verdict
 from moireid.cli.verify.verify_options import focal_option
 from moireid.errors import SpecError
@@ -58,6 +60,7 @@ class _SearchScope:
 @trust_option
 @focal_option
 @camera_option
+@unsealed_option
 @json_option
 @friendly
 def identify_command(
@@ -67,6 +70,7 @@ def identify_command(
     trust: str | None,
     focal_px: float | None,
     camera_file: Path | None,
+    unsealed: bool,
     as_json: bool,
 ) -> None:
     """Find out whose badge a film shows.
@@ -75,25 +79,36 @@ def identify_command(
 
     Exit code 0: found; 1: no one enrolled; 2: bad input; 3: inconclusive.
     """
-    from moireid.verifier.session.identify import identify
-    from moireid.verifier.video import Film
+    from moireid.reading.film_orders import IdentifyingOrder
 
     if bundle_path is not None and registry_url is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
     camera = camera_held(camera_file, focal_px)
-    Film(video)
     opened = _of_registry(registry_url, trust) if bundle_path is None else _of_bundle(bundle_path, trust)
-    with opened as asked, progress_bar("reading the film") as progress:
+    films = sealed_reader([video], unsealed=unsealed)
+    with films as reader, opened as asked, progress_bar("reading the film") as progress:
         report_standing(asked.standing)
-        outcome = identify(video, asked.layouts, asked.enrolled, focal_px=focal_px, camera=camera, progress=progress)
-        found = {"found_name": asked.name(outcome.found_id), "registry": asked.standing.to_json()}
-        document = asked.noted(outcome.to_json() | found, outcome.found_id)
+        order = IdentifyingOrder(video, asked.layouts, focal_px, camera)
+        outcome = reader.read(order, progress, partial(answer_to, enrolled=asked.enrolled))["result"]
+        found_id = outcome["found_id"]
+        own = {"found_name": asked.name(found_id), "registry": asked.standing.to_json(), "sealed": list(reader.sealed)}
+        document = asked.noted(outcome | own, found_id)
         known = asked.look_up(document)
     if as_json:
         show_json(document)
     else:
-        show_verdict(outcome.finding.upper(), document, known)
-    sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
+        show_verdict(document["finding"].upper(), document, known)
+    sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[document["finding"]])
+
+
+def answer_to(question: Any, enrolled: EnrolledPeople) -> Any:
+    """The answer to a question of the process that reads the film; None to what is none."""
+    match question:
+        case {"holds": str(badge_id)}:
+            return enrolled.holds(badge_id)
+        case {"alike": dict(parts)}:
+            return enrolled.alike({int(place): str(part) for place, part in parts.items()})
+    return None
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """verify: is the badge in a film real, and is it the claimed one?
 
 1. Find the claimed badge: in a registry, in a bundle, or in a file alone.
-2. Judge the film: in this process, or in another one if this one holds a key to sign with.
+2. Judge the film, in a sealed process that was made before.
 3. Look up what the registry or bundle says about the badge that was read.  This process does it, after the film is
    judged; a process that only decodes the film learns nothing but the claimed badge.
 4. Sign the report and write its pages, if asked for.
@@ -22,17 +22,18 @@ import click
 
 from moireid.cli.attest.signing import Signing, detectors_from, planned_signing, signing_options
 from moireid.cli.common import VERDICT_EXIT, camera_held, friendly, progress_bar, report_standing, say, show_json
+from moireid.cli.sealed_reader import sealed_reader
 from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wish, verify_options
-from moireid.extras import missing_extra
 
 if TYPE_CHECKING:
     from moireid.provenance import ClaimedBadge, Standing
+    from moireid.reading.film_orders import JudgingOrder
+    from moireid.reading.film_reader import Reader
     from moireid.registry import Registry
     from moireid.verifier import Claim
     from moireid.verifier.report.circumstances import Circumstances
     from moireid.verifier.report.headline import Headline
     from moireid.verifier.report.report_page import Pictures
-    from moireid.verifier.session.result import Report
 
 
 #: From a report's JSON to the circumstances of the check.
@@ -163,56 +164,42 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
     )
 
 
-def judge_here(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progress: Progress) -> Outcome:
-    """The outcome of a film that is decoded in this process."""
-    from moireid.verifier.report.report_page import pictures_of, signals_csv
+def judged(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, reader: Reader, progress: Progress) -> Outcome:
+    """The outcome of a film.
 
-    report = replace(_report(wish, found, progress), detectors=scores)
-    return Outcome(report.to_json(), lambda: (pictures_of(report), signals_csv(report)))
-
-
-def _report(wish: VerifyOptions, found: ClaimedBadge, progress: Progress) -> Report:
-    claim = claim_held(wish, found)
-    baseline = _baseline() if wish.published or wish.corners_given is not None else None
-    corners = None if baseline is None or wish.corners_given is None else baseline.corners_from(wish.corners_given)
-    if baseline is not None and wish.published:
-        published: Report = baseline.verify_published(wish.video, claim, corners=corners, progress=progress)
-        return published
-    from moireid.attest.film_credentials import with_carried
-    from moireid.verifier import verify
-
-    report = verify(wish.video, claim, barred=found.barred, overlap=wish.overlap, progress=progress)
-    return with_carried(report if baseline is None else baseline.without_corners(report), wish.video)
-
-
-def _baseline() -> Any:
-    """The published method, which is in the lab.  Raises: MissingExtraError where that is not installed."""
-    from importlib.metadata import entry_points
-
-    for point in entry_points(group="moireid.pipelines", name="published"):
-        return point.load()
-    raise missing_extra("the published method", "moireid-lab", "", "moireid-lab")
-
-
-def judge_apart(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, progress: Progress) -> Outcome:
-    """The outcome of a film that is decoded in a process without the key.
-
-    Convention: claim and registry are those of this process; the other process only reports what the film shows.
+    Convention: claim, registry, and how the film was read are stated by this process; what reads the film only reports
+    what it shows.
     """
-    from moireid.attest.credentials import JudgingOrder, judged_apart
-    from moireid.sandbox.seal import missing
+    from moireid.attest.film_credentials import with_carried
+    from moireid.reading.film_reports import judged_film
 
-    pictures = wish.report_folder is not None
-    order = JudgingOrder(wish.video, claim_held(wish, found), found.barred, wish.overlap, scores, pictures)
-    judged, standing = judged_apart(order, progress), found.provenance.standing
-    if (lacking := missing(judged.sealed)) is not None:
-        say(f"note: the process that read the film {lacking}: this system has no means against that")
+    made, standing = judged_film(_order(wish, found, scores), reader, progress), found.provenance.standing
     own = {
         "registry": standing.to_json() if standing else None,
         "claim_source": found.provenance.source,
         "badge": {"id": found.badge.id, "name": found.badge.name},
     }
-    return Outcome(judged.report | own, lambda: (judged.pictures, judged.signals))
+    document = made.report | own
+    if not wish.published:
+        document = with_carried(document, wish.video)
+    return Outcome(document, lambda: (made.pictures, made.signals))
+
+
+def _order(wish: VerifyOptions, found: ClaimedBadge, scores: Scores) -> JudgingOrder:
+    from moireid.reading.film_orders import JudgingOrder, published_method
+
+    baseline = published_method() if wish.published or wish.corners_given is not None else None
+    corners = None if baseline is None or wish.corners_given is None else baseline.corners_from(wish.corners_given)
+    return JudgingOrder(
+        wish.video,
+        claim_held(wish, found),
+        found.barred,
+        wish.overlap,
+        scores,
+        wish.report_folder is not None,
+        wish.pipeline,
+        corners,
+    )
 
 
 def plan_pages(folder: Path | None, *, overwrite: bool, kept: Sequence[Path | None]) -> None:
@@ -308,13 +295,13 @@ def verify_command(**given: Any) -> None:
     signing = planned_signing(
         wish.video, wish.key_file, wish.attest_file, wish.timestamp_url, wish.form, overwrite=wish.overwrite, kept=kept
     )
-    with asked_of(wish) as asked:
+    films = sealed_reader([wish.video], unsealed=wish.unsealed, apart=signing is not None)
+    with films as reader, asked_of(wish) as asked:
         for receipt in receipts:
             check_belongs(receipt, asked.found, wish.video)
         plan_pages(wish.report_folder, overwrite=wish.overwrite, kept=kept)
         with progress_bar("reading the film") as progress:
-            judge = judge_here if signing is None else judge_apart
-            outcome = judge(wish, asked.found, scores, progress)
+            outcome = judged(wish, asked.found, scores, reader, progress)
         outcome = replace(outcome, document=attached(outcome.document, receipts))
         known = asked.known(outcome.document, wish.claim)
     document = write_pages_of(outcome, signing, known, wish)

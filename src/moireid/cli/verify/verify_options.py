@@ -18,6 +18,7 @@ from moireid.cli.common import (
     registry_option,
     trust_option,
 )
+from moireid.cli.sealed_reader import unsealed_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -132,6 +133,7 @@ OPTIONS = (
         callback=_show_schema,
         help="Print the JSON Schema of what --json prints, and exit.",
     ),
+    unsealed_option,
     overwrite_option,
     json_option,
 )
@@ -176,6 +178,7 @@ class VerifyOptions(ClaimWish):
     timestamp_url: str | None
     form: Form | None
     detectors: tuple[str, ...]
+    unsealed: bool
     overwrite: bool
     as_json: bool
 
@@ -206,6 +209,8 @@ def _check_pipeline(wish: VerifyOptions) -> None:
     for name, value in wanted.items():
         if wish.published and value is not None:
             raise SpecError(f"--pipeline published cannot check {name}; leave one of them out")
+    if wish.key_file is not None and wish.unsealed:
+        raise SpecError("--sign reads the film apart from the key, and --unsealed does not; leave one of them out")
     if wish.key_file is not None and (wish.published or wish.corners_given is not None):
         raise SpecError("--sign is for verdicts of moireid's own pipeline, without --corners; leave one of them out")
 

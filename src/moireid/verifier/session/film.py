@@ -51,7 +51,10 @@ def verify(
     overlap: bool = False,
     progress: Progress | None = None,
 ) -> Report:
-    """Verify a film against a claim.
+    """Verify a film against a claim, in this process.
+
+    A film made to take over its decoder then has this process's rights, and nothing limits its memory and time; the
+    commands read films in a sealed process (`moireid.reading`).
 
     Parameters
     ----------

@@ -188,6 +188,8 @@ class Report:
             "left_out": list(self.left_out),
             "input": self.film,
             "moireid": __version__,
+            # Only the process that started this one can say how it is sealed.
+            "sealed": [],
             "detectors": [{"name": name, "score": json_number(score)} for name, score in self.detectors],
         }
 

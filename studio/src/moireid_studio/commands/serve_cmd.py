@@ -57,6 +57,14 @@ storage_option = click.option(
 )
 
 
+unsealed_option = click.option(
+    "--unsealed",
+    is_flag=True,
+    help="Also read films of strangers where this system cannot seal the process that reads them. A film made to take "
+    "over its decoder then has the rights of this program.",
+)
+
+
 @click.command("serve")
 @click.option("--host", default="127.0.0.1", metavar="ADDRESS", show_default=True, help="The address to listen on.")
 @click.option(
@@ -117,6 +125,7 @@ storage_option = click.option(
 )
 @click.option("--scheduler", hidden=True, help="Of older versions: a Dask scheduler.")
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
+@unsealed_option
 @data_option
 @friendly
 def serve_command(
@@ -135,6 +144,7 @@ def serve_command(
     level: CheckLevel,
     scheduler: str | None,
     no_auth: bool,
+    unsealed: bool,
     data: Path | None,
 ) -> None:
     """Run the studio: web pages and an API for all of this.
@@ -155,6 +165,8 @@ def serve_command(
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
+    # Without tokens the films are those of the one user of this machine, as on the command line.
+    check_sealed(allowed=unsealed or no_auth)
     if scheduler is not None:
         say("note: --scheduler is of older versions; this studio judges films, as `moireid worker` does elsewhere")
     limits = Limits(
@@ -209,6 +221,18 @@ def _default_is_there() -> bool:
 
     path = sqlite_file(read_url(default_url()))
     return path is None or path.exists()
+
+
+def check_sealed(*, allowed: bool) -> None:
+    """Raise SpecError where this system does not seal the processes that read films, unless that is allowed."""
+    from moireid.sandbox.process import sealed_here
+    from moireid.sandbox.seal import missing
+
+    if not allowed and (lacking := missing(sealed_here())) is not None:
+        raise SpecError(
+            f"a film's process {lacking} on this system, so films of strangers are not read here; use Linux 6.2 or "
+            "newer with libseccomp, or add --unsealed if all films come from people whom you trust"
+        )
 
 
 def _seal_words() -> str:

@@ -344,7 +344,7 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedB
     order = WatchOrder(source, claim, found.barred, prompts)
     with _stopped() as stop, nullcontext(json_line) if wish.as_json else live_display(source.shown) as show:
         document = watch(order, Terms(wish.seconds, token), stop, show)
-    sealed = tuple(document.pop("sealed"))
+    sealed = tuple(document["sealed"])
     if (lacking := missing(sealed)) is not None:
         say(f"note: the process that read the stream {lacking}: this system has no means against that")
     standing = found.provenance.standing

@@ -15,11 +15,13 @@ import click
 
 from moireid.cli.common import friendly, registry_option, say, trust_option
 from moireid_studio.commands.serve_cmd import (
+    check_sealed,
     data_option,
     keep_verdicts_option,
     log_option,
     state_option,
     storage_option,
+    unsealed_option,
 )
 
 #: How often it is looked whether all threads are at work, s.
@@ -41,6 +43,7 @@ CHECK_S = 5.0
 )
 @keep_verdicts_option
 @log_option
+@unsealed_option
 @data_option
 @friendly
 def worker_command(
@@ -51,6 +54,7 @@ def worker_command(
     films: int,
     keep_verdicts: float,
     log: str,
+    unsealed: bool,
     data: Path | None,
 ) -> None:
     """Judge films for studios on other machines, until it is stopped.
@@ -80,6 +84,7 @@ def worker_command(
         raise SpecError(
             "a worker judges films of studios elsewhere; give their --registry and --state on PostgreSQL, and --storage"
         )
+    check_sealed(allowed=unsealed)
     folder, limits = (data or default_data()).absolute() / "worker", Limits()
     begin_log(as_json=log == "json")
     with ExitStack() as held:

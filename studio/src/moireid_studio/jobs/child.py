@@ -84,7 +84,12 @@ def _listen(
     while (rest := deadline - time.monotonic()) > 0:
         if stopping():
             raise JobFailure("stopped", "The studio was stopped meanwhile.")
-        if (message := child.hear(min(rest, LOOK_S))) is not None and (back := handle(message)) is not None:
+        if (message := child.hear(min(rest, LOOK_S))) is None:
+            continue
+        if isinstance(message.get("result"), dict):
+            # How it is sealed is what it reported before it had its film.
+            message["result"]["sealed"] = list(child.sealed or ())
+        if (back := handle(message)) is not None:
             child.send(back, min(rest, ANSWER_S))
     raise JobFailure("time", f"This film takes longer than the {wall_s:g} s that one may take here.")
 

@@ -1,0 +1,39 @@
+"""The process in which a command reads films, and the note where its seal is not whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from moireid.cli.common import say
+
+if TYPE_CHECKING:
+    from moireid.reading.film_reader import Reader
+
+unsealed_option = click.option(
+    "--unsealed",
+    is_flag=True,
+    help="Read the film in this process. A film made to take over its decoder then has your rights: your files, the "
+    "network, your keys; and nothing limits its memory and time. The report says that it was read so.",
+)
+
+
+@contextmanager
+def sealed_reader(films: Sequence[Path], *, unsealed: bool, apart: bool = False) -> Iterator[Reader]:
+    """What reads the films of a command; a note says what the system does not seal, once they have been read.
+
+    Parameters: apart: by a new program, as this one is to load a key.
+    """
+    from moireid.reading.film_reader import film_reader
+    from moireid.sandbox.seal import missing
+
+    with film_reader(films, unsealed=unsealed, apart=apart) as reader:
+        yield reader
+        lacking = missing(reader.sealed)
+    if lacking is not None:
+        why = "as --unsealed asks" if unsealed else "this system has no means against that"
+        say(f"note: the process that read the film {lacking}: {why}")

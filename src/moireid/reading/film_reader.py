@@ -1,0 +1,192 @@
+"""The process that reads films for a command, from the command's side.
+
+It is made before the command opens a registry or a key, as a copy of the command's own process (`sandbox.copied`): that
+costs less than loading the packages once more.  Where a key signs what is read, it is a new program.  It seals itself
+before it is sent its order.  It must answer within `SILENCE_S`, and be done within a time that grows with the film.
+
+Without a seal (`--unsealed`, and on Windows) films are read in the command's own process, without limits.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+from moireid import errors
+from moireid.errors import MediaError, MoireIdError
+from moireid.reading.film_orders import FilmOrder
+from moireid.sandbox.child import Talk
+from moireid.sandbox.file_access import reach
+from moireid.sandbox.process import Child, ProcessEnd, copied, start
+from moireid.sandbox.seal import ProcessLimits
+
+WORK = "moireid.reading.film_reader:read"
+#: Memory that a film may take, and four times the film's size; with 900 MiB a short one of 8K passes, of 700 MB.  Large
+#: pictures come in large files, so a small file cannot ask for much.
+MEMORY_BYTES, MEMORY_TIMES, MOST_MEMORY_BYTES = 900 << 20, 4, 4 << 30
+#: Memory that libraries reserve for each processor, as stacks of threads; little of it is used.
+PROCESSOR_BYTES = 16 << 20
+#: Greatest size of one answer: a report's pictures, or its signals as text.
+ANSWER_BYTES = 32 << 20
+#: Time for a film of no size, and for each megabyte of it, s; a film of 100 kbit/s takes 10 s a megabyte.
+LEAST_S, MEGABYTE_S = 60.0, 60.0
+#: Longest time without a message, s; reading a chapter's end takes seconds.
+SILENCE_S = 60.0
+#: Open files of the process: libraries, the film, and what a decoder opens of its own.
+OPEN_FILES = 256
+#: Least time between two reports of progress, s.
+PROGRESS_S = 0.1
+Answer = Callable[[dict[str, Any]], Any]
+
+
+def limits_of(films: Sequence[Path], *, written_bytes: int = 0) -> tuple[ProcessLimits, float]:
+    """The limits of a process that reads these films, and its time in s; written_bytes: of a file that it may write."""
+    size = sum(film.stat().st_size for film in films if film.is_file())
+    memory = min(MEMORY_BYTES + MEMORY_TIMES * size, MOST_MEMORY_BYTES) + PROCESSOR_BYTES * (os.cpu_count() or 1)
+    seconds = LEAST_S + MEGABYTE_S * size / 1e6
+    limits = ProcessLimits(
+        memory,
+        cpu_s=int(2 * seconds),
+        file_bytes=written_bytes,
+        answer_bytes=ANSWER_BYTES,
+        open_files=OPEN_FILES,
+    )
+    return limits, seconds
+
+
+class Reader(Protocol):
+    """What reads films."""
+
+    @property
+    def sealed(self) -> tuple[str, ...]:
+        """The parts of the seal that hold, as in `sandbox.seal.MEANS`."""
+
+    def read(
+        self, order: FilmOrder, progress: Callable[[int, int | None], None], answer: Answer | None = None
+    ) -> dict[str, Any]:
+        """What an order finds; answer: to the questions of the process.  Raises: MoireIdError."""
+
+
+class OwnReader:
+    """Reads films in this process, without a seal or limits."""
+
+    sealed: tuple[str, ...] = ()
+
+    def read(
+        self, order: FilmOrder, progress: Callable[[int, int | None], None], answer: Answer | None = None
+    ) -> dict[str, Any]:
+        """What an order finds."""
+        found: dict[str, Any] = {}
+        order.read(found.update, answer or (lambda question: None), progress)
+        return found
+
+
+class SealedReader:
+    """A process that reads the films of one order."""
+
+    def __init__(self, child: Child, films: Sequence[Path], seconds: float) -> None:
+        self._child, self._films, self._seconds = child, films, seconds
+
+    @property
+    def sealed(self) -> tuple[str, ...]:
+        """As the process reported before it was sent its order."""
+        return self._child.sealed or ()
+
+    def read(
+        self, order: FilmOrder, progress: Callable[[int, int | None], None], answer: Answer | None = None
+    ) -> dict[str, Any]:
+        """What an order finds."""
+        found: dict[str, Any] = {}
+
+        def handle(message: dict[str, Any]) -> Any:
+            if "progress" in message:
+                progress(*message["progress"])
+            if "ask" in message and answer is not None:
+                return answer(message["ask"])
+            found.update(message)
+            return None
+
+        converse(self._child, order, handle, self._films, self._seconds)
+        return found
+
+
+def converse(child: Child, order: object, handle: Answer, films: Sequence[Path], seconds: float) -> None:
+    """Send an order, and handle the messages of the process until it has ended; what `handle` returns is sent back.
+
+    Raises: MoireIdError that the work raised; MediaError where the process fails, is silent, or takes too long.
+    """
+    film, last = ", ".join(map(str, films)), time.monotonic() + seconds
+    try:
+        child.send(order, SILENCE_S)
+        while (message := child.hear(min(SILENCE_S, max(last - time.monotonic(), 0.0)))) is not None:
+            if (back := handle(message)) is not None:
+                child.send(back, SILENCE_S)
+    except ProcessEnd as ended:
+        if ended.kind != "done":
+            raise fault_of(ended, film) from ended
+        return
+    over = time.monotonic() >= last
+    how = f"took longer than the {seconds:.0f} s that a film of its size may take" if over else "does not answer"
+    raise MediaError(f"the process that read {film} {how}, and was ended; the film may be damaged")
+
+
+def fault_of(ended: ProcessEnd, film: str) -> MoireIdError:
+    """The error of a process that did not do its work."""
+    if ended.kind == "memory":
+        return MediaError(f"{film} asks for more memory than a film of its size may have; export it at 4K or less")
+    if ended.ours:
+        kind: type[MoireIdError] = getattr(errors, ended.kind) if ended.kind in errors.__all__ else MediaError
+        return kind(ended.words)
+    how = ended.words if ended.kind == "crash" else f"failed ({ended.kind}: {ended.words[:300]})"
+    return MediaError(f"the process that read {film} {how}; the film may be damaged")
+
+
+@contextmanager
+def film_reader(films: Sequence[Path], *, unsealed: bool = False, apart: bool = False) -> Iterator[Reader]:
+    """What reads these films, until the block ends.
+
+    Parameters: unsealed: read in this process; apart: by a new program, not a copy of this process.
+    """
+    if unsealed or os.name == "nt":
+        yield OwnReader()
+        return
+    limits, seconds = limits_of(films)
+    within = reach(read=films)
+    if apart or sys.platform != "linux":
+        child = start(WORK, limits, within=within)
+    else:
+        load_reading()
+        child = copied(read, limits, within=within)
+    try:
+        yield SealedReader(child, films, seconds)
+    finally:
+        child.kill()
+
+
+def load_reading() -> None:
+    """Load what reading needs, so that the copies of this process have it."""
+    import moireid.verifier.session.film  # noqa: F401
+
+
+def read(talk: Talk) -> None:
+    """The work of the process: one order."""
+    sent_s = 0.0
+
+    def progress(done: int, of: int | None) -> None:
+        nonlocal sent_s
+        if time.monotonic() - sent_s >= PROGRESS_S:
+            sent_s = time.monotonic()
+            talk.send({"progress": [done, of]})
+
+    def ask(question: dict[str, Any]) -> Any:
+        talk.send({"ask": question})
+        return talk.next()
+
+    order: FilmOrder | None = talk.next()
+    if order is not None:
+        order.read(talk.send, ask, progress)

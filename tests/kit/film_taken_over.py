@@ -1,0 +1,46 @@
+"""What a process does once a film has taken it over, as orders to read: sealed processes are sent them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class HostileOrder:
+    """An order that does something else than to read."""
+
+    act: str
+    path: str = ""
+
+    def read(self, send: Any, ask: Any, progress: Any) -> None:
+        """Do it, and send what came of it."""
+        send({"result": {"got": str(getattr(self, f"_{self.act}")())}})
+
+    def _stop(self) -> None:
+        os.kill(os.getpid(), signal.SIGSTOP)
+        time.sleep(1000)
+
+    def _spin(self) -> None:
+        while True:
+            pass
+
+    def _grow(self) -> int:
+        return len([bytearray(1 << 26) for _ in range(1000)])
+
+    def _write(self) -> int:
+        return Path(tempfile.gettempdir(), "large").write_bytes(bytes(1000))
+
+    def _open(self) -> int:
+        return len([os.dup(0) for _ in range(10_000)])
+
+    def _steal(self) -> str:
+        return Path(self.path).read_text()
+
+    def _look(self) -> dict[str, str]:
+        return {"environment": Path("/proc/self/environ").read_text() + str(dict(os.environ))}

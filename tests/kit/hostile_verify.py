@@ -1,0 +1,159 @@
+"""Mutated and crafted media through plain `verify`: `PYTHONPATH=tests python -m kit.hostile_verify [MUTATED] [SEED]`.
+
+Each is verified by the command, in a process of its own, with a deadline.  A right outcome is a verdict or a sentence;
+wrong are an internal error, a traceback, more than `MOST_S` or `MOST_MB`, and another file that was opened: each
+crafted list names a pipe, and a pipe notes its readers.  Exit code 1 where an outcome is wrong.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from kit.coded_films import first_frames
+from kit.crafted_films import readers_of
+from kit.crafted_media import CRAFTED
+from kit.places import FILMS
+
+MOST_S, MOST_MB = 60.0, 1000.0
+#: Containers of the films that are mutated, and their frames: the longer ones are long enough to be judged.
+SOURCES = {"a.mp4": 20, "b.mkv": 20, "c.ts": 20, "d.mp4": 70, "e.mov": 20, "f.flv": 20}
+WRONG = ("inside moireid", "Traceback", "internal error")
+
+
+#: Runs a command, and writes down its exit code and the greatest memory of its processes, KB.  A process of its own, as
+#: the count of a child begins with the memory of the one that forks it.
+MEASURED = """
+import os, subprocess, sys
+program = subprocess.Popen(sys.argv[2:], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+_, status, used = os.wait4(program.pid, 0)
+open(sys.argv[1], "w").write(f"{os.waitstatus_to_exitcode(status)} {used.ru_maxrss}")
+"""
+
+
+@dataclass(frozen=True)
+class RunOutcome:
+    """How a command ended: exit code, stderr, wall time, and memory of its largest process."""
+
+    code: int
+    words: str
+    seconds: float
+    peak_mb: float
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong, in words."""
+        found = [word for word in WRONG if word in self.words]
+        found += [f"exit code {self.code}"] if self.code not in (0, 1, 2, 3) else []
+        found += [f"{self.seconds:.0f} s"] if self.seconds > MOST_S else []
+        found += [f"{self.peak_mb:.0f} MB"] if self.peak_mb > MOST_MB else []
+        sentence = self.words.strip().startswith("error: ") and self.words.count("\n") == 1
+        return found + (["no sentence"] if self.code == 2 and not sentence else [])
+
+
+def verified(path: Path) -> RunOutcome:
+    """Verify a file by the command."""
+    command = [str(Path(sys.executable).with_name("moireid")), "verify", str(path)]
+    command += ["--badge", str(FILMS / "badge.json"), "--json"]
+    begun = time.monotonic()
+    with tempfile.NamedTemporaryFile("r") as figures:
+        run = [sys.executable, "-c", MEASURED, figures.name, *command]
+        with subprocess.Popen(run, stderr=subprocess.PIPE, start_new_session=True) as program:
+            timer = threading.Timer(MOST_S + 30, lambda: os.killpg(program.pid, signal.SIGKILL))
+            timer.start()
+            words = program.communicate()[1].decode(errors="replace")
+            timer.cancel()
+        code, peak_kb = map(int, (figures.read() or "-9 0").split())
+    return RunOutcome(code, words, time.monotonic() - begun, peak_kb / 1e3)
+
+
+def mutated(data: bytes, rng: random.Random) -> bytes:
+    """A film cut off, or with bits flipped, a part overwritten, repeated, exchanged, or its sizes changed."""
+    changed, kind = bytearray(data), rng.choice(("cut", "flip", "zero", "size", "swap", "repeat"))
+    place, size = rng.randrange(len(data)), rng.choice((4, 64, 1024, 8192))
+    other = rng.randrange(len(data))
+    if kind == "cut":
+        del changed[place:]
+    elif kind == "flip":
+        for _ in range(rng.choice((1, 4, 64, 1024))):
+            changed[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+    elif kind == "zero":
+        changed[place : place + size] = bytes(size)
+    elif kind == "size":
+        at = rng.choice((rng.randrange(min(2048, len(data))), max(len(data) - 1 - rng.randrange(4096), 0)))
+        changed[at : at + 4] = rng.choice((b"\xff" * 4, b"\x7f\xff\xff\xff", bytes(4), rng.randbytes(4)))
+    elif kind == "swap":
+        changed[place : place + size], changed[other : other + size] = (
+            data[other : other + size],
+            data[place : place + size],
+        )
+    else:
+        changed[place:place] = data[other : other + size] * rng.choice((2, 50))
+    return bytes(changed)
+
+
+def mutated_files(folder: Path, count: int, seed: int) -> Iterator[tuple[str, Callable[[], Path]]]:
+    """Names, and what makes the file of each; the same for a seed."""
+    for name, frames in SOURCES.items():
+        first_frames(FILMS / "genuine_1.0m.mp4", folder / name, frames)
+    for number in range(count):
+        rng = random.Random(seed * 1_000_003 + number)
+        source = folder / rng.choice(list(SOURCES))
+
+        def make(rng: random.Random = rng, source: Path = source) -> Path:
+            path = folder / f"mutated{source.suffix}"
+            path.write_bytes(mutated(source.read_bytes(), rng))
+            return path
+
+        yield f"mutated {number} ({source.suffix})", make
+
+
+def outcomes(folder: Path, count: int, seed: int) -> Iterator[tuple[str, RunOutcome, list[str]]]:
+    """Name, outcome and faults of each file."""
+    for name, make in mutated_files(folder, count, seed):
+        outcome = verified(make())
+        yield name, outcome, outcome.faults
+    for name, craft in CRAFTED.items():
+        own = folder / name.replace(" ", "_").replace("/", "_")
+        own.mkdir()
+        with readers_of(own / "other.mp4") as films, readers_of(own / "other.ts") as parts:
+            path, end = craft(own)
+            try:
+                outcome = verified(path)
+            finally:
+                end()
+        yield name, outcome, outcome.faults + [f"{other} was opened" for other in {*films, *parts}]
+
+
+def main() -> None:
+    """Print a line for each file with faults, and a count of the outcomes."""
+    count, seed = int((*sys.argv[1:2], "300")[0]), int((*sys.argv[2:3], "36")[0])
+    ends, wrong, worst_s, worst_mb = Counter[int](), 0, 0.0, 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        for name, outcome, faults in outcomes(Path(folder), count, seed):
+            ends[outcome.code] += 1
+            worst_s, worst_mb = max(worst_s, outcome.seconds), max(worst_mb, outcome.peak_mb)
+            wrong += bool(faults)
+            if faults or not name.startswith("mutated"):
+                shown = f"{outcome.seconds:.1f} s, {outcome.peak_mb:.0f} MB, {outcome.words.strip()[:160]}"
+                mark = f"WRONG {', '.join(faults)}" if faults else "right"
+                click.echo(f"{mark}: {name}: {outcome.code}, {shown}")
+    most = f"at most {worst_s:.1f} s, {worst_mb:.0f} MB"
+    click.echo(f"{sum(ends.values())} files, {wrong} wrong; exit codes {dict(ends)}; {most}")
+    sys.exit(wrong > 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+"""Films are read by a process that can do nothing else.  Each test names the fault that it catches."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from click.testing import CliRunner, Result
+
+from kit.coded_films import first_frames
+from kit.film_taken_over import HostileOrder
+from kit.places import FILMS
+from moireid.badge import load_badge
+from moireid.cli.main import moireid
+from moireid.errors import MediaError
+from moireid.reading import film_reader as reading
+from moireid.reading.film_reader import SealedReader, film_reader
+from moireid.sandbox.seal import MEANS
+from moireid.verifier import Claim, verify
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The beginning of a true film."""
+    return first_frames(FILMS / "genuine_1.0m.mp4", tmp_path_factory.mktemp("film") / "film.mp4", 70)
+
+
+@pytest.fixture(params=[False, True], ids=["copy", "program"])
+def reader(request: pytest.FixtureRequest, film: Path) -> Iterator[SealedReader]:
+    """What reads the film, either way."""
+    with film_reader([film], apart=request.param) as made:
+        assert isinstance(made, SealedReader)
+        yield made
+
+
+def read(reader: SealedReader, order: Any) -> dict[str, Any]:
+    return reader.read(order, lambda done, of: None)
+
+
+@linux
+@pytest.mark.parametrize(
+    ("act", "words"),
+    [("grow", "asks for more memory"), ("write", "File too large|Permission denied"), ("open", "Too many open files")],
+)
+def test_a_film_cannot_take_the_machine(reader: SealedReader, act: str, words: str) -> None:
+    """Catches: memory, descriptors or a disk that a decoder may use up."""
+    with pytest.raises(MediaError, match=words):
+        read(reader, HostileOrder(act))
+
+
+@linux
+def test_a_film_cannot_read_another_file(reader: SealedReader, tmp_path: Path) -> None:
+    """Catches: an order that is carried out before the seal, or without one."""
+    (tmp_path / "key.pem").write_text("secret")
+    with pytest.raises(MediaError, match="Permission denied"):
+        read(reader, HostileOrder("steal", str(tmp_path / "key.pem")))
+    assert reader.sealed == tuple(MEANS)
+
+
+@linux
+def test_a_copy_keeps_no_variable_of_the_command(film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a database's password in the environment of the process that decodes."""
+    monkeypatch.setenv("PGPASSWORD", "hidden_word")
+    for apart in (False, True):
+        with film_reader([film], apart=apart) as made:
+            got = made.read(HostileOrder("look"), lambda done, of: None)["result"]["got"]
+            assert "PATH" in got and "hidden_word" not in got
+
+
+@linux
+def test_nothing_is_waited_for_without_an_end(
+    reader: SealedReader, film: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a stopped process that is waited for, and left behind."""
+    monkeypatch.setattr(reading, "SILENCE_S", 1.0)
+    with pytest.raises(MediaError, match=r"film\.mp4 does not answer"):
+        read(reader, HostileOrder("stop"))
+    reader._child.kill()
+    assert not [one for one in psutil.Process().children() if one.status() == psutil.STATUS_STOPPED]
+
+
+@linux
+def test_a_film_that_takes_too_long_is_left(film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a process that always says that it goes on, and never ends."""
+    monkeypatch.setattr(reading, "LEAST_S", 1.0)
+    monkeypatch.setattr(reading, "MEGABYTE_S", 0.0)
+    with film_reader([film]) as made, pytest.raises(MediaError, match="longer than the 1 s"):
+        made.read(HostileOrder("spin"), lambda done, of: None)
+
+
+def ran(*words: str) -> Result:
+    done = CliRunner().invoke(moireid, words)
+    assert "inside moireid" not in done.output, done.output
+    return done
+
+
+@linux
+def test_verify_says_how_it_read_the_film_and_judges_as_before(film: Path) -> None:
+    """Catches: a verdict that the seal changes; a report that does not say that it was read without one."""
+    command = ["verify", str(film), "--badge", str(FILMS / "badge.json"), "--json"]
+    sealed, plain = ran(*command), ran(*command, "--unsealed")
+    assert sealed.exit_code == plain.exit_code and not sealed.stderr
+    assert re.fullmatch(r"note: the process that read the film could .*: as --unsealed asks\n", plain.stderr)
+    found, here = json.loads(sealed.stdout), json.loads(plain.stdout)
+    assert (found.pop("sealed"), here.pop("sealed")) == (list(MEANS), [])
+    assert re.fullmatch(r"FFmpeg \S+ \(PyAV \S+\)", found["input"]["decoder"])
+    in_python = verify(film, Claim(load_badge(FILMS / "badge.json"))).to_json()
+    del found["timing"], here["timing"]
+    assert found == here and found["reasons"] == in_python["reasons"] and in_python["sealed"] == []
+
+
+@linux
+def test_where_nothing_seals_the_command_line_warns(film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a seal that is reported though the kernel refuses it; a silence about it."""
+    monkeypatch.setattr("moireid.sandbox.child.seal", lambda reach, scratch: ("no_new_privileges",))
+    done = ran("verify", str(film), "--badge", str(FILMS / "badge.json"), "--json")
+    assert json.loads(done.stdout)["sealed"] == ["no_new_privileges"]
+    assert done.stderr.startswith("note: the process that read the film could reach the network")
+
+
+def test_what_a_key_signs_is_read_apart(film: Path, tmp_path: Path) -> None:
+    """Catches: a film decoded in the process that holds the key, because --unsealed was given too."""
+    command = ["verify", str(film), "--badge", str(FILMS / "badge.json"), "--sign", "k.pem", "--attest", "a.json"]
+    done = ran(*command, "--unsealed")
+    assert done.exit_code == 2 and "leave one of them out" in done.stderr
