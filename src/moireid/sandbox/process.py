@@ -6,6 +6,7 @@ children, and its fork server imports modules from the current folder.
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import pickle
@@ -155,6 +156,8 @@ def copied(
     scratch = _scratch(folder)
     with theirs:
         begin = _begin(scratch, limits, within)
+        # What the garbage collector visits is copied page by page.
+        gc.freeze()
         if not (number := os.fork()):
             try:
                 run_copy(theirs.fileno(), work, begin)

@@ -193,7 +193,7 @@ async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobSt
         return status_of(await run_in_threadpool(start_capture, studio, begun, sent.video, record))
 
 
-@router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(403, 404, 409))
+@router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(400, 403, 404, 409))
 def keep_capture(
     request: Request, badge_id: BadgeId, job_id: JobId, visitor: Issuer, order: KeepOrder | None = None
 ) -> AsBuiltAnswer:
