@@ -13,11 +13,13 @@ from fastapi import APIRouter, Form, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from moireid import __version__
+from moireid.errors import MoireIdError
 from moireid.verifier.report.report_page import template as report_template
 from moireid_studio.auth.guard import COOKIE, anyone, visitor_of
 from moireid_studio.auth.tokens import SESSION_H, Role
 from moireid_studio.forms import ShortRoute
 from moireid_studio.problems import Refusal, plain
+from moireid_studio.store.database import is_away
 from moireid_studio.studio import studio_of
 
 
@@ -56,8 +58,16 @@ _environment.filters["plain"] = plain
 
 
 def render(request: Request, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
-    """The page that `templates/TEMPLATE` makes of `context`; base.html.j2 also gets navigation and visitor."""
-    visitor = visitor_of(request)
+    """The page that `templates/TEMPLATE` makes of `context`; base.html.j2 also gets navigation and visitor.
+
+    While the database is away, a page is as for one who has not signed in: it may be the page that says so.
+    """
+    try:
+        visitor = visitor_of(request)
+    except MoireIdError as error:
+        if not is_away(error):
+            raise
+        visitor = None
     path = request.url.path
     shown = [place for place in NAVIGATION if not place.roles or (visitor is not None and visitor.may(*place.roles))]
     page = _environment.get_template(template).render(
