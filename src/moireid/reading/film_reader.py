@@ -33,6 +33,8 @@ MEMORY_BYTES, MEMORY_TIMES, MOST_MEMORY_BYTES = 900 << 20, 4, 4 << 30
 PROCESSOR_BYTES = 16 << 20
 #: Greatest size of one answer: a report's pictures, or its signals as text.
 ANSWER_BYTES = 32 << 20
+#: What a process may answer.
+ANSWERS = frozenset({"result", "files", "plots", "frame_s", "signals"})
 #: Time for a film of no size, and for each megabyte of it, s; a film of 100 kbit/s takes 10 s a megabyte.
 LEAST_S, MEGABYTE_S = 60.0, 60.0
 #: Longest time without a message, s; reading a chapter's end takes seconds.
@@ -108,7 +110,9 @@ class SealedReader:
                 progress(*message["progress"])
             if "ask" in message and answer is not None:
                 return answer(message["ask"])
-            found.update(message)
+            for key in message.keys() & ANSWERS:
+                # What was answered counts once, so that no process fills this one's memory.
+                found.setdefault(key, message[key])
             return None
 
         converse(self._child, order, handle, self._films, self._seconds)

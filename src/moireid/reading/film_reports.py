@@ -7,9 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from moireid import __version__
 from moireid.errors import MediaError
 from moireid.reading.film_orders import JudgingOrder
 from moireid.reading.film_reader import Reader
+from moireid.verifier.reasons import json_number
 from moireid.verifier.report.report_page import NAME, Pictures
 from moireid.verifier.video import OpenedFile
 
@@ -39,7 +41,13 @@ def judged_film(order: JudgingOrder, reader: Reader, progress: Callable[[int, in
         raise MediaError(f"{order.video} changed while it was judged; give a film that no program writes to any more")
     if report.get("level") == "live":
         raise MediaError(f"the process that read {order.video} calls a film a live check; judge it by another moireid")
-    return JudgedReport(report | {"sealed": list(reader.sealed)}, _pictures(found), str(found.get("signals", "")))
+    if order.barred is not None and report.get("verdict") == "accept":
+        raise MediaError(f"the process that read {order.video} accepts a badge that no longer counts; do not trust it")
+    # These are no finding of the film; who has receipts of live checks adds them afterwards.
+    report.pop("live_checks", None)
+    detectors = [{"name": name, "score": json_number(score)} for name, score in order.detectors]
+    own = {"sealed": list(reader.sealed), "moireid": __version__, "detectors": detectors}
+    return JudgedReport(report | own, _pictures(found), str(found.get("signals", "")))
 
 
 def _pictures(found: dict[str, Any]) -> Pictures:

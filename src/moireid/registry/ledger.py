@@ -35,7 +35,7 @@ from moireid.registry.log import (
 )
 from moireid.registry.opening import prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
-from moireid.registry.rollback import LogState, compared, standing_of
+from moireid.registry.rollback import LogState, check_successors, compared, standing_of
 from moireid.registry.seen import Memory, recall, remember
 from moireid.registry.signing.client import load_signer
 
@@ -243,6 +243,8 @@ class Ledger:
                 connection.execute(delete(table))
             yield connection
             state = after._state(connection)
+            # Else a thief's export, signed by a former key, would replace what was seen of its change.
+            check_successors(state, recall(self.place), named=False)
         self._committed(state)
 
     def _committed(self, state: LogState) -> None:

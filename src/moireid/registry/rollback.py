@@ -93,7 +93,7 @@ def compared(log: LogState, memory: Memory, trust: str | None) -> list[str]:
     earlier = [one.old.fingerprint for one in log.turned]
     _check_authority(log, wanted, earlier, pinned=trust is not None)
     _check_extends(log, memory.heads.get(own), own)
-    _check_successors(log, memory, named=named)
+    check_successors(log, memory, named=named)
     # A user who names the present key of two changes of one earlier key may have seen the other log under that key.
     for key in () if named else earlier:
         _check_extends(log, memory.heads.get(key), own)
@@ -160,7 +160,7 @@ def _check_authority(log: LogState, wanted: str | None, earlier: Sequence[str], 
     )
 
 
-def _check_successors(log: LogState, memory: Memory, *, named: bool) -> None:
+def check_successors(log: LogState, memory: Memory, *, named: bool) -> None:
     """Compare its keys with the changes that were seen.  A key that was given up counts no more: a thief may have it.
 
     Parameters: named: the user names this very authority; of two changes of one earlier key, theirs is then the valid

@@ -191,7 +191,8 @@ class SceneTracker:
         purses, finder = self._purses, self._finder
         if self._cut is not None and purses.near.open:
             yield purses.near, partial(finder.near, page=self._cut)
-            if self._cut is not None and purses.glance.open:
+            # Small or faded badges are found by close looks alone, so these go on where they are paid for.
+            if self._cut is not None and purses.glance.open and not purses.wide.open:
                 yield purses.glance, finder.quick
                 return
         lost = [(tracker, last) for tracker in self._lost() if (last := self._recently(tracker, frame)) is not None]
