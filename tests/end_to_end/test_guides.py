@@ -21,6 +21,7 @@ from kit.guiding import Block, Session, blocks_of, unseen
 from kit.places import ROOT
 from moireid.cli.main import moireid
 from moireid.provenance import Exclusion
+from moireid.registry.rollback import CODES
 from moireid.verifier.decision.findings import WORDS
 
 DOCS = ROOT / "docs"
@@ -136,9 +137,9 @@ def test_every_reason_code_is_told_and_no_other() -> None:
     told = (DOCS / "reference" / "reason-codes.md").read_text(encoding="utf-8")
     rows = "\n".join(line.split("|")[1] for line in told.splitlines() if line.startswith("| `"))
     levels = {"pass", "fail", "undecided", "note"}
-    # Why a badge does not count is a code of its own.
+    # Why a badge does not count is a code of its own, and so is why a registry is refused.
     barred = get_args(get_type_hints(Exclusion)["code"])
-    assert set(re.findall(r"`(\w+)`", rows)) - levels == {*_codes(), *barred, *WORDS}
+    assert set(re.findall(r"`(\w+)`", rows)) - levels == {*_codes(), *barred, *WORDS, *CODES}
 
 
 def _codes() -> Iterator[str]:
