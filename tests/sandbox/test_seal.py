@@ -282,3 +282,20 @@ def test_what_does_not_hold_is_reported(monkeypatch: pytest.MonkeyPatch) -> None
     assert missing(("no_new_privileges", "files")) == "could reach the network, programs and other processes"
     monkeypatch.setattr(sealing.sys, "platform", "darwin")
     assert sealing.seal(Reach(), "/tmp") == ()
+
+
+GONE = """
+import sys
+from moireid.sandbox.landlock import READ_DIR, READ_FILE, restrict
+restrict([(sys.argv[1], READ_FILE), ("/", READ_FILE | READ_DIR)])
+print("sealed")
+"""
+
+
+@pytest.mark.skipif(landlock.version() == 0, reason="this kernel has no Landlock")
+def test_a_path_that_has_gone_meanwhile_does_not_end_the_process(tmp_path: Path) -> None:
+    """Catches: a process that fails to start as a temporary folder next to the film was removed in that moment."""
+    done = subprocess.run(
+        [sys.executable, "-c", GONE, str(tmp_path / "gone")], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "sealed\n", done.stderr

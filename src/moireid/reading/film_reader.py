@@ -41,8 +41,6 @@ LEAST_S, MEGABYTE_S = 60.0, 60.0
 SILENCE_S = 60.0
 #: Open files of the process: libraries, the film, and what a decoder opens of its own.
 OPEN_FILES = 256
-#: Least time between two reports of progress, s.
-PROGRESS_S = 0.1
 Answer = Callable[[dict[str, Any]], Any]
 
 
@@ -179,18 +177,6 @@ def load_reading() -> None:
 
 def read(talk: Talk) -> None:
     """The work of the process: one order."""
-    sent_s = 0.0
-
-    def progress(done: int, of: int | None) -> None:
-        nonlocal sent_s
-        if time.monotonic() - sent_s >= PROGRESS_S:
-            sent_s = time.monotonic()
-            talk.send({"progress": [done, of]})
-
-    def ask(question: dict[str, Any]) -> Any:
-        talk.send({"ask": question})
-        return talk.next()
-
     order: FilmOrder | None = talk.next()
     if order is not None:
-        order.read(talk.send, ask, progress)
+        order.read(talk.send, talk.ask, talk.progress)

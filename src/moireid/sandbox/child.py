@@ -28,12 +28,15 @@ from moireid.errors import MoireIdError
 from moireid.sandbox.file_access import Reach, kept_environment
 from moireid.sandbox.seal import ProcessLimits, confine, load_means, seal
 
+#: Least time between two reports of progress, s.
+PROGRESS_S = 0.1
+
 
 class Talk:
     """The child's end of the connection to its parent."""
 
     def __init__(self, pipe: Connection) -> None:
-        self._pipe = pipe
+        self._pipe, self._reported_s = pipe, 0.0
 
     def next(self, idle_s: float | None = None) -> Any:
         """The next message; None at the end, or after `idle_s` without one."""
@@ -45,6 +48,17 @@ class Talk:
     def send(self, answer: dict[str, Any]) -> None:
         """Send an answer as JSON.  Raises: ValueError, TypeError if that is impossible; OSError without a parent."""
         self._pipe.send_bytes(json.dumps(answer, allow_nan=False).encode())
+
+    def ask(self, question: dict[str, Any]) -> Any:
+        """The parent's answer to a question; None without a parent."""
+        self.send({"ask": question})
+        return self.next()
+
+    def progress(self, done: int, of: int | None) -> None:
+        """Report progress, but not more often than each `PROGRESS_S`."""
+        if time.monotonic() - self._reported_s >= PROGRESS_S:
+            self._reported_s = time.monotonic()
+            self.send({"progress": [done, of]})
 
 
 def rest(talk: Talk) -> None:

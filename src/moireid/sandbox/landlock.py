@@ -50,8 +50,8 @@ def version() -> int:
 def restrict(files: Iterable[tuple[str, int]], ports: Iterable[int] = ()) -> None:
     """Close all files and TCP ports to this thread but these; it cannot be undone.
 
-    Parameters: files: paths that exist, with their rights, such as `READ_FILE | READ_DIR`; a right that the kernel does
-        not know is not closed to anybody, and is passed over; ports: to which the process may connect.
+    Parameters: files: paths with their rights, such as `READ_FILE | READ_DIR`; one that has gone meanwhile stays closed; a
+        right that the kernel does not know is not closed to anybody, and is passed over; ports: to which the process may connect.
     Raises: OSError where the kernel refuses, and where `version()` is 0.
     """
     known = version()
@@ -63,7 +63,10 @@ def restrict(files: Iterable[tuple[str, int]], ports: Iterable[int] = ()) -> Non
             to_port = _PortRule(CONNECT_TCP, port)
             _call(_ADD_RULE, ruleset, _NET_PORT, ctypes.byref(to_port), 0)
         for path, rights in files:
-            place = os.open(path, os.O_PATH | os.O_CLOEXEC)
+            try:
+                place = os.open(path, os.O_PATH | os.O_CLOEXEC)
+            except FileNotFoundError:
+                continue
             try:
                 to_path = _PathRule(rights & file_rights, place)
                 _call(_ADD_RULE, ruleset, _PATH_BENEATH, ctypes.byref(to_path), 0)

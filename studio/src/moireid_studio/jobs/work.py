@@ -4,16 +4,14 @@ Loading this module loads all packages of the work.  A process that has loaded i
 job can begin at once (`child.py`).  `task.Task` is the piece of work that it is given.
 
 The process may be in a stranger's hands, so it never gets the registry.  To identify a badge it may ask two questions
-(`RegistryClient`), which the server answers (`task.answer_to`).
+(`EnrolledQuestions`), which the server answers (`task.answer_to`).
 """
 
 from __future__ import annotations
 
 import json
 import os
-import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +23,7 @@ import matplotlib.figure  # noqa: F401 - loaded ahead
 from moireid.badge import Badge, badge_from_json
 from moireid.lenticule import know_law
 from moireid.provenance import ClaimedBadge
+from moireid.reading.film_orders import EnrolledQuestions
 from moireid.sandbox.child import Talk
 from moireid.verifier.report.report_page import pictures_of, signals_csv
 from moireid.verifier.session.capture import capture_as_built
@@ -33,9 +32,6 @@ from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import identify
 from moireid_studio.jobs.build_round import advance_build
 from moireid_studio.jobs.task import SIGNALS, Ask, Law, Progress, Send, Task
-
-#: Least time between two reports of progress, s.
-PROGRESS_S = 0.1
 
 
 def verify_film(
@@ -69,21 +65,6 @@ def verify_film(
     send({"files": list(pictures.files), "plots": list(pictures.plots), "frame_s": pictures.frame_s})
 
 
-@dataclass(frozen=True)
-class RegistryClient:
-    """The registry as identification sees it: the server answers each question, as this process must not reach it."""
-
-    ask: Ask
-
-    def holds(self, badge_id: str) -> bool:
-        """Whether that id is enrolled, and its badge counts at present."""
-        return bool(self.ask({"holds": badge_id}))
-
-    def alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Ids, revoked or not, of which a part reads so."""
-        return list(self.ask({"alike": dict(parts)}))
-
-
 def identify_film(
     video: Path,
     progress: Progress,
@@ -96,7 +77,7 @@ def identify_film(
 ) -> None:
     """What `moireid identify --json` prints, but the name and the registry: those are the server's own word."""
     _know(laws)
-    send({"result": identify(video, layouts, RegistryClient(ask), focal_px=focal_px, progress=progress).to_json()})
+    send({"result": identify(video, layouts, EnrolledQuestions(ask), focal_px=focal_px, progress=progress).to_json()})
 
 
 def measure_capture(video: Path, progress: Progress, send: Send, *, badge_json: str) -> None:
@@ -130,18 +111,6 @@ def judge(talk: Talk) -> None:
     task: Task | None = talk.next()
     if task is None:
         return
-    sent_s = 0.0
-
-    def progress(done: int, of: int | None) -> None:
-        nonlocal sent_s
-        if time.monotonic() - sent_s >= PROGRESS_S:
-            sent_s = time.monotonic()
-            talk.send({"progress": [done, of]})
-
-    def ask(question: dict[str, Any]) -> Any:
-        talk.send({"ask": question})
-        return talk.next()
-
     os.chdir(task.folder)
-    may_ask = {"ask": ask} if task.kind == "identify" else {}
-    WORK[task.kind](Path(task.video), progress, talk.send, **task.arguments, **may_ask)
+    may_ask = {"ask": talk.ask} if task.kind == "identify" else {}
+    WORK[task.kind](Path(task.video), talk.progress, talk.send, **task.arguments, **may_ask)
