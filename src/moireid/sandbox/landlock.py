@@ -50,8 +50,9 @@ def version() -> int:
 def restrict(files: Iterable[tuple[str, int]], ports: Iterable[int] = ()) -> None:
     """Close all files and TCP ports to this thread but these; it cannot be undone.
 
-    Parameters: files: paths with their rights, such as `READ_FILE | READ_DIR`; one that has gone meanwhile stays closed; a
-        right that the kernel does not know is not closed to anybody, and is passed over; ports: to which the process may connect.
+    Parameters: files: paths with their rights, such as `READ_FILE | READ_DIR`; one that has gone meanwhile stays
+        closed; a right that the kernel does not know is not closed to anybody, and is passed over; ports: to which the
+        process may connect.
     Raises: OSError where the kernel refuses, and where `version()` is 0.
     """
     known = version()
