@@ -34,7 +34,7 @@ def order_of(film: Path, **more: Any) -> JudgingOrder:
 
 def judged_apart(order: JudgingOrder, progress: Callable[[int, int | None], None]) -> JudgedReport:
     """As `verify --sign` has it judged."""
-    with film_reader([order.video], apart=True) as reader:
+    with film_reader([order.video]) as reader:
         return judged_film(order, reader, progress)
 
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import re
 import signal
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+#: What a secret of a test looks like; the pattern is none itself.
+SECRET = rb"hidden\.[0-9a-f]{12}"
 
 
 @dataclass(frozen=True)
@@ -44,3 +49,12 @@ class HostileOrder:
 
     def _look(self) -> dict[str, str]:
         return {"environment": Path("/proc/self/environ").read_text() + str(dict(os.environ))}
+
+    def _search(self) -> int:
+        """How often words like the test's secret are in this process's own memory."""
+        found = 0
+        for line in Path("/proc/self/maps").read_text().splitlines():
+            first, last = (int(end, 16) for end in line.split()[0].split("-"))
+            if line.split()[1].startswith("rw") and "[v" not in line:
+                found += len(re.findall(SECRET, ctypes.string_at(first, last - first)))
+        return found

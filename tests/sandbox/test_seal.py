@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,9 @@ from kit.places import TESTS
 from kit.sealed_work import act
 from moireid.sandbox import landlock
 from moireid.sandbox import seal as sealing
+from moireid.sandbox.early_copy import EarlyCopy
 from moireid.sandbox.file_access import Reach, open_parts, reach
-from moireid.sandbox.process import Child, ForkServer, ProcessEnd, copied, start
+from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import MEANS, ProcessLimits, missing
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
@@ -76,9 +78,12 @@ def begin(request: pytest.FixtureRequest, place: Place) -> Iterator[Begin]:
     server, begun = ForkServer(WORK, sealed=True), list[Child]()
 
     def one(within: Reach | None) -> Child:
-        made = {"program": start, "fork": server.fork, "copy": copied}[request.param]
-        arguments = {"program": (WORK, ROOMY), "fork": (ROOMY,), "copy": (act, ROOMY)}[request.param]
-        begun.append(made(*arguments, place.folder / "scratch", within=within))
+        made = {
+            "program": partial(start, WORK),
+            "fork": server.fork,
+            "copy": lambda *a, **k: EarlyCopy(act).begin(*a, **k),
+        }
+        begun.append(made[request.param](ROOMY, place.folder / "scratch", within=within))
         return begun[-1]
 
     yield one
@@ -203,6 +208,7 @@ def test_what_its_work_needs_it_can_do(begin: Begin, place: Place) -> None:
     assert ask(child, "write", str(place.folder / "scratch" / "frame.jpg"))["done"] == "1"
 
 
+@pytest.mark.parametrize("begin", ["program", "fork"], indirect=True)
 def test_its_environment_holds_nothing_private(begin: Begin, place: Place) -> None:
     """Catches: a database's password, or the place of the keys, in the environment of the process that decodes."""
     child = begin(reach(read=[place.film]))

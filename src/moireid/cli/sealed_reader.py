@@ -23,15 +23,12 @@ unsealed_option = click.option(
 
 
 @contextmanager
-def sealed_reader(films: Sequence[Path], *, unsealed: bool, apart: bool = False) -> Iterator[Reader]:
-    """What reads the films of a command; a note says what the system does not seal, once they have been read.
-
-    Parameters: apart: by a new program, as this one is to load a key.
-    """
+def sealed_reader(films: Sequence[Path], *, unsealed: bool) -> Iterator[Reader]:
+    """What reads the films of a command; a note says what the system does not seal, once they have been read."""
     from moireid.reading.film_reader import film_reader
     from moireid.sandbox.seal import missing
 
-    with film_reader(films, unsealed=unsealed, apart=apart) as reader:
+    with film_reader(films, unsealed=unsealed) as reader:
         yield reader
         lacking = missing(reader.sealed)
     if lacking is not None:

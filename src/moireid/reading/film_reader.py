@@ -1,8 +1,9 @@
 """The process that reads films for a command, from the command's side.
 
-It is made before the command opens a registry or a key, as a copy of the command's own process (`sandbox.copied`): that
-costs less than loading the packages once more.  Where a key signs what is read, it is a new program.  It seals itself
-before it is sent its order.  It must answer within `SILENCE_S`, and be done within a time that grows with the film.
+A command makes it before it reads its own arguments, as a copy (`sandbox/early_copy.py`): that costs less than loading
+the packages once more.  Other programs have it forked from a program that has loaded the work, and nothing of theirs.
+It seals itself before it is sent its order.  It must answer within `SILENCE_S`, and be done within a time that grows
+with the film.
 
 Without a seal (`--unsealed`, and on Windows) films are read in the command's own process, without limits.
 """
@@ -14,18 +15,19 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
 from moireid import errors
 from moireid.errors import MediaError, MoireIdError
 from moireid.reading.film_orders import FilmOrder
-from moireid.sandbox.child import Talk
-from moireid.sandbox.file_access import reach
-from moireid.sandbox.process import Child, ProcessEnd, copied, start
+from moireid.sandbox.early_copy import EarlyCopy
+from moireid.sandbox.file_access import Reach, reach
+from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
 
-WORK = "moireid.reading.film_reader:read"
+WORK = "moireid.reading.film_work:read"
 #: Memory that a film may take, and four times the film's size; with 900 MiB a short one of 8K passes, of 700 MB.  Large
 #: pictures come in large files, so a small file cannot ask for much.
 MEMORY_BYTES, MEMORY_TIMES, MOST_MEMORY_BYTES = 900 << 20, 4, 4 << 30
@@ -149,34 +151,33 @@ def fault_of(ended: ProcessEnd, film: str) -> MoireIdError:
 
 
 @contextmanager
-def film_reader(films: Sequence[Path], *, unsealed: bool = False, apart: bool = False) -> Iterator[Reader]:
-    """What reads these films, until the block ends.
-
-    Parameters: unsealed: read in this process; apart: by a new program, not a copy of this process.
-    """
+def film_reader(films: Sequence[Path], *, unsealed: bool = False) -> Iterator[Reader]:
+    """What reads these films, until the block ends; unsealed: in this process."""
     if unsealed or os.name == "nt":
         yield OwnReader()
         return
     limits, seconds = limits_of(films)
-    within = reach(read=films)
-    if apart or sys.platform != "linux":
-        child = start(WORK, limits, within=within)
-    else:
-        load_reading()
-        child = copied(read, limits, within=within)
+    child = _process(limits, reach(read=films), ", ".join(map(str, films)))
     try:
         yield SealedReader(child, films, seconds)
     finally:
         child.kill()
 
 
-def load_reading() -> None:
-    """Load what reading needs, so that the copies of this process have it."""
-    import moireid.verifier.session.film  # noqa: F401
+def _process(limits: ProcessLimits, within: Reach, film: str) -> Child:
+    """A process within its limits that waits for an order."""
+    if sys.platform != "linux":
+        return start(WORK, limits, within=within)
+    copy, EarlyCopy.waiting = EarlyCopy.waiting, None
+    if copy is None:
+        return _fork_server().fork(limits, within=within)
+    try:
+        return copy.begin(limits, within=within)
+    except ProcessEnd as ended:
+        raise fault_of(ended, film) from ended
 
 
-def read(talk: Talk) -> None:
-    """The work of the process: one order."""
-    order: FilmOrder | None = talk.next()
-    if order is not None:
-        order.read(talk.send, talk.ask, talk.progress)
+@cache
+def _fork_server() -> ForkServer:
+    """One for this program; it loads the work when it is first asked for a process."""
+    return ForkServer(WORK, sealed=True)

@@ -21,11 +21,10 @@ import time
 from collections.abc import Callable
 from importlib import import_module
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any
 
 from moireid.errors import MoireIdError
-from moireid.sandbox.file_access import Reach, kept_environment
+from moireid.sandbox.file_access import Reach
 from moireid.sandbox.seal import ProcessLimits, confine, load_means, seal
 
 #: Least time between two reports of progress, s.
@@ -101,31 +100,20 @@ def _fork_for_each(asked: socket.socket, work: str) -> None:
         asked.sendall(answer.to_bytes(8, "big", signed=True))
 
 
-def run_copy(handle: int, work: Callable[[Talk], None], begin: str) -> None:
-    """Do the work in a copy of the program that wants it, which keeps no file, stream or variable of it; then exit."""
+def run_copy(handle: int, work: Callable[[Talk], None]) -> None:
+    """Do the work in a copy of the program that wants it, which keeps no file or stream of it; then exit.
+
+    Its first message is BEGIN.  It ends where its parent goes before.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     null = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):
         os.dup2(null, stream)
     os.closerange(3, handle)
     os.closerange(handle + 1, _beyond_files())
-    kept = kept_environment(dict(os.environ))
-    os.environ.clear()
-    os.environ.update(kept)
-    _wipe_start()
-    _run(handle, work, begin)
-
-
-def _wipe_start() -> None:
-    """Overwrite the arguments and variables that this program was started with; the kept ones have been copied.
-
-    Source: proc_pid_stat(5), fields 48 to 51.
-    """
-    import ctypes
-
-    fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
-    for first, last in (fields[45:47], fields[47:49]):
-        ctypes.memset(int(first), 0, int(last) - int(first))
+    begin = Talk(Connection(os.dup(handle))).next()
+    if begin is not None:
+        _run(handle, work, begin)
 
 
 def _beyond_files() -> int:
@@ -137,6 +125,8 @@ def _run(handle: int, work: str | Callable[[Talk], None], begin: str) -> None:
     """Do the work within limits, report how it ended, and exit."""
     parent, order, talk = os.getppid(), json.loads(begin), Talk(Connection(handle))
     os.environ["TMPDIR"] = tempfile.tempdir = order["folder"]
+    if "current" in order:
+        os.chdir(order["current"])
     confine(ProcessLimits(**order["limits"]))
     try:
         act = _loaded(work) if isinstance(work, str) else work

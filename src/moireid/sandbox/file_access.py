@@ -1,4 +1,4 @@
-"""Which files a sealed process may open (those of its work, and the program's own), and its environment variables."""
+"""Which files a sealed process may open: those of its work, and the program's own."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+
+from moireid.sandbox.start_state import import_path
 
 #: What every program reads: libraries, fonts, the time zone, and figures about the machine and about itself.  Not all
 #: of /proc, as it shows the environment of other processes.
@@ -42,9 +44,6 @@ NAMES = (
 FONTS = ("~/.cache/matplotlib", "~/.config/matplotlib")
 #: Where the private files of this program are if they are not at their usual place.
 PRIVATE_VARIABLES = ("MOIREID_KEYS", "MOIREID_SEEN")
-#: A sealed process gets these variables of the environment and no other: any other may hold a password or a key.
-KEPT_VARIABLES = ("PATH", "HOME", "LANG", "TZ", "TMPDIR", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "MPLCONFIGDIR")
-KEPT_BEGINNINGS = ("LC_", "PYTHON", "OPENCV_", "OMP_", "OPENBLAS_", "MKL_", "NUMBA_", "VECLIB_")
 
 
 @dataclass(frozen=True)
@@ -88,22 +87,8 @@ def program_folders(imports: Iterable[str]) -> list[str]:
 
 
 def _import_folders() -> list[str]:
-    """The folders that this program imports from, without the folder of its script, or the one that it was started in.
-
-    Python puts that folder first (`sys.path[0]`).  It may hold anything: keys may be next to a script.  It is kept
-    where it is a folder of packages, as in a program that was packed with all that it needs.
-    """
-    own = [os.path.dirname(os.path.dirname(_real(__file__)))]
-    started = sys.path[:1] if not sys.flags.safe_path else []
-    closed = {_real(one) for one in started if one and not _has_packages(one)}
-    return own + [one for one in sys.path if one and _real(one) not in closed]
-
-
-def _has_packages(folder: str) -> bool:
-    try:
-        return os.path.isfile(folder) or any(name.endswith(".dist-info") for name in os.listdir(folder))
-    except OSError:
-        return False
+    """The folder of this package, and those that this program imports from."""
+    return [os.path.dirname(os.path.dirname(_real(__file__))), *import_path()]
 
 
 def open_parts(root: str, closed: Iterable[str]) -> list[str]:
@@ -122,11 +107,6 @@ def open_parts(root: str, closed: Iterable[str]) -> list[str]:
     except OSError:
         return []
     return [part for child in children for part in open_parts(child, closed)]
-
-
-def kept_environment(environment: dict[str, str]) -> dict[str, str]:
-    """The environment variables that a sealed process gets."""
-    return {k: v for k, v in environment.items() if k in KEPT_VARIABLES or k.startswith(KEPT_BEGINNINGS)}
 
 
 def _within(path: str, folder: str) -> bool:

@@ -6,7 +6,6 @@ children, and its fork server imports modules from the current folder.
 
 from __future__ import annotations
 
-import gc
 import json
 import os
 import pickle
@@ -25,10 +24,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from moireid.sandbox.child import Talk, run_copy
-from moireid.sandbox.file_access import Reach, kept_environment, reach
+from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.line import MessageChannel
 from moireid.sandbox.seal import ProcessLimits
+from moireid.sandbox.start_state import kept_environment
 
 #: Longest time for a fork server to load its work, or to answer.
 LOAD_S = 120.0
@@ -133,42 +132,15 @@ def start(work: str, limits: ProcessLimits, folder: Path | str | None = None, *,
         itself; None: it is not sealed.
     Raises: OSError if it cannot be started.
     """
-    scratch = _scratch(folder)
+    scratch = scratch_folder(folder)
     own = dict(os.environ) if within is None else kept_environment(dict(os.environ))
-    program, line = _program(work, _begin(scratch, limits, within), environment=own | ONE_THREAD)
+    program, line = _program(work, beginning(scratch, limits, within), environment=own | ONE_THREAD)
 
     def end() -> int:
         program.kill()
         return program.wait()
 
     return Child(MessageChannel(line), end, scratch, limits)
-
-
-def copied(
-    work: Callable[[Talk], None], limits: ProcessLimits, folder: Path | str | None = None, *, within: Reach | None
-) -> Child:
-    """A copy of this program, by fork, that does some work; folder and within as in `start`; only on Linux.
-
-    It begins at once, as all is loaded.  What this program has in memory it has too, so nothing secret may be there.
-    Raises: OSError if it cannot be started.
-    """
-    ours, theirs = socket.socketpair()
-    scratch = _scratch(folder)
-    with theirs:
-        begin = _begin(scratch, limits, within)
-        # What the garbage collector visits is copied page by page.
-        gc.freeze()
-        if not (number := os.fork()):
-            try:
-                run_copy(theirs.fileno(), work, begin)
-            finally:
-                os._exit(1)
-
-    def end() -> int:
-        os.kill(number, signal.SIGKILL)
-        return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
-
-    return Child(MessageChannel(ours), end, scratch, limits)
 
 
 @cache
@@ -205,11 +177,11 @@ class ForkServer:
         """A process that does the work; folder and within as in `start`.  Raises: OSError if none can be started."""
         ours, theirs = socket.socketpair()
         with ours, theirs:
-            scratch = _scratch(folder)
+            scratch = scratch_folder(folder)
             with self._lock:
                 line = self._begun()
                 try:
-                    socket.send_fds(line, [_begin(scratch, limits, within).encode()], [theirs.fileno()])
+                    socket.send_fds(line, [beginning(scratch, limits, within).encode()], [theirs.fileno()])
                     number = _answer(line)
                 except OSError:
                     # A late answer would be taken for the answer to another request.
@@ -248,15 +220,19 @@ def _answer(line: socket.socket) -> int:
     return int.from_bytes(answer, "big", signed=True)
 
 
-def _scratch(folder: Path | str | None) -> str:
+def scratch_folder(folder: Path | str | None) -> str:
+    """A new folder for the temporary files of a process, in `folder` or the system's."""
     # The fork server may have another current folder.
     return os.path.abspath(tempfile.mkdtemp(prefix="moireid-", dir=folder))
 
 
-def _begin(scratch: str, limits: ProcessLimits, within: Reach | None) -> str:
-    return json.dumps(
-        {"folder": scratch, "limits": asdict(limits), "reach": None if within is None else asdict(within)}
-    )
+def beginning(scratch: str, limits: ProcessLimits, within: Reach | None) -> str:
+    """What a process needs to limit and to seal itself, as JSON; it works in this program's current folder."""
+    order = {"folder": scratch, "limits": asdict(limits), "reach": None if within is None else asdict(within)}
+    # The current folder may have been removed.
+    with suppress(OSError):
+        order["current"] = os.getcwd()
+    return json.dumps(order)
 
 
 def _program(*arguments: str, environment: dict[str, str]) -> tuple[subprocess.Popen[bytes], socket.socket]:

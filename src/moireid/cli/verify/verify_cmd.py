@@ -295,7 +295,7 @@ def verify_command(**given: Any) -> None:
     signing = planned_signing(
         wish.video, wish.key_file, wish.attest_file, wish.timestamp_url, wish.form, overwrite=wish.overwrite, kept=kept
     )
-    films = sealed_reader([wish.video], unsealed=wish.unsealed, apart=signing is not None)
+    films = sealed_reader([wish.video], unsealed=wish.unsealed)
     with films as reader, asked_of(wish) as asked:
         for receipt in receipts:
             check_belongs(receipt, asked.found, wish.video)

@@ -1,0 +1,43 @@
+"""Where `moireid` starts.  A command that reads films starts twice, so that the process that reads them is made first
+(`sandbox/early_copy.py`).
+
+The first start loads nothing else.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from moireid.sandbox.early_copy import EarlyCopy, restart, resume
+
+#: Commands that read films, and the option without which they read none.
+READS_FILMS = {"verify": "", "identify": "", "enroll": "--capture"}
+
+
+def main() -> None:
+    """Run `moireid`."""
+    if _reads_films(sys.argv[1:]):
+        restart("moireid.cli.start")
+    run()
+
+
+def _reads_films(words: list[str]) -> bool:
+    option = READS_FILMS.get(words[0]) if words else None
+    if option is None or {"-h", "--help", "--unsealed"} & {*words}:
+        return False
+    return any(word.startswith(option) for word in words)
+
+
+def run() -> None:
+    """Run the command that the arguments name."""
+    from moireid.cli.main import main
+
+    main()
+
+
+if __name__ == "__main__":
+    from moireid.reading.film_work import read
+
+    EarlyCopy.waiting = EarlyCopy(read)
+    resume(int(sys.argv[1]))
+    run()
