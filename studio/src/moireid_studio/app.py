@@ -114,6 +114,12 @@ def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
     connections: ConnectionLimits = app.state.connections
     return [
         ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),
+        (
+            "moireid_lost_workers",
+            "Workers that were lost with a job.",
+            "",
+            lambda: {"": studio.jobs.ledger.lost_workers()},
+        ),
         ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),
         ("moireid_connections", "Connections of HTTP.", "", lambda: {"": connections.held.total()}),
         ("moireid_turned_away", "Connections that were refused.", "", lambda: {"": connections.turned_away}),

@@ -3,6 +3,8 @@ implementation it catches."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -47,6 +49,45 @@ def test_a_film_that_waits_is_judged_after_a_restart(tmp_path: Path, ada: Badge,
         visit.tokens = tokens
         assert visit.ask("GET", f"/api/jobs/{job_id}/report", "verifier").status_code == 200
         assert len(visit.studio.verdicts.given(9)) == 1
+
+
+#: A worker that takes a job, says so, and goes on until it is killed; its leases and pauses are short.
+WORKER = """
+import sys, time
+from pathlib import Path
+from moireid_studio.store import ledger
+from moireid_studio.store.database import database_of
+ledger.LEASE_S = ledger.PAUSE_S = 0.001
+one = ledger.Ledger(database_of(Path(sys.argv[1]), "jobs.sqlite3", None, log=True), Path(sys.argv[1]) / "jobs")
+while (job := one.take(("judge",))) is None:
+    time.sleep(0.05)
+print(job.id, flush=True)
+time.sleep(1000)
+"""
+
+
+@pytest.mark.slow
+def test_twelve_workers_that_are_killed_in_a_row_lose_no_film(tmp_path: Path, ada: Badge, form: dict[str, Any]) -> None:
+    """Catches: a film that is given up, or judged unread, because workers were lost with it; a kill that is not shown;
+    a verdict that is written down for each time that a film was begun.
+    """
+    with studio(tmp_path, ada, work=False) as visit:
+        visit.studio.jobs._folder.mkdir(parents=True)
+        ids = [begun(visit, form) for _ in range(3)]
+        taken = []
+        for _ in range(12):
+            command = [sys.executable, "-c", WORKER, str(visit.folder)]
+            with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as worker:
+                assert worker.stdout is not None
+                taken.append(worker.stdout.readline().strip())
+                worker.kill()
+        assert set(taken) <= set(ids) and max(taken.count(one) for one in ids) >= 4
+        assert sum(visit.job(one).kills for one in ids) >= 12 - len(ids)
+        visit.studio.jobs.start()
+        ended = [visit.wait(one, "verifier") for one in ids]
+        assert [one["result"]["verdict"] for one in ended] == ["inconclusive"] * 3
+        assert sum(one["lost_workers"] for one in ended) == 12
+        assert len(visit.studio.verdicts.given(9)) == 3
 
 
 @pytest.mark.slow

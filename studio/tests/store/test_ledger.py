@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import update
+from sqlalchemy import text, update
 
 from moireid.errors import RegistryError, SpecError
 from moireid_studio.store import ledger as module
@@ -119,17 +119,79 @@ def test_a_worker_that_lives_keeps_its_job(process: Process, database: Database)
     assert second.take(("judge",)) is not None
 
 
-def test_a_job_that_dies_twice_is_done_no_more(process: Process, database: Database) -> None:
-    """Catches: a film that ends one worker after another; an event that is issued a second time."""
+def test_a_film_outlives_any_number_of_workers(process: Process, database: Database) -> None:
+    """Catches: a film that is given up after some lost workers, for which it need not be to blame; kills that are not
+    counted, or count as faults of the storage; a pause that does not grow, so that a film that kills keeps all busy.
+    """
+    ledger = process()
+    submitted(ledger)
+    for kills in range(12):
+        job = process().take(("judge",))
+        assert job is not None and (job.kills, job.taken) == (kills, kills + 1)
+        pause_s = module.PAUSE_S * 2 ** min(kills, module.PAUSES)
+        later(database, LEASE_S + 0.3 * pause_s)
+        assert ledger.take(("judge",)) is None and not ledger.lost(3600.0)
+        later(database, pause_s)
+    assert ledger.lost_workers() == 12
+    job = ledger.take(("judge",))
+    assert job is not None and job.taken - job.kills == 1 < job.tries
+    assert ledger.settle(judged(job))
+
+
+def test_films_that_lose_workers_come_last_and_one_at_a_time(process: Process, database: Database) -> None:
+    """Catches: a film that kills workers and comes before others for ever; several such films that take every worker;
+    an honest film that shares a worker with such a film each time, so that it dies with it.
+    """
+    ledger = process()
+    first, second = submitted(ledger, "one"), submitted(ledger, "two")
+    for _ in range(module.SUSPECT):
+        assert {job.id for job in iter(lambda: process().take(("judge",)), None)} == {first.id, second.id}
+        later(database, LEASE_S + 10.0)
+    third = submitted(ledger, "three")
+    newest = ledger.take(("judge",))
+    assert newest is not None and newest.id == third.id and ledger.settle(judged(newest))
+    suspect = process().take(("judge",))
+    assert suspect is not None and suspect.id == first.id and process().take(("judge",)) is None
+    later(database, LEASE_S + 1)
+    other = process().take(("judge",))
+    assert other is not None and other.id == second.id and other.kills == module.SUSPECT
+
+
+def test_a_studio_that_is_started_again_waits_before_it_reads_what_ended_it(
+    process: Process, database: Database
+) -> None:
+    """Catches: a film that ends its studio, which reads it at once at each start and is never reached again."""
+    submitted(process())
+    assert process().take(("judge",)) is not None
+    again = process()
+    again.disown()
+    assert again.take(("judge",)) is None
+    later(database, module.PAUSE_S)
+    assert again.take(("judge",)) is not None
+
+
+def test_badges_of_a_list_are_made_once_and_old_films_are_ended(process: Process, database: Database) -> None:
+    """Catches: an event that is issued a second time; a film that no worker survives and that stays for ever."""
     ledger = process()
     job, event = submitted(ledger), submitted(ledger, kind="event")
-    for lanes in (("issue",), ("judge",), ("judge",)):
-        assert ledger.take(lanes) is not None
-        later(database, LEASE_S + 1)
-    assert ledger.take(("judge", "issue")) is None
-    lost = ledger.lost(1000.0)
-    assert {one.id for one in lost} == {job.id, event.id}
-    assert all(one.problem is not None and one.problem[0] == "crash" for one in lost)
+    assert [one.kind for one in iter(lambda: ledger.take(("judge", "issue")), None)] == ["event", "verify"]
+    later(database, LEASE_S + 100)
+    assert [one.id for one in ledger.lost(1000.0)] == [event.id]
+    with database.writing() as connection:
+        connection.execute(update(jobs).where(jobs.c.id == job.id).values(made=jobs.c.made - 1001))
+    ended = {one.id: one.problem for one in ledger.lost(1000.0)}
+    assert ended.keys() == {job.id, event.id} and all(why is not None and why[0] == "stopped" for why in ended.values())
+
+
+def test_jobs_of_an_older_studio_are_taken_over(tmp_path: Path) -> None:
+    """Catches: a table without the count of lost workers, which ends every studio after an update."""
+    database = database_of(tmp_path, "jobs.sqlite3", None)
+    Ledger(database, tmp_path)
+    with database.writing() as connection:
+        connection.execute(text("ALTER TABLE jobs DROP COLUMN kills"))
+    job = submitted(Ledger(database, tmp_path))
+    assert Ledger(database, tmp_path).find(job.id) is not None
+    database.close()
 
 
 def test_what_was_settled_by_a_lost_process_is_closed_and_not_done_again(process: Process, database: Database) -> None:

@@ -57,7 +57,10 @@ class Frames(BaseModel):
 
 
 class JobStatus(BaseModel):
-    """How far a job has come; `result` is what the command prints, `problem` why there is none."""
+    """How far a job has come; `result` is what the command prints, `problem` why there is none.
+
+    `lost_workers`: how many processes were lost with it and took up work anew, which is no fault of the film by itself.
+    """
 
     id: str
     kind: str
@@ -66,6 +69,7 @@ class JobStatus(BaseModel):
     result: dict[str, Any] | None
     problem: Problem | None
     report: bool
+    lost_workers: int
 
 
 def status_of(job: Job) -> JobStatus:
@@ -78,6 +82,7 @@ def status_of(job: Job) -> JobStatus:
         result=job.result if job.over else None,
         problem=Problem(code=job.problem[0], text=job.problem[1]) if job.problem else None,
         report=job.over and bool(job.kept),
+        lost_workers=job.kills,
     )
 
 

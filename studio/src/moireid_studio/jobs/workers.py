@@ -151,7 +151,7 @@ class Doer:
     def _given_back(self, job: Job, why: str) -> bool:
         """Whether others do the job: after a stop always, after a fault of ours if it may be begun once more."""
         counts = why != "stopped"
-        if job.tries == 1 or (counts and job.taken >= job.tries):
+        if job.tries == 1 or (counts and job.taken - job.kills >= job.tries):
             return False
         return patiently(lambda: self.ledger.give_back(job, counts=counts)) or True
 

@@ -248,7 +248,7 @@ def _begin_in_sqlite(connection: Connection) -> None:
 metadata = MetaData()
 #: `lane`: "issue" or "judge"; `turn`: how many jobs of the owner were there before it; `wish`, `about`, `result`,
 #: `kept`, `problem`: JSON; `holder`: the process that receives or works; `taken`: how often it was begun, which with
-#: the holder says who may end it; `lease`: until when the holder has it, of one that waits from when on it may be
+#: the holder says who may end it; `kills`: how many workers were lost with it, apart from the present one; `lease`: until when the holder has it, of one that waits from when on it may be
 #: taken; `settled`: how it has ended, before what is left of it was tidied up.  Times: s, of the database's clock.
 jobs = Table(
     "jobs",
@@ -263,6 +263,7 @@ jobs = Table(
     Column("made", Float(53), nullable=False),
     Column("tries", Integer, nullable=False),
     Column("taken", Integer, nullable=False),
+    Column("kills", Integer, nullable=False, server_default="0"),
     Column("taken_at", Float(53)),
     Column("holder", Text),
     Column("lease", Float(53), nullable=False),

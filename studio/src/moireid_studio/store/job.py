@@ -16,8 +16,9 @@ State = Literal["receiving", "waiting", "working", "done", "failed"]
 STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed")
 #: Work that badges are made by, and the films and pictures of issuers: verifiers' films never come before it.
 ISSUE = frozenset({"badge", "event", "capture", "pictures", "build"})
-#: How often a job is begun at most; one that dies with its worker is done again, once.  An event's identities are drawn
-#: as it is made: begun again, it would issue all of them anew.
+#: How often a job is begun at most if the storage or the registry fails; one that dies with its worker is done again
+#: as often as it takes.  An event's identities are drawn as it is made: begun again, it would issue all of them anew, so
+#: a job of one try is never begun again.
 TRIES, TRIES_OF = 2, {"event": 1}
 Lane = Literal["issue", "judge"]
 
@@ -40,8 +41,8 @@ class Job:
     as JSON; result: the JSON of the command; kept: what was kept with it; problem: code and sentence; begun: when it
     was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
     of the registry when the film was judged; film_sha256: of the film as it came; claimed_id, claim_source: the badge
-    that the claim means, and who says so; holder, taken: who has it, and how often it was begun; files: gives
-    what was kept by its name, None where it is in the folder.
+    that the claim means, and who says so; holder, taken: who has it, and how often it was begun; kills: how many
+    workers were lost with it; files: gives what was kept by its name, None where it is in the folder.
     """
 
     id: str
@@ -68,6 +69,7 @@ class Job:
     problem: tuple[str, str] | None = None
     holder: str = ""
     taken: int = 0
+    kills: int = 0
     files: Callable[[str], AbstractContextManager[Path]] | None = None
 
     @property
@@ -118,5 +120,6 @@ def job_of(row: Mapping[str, Any], folder: Path) -> Job:
         problem=(str(problem[0]), str(problem[1])) if problem else None,
         holder=row["holder"] or "",
         taken=row["taken"],
+        kills=row["kills"],
         **{name: about[name] for name in TEXTS},
     )

@@ -3,6 +3,11 @@
 A worker takes a job for a while and reports again and again that it is alive.  Where it falls silent, another takes
 the job; the first one's result then counts no more, as holder and number of the beginning must still be its own.
 PostgreSQL: FOR UPDATE SKIP LOCKED.  SQLite: one writer at a time.
+
+A worker that was lost is counted (`kills`) and is no fault of the film: only a worker that survived can report that the
+film's own process failed.  So the job is taken again, however often, each time after a longer pause.  From `SUSPECT`
+lost workers on all other jobs come first, and one such job is at work at a time: a film that does kill workers then
+ends one after the other, alone, and none that merely shared a worker with it stays suspect.
 """
 
 from __future__ import annotations
@@ -13,7 +18,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, and_, case, delete, func, insert, or_, select, update
+from sqlalchemy import ColumnElement, Connection, and_, case, delete, func, insert, inspect, or_, select, text, update
+from sqlalchemy import literal as number
 
 from moireid_studio.store.database import PLACES_LOCK, Database, jobs, metadata
 from moireid_studio.store.job import STATES, Job, JobCounts, Lane, State, job_of
@@ -22,8 +28,15 @@ from moireid_studio.store.job import STATES, Job, JobCounts, Lane, State, job_of
 LEASE_S, BEAT_S = 30.0, 5.0
 #: A job whose film could not be fetched is tried again after this.
 AGAIN_S = 10.0
+#: A job whose worker was lost is taken again after this, doubled with each further loss up to `PAUSES` times, s.
+PAUSE_S, PAUSES = 1.0, 8
+#: A job that lost so many workers may be the cause.
+SUSPECT = 2
 OPEN = ("receiving", "waiting", "working")
-LOST = ("crash", "The process that read this film was lost, and so was the one that read it again; send it once more.")
+LOST = (
+    "stopped",
+    "The process that made these badges was lost; the registry shows which ones were issued, so order the others again.",
+)
 OLD = ("stopped", "This film has waited for too long, and was removed; send it again.")
 
 
@@ -46,7 +59,7 @@ class Ledger:
         self.database, self._folder = database, folder
         #: Who this process is to the others.
         self.holder = secrets.token_hex(8)
-        database.make(metadata)
+        database.make(metadata, _bring_up)
 
     def admit(self, kind: str, owner: str, role: str, fits: Callable[[list[JobCounts]], bool]) -> Job | None:
         """A new job that receives its film, where its places allow for it; None where they do not."""
@@ -82,23 +95,26 @@ class Ledger:
     def take(self, lanes: Sequence[Lane]) -> Job | None:
         """The next job for a worker of these lanes, now this process's own; None where there is none.
 
-        Issuing comes first.  Then each owner's first job comes before any owner's second, so that one with many films
-        does not keep the others waiting.
+        Suspects come last.  Issuing comes first.  Then each owner's first job comes before any owner's second, so that
+        one with many films does not keep the others waiting.
         """
         free = and_(self._free(), jobs.c.lane.in_(lanes))
         # Most looks find nothing, and need no lock.
         if not self.database.rows(select(jobs.c.id).where(free).limit(1)):
             return None
-        order = (case((jobs.c.lane == "issue", 0), else_=1), jobs.c.turn, jobs.c.made, jobs.c.id)
+        suspect = case((self._lost() >= SUSPECT, 1), else_=0)
+        order = (suspect, case((jobs.c.lane == "issue", 0), else_=1), jobs.c.turn, jobs.c.made, jobs.c.id)
         next_one = select(jobs).where(free).order_by(*order).limit(1).with_for_update(skip_locked=True)
         with self.database.writing() as connection:
             row = connection.execute(next_one).mappings().first()
             if row is None:
                 return None
             mine: dict[str, Any] = {"state": "working", "holder": self.holder, "taken": row["taken"] + 1}
+            mine["kills"] = row["kills"] + (row["state"] == "working")
+            own = {**row, **mine}
             mine |= {"taken_at": self.database.now, "lease": self._until(LEASE_S), "read": 0, "expected": None}
             connection.execute(update(jobs).where(jobs.c.id == row["id"]).values(mine))
-        return job_of({**row, "state": "working", "holder": self.holder, "taken": row["taken"] + 1}, self._folder)
+        return job_of(own, self._folder)
 
     def beat(self, most_s: float) -> None:
         """Report that this process is alive, for all jobs that it receives or does but those begun longer ago."""
@@ -133,12 +149,12 @@ class Ledger:
         )
 
     def lost(self, keep_s: float) -> list[Job]:
-        """Jobs that are to be tidied up and closed: begun as often as may be and lost, or settled by a process that was
-        lost then, or waiting for longer than `keep_s`.
+        """Jobs that are to be tidied up and closed: lost and never begun again, or settled by a process that was lost
+        then, or waiting, also for a worker after one that was lost, for longer than `keep_s`.
         """
         late = and_(jobs.c.state == "working", jobs.c.lease < self.database.now, jobs.c.settled.is_(None))
-        self._change(and_(late, jobs.c.taken >= jobs.c.tries), {"settled": "failed", "problem": _json(LOST)})
-        forgotten = and_(jobs.c.state == "waiting", jobs.c.made < self.database.now - keep_s)
+        self._change(and_(late, jobs.c.tries == 1), {"settled": "failed", "problem": _json(LOST)})
+        forgotten = and_(or_(jobs.c.state == "waiting", late), jobs.c.made < self.database.now - keep_s)
         self._change(forgotten, {"state": "working", "settled": "failed", "problem": _json(OLD)})
         done = and_(jobs.c.state == "working", jobs.c.settled.is_not(None), jobs.c.lease < self.database.now)
         return self._find(done)
@@ -148,8 +164,12 @@ class Ledger:
         return self._find(and_(jobs.c.state == "receiving", jobs.c.lease < self.database.now))
 
     def disown(self) -> None:
-        """Take from every other process what it holds; for a database that has one process alone."""
-        self._change(and_(jobs.c.state.in_(("receiving", "working")), jobs.c.holder != self.holder), {"lease": 0.0})
+        """Take from every other process what it holds; for a database that has one process alone.
+
+        The pause after a lost worker begins now: a film that ends this process would end it again at each start.
+        """
+        others = and_(jobs.c.state.in_(("receiving", "working")), jobs.c.holder != self.holder)
+        self._change(others, {"lease": case((jobs.c.state == "working", self.database.now), else_=0.0)})
 
     def find(self, job_id: str) -> Job | None:
         """A job by its id."""
@@ -177,6 +197,11 @@ class Ledger:
         found = {row["state"]: int(row["many"]) for row in self.database.rows(query)}
         return {state: found.get(state, 0) for state in STATES}
 
+    def lost_workers(self) -> float:
+        """How many workers were lost while they had one of these jobs."""
+        query = select(func.sum(self._lost()).label("many"))
+        return float(self.database.rows(query)[0]["many"] or 0)
+
     def stored(self) -> dict[str, int]:
         """Bytes of films that are stored, by owner."""
         size = func.sum(jobs.c.bytes).label("size")
@@ -189,12 +214,26 @@ class Ledger:
 
     def _free(self) -> ColumnElement[bool]:
         """Of a job: it may be taken now."""
+        doubled = case((jobs.c.kills < PAUSES, number(1).bitwise_lshift(jobs.c.kills)), else_=1 << PAUSES)
+        at_work = jobs.alias()
+        another = select(at_work.c.id).where(
+            at_work.c.state == "working",
+            at_work.c.settled.is_(None),
+            at_work.c.kills >= SUSPECT,
+            at_work.c.lease > self.database.now,
+        )
         return and_(
             jobs.c.state.in_(("waiting", "working")),
             jobs.c.settled.is_(None),
-            jobs.c.taken < jobs.c.tries,
-            jobs.c.lease <= self.database.now,
+            or_(jobs.c.state == "waiting", jobs.c.tries > 1),
+            jobs.c.lease + case((jobs.c.state == "working", PAUSE_S * doubled), else_=0.0) <= self.database.now,
+            or_(self._lost() < SUSPECT, ~another.exists()),
         )
+
+    def _lost(self) -> ColumnElement[int]:
+        """How many workers were lost with a job, the present one too where it was silent for too long."""
+        silent = and_(jobs.c.state == "working", jobs.c.settled.is_(None), jobs.c.lease <= self.database.now)
+        return jobs.c.kills + case((silent, 1), else_=0)
 
     def _mine(self, job: Job) -> ColumnElement[bool]:
         """Of a job: this process has it, by that very beginning, and has not settled it."""
@@ -214,6 +253,12 @@ class Ledger:
 
     def _find(self, where: ColumnElement[bool]) -> list[Job]:
         return [job_of(row, self._folder) for row in self.database.rows(select(jobs).where(where))]
+
+
+def _bring_up(connection: Connection) -> None:
+    """Add what older versions of the table lack."""
+    if "kills" not in {column["name"] for column in inspect(connection).get_columns(jobs.name)}:
+        connection.execute(text("ALTER TABLE jobs ADD COLUMN kills INTEGER NOT NULL DEFAULT 0"))
 
 
 def _held(connection: Connection) -> list[JobCounts]:
