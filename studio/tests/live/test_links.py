@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import json
 import re
@@ -9,7 +10,6 @@ import sqlite3
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -17,8 +17,11 @@ from typing import Any
 
 import cv2
 import pytest
+import uvicorn
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
+from websockets.asyncio.client import connect
+from websockets.typing import Origin
 
 from kit.portrait import portrait
 from kit.webbing import Visit, studio
@@ -27,14 +30,13 @@ from moireid.provenance import ClaimedBadge, Provenance, Standing
 from moireid.sandbox.process import ProcessEnd
 from moireid.verifier.report.live_receipt import receipt_of
 from moireid_studio import links
+from moireid_studio.http.connections import MOST_SILENT, ask_for_files
 from moireid_studio.http.server import _server_of
 from moireid_studio.live.sockets import (
     ASK_S,
     CLOCK,
     IDLE_S,
     MOST_BYTES,
-    MOST_SILENT,
-    MOST_SILENT_OF_ONE,
     SessionRequest,
     _headline,
     own_words,
@@ -266,7 +268,7 @@ def test_a_full_house_or_another_site_uses_no_link_up(asker: Asker, monkeypatch:
     """Catches: a link that is gone because the machine was busy; a page of another site that begins a check."""
     secret = asker.make()
     with monkeypatch.context() as full:
-        full.setattr("moireid_studio.live.sockets.MOST_SESSIONS", 0)
+        full.setattr("moireid_studio.live.sockets.MOST_BY_LINK", 0)
         assert "Other live checks" in asker.check(secret)["text"]
     elsewhere = ORIGIN | {"origin": "https://elsewhere.example"}
     with pytest.raises(WebSocketDisconnect), asker.client.websocket_connect("/check/socket", headers=elsewhere) as one:
@@ -357,27 +359,79 @@ def test_strangers_fill_neither_the_memory_nor_all_connections(asker: Asker, mon
     for each address that ever came.
     """
     assert MOST_BYTES + CLOCK.size < _server_of(asker.visit.app).config.ws_max_size < 4 * MOST_BYTES
-    monkeypatch.setattr("moireid_studio.live.sockets.MOST_SILENT_OF_ONE", 1)
     monkeypatch.setattr("moireid_studio.live.sockets.ASK_S", 0.5)
-    path = "/check/socket"
-    with asker.client.websocket_connect(path, headers=ORIGIN) as silent:
-        with asker.client.websocket_connect(path, headers=ORIGIN) as second:
-            assert "running" in second.receive_json()["text"]
+    with asker.client.websocket_connect("/check/socket", headers=ORIGIN) as silent:
         assert "come to its end" in silent.receive_json()["text"]
     assert "none of this studio" in asker.check("")["text"]
-    assert not asker.visit.studio.silent_sockets
+    strangers = asker.visit.studio.silent_strangers
+    assert not len(strangers) and not strangers._held and ASK_S < IDLE_S
 
 
-def test_silent_sockets_of_one_address_stop_no_one_else_s_check(asker: Asker) -> None:
-    """Catches: one pool of silent sockets for all, which someone without a token fills, so that no check begins."""
-    path = "/check/socket"
-    flood = TestClient(asker.visit.app, base_url="http://studio.test", client=("203.0.113.9", 50000))
-    with ExitStack() as held:
-        sockets = [held.enter_context(flood.websocket_connect(path, headers=ORIGIN)) for _ in range(MOST_SILENT_OF_ONE)]
-        with flood.websocket_connect(path, headers=ORIGIN) as one_more:
-            assert "running" in one_more.receive_json()["text"]
-        assert "none of this studio" in asker.check("")["text"]
-        for one in sockets:
-            one.send_json({"token": ""})
-            assert "none of this studio" in one.receive_json()["text"]
-    assert MOST_SILENT >= 100 * MOST_SILENT_OF_ONE and ASK_S < IDLE_S
+@pytest.mark.parametrize(
+    ("count", "addresses"),
+    [
+        (64, 1),
+        pytest.param(64, 64, marks=pytest.mark.slow),
+        pytest.param(2000, 1, marks=pytest.mark.slow),
+        pytest.param(2000, 250, marks=pytest.mark.slow),
+    ],
+)
+def test_silent_sockets_stop_no_one_who_has_a_link_or_a_token(
+    asker: Asker, monkeypatch: pytest.MonkeyPatch, count: int, addresses: int
+) -> None:
+    """Catches: a place for each socket that says nothing, by which someone without a token keeps out all others: those
+    of the same address, those who have a link, and those who have a token.
+    """
+    monkeypatch.setattr("moireid_studio.live.sockets.ASK_S", 120.0)
+    ask_for_files()
+    secret, strangers = asker.make(), asker.visit.studio.silent_strangers
+
+    async def first_event(port: int, path: str, hello: dict[str, str], **headers: str) -> str:
+        address = f"ws://127.0.0.1:{port}{path}"
+        async with connect(address, origin=Origin(f"http://127.0.0.1:{port}"), additional_headers=headers) as socket:
+            await socket.send(json.dumps(hello))
+            return str(json.loads(await socket.recv())["event"])
+
+    async def flooded(port: int) -> None:
+        flood = []
+        for number in range(count):
+            # The first address is also that of the others.
+            host = f"127.0.{number % addresses // 250}.{1 + number % addresses % 250}"
+            reader, writer = await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
+            writer.write(UPGRADE)
+            assert b"101" in await reader.readline()
+            flood.append(writer)
+        assert len(strangers) == min(count, MOST_SILENT)
+        assert await first_event(port, "/check/socket", {"token": secret}) == "ready"
+        claim = {"claim": "Ada Lovelace"}
+        assert await first_event(port, "/live/socket", claim, **asker.headers) == "ready"
+        for writer in flood:
+            writer.close()
+
+    async def served() -> None:
+        server = uvicorn.Server(uvicorn.Config(asker.visit.app, port=0, lifespan="off", log_config=None))
+        serving = asyncio.create_task(server.serve())
+        while not server.started:
+            await asyncio.sleep(0.01)
+        try:
+            await flooded(server.servers[0].sockets[0].getsockname()[1])
+        finally:
+            server.should_exit = True
+            await serving
+
+    asyncio.run(served())
+
+
+#: The beginning of a WebSocket.  Source: RFC 6455, section 1.2.
+UPGRADE = (
+    b"GET /check/socket HTTP/1.1\r\nHost: studio.test\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+def test_neither_links_nor_tokens_take_all_places(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: one number of sessions for all, which people with links, or those with tokens, take whole."""
+    monkeypatch.setattr("moireid_studio.live.sockets.MOST_SESSIONS", 0)
+    with asker.client.websocket_connect("/check/socket", headers=ORIGIN) as connection:
+        connection.send_json({"token": asker.make()})
+        assert connection.receive_json()["event"] == "ready"

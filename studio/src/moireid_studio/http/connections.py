@@ -13,10 +13,12 @@ import math
 import os
 import resource
 from collections import Counter
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+import anyio
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
@@ -24,6 +26,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 MOST_CONNECTIONS, SHARE_OF_FILES = 4096, 0.5
 #: The share of the connections that one address may have.
 SHARE_OF_ONE = 0.25
+#: WebSockets that have not said what they ask, of each way to come; and those of them that are looked up at a time.
+MOST_SILENT, LOOKED_UP = 1024, 8
 #: Time for the headers of a request, from the connection or from the last answer on.
 HEADERS_S = 10.0
 FULL = (
@@ -107,6 +111,48 @@ class ConnectionLimits:
     def left(self, host: str) -> None:
         """A connection of this host has ended."""
         self.held -= Counter((neighbourhood(host),))
+
+
+class SilentSockets:
+    """WebSockets that have not said yet what they ask, with one budget for all who came the same way.
+
+    Where all places are taken, the address that has most of them loses its oldest: whoever asks at once gets in, and
+    one address that stays silent takes no place from another.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most, self._held = most, dict[str, dict[anyio.CancelScope, None]]()
+        #: How many may be looked up at a time, so that wrong secrets keep no thread from other requests.
+        self.looking = anyio.CapacityLimiter(LOOKED_UP)
+
+    def __len__(self) -> int:
+        return sum(map(len, self._held.values()))
+
+    @contextmanager
+    def place(self, host: str) -> Iterator[anyio.CancelScope]:
+        """A place for a socket of this host; what is done in it is cancelled where it must make room."""
+        if len(self) >= self._most:
+            self._make_room()
+        one = neighbourhood(host)
+        with anyio.CancelScope() as scope:
+            self._held.setdefault(one, {})[scope] = None
+            try:
+                yield scope
+            finally:
+                self._leave(one, scope)
+
+    def _make_room(self) -> None:
+        """End the oldest socket of the address that has most; of several, of the one that came first."""
+        one = max(self._held, key=lambda address: len(self._held[address]))
+        oldest = next(iter(self._held[one]))
+        self._leave(one, oldest)
+        oldest.cancel()
+
+    def _leave(self, one: str, scope: anyio.CancelScope) -> None:
+        if scope in (held := self._held.get(one, {})):
+            del held[scope]
+            if not held:
+                del self._held[one]
 
 
 class Connection(H11Protocol):

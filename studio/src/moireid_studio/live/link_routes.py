@@ -213,7 +213,8 @@ def look(request: Request, token: Annotated[str, Form(max_length=LONGEST_SECRET)
 @check_router.websocket("/socket")
 async def socket(connection: WebSocket) -> None:
     """The check."""
-    await serve(connection, lambda hello: _asked(studio_of(connection), hello))
+    studio = studio_of(connection)
+    await serve(connection, lambda hello: _asked(studio, hello), studio.silent_strangers)
 
 
 def usable(studio: Studio, token: str) -> OneTimeLink:

@@ -55,19 +55,23 @@ def _live_page(request: Request, claim: str, *, enrolling: bool) -> Response:
 @enroll_router.websocket("/live/enroll/socket")
 async def enroll_socket(connection: WebSocket) -> None:
     """A session of the holder of a finished badge, at this camera."""
-    await serve(connection, lambda hello: _asked(connection, hello, "enroll"))
+    await _serve(connection, "enroll")
 
 
 @router.websocket("/live/socket")
 async def live_socket(connection: WebSocket) -> None:
     """A session of the person at this camera."""
-    await serve(connection, lambda hello: _asked(connection, hello, "live"))
+    await _serve(connection, "live")
 
 
 @router.websocket("/call/socket")
 async def call_socket(connection: WebSocket) -> None:
     """A session of the person who is seen in a call."""
-    await serve(connection, lambda hello: _asked(connection, hello, "call"))
+    await _serve(connection, "call")
+
+
+async def _serve(connection: WebSocket, kind: str) -> None:
+    await serve(connection, lambda hello: _asked(connection, hello, kind), studio_of(connection).silent_sockets)
 
 
 def _asked(connection: WebSocket, hello: Mapping[str, Any], kind: str) -> SessionRequest:

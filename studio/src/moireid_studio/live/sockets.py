@@ -37,22 +37,23 @@ from moireid.verifier.session.known_figures import checked_figures
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.clock import CALL, HERE
 from moireid_studio.challenge.live_headline import live_headline_of, shown
-from moireid_studio.http.connections import neighbourhood
+from moireid_studio.http.connections import SilentSockets
 from moireid_studio.live.worker import LIMITS, Ask, LivePicture, PictureEnd, Start
 from moireid_studio.problems import Refusal
 from moireid_studio.studio import Studio, studio_of
 
-#: Sessions at a time in all, and with one token; seconds that one may last, and that it may send no message.
-MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S = 4, 3, 300.0, 30.0
-#: Sockets that have not said what they ask, which anyone may open: at a time in all, and of one address, so that one
-#: that stays silent keeps no one else out; and how long each may stay so, s.  A browser asks as soon as it is open.
-MOST_SILENT, MOST_SILENT_OF_ONE, ASK_S = 1024, 8, 5.0
+#: Sessions at a time of those who have a token, and of those who have a link; sessions by one token, and by its links.
+MOST_SESSIONS, MOST_BY_LINK, MOST_OF_ONE = 4, 2, 3
+#: How long a session may last, and send no message; and how long a socket may say nothing at all, as a browser asks as
+#: soon as it is open, s.
+SESSION_S, IDLE_S, ASK_S = 300.0, 30.0, 5.0
 #: Bytes of a picture at most, letters of a message, and pictures a second.
 MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
 #: Time between two checks that a session is still allowed, s.
 LOOK_S = 5.0
 CLOCK = struct.Struct(">d")
 BUSY = "Other live checks are running, as many as this machine can do; try again in a minute."
+CROWDED = "This connection had said nothing when many others came, and was ended; begin again."
 
 
 @dataclass(frozen=True)
@@ -91,14 +92,19 @@ class SessionRequest:
         return self.kind == "enroll"
 
 
-async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest]) -> None:
-    """One session.  ask: makes of the browser's first message what is asked; raises Refusal or MoireIdError."""
+async def serve(
+    connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest], silent: SilentSockets
+) -> None:
+    """One session.
+
+    Parameters: ask: makes of the browser's first message what is asked; raises Refusal or MoireIdError.  silent: the
+        budget for the time until then.
+    """
     await connection.accept()
     studio = studio_of(connection)
     try:
         async with asyncio.timeout(SESSION_S):
-            asked = await run_in_threadpool(ask, _message(await _first(connection)))
-            await _in_its_place(connection, asked)
+            await _in_its_place(connection, await _first(connection, ask, silent))
     except MoireIdError as error:
         await _refuse(connection, studio.sentence(error))
     except Refusal as refusal:
@@ -113,26 +119,24 @@ async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], Sessio
             await connection.close()
 
 
-async def _first(connection: WebSocket) -> MutableMapping[str, Any]:
-    """The browser's first message.  Raises: Refusal where too many others have not sent theirs; TimeoutError."""
-    silent = studio_of(connection).silent_sockets
-    address = neighbourhood(connection.client.host if connection.client else "")
-    if silent.total() >= MOST_SILENT or silent[address] >= MOST_SILENT_OF_ONE:
-        raise Refusal(503, "busy", BUSY)
-    silent[address] += 1
-    try:
-        return await asyncio.wait_for(connection.receive(), ASK_S)
-    finally:
-        # In place, and without those who have none left.
-        silent -= Counter((address,))
+async def _first(
+    connection: WebSocket, ask: Callable[[Mapping[str, Any]], SessionRequest], silent: SilentSockets
+) -> SessionRequest:
+    """What the browser's first message asks.  Raises: Refusal where it came too late for others; TimeoutError."""
+    with silent.place(connection.client.host if connection.client else ""):
+        message = _message(await asyncio.wait_for(connection.receive(), ASK_S))
+        return await anyio.to_thread.run_sync(ask, message, limiter=silent.looking)
+    raise Refusal(503, "busy", CROWDED)
 
 
 async def _in_its_place(connection: WebSocket, asked: SessionRequest) -> None:
     """Run the session if there is a place for it, and give the place back."""
-    sessions, owner = studio_of(connection).live_sessions, asked.asked_by
-    if sessions.total() >= MOST_SESSIONS or sessions[owner] >= MOST_OF_ONE:
+    sessions, one = studio_of(connection).live_sessions, (asked.by_link, asked.asked_by)
+    # Two budgets: neither links, which strangers use, nor tokens can take all places.
+    such = sum(count for (by_link, _), count in sessions.items() if by_link is asked.by_link)
+    if such >= (MOST_BY_LINK if asked.by_link else MOST_SESSIONS) or sessions[one] >= MOST_OF_ONE:
         raise Refusal(503, "busy", BUSY)
-    sessions[owner] += 1
+    sessions[one] += 1
     try:
         await run_in_threadpool(asked.begun)
         try:
@@ -141,7 +145,7 @@ async def _in_its_place(connection: WebSocket, asked: SessionRequest) -> None:
             with anyio.CancelScope(shield=True):
                 await run_in_threadpool(asked.ended)
     finally:
-        sessions -= Counter((owner,))
+        sessions -= Counter((one,))
 
 
 async def _session(connection: WebSocket, asked: SessionRequest) -> None:

@@ -248,8 +248,9 @@ def _begin_in_sqlite(connection: Connection) -> None:
 metadata = MetaData()
 #: `lane`: "issue" or "judge"; `turn`: how many jobs of the owner were there before it; `wish`, `about`, `result`,
 #: `kept`, `problem`: JSON; `holder`: the process that receives or works; `taken`: how often it was begun, which with
-#: the holder says who may end it; `kills`: how many workers were lost with it, apart from the present one; `lease`: until when the holder has it, of one that waits from when on it may be
-#: taken; `settled`: how it has ended, before what is left of it was tidied up.  Times: s, of the database's clock.
+#: the holder says who may end it; `kills`: how many workers were lost with it, apart from the present one; `lease`:
+#: until when the holder has it, of one that waits from when on it may be taken; `settled`: how it has ended, before
+#: what is left of it was tidied up.  Times: s, of the database's clock.
 jobs = Table(
     "jobs",
     metadata,

@@ -17,8 +17,8 @@ STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed"
 #: Work that badges are made by, and the films and pictures of issuers: verifiers' films never come before it.
 ISSUE = frozenset({"badge", "event", "capture", "pictures", "build"})
 #: How often a job is begun at most if the storage or the registry fails; one that dies with its worker is done again
-#: as often as it takes.  An event's identities are drawn as it is made: begun again, it would issue all of them anew, so
-#: a job of one try is never begun again.
+#: as often as it takes.  A job of one try is never begun again: an event's identities are drawn as it is made, so they
+#: would all be issued anew.
 TRIES, TRIES_OF = 2, {"event": 1}
 Lane = Literal["issue", "judge"]
 

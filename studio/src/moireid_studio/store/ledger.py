@@ -35,7 +35,7 @@ SUSPECT = 2
 OPEN = ("receiving", "waiting", "working")
 LOST = (
     "stopped",
-    "The process that made these badges was lost; the registry shows which ones were issued, so order the others again.",
+    "The process that made these badges was lost; the registry shows which ones it issued, so order the others again.",
 )
 OLD = ("stopped", "This film has waited for too long, and was removed; send it again.")
 
