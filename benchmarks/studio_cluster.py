@@ -6,8 +6,10 @@ its own programs, as its command is in its image; and there is no proxy: films a
 again where none answers.
 
 Sends films, each with bytes of its own at its end, and kills a studio and both workers meanwhile, with all that they
-had started, and stops PostgreSQL for ten seconds; prints what became of each film, and how often the record
-has it.
+had started, and stops PostgreSQL for `--away` seconds (10); prints what became of each film, how often the record
+has it, and what the studios' probes answered while the database was away.  `--no-kills` kills none:
+
+    .venv/bin/python benchmarks/studio_cluster.py --no-kills --away 60       200 uploads while PostgreSQL is away for a minute
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +47,8 @@ FILMS = ROOT / "tests" / "data" / "films"
 SERVICES = yaml.safe_load((ROOT / "deploy" / "compose.yaml").read_text(encoding="utf-8"))["services"]
 DATABASE = "postgresql+psycopg://moireid@database/moireid"
 ASKERS, AGAIN_S, AWAY_S = 8, 1.0, 10.0
+#: Time between two questions to the probes of a studio, s.
+PROBE_S = 0.5
 
 #: States of a job that is over.
 ENDED = ("done", "failed", "lost")
@@ -152,6 +156,8 @@ class Visitor:
         self._bearers = [{"Authorization": f"Bearer {token}"} for token in tokens]
         self._of: dict[str, dict[str, str]] = {}
         self._film, self._claim, self.sent_again = film, claim, 0
+        #: Answers to uploads, by status.
+        self.answers = Counter[int]()
 
     def upload(self, number: int) -> str:
         """The id of the job of a film, which ends in an empty box with its number."""
@@ -167,6 +173,7 @@ class Visitor:
                 # It may have arrived, though no answer came.
                 self.sent_again += 1
                 continue
+            self.answers[answer.status_code] += 1
             if answer.status_code == 202:
                 job_id = str(answer.json()["id"])
                 self._of[job_id] = bearer
@@ -212,13 +219,45 @@ def record(database: str) -> list[Any]:
         engine.dispose()
 
 
-def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float], None]) -> dict[str, Any]:
-    """Send films, kill a studio and both workers meanwhile, let the database go `away` for ten seconds; what
-    became of the films.
-    """
-    kills = {count // 5: "studio 0", 2 * count // 5: "worker 1", 3 * count // 5: "worker 0"}
-    kills[4 * count // 5] = "database"
+class Probes:
+    """Asks `/healthz` and `/readyz` of each studio again and again; as a context, while it lasts."""
+
+    def __init__(self, ports: Sequence[int]) -> None:
+        self._homes = [f"http://127.0.0.1:{port}" for port in ports]
+        self.health, self.missing, self.longest_s = Counter[int](), Counter[str](), 0.0
+        self._ending, self._threads = threading.Event(), list[threading.Thread]()
+
+    def _ask(self, home: str) -> None:
+        with httpx.Client(base_url=home, timeout=30) as client:
+            while not self._ending.wait(PROBE_S):
+                begun = time.monotonic()
+                try:
+                    self.health[client.get("/healthz").status_code] += 1
+                    self.longest_s = max(self.longest_s, time.monotonic() - begun)
+                    needs = client.get("/readyz").json()["needs"]
+                except httpx.HTTPError:
+                    self.health[0] += 1
+                    continue
+                self.missing[" and ".join(name for name, there in needs.items() if not there) or "nothing"] += 1
+
+    def __enter__(self) -> Probes:
+        self._threads = [threading.Thread(target=self._ask, args=(home,)) for home in self._homes]
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ending.set()
+        for thread in self._threads:
+            thread.join()
+
+
+def sent_through(
+    cluster: Cluster, visitor: Visitor, count: int, kills: dict[int, str], away: Callable[[], Probes]
+) -> dict[str, Any]:
+    """Send films, and after so many of them kill what is named, or let the database go `away`; what became of them."""
     begun, lock, sent, down = time.monotonic(), threading.Lock(), Counter[str](), []
+    probes: list[Future[Probes]] = []
 
     def upload(number: int) -> str:
         job_id = visitor.upload(number)
@@ -226,22 +265,26 @@ def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float
             sent["films"] += 1
             if name := kills.pop(sent["films"], None):
                 if name == "database":
-                    away(AWAY_S)
+                    probes.append(aside.submit(away))
                 else:
                     cluster.kill(name)
                 down.append(f"{name} after {sent['films']} uploads")
         return job_id
 
-    with ThreadPoolExecutor(ASKERS) as pool:
+    with ThreadPoolExecutor(ASKERS) as pool, ThreadPoolExecutor(1) as aside:
         ids = list(pool.map(upload, range(count)))
     ended = visitor.all_over(ids)
     seconds = time.monotonic() - begun
-    found = record(cluster.database)
+    found, probed = record(cluster.database), probes[0].result()
     by_job, by_film = Counter(row.job for row in found), Counter(row.film_sha256 for row in found)
     often = Counter(min(by_job[one], 2) for one in ids)
     return {
         "killed": ", ".join(down),
         "uploads over after, s": f"{count} after {seconds:.0f}",
+        "answers to uploads": dict(visitor.answers),
+        "healthz while the database was away": dict(probed.health),
+        "its longest answer, s": f"{probed.longest_s:.2f}",
+        "missing, by readyz": dict(probed.missing),
         "states": dict(Counter(job.get("state", "lost") for job in ended.values())),
         "problems": dict(Counter(str((job.get("problem") or {}).get("code")) for job in ended.values())),
         "in the record": f"{often[1]} of {count} jobs once, {often[2]} more than once, {often[0]} never",
@@ -272,7 +315,16 @@ def rows(wish: Wish) -> Iterator[Row]:
             tokens, film, claim = prepared(scratch, database)
             with Cluster(scratch, database, (scratch / "films").as_uri(), 2) as cluster:
                 visitor = Visitor(cluster.ports, tokens, film, claim)
-                found = killed(cluster, visitor, wish.clips or (15 if wish.quick else 200), server.away)
+                count = wish.clips or (15 if wish.quick else 200)
+                kills = {count // 5: "studio 0", 2 * count // 5: "worker 1", 3 * count // 5: "worker 0"}
+                kills = {count // 10: "database"} if wish.own.no_kills else kills | {4 * count // 5: "database"}
+
+                def away() -> Probes:
+                    with Probes(cluster.ports) as probes:
+                        server.away(wish.own.away)
+                    return probes
+
+                found = sent_through(cluster, visitor, count, kills, away)
             yield from ({"figure": name, "value": str(value)} for name, value in found.items())
         finally:
             for log in sorted(scratch.rglob("*.log")) if "MOIREID_LOGS" in os.environ else ():
@@ -280,7 +332,11 @@ def rows(wish: Wish) -> Iterator[Row]:
             shutil.rmtree(scratch, ignore_errors=True)
 
 
-BENCH = Bench(rows, {"figure": "<34", "value": "<1"})
+OPTIONS = {
+    "--away": {"type": float, "default": AWAY_S, "help": "seconds for which PostgreSQL is away"},
+    "--no-kills": {"action": "store_true", "help": "kill no studio and no worker"},
+}
+BENCH = Bench(rows, {"figure": "<36", "value": "<1"}, options=OPTIONS)
 
 if __name__ == "__main__":
     run_script(__file__)
