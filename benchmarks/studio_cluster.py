@@ -9,7 +9,7 @@ Sends films, each with bytes of its own at its end, and kills a studio and both 
 had started, and stops PostgreSQL for `--away` seconds (10); prints what became of each film, how often the record
 has it, and what the studios' probes answered while the database was away.  `--no-kills` kills none:
 
-    .venv/bin/python benchmarks/studio_cluster.py --no-kills --away 60       200 uploads while PostgreSQL is away for a minute
+    .venv/bin/python benchmarks/studio_cluster.py --no-kills --away 60     200 uploads, a minute without PostgreSQL
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -293,9 +294,28 @@ def sent_through(
     }
 
 
+@contextmanager
+def signing(folder: Path) -> Iterator[None]:
+    """The signer of the compose file, which alone has the keys; the group is this user's, as all run as one user."""
+    path, command = folder / "signer", list(SERVICES["signer"]["command"])
+    command = command[: command.index("--group")]
+    command[command.index("--socket") + 1] = str(path)
+    with subprocess.Popen(
+        [str(Path(sys.executable).parent / command[0]), *command[1:]],
+        env=os.environ | {"MOIREID_KEYS": str(folder / "keys")},
+        stderr=subprocess.DEVNULL,
+    ) as process:
+        try:
+            _until(path.is_socket, 60)
+            os.environ["MOIREID_SIGNER"] = str(path)
+            yield
+        finally:
+            process.terminate()
+
+
 def prepared(folder: Path, database: str) -> tuple[list[str], bytes, str]:
     """A registry with a badge; returns tokens, a film, and whose badge it is."""
-    os.environ["MOIREID_KEYS"], os.environ["MOIREID_SEEN"] = str(folder / "keys"), str(folder / "seen.sqlite3")
+    os.environ["MOIREID_SEEN"] = str(folder / "seen.sqlite3")
     init = [word.replace(DATABASE, database) for word in SERVICES["init"]["command"]]
     subprocess.run([str(Path(sys.executable).parent / init[0]), *init[1:]], check=True, capture_output=True)
     badge = badge_of("Ada Lovelace")
@@ -309,7 +329,7 @@ def prepared(folder: Path, database: str) -> tuple[list[str], bytes, str]:
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a figure."""
     scratch = Path(tempfile.mkdtemp(prefix="moireid-cluster-"))
-    with running_server() as server:
+    with running_server() as server, signing(scratch):
         try:
             database = server.fresh()
             tokens, film, claim = prepared(scratch, database)
