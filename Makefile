@@ -86,6 +86,7 @@ parts:
 	$(RESOLVE) $(OF) $(EXTRAS:%=--extra %) --constraint requirements.lock --quiet --output-file build/parts/requirements.lock
 	$(BIN)/uv pip install --quiet --python build/parts/bin/python --require-hashes -r build/parts/requirements.lock
 	$(BIN)/uv tool run --quiet --from cyclonedx-bom==$(PARTS_VERSION) cyclonedx-py environment --pyproject $(OF) --output-reproducible --output-file $(TO) build/parts/bin/python
+	build/parts/bin/python .ci/parts.py $(TO) requirements.lock
 
 # What a container image is built of, without a network (Containerfile).  The second asks a container engine.
 wheels: setup
@@ -100,7 +101,7 @@ debs:
 	$(ENGINE) run --rm --volume "$(CURDIR)/build/debs:/debs" docker.io/library/python:3.11-slim-trixie sh -c 'apt-get update && apt-get install --yes --download-only libgl1 libx11-6 libxrender1 && cp /var/cache/apt/archives/*.deb /debs'
 
 audit: setup
-	$(BIN)/python .ci/audit.py requirements.lock
+	$(BIN)/python .ci/audit.py requirements.lock --parts moireid.cdx.json
 
 wheel: setup
 	bash .ci/build dist
@@ -111,7 +112,7 @@ platform-wheels: setup
 
 release: setup
 	MOIREID_NEWEST=1 $(PYTEST) tests/end_to_end/test_wheel.py tests/end_to_end/test_installed.py $(ARGS)
-	$(BIN)/python .ci/audit.py requirements.lock || test $$? -eq 3
+	$(BIN)/python .ci/audit.py requirements.lock --parts moireid.cdx.json || test $$? -eq 3
 	bash .ci/build dist
 
 clean:

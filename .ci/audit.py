@@ -1,9 +1,13 @@
 """Are holes known in the versions that a lock file names?  `make audit`, and a step of `.ci/run`.
 
-    python .ci/audit.py LOCK [--osv-url URL]
+    python .ci/audit.py LOCK [--parts LIST] [--osv-url URL]
 
 pip-audit asks the databases, one after the other, until one has answered for every package.  It ends in success too
 where a database knows none of the packages, which looks like good news and is none; so its answer is read here.
+
+What wheels carry inside is no package.  FFmpeg, of the list of parts, is asked for by the tag of its version in OSV; as
+an unknown project gives the same answer as one without a hole, an old version that has some is asked for first.  Of
+other libraries in wheels only files are known, so they are named as not checked.
 
 Exit code 0: none is known; 1: some are; 2: wrong usage; 3: some packages could not be checked.
 """
@@ -14,6 +18,7 @@ import argparse
 import json
 import subprocess
 import sys
+import urllib.request
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -56,6 +61,50 @@ def ask(lock: Path, service: list[str]) -> Answer:
     return answer
 
 
+FFMPEG_FILES = tuple(f"lib{name}-" for name in ("avcodec", "avdevice", "avfilter", "avformat", "avutil"))
+FFMPEG_FILES += ("libswresample-", "libswscale-")
+FFMPEG, OLD_FFMPEG = "https://github.com/FFmpeg/FFmpeg.git", "n4.0"
+
+
+def carried(parts: Path) -> tuple[dict[str, list[str]], list[str]]:
+    """Of a list of parts: which packages carry each version of FFmpeg, and all other libraries inside of packages."""
+    versions: dict[str, list[str]] = {}
+    files = []
+    for part in json.loads(parts.read_text(encoding="utf-8"))["components"]:
+        for inside in part.get("components", ()):
+            if inside["name"] == "ffmpeg":
+                versions.setdefault(inside["version"], []).append(part["name"])
+            elif not inside["name"].startswith(FFMPEG_FILES):
+                files.append(f"{part['name']}: {inside['name']}")
+    return versions, files
+
+
+def ask_ffmpeg(tag: str, url: str) -> list[str]:
+    """The ids of holes that OSV knows in a version of FFmpeg.  Raises: OSError, ValueError where it gives no answer."""
+    asked = {"package": {"name": FFMPEG, "ecosystem": "GIT"}, "version": tag}
+    request = urllib.request.Request(url, json.dumps(asked).encode(), {"Content-Type": "application/json"})
+    with urllib.request.urlopen(request, timeout=30) as answer:
+        return [str(hole["id"]) for hole in json.load(answer).get("vulns", [])]
+
+
+def check_carried(parts: Path, url: str) -> int:
+    """Print what is known of what wheels carry inside; the exit code."""
+    versions, files = carried(parts)
+    shown = f"{len(files)} other libraries inside of wheels" + (f", such as {files[0]}" if files else "")
+    print(f"NOT CHECKED: {shown}: databases know packages; {parts.name} lists the files")
+    try:
+        if versions and not ask_ffmpeg(OLD_FFMPEG, url):
+            raise ValueError("it knows no hole in an old one either")
+        found = {version: ask_ffmpeg(f"n{version}", url) for version in versions}
+    except (OSError, ValueError, KeyError) as error:
+        print(f"NOT CHECKED: FFmpeg {' and '.join(versions)}, in {parts.name}: OSV did not answer for it: {error}")
+        return UNCHECKED
+    for version, holes in found.items():
+        inside = f"FFmpeg {version} (inside of {' and '.join(versions[version])})"
+        print(f"known hole (OSV): {inside}: {', '.join(holes)}" if holes else f"OSV knows no hole in {inside}")
+    return KNOWN if any(found.values()) else CLEAN
+
+
 def told_versions(hole: dict[str, list[str]]) -> str:
     """The versions without the hole, in words."""
     return " or ".join(hole.get("fix_versions", [])) or "no version yet"
@@ -65,22 +114,32 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Are holes known in the versions that a lock file names?")
     parser.add_argument("lock", type=Path)
     parser.add_argument("--osv-url", default="https://api.osv.dev/v1/query", help="another server of the OSV database")
+    parser.add_argument("--parts", type=Path, help="the list of parts that names what wheels carry inside")
     options = parser.parse_args()
-    if not options.lock.is_file():
-        parser.error(f"there is no file {options.lock}")
-    databases = {"OSV": ["-s", "osv", "--osv-url", options.osv_url], "PyPI": ["-s", "pypi"]}
+    for path in (options.lock, options.parts):
+        if path is not None and not path.is_file():
+            parser.error(f"there is no file {path}")
+    codes = {check_packages(options.lock, options.osv_url)}
+    if options.parts is not None:
+        codes.add(check_carried(options.parts, options.osv_url))
+    return KNOWN if KNOWN in codes else max(codes)
+
+
+def check_packages(lock: Path, url: str) -> int:
+    """Print what the databases know of the packages of a lock file; the exit code."""
+    databases = {"OSV": ["-s", "osv", "--osv-url", url], "PyPI": ["-s", "pypi"]}
     for name, service in databases.items():
-        answer = ask(options.lock, service)
+        answer = ask(lock, service)
         for hole in answer.holes:
             print(f"known hole ({name}): {hole}")
         if answer.holes:
             return KNOWN
         if answer.whole:
-            print(f"{name} knows no hole in any of the {answer.checked} packages of {options.lock.name}")
+            print(f"{name} knows no hole in any of the {answer.checked} packages of {lock.name}")
             return CLEAN
         why = answer.fault or f"it does not know {len(answer.unchecked)} of {answer.checked + len(answer.unchecked)}"
         print(f"{name} did not answer for all packages: {why}")
-    print(f"NOT CHECKED: whether holes are known in {options.lock.name}; run `make audit` where a database is reached")
+    print(f"NOT CHECKED: whether holes are known in {lock.name}; run `make audit` where a database is reached")
     return UNCHECKED
 
 

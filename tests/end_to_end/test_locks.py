@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
 import json
+import platform
 import re
 import subprocess
 import sys
@@ -13,6 +16,8 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any
 
+import av
+import cv2
 import pytest
 from cyclonedx.schema import SchemaVersion
 from cyclonedx.validation.json import JsonStrictValidator
@@ -41,6 +46,9 @@ def everything() -> dict[str, tuple[str, frozenset[str]]]:
     return locked("requirements.lock")
 
 
+#: The machine of which the lists of parts are.
+LINUX = {"sys_platform": "linux", "platform_system": "Linux", "os_name": "posix", "platform_machine": "x86_64"}
+LINUX |= {"python_version": "3.11", "python_full_version": "3.11.7"}
 #: Folders of the distributions, and the list of parts in the wheels of two of them.
 DISTRIBUTIONS = (".", "studio", "lab")
 PARTS = {".": "moireid.cdx.json", "studio": "studio/moireid-studio.cdx.json"}
@@ -107,8 +115,48 @@ def test_the_list_of_parts_states_who_needs_whom(folder: str) -> None:
     assert len(unlicensed) < 0.1 * len(parts["components"]), unlicensed
 
 
+def test_each_part_has_the_hashes_of_the_lock() -> None:
+    """Catches: a list by which no one can check what was installed; hashes of another version; a package of a server
+    that no list names."""
+    digests = locked("requirements.lock")
+    listed = set()
+    for folder in PARTS:
+        for one in parts_of(folder)["components"]:
+            name = canonicalize_name(one["name"])
+            listed.add(name)
+            assert {f"sha256:{given['content']}" for given in one["hashes"]} == digests[name][1] != set(), name
+    server = (ROOT / "requirements-server.lock").read_text(encoding="utf-8")
+    wanted = [Requirement(line.rstrip(" \\")) for line in server.splitlines() if re.match("[a-z]", line)]
+    # The lists are of Linux.
+    assert {one.name for one in wanted if one.marker is None or one.marker.evaluate(LINUX)} <= listed
+
+
+@pytest.mark.parametrize(("folder", "name"), [(".", "av"), (".", "opencv-contrib-python-headless"), ("studio", "av")])
+def test_the_list_names_what_decoders_carry_inside(folder: str, name: str) -> None:
+    """Catches: a list without FFmpeg, which each film goes through, or with that of another wheel or build."""
+    (part,) = [one for one in parts_of(folder)["components"] if one["name"] == name]
+    ffmpeg = next(one for one in part["components"] if one["name"] == "ffmpeg")
+    inside = {one["name"]: one["version"] for one in ffmpeg["components"]}
+    files = {one["name"]: one["hashes"][0]["content"] for one in part["components"] if one["type"] == "file"}
+    assert ffmpeg["cpe"].split(":")[3:6] == ["ffmpeg", "ffmpeg", ffmpeg["version"]]
+    if name == "av":
+        assert ffmpeg["version"] == av.ffmpeg_version_info
+        assert inside == {library: ".".join(map(str, number)) for library, number in av.library_versions.items()}
+    else:
+        said = cv2.getBuildInformation()
+        assert len(inside) == 4 and all(f"{one[3:]}:" in said and f"YES ({inside[one]})" in said for one in inside)
+    if sys.platform == "linux" and platform.machine() == "x86_64":
+        # Each is the very file that is installed.
+        for path in importlib.metadata.files(name) or ():
+            if ".libs/" in str(path):
+                assert files.pop(path.name) == hashlib.sha256(path.locate().read_bytes()).hexdigest()
+        assert not files
+
+
 class Database(BaseHTTPRequestHandler):
-    """A stand-in for the OSV database's server, which knows one hole: in thing 1.0."""
+    """A stand-in for the OSV database's server, which knows a hole in thing 1.0, and some in FFmpeg n4.0 and n8.1."""
+
+    knows_ffmpeg = True
 
     def do_POST(self) -> None:
         asked = json.loads(self.rfile.read(int(self.headers["content-length"])))
@@ -122,7 +170,9 @@ class Database(BaseHTTPRequestHandler):
                 }
             ],
         }
-        known = asked["package"]["name"] == "thing" and asked["version"] == "1.0"
+        name, version = asked["package"]["name"], asked["version"]
+        known = (name, version) == ("thing", "1.0")
+        known |= self.knows_ffmpeg and name.endswith("/FFmpeg.git") and version in ("n4.0", "n8.1")
         answer = json.dumps({"vulns": [hole]} if known else {}).encode()
         self.send_response(200)
         self.send_header("content-length", str(len(answer)))
@@ -142,12 +192,18 @@ def database() -> Iterator[str]:
     server.server_close()
 
 
-def audit(tmp_path: Path, url: str, *lines: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """`.ci/audit.py` on a lock of these packages, where nothing else is reached than `url`."""
+def audit(
+    tmp_path: Path, url: str, *lines: str, ffmpeg: str | None = None, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """`.ci/audit.py` on a lock of these packages, and a list with that FFmpeg, where nothing is reached but `url`."""
     lock = tmp_path / "some.lock"
     lock.write_text("".join(f"{line} --hash=sha256:{'0' * 64}\n" for line in lines), encoding="utf-8")
     closed = {"HTTPS_PROXY": "http://127.0.0.1:9", "NO_PROXY": "127.0.0.1", "HOME": str(tmp_path)}
     command = [sys.executable, str(ROOT / ".ci" / "audit.py"), str(lock), "--osv-url", url]
+    if ffmpeg is not None:
+        inside = [{"name": "ffmpeg", "version": ffmpeg}, {"name": "libx-1.so.2"}]
+        (tmp_path / "parts.json").write_text(json.dumps({"components": [{"name": "av", "components": inside}]}))
+        command += ["--parts", str(tmp_path / "parts.json")]
     return subprocess.run(command, env=closed | environment, capture_output=True, text=True, check=False)
 
 
@@ -176,3 +232,24 @@ def test_a_database_that_knows_none_of_the_packages_has_not_checked_them(tmp_pat
     (stand_in / "__main__.py").write_text(f"print({json.dumps(json.dumps(skipped))})", encoding="utf-8")
     told = audit(tmp_path, "http://127.0.0.1:9/", "thing==1.0", PYTHONPATH=str(stand_in.parent))
     assert told.returncode == 3 and "NOT CHECKED" in told.stdout, told.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("ffmpeg", "code"), [("8.1", 1), ("8.2", 0)])
+def test_what_wheels_carry_inside_is_asked_for_too(tmp_path: Path, database: str, ffmpeg: str, code: int) -> None:
+    """Catches: an audit that knows of packages alone, while FFmpeg inside of one has a hole; silence on what it did not
+    ask for."""
+    told = audit(tmp_path, database, "thing==1.1", ffmpeg=ffmpeg)
+    assert told.returncode == code, told.stdout
+    assert (f"known hole (OSV): FFmpeg {ffmpeg} (inside of av): TEST-1" in told.stdout) is (code == 1), told.stdout
+    assert "NOT CHECKED: 1 other libraries inside of wheels, such as av: libx-1.so.2" in told.stdout
+
+
+@pytest.mark.slow
+def test_a_database_that_knows_no_ffmpeg_has_not_checked_it(
+    tmp_path: Path, database: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: 'no hole' by a database that has never heard of the project, as OSV answers both alike."""
+    monkeypatch.setattr(Database, "knows_ffmpeg", False)
+    told = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2")
+    assert told.returncode == 3 and "NOT CHECKED: FFmpeg 8.2" in told.stdout, told.stdout
