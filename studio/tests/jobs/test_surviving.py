@@ -83,6 +83,7 @@ def test_twelve_workers_that_are_killed_in_a_row_lose_no_film(tmp_path: Path, ad
                 worker.kill()
         assert set(taken) <= set(ids) and max(taken.count(one) for one in ids) >= 4
         assert sum(visit.job(one).kills for one in ids) >= 12 - len(ids)
+        assert "was lost" in visit.ask("GET", f"/verify/{ids[0]}", "verifier").text
         visit.studio.jobs.start()
         ended = [visit.wait(one, "verifier") for one in ids]
         assert [one["result"]["verdict"] for one in ended] == ["inconclusive"] * 3
