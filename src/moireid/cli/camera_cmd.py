@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import friendly, json_option, overwrite_option, paper_option, progress_bar, show_json
+from moireid.cli.common import echo, friendly, json_option, overwrite_option, paper_option, progress_bar, show_json
 from moireid.errors import SpecError
 
 
@@ -44,7 +44,7 @@ def calibrate_camera_command(
         if as_json:
             show_json({"files": {"chart": str(chart)}})
         else:
-            click.echo(f"{chart}: print it at true size, glue it to something flat, and film it from all sides")
+            echo(f"{chart}: print it at true size, glue it to something flat, and film it from all sides")
         return
     if film is None or out is None:
         raise SpecError("give FILM and --out camera.yaml, or --chart chart.pdf for the chart to print")
@@ -70,8 +70,8 @@ def calibrate_camera_command(
             }
         )
         return
-    click.echo(f"{out}: focal length {focal_px:.1f} ± {found.focal_sd_px:.1f} px in pictures of {width} x {height} px")
-    click.echo(
+    echo(f"{out}: focal length {focal_px:.1f} ± {found.focal_sd_px:.1f} px in pictures of {width} x {height} px")
+    echo(
         f"corners fit within {found.error_px:.2f} px in {found.views} views over {100 * found.cover[0]:.0f} x "
         f"{100 * found.cover[1]:.0f} % of the picture"
     )

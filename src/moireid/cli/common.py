@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 import threading
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from moireid.errors import MoireIdError, SpecError
+from moireid.names import JOINERS
 
 if TYPE_CHECKING:
     from moireid.provenance import Standing
@@ -137,9 +139,34 @@ trust_option = click.option(
 )
 
 
+def shown(line: str) -> str:
+    r"""A line for a terminal: letters that would steer it, end the line or turn it round become `\uXXXX`.
+
+    All that a command prints goes through here, as names, films and the processes that read them are in strangers'
+    hands.  The joiners of some scripts stay.
+    Convention: the escapes are those of JSON, so a JSON document stays the same document.
+    """
+    return "".join(letter if _steers_nothing(letter) else json.dumps(letter)[1:-1] for letter in line)
+
+
+def _steers_nothing(letter: str) -> bool:
+    return letter.isprintable() or letter in JOINERS or unicodedata.category(letter) == "Zs"
+
+
+def echo(line: str = "") -> None:
+    """Print one line on stdout."""
+    click.echo(shown(line))
+
+
+def echo_lines(text: str) -> None:
+    """Print a text whose line ends are our own on stdout; where they may be a stranger's, print each line by `echo`."""
+    for line in text.split("\n"):
+        echo(line)
+
+
 def fail(message: str) -> NoReturn:
     """Say one sentence on stderr and leave with exit code 2."""
-    click.echo(f"error: {message}", err=True)
+    say(f"error: {message}")
     sys.exit(BAD_INPUT)
 
 
@@ -175,12 +202,12 @@ def friendly(command: Callable[..., Any]) -> Callable[..., Any]:
 def show_json(document: dict[str, Any]) -> None:
     """Print one JSON object on stdout."""
     ascii_only = (getattr(sys.stdout, "encoding", None) or "utf-8").lower().replace("-", "") != "utf8"
-    click.echo(json.dumps(document, ensure_ascii=ascii_only, allow_nan=False))
+    echo(json.dumps(document, ensure_ascii=ascii_only, allow_nan=False))
 
 
 def say(message: str) -> None:
-    """Print a message for people on stderr."""
-    click.echo(message, err=True)
+    """Print a message for people, one line, on stderr."""
+    click.echo(shown(message), err=True)
 
 
 def counted(count: int, thing: str) -> str:

@@ -13,6 +13,7 @@ from moireid.cli.common import (
     actor_option,
     camera_held,
     camera_option,
+    echo,
     expires_option,
     friendly,
     json_option,
@@ -124,11 +125,11 @@ def enroll_command(
             measured = _figures_json(record, as_built, compared)
             show_json(record.summary() | {"registry": registry.shown_url, "notes": notes} | measured)
         else:
-            click.echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
+            echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
             if record.expires is not None:
-                click.echo(f"it counts until the end of {record.expires}")
+                echo(f"it counts until the end of {record.expires}")
             if as_built is not None:
-                click.echo(figures_words(record, as_built))
+                echo(figures_words(record, as_built))
         for note in notes + _state_notes(record):
             say(f"note: {note}")
 
@@ -176,7 +177,8 @@ def show_compared(registry: Registry, badge: Badge, found: AsBuilt, reason: str 
 
     compared = compare_with_record(registry.by_id(badge.id or ""), found, badge)
     if compared.refused:
-        say("\n".join(side_by_side(compared.pairs)))
+        for line in side_by_side(compared.pairs):
+            say(line)
     check_figures(compared, badge, reason)
     return compared
 

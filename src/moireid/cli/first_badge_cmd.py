@@ -12,6 +12,8 @@ from moireid.cli.common import (
     FiniteRange,
     FolderPath,
     counted,
+    echo,
+    echo_lines,
     friendly,
     json_option,
     overwrite_option,
@@ -197,14 +199,16 @@ def _show(made: Advance, page: Path, record: Path | None, *, as_json: bool) -> N
         say(f"note: {note}")
     for figure in figures:
         mark = {"good": " ", "look": "!", "unknown": "?"}[figure.state]
-        click.echo(f" {mark} {figure.name:<20} {shown_value(figure)}")
+        echo(f" {mark} {figure.name:<20} {shown_value(figure)}")
     if figures:
-        click.echo("")
+        echo("")
     if made.refused is not None:
-        click.echo(f"Not usable: {made.refused}\n")
-    click.echo(f"Next: {made.next_step.title}" if made.next_step else "Done.")
+        echo(f"Not usable: {made.refused}")
+        echo()
+    echo(f"Next: {made.next_step.title}" if made.next_step else "Done.")
     for number, sentence in enumerate(made.ask, 1):
         # A command is copied, so it is one line.
         wide = len(sentence) + 10 if sentence.startswith("moireid ") else 100
-        click.echo(click.wrap_text(sentence, wide, f"  {number}. ", "     "))
-    click.echo(f"\nThe whole report: {page}")
+        echo_lines(click.wrap_text(sentence, wide, f"  {number}. ", "     "))
+    echo()
+    echo(f"The whole report: {page}")

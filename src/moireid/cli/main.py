@@ -166,7 +166,9 @@ def _run(command: click.Command, name: str) -> None:
 def _leave(message: str, code: int) -> NoReturn:
     """Say why on stderr, and leave without another try at a stdout that may be gone."""
     if message:
-        click.echo(" ".join(message.split("\n")) if message.startswith("error") else message, err=True)
+        from moireid.cli.common import say
+
+        say(" ".join(message.split("\n")))
     with contextlib.suppress(OSError, ValueError):
         sys.stderr.flush()
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit.

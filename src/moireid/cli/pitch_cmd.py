@@ -10,6 +10,7 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     FolderPath,
+    echo,
     form_option,
     friendly,
     json_option,
@@ -100,13 +101,13 @@ def pitch_test_command(
             }
         )
         return
-    click.echo(
+    echo(
         f"Chart of {len(cells)} bands, {MM_PER_INCH / cells[0].pitch_mm:.4g} to "
         f"{MM_PER_INCH / cells[-1].pitch_mm:.4g} lines per inch:"
     )
     for path in files.values():
-        click.echo(f"  {path}")
-    click.echo(f"Print it at 100 %, put the sheet on it, and read it from {distance:g} m; then run moireid calibrate.")
+        echo(f"  {path}")
+    echo(f"Print it at 100 %, put the sheet on it, and read it from {distance:g} m; then run moireid calibrate.")
 
 
 @click.command("calibrate")
@@ -245,18 +246,18 @@ def _show(made: Calibration, ink: InkGrowth | None, out: Path, *, as_json: bool)
             }
         )
         return
-    click.echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
+    echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
     if "thickness_sd_mm" in profile.found:
         thick_mm, thick_sd_mm = profile.lens.thickness_mm, profile.found["thickness_sd_mm"]
-        click.echo(f"  {thick_mm:.3f} mm thick, sd {thick_sd_mm:.3f} mm, from the fringes' motion")
+        echo(f"  {thick_mm:.3f} mm thick, sd {thick_sd_mm:.3f} mm, from the fringes' motion")
     if made.used:
-        click.echo(f"  {made.used} of {made.bands} bands read; the match is at band {made.matching_band:.2f}")
+        echo(f"  {made.used} of {made.bands} bands read; the match is at band {made.matching_band:.2f}")
         if made.twist_deg is not None:
-            click.echo(f"  the sheet was rotated by {abs(made.twist_deg):.2f} degrees, which is corrected")
+            echo(f"  the sheet was rotated by {abs(made.twist_deg):.2f} degrees, which is corrected")
     if ink is not None and ink.um is not None:
-        click.echo(f"  the printer widens lines by {ink.um:.0f} um, sd {ink.sd_um:.0f} um")
+        echo(f"  the printer widens lines by {ink.um:.0f} um, sd {ink.sd_um:.0f} um")
     if profile.found["unit"] == "printed page":
-        click.echo(
+        echo(
             "  this is in mm of the printed page: right for badges from the same printer at the same scale; for "
             "true mm, measure the scale bars and give --measured-scale"
         )

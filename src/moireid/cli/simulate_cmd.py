@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
+from moireid.cli.common import FiniteRange, echo, friendly, json_option, overwrite_option, progress_bar, show_json
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.flaw_table import BUILDS, flaw_lines, read_flaw
 
@@ -366,7 +366,7 @@ def simulate_command(
     if as_json:
         show_json(_document(report, scene))
         return
-    click.echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
+    echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
     if explain:
         _explain(report)
 
@@ -396,14 +396,14 @@ def _document(report: FilmReport, scene: Scene) -> dict[str, Any]:
 def _explain(report: FilmReport) -> None:
     """Show run times, estimated errors, and what the film leaves out."""
     estimate = report.estimate
-    click.echo("time: " + ", ".join(f"{name} {seconds:.1f} s" for name, seconds in report.stages_s.items()))
+    echo("time: " + ", ".join(f"{name} {seconds:.1f} s" for name, seconds in report.stages_s.items()))
     phase = "no fringes" if estimate.phase_rad is None else f"phase {estimate.phase_rad:.4f} rad"
     setting = f"{estimate.rays[0] * estimate.rays[1]} rays a pixel"
     setting += "" if estimate.segments is None else f" and {estimate.segments} segments a lens"
-    click.echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
-    click.echo("not in the film, and the time that saves for each frame:")
+    echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
+    echo("not in the film, and the time that saves for each frame:")
     for one in report.left_out:
-        click.echo(f"  {one.what} ({_saved(one.saved_s)})")
+        echo(f"  {one.what} ({_saved(one.saved_s)})")
 
 
 def _saved(seconds: float | None) -> str:

@@ -6,7 +6,17 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import FolderPath, fail, friendly, json_option, overwrite_option, progress_bar, say, show_json
+from moireid.cli.common import (
+    FolderPath,
+    echo_lines,
+    fail,
+    friendly,
+    json_option,
+    overwrite_option,
+    progress_bar,
+    say,
+    show_json,
+)
 from moireid_lab.commands.rate import scheduler_option, workers_option
 
 #: The names of `bench.suites.SUITES`, written again because importing them takes seconds.
@@ -99,4 +109,4 @@ def bench_command(
     if as_json:
         show_json(result)
     else:
-        click.echo(SUITES[suite].table(result))
+        echo_lines(SUITES[suite].table(result))

@@ -10,6 +10,7 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     FolderPath,
+    echo_lines,
     friendly,
     json_option,
     overwrite_option,
@@ -158,4 +159,4 @@ def evaluate_command(
     if as_json:
         show_json(document)
     else:
-        click.echo(table(document))
+        echo_lines(table(document))

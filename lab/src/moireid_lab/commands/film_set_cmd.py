@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from moireid.cli.common import FolderPath, friendly, json_option, overwrite_option, show_json
+from moireid.cli.common import FolderPath, echo, friendly, json_option, overwrite_option, show_json
 from moireid.cli.simulate_cmd import MOTIONS, simulate_command
 from moireid_lab.commands.rate import film_rate, scheduler_option, workers_option
 
@@ -56,7 +56,7 @@ def film_set_command(
     if as_json:
         show_json({"films": len(films), "manifest": str(manifest)})
     else:
-        click.echo(f"{len(films)} films in {folder}; score them with: moireid evaluate {manifest} --out scored")
+        echo(f"{len(films)} films in {folder}; score them with: moireid evaluate {manifest} --out scored")
 
 
 def read_plan(plan_csv: Path) -> list[PlannedFilm]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import FolderPath, friendly, json_option, overwrite_option, registry_option, show_json
+from moireid.cli.common import FolderPath, echo, friendly, json_option, overwrite_option, registry_option, show_json
 
 #: The names of `evaluation.generator_kit.FORMATS`, written again because importing that room costs a second.
 FORMATS = ("848x480", "1280x720", "1920x1080")
@@ -67,7 +67,7 @@ def cut_command(
     if as_json:
         show_json({"files": [str(path) for path in files]})
     else:
-        click.echo(f"{len(files) - 3} frames in {folder / 'frames'}; make clips of them, and fill in {files[-2]}")
+        echo(f"{len(files) - 3} frames in {folder / 'frames'}; make clips of them, and fill in {files[-2]}")
 
 
 @generator_group.command("list")
@@ -87,9 +87,9 @@ def list_command(folder: Path, as_json: bool) -> None:
     if as_json:
         show_json({"manifest": str(manifest), "generators": [asdict(one) for one in generators]})
         return
-    click.echo(f"{'generator':<24}{'made':>6}{'kept':>6}{'discarded':>11}")
+    echo(f"{'generator':<24}{'made':>6}{'kept':>6}{'discarded':>11}")
     for one in generators:
-        click.echo(f"{one.generator[:23]:<24}{one.made:>6}{one.kept:>6}{one.made - one.kept:>11}")
+        echo(f"{one.generator[:23]:<24}{one.made:>6}{one.kept:>6}{one.made - one.kept:>11}")
         for reason, count in one.discarded.items():
-            click.echo(f"  {count} x {reason}")
-    click.echo(f"score them with: moireid evaluate {manifest} --out scored")
+            echo(f"  {count} x {reason}")
+    echo(f"score them with: moireid evaluate {manifest} --out scored")

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from moireid.cli.common import counted, progress_bar, report_mount, say, show_json, shown_rows
+from moireid.cli.common import counted, echo, echo_lines, progress_bar, report_mount, say, show_json, shown_rows
 from moireid.cli.printing.print_options import PrintOrder
 
 if TYPE_CHECKING:
@@ -112,7 +110,7 @@ def _make(found: _List, registry: Registry | None) -> None:
     else:
         _print_summary(event, badges)
         if order.explain:
-            click.echo(shown_rows(explain(badges[0])))
+            echo_lines(shown_rows(explain(badges[0])))
 
 
 def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[Look | None]]:
@@ -179,14 +177,15 @@ def _print_summary(event: Event, badges: Sequence[Badge]) -> None:
     """Print what was made, and what to do with it."""
     count, alone = len(badges), len(badges) == 1
     sheets, most = counted(event.sheet_count, "sheet"), event.boards_to_a_sheet
-    click.echo(f"{counted(count, 'badge')} on {sheets}" + (":" if alone else f", {most} to a sheet:"))
+    echo(f"{counted(count, 'badge')} on {sheets}" + (":" if alone else f", {most} to a sheet:"))
     folders = "" if alone else " and so on, a folder for each person"
-    click.echo(f"  {event.sheets}\n  {event.summary}\n  {event.folders[0]}{folders}")
+    for line in (event.sheets, event.summary, f"{event.folders[0]}{folders}"):
+        echo(f"  {line}")
     if event.mount:
-        click.echo("The mount:" if alone else f"One mount for all, to be made {count} times:")
+        echo("The mount:" if alone else f"One mount for all, to be made {count} times:")
         for path in event.mount.values():
-            click.echo(f"  {path}")
+            echo(f"  {path}")
     if badges[0].lens.kind == "mask":
         times = "once" if alone else f"{count} times"
-        click.echo(f"The last page of badges.pdf is the mask: print it {times}, on clear film.")
-    click.echo("Print badges.pdf at 100 %; each folder's assembly.pdf says how to go on.")
+        echo(f"The last page of badges.pdf is the mask: print it {times}, on clear film.")
+    echo("Print badges.pdf at 100 %; each folder's assembly.pdf says how to go on.")

@@ -10,6 +10,8 @@ import click
 from moireid.cli.common import (
     FolderPath,
     actor_option,
+    echo,
+    echo_lines,
     expires_option,
     friendly,
     json_option,
@@ -225,9 +227,9 @@ def _make(order: PrintOrder, plan: IssuePlan, registry: Registry | None) -> None
         )
         return
     entered = ", entered in the registry" if registry else ""
-    click.echo(f"Badge {badge.id} for {badge.name}{entered}:")
+    echo(f"Badge {badge.id} for {badge.name}{entered}:")
     for path in files.values():
-        click.echo(f"  {path}")
+        echo(f"  {path}")
     if order.explain:
-        click.echo(shown_rows(rows))
-    click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
+        echo_lines(shown_rows(rows))
+    echo("Print badge.pdf at 100 % and follow assembly.pdf.")

@@ -17,6 +17,7 @@ from moireid.cli.common import (
     ACCEPT,
     REJECT,
     FiniteRange,
+    echo,
     fail,
     friendly,
     json_option,
@@ -70,20 +71,20 @@ def registry_audit(registry: Registry, expected_head: str | None, witnesses: tup
     if as_json:
         show_json(seen.to_json() | {"registry": shown})
     else:
-        click.echo(f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}")
-        click.echo(
+        echo(f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}")
+        echo(
             f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, authority {seen.fingerprint}"
             + (f", {seen.erased} erased" if seen.erased else "")
         )
         for name, entries in sorted(seen.actors.items(), key=lambda pair: -pair[1])[:SHOWN]:
-            click.echo(f"  {entries} entries by {name}")
+            echo(f"  {entries} entries by {name}")
         if seen.unnamed:
-            click.echo(f"  {seen.unnamed} entries without a name (erased, or of an older version)")
+            echo(f"  {seen.unnamed} entries without a name (erased, or of an older version)")
         for finding in seen.findings[:SHOWN]:
-            click.echo(f"  ✗ {finding.text}")
+            echo(f"  ✗ {finding.text}")
         if seen.found > SHOWN:
-            click.echo(f"  and {seen.found - SHOWN} more")
-        click.echo(f"head: {seen.head or 'none that can be trusted'}")
+            echo(f"  and {seen.found - SHOWN} more")
+        echo(f"head: {seen.head or 'none that can be trusted'}")
     sys.exit(ACCEPT if seen.sound else REJECT)
 
 
@@ -117,7 +118,7 @@ def registry_checkpoint(registry: Registry, path: Path, witness: str | None, ove
         steps = [{"size": size, "proof": [step.hex() for step in proof]} for size, proof in proofs]
         show_json(document | state | {"consistent_with": steps})
     else:
-        click.echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}")
+        echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}")
 
 
 @registry_command("publish", overwrite_option)
@@ -148,7 +149,7 @@ def registry_publish(registry: Registry, path: Path, days: float, overwrite: boo
         document = {"file": str(path), "people": made.people, "head": made.head, "expires": made.expires}
         show_json(document | {"fingerprint": fingerprint})
     else:
-        click.echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}")
+        echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}")
 
 
 #: A proof holds a record without its badge file, and one hash for each doubling of the log.
@@ -176,7 +177,7 @@ def registry_prove(registry: Registry, claim: str, path: Path, overwrite: bool, 
     if as_json:
         show_json({"file": str(path), "id": record.id, "name": record.name, "fingerprint": fingerprint})
     else:
-        click.echo(f"{path}: badge {record.id} of {record.name}, signed by {fingerprint}")
+        echo(f"{path}: badge {record.id} of {record.name}, signed by {fingerprint}")
 
 
 @registry_group.command("check-proof")
@@ -229,11 +230,11 @@ def registry_check_proof(path: Path, trust: str | None, as_json: bool) -> None:
         words = f"; it was suspended on {badge.suspended_at}: {badge.suspended_reason}"
     if badge.expires is not None:
         words += f"; it counts until the end of {badge.expires}"
-    click.echo(f"HOLDS: badge {badge.id} of {badge.name} was in the log on {found.checkpoint.date}{words}")
-    click.echo(f"  log: entry {found.entry} of {found.checkpoint.size}, made on {found.at}")
+    echo(f"HOLDS: badge {badge.id} of {badge.name} was in the log on {found.checkpoint.date}{words}")
+    echo(f"  log: entry {found.entry} of {found.checkpoint.size}, made on {found.at}")
     trusted = "the one that you trust" if wanted else "whose it is, only its operator can say (--trust)"
-    click.echo(f"  authority: {signed_by}, {trusted}")
-    click.echo("  What came later, such as a revocation, is not in it.")
+    echo(f"  authority: {signed_by}, {trusted}")
+    echo("  What came later, such as a revocation, is not in it.")
 
 
 def _since(at: str | None, reason: str | None) -> dict[str, str | None] | None:
@@ -245,5 +246,5 @@ def _fail_check(code: str, text: str, *, as_json: bool) -> NoReturn:
     if as_json:
         show_json({"holds": False, "code": code, "text": text})
     else:
-        click.echo(f"DOES NOT HOLD: {text}")
+        echo(f"DOES NOT HOLD: {text}")
     sys.exit(REJECT)

@@ -15,6 +15,7 @@ import click
 
 from moireid.cli.common import (
     actor_option,
+    echo,
     friendly,
     json_option,
     overwrite_option,
@@ -47,11 +48,11 @@ def registry_rotate_key(registry: Registry, as_json: bool) -> None:
         document = {"registry": shown, "old_fingerprint": done.old, "fingerprint": done.new}
         show_json(document | {"records": done.records, "head": done.head, "key": str(key) if key.exists() else None})
         return
-    click.echo(f"{shown} is signed by {done.new} from now on, and no longer by {done.old}")
-    click.echo(f"{done.records} records are signed anew; the change is log entry {done.head.split(':')[0]}")
-    click.echo("make a checkpoint and give it to others: it shows that the change was yours")
+    echo(f"{shown} is signed by {done.new} from now on, and no longer by {done.old}")
+    echo(f"{done.records} records are signed anew; the change is log entry {done.head.split(':')[0]}")
+    echo("make a checkpoint and give it to others: it shows that the change was yours")
     if key.exists():
-        click.echo(f"the new private key is {key}: keep a copy; that of {done.old} signs nothing here any more")
+        echo(f"the new private key is {key}: keep a copy; that of {done.old} signs nothing here any more")
 
 
 @registry_group.command("signer")
@@ -90,7 +91,7 @@ def registry_export(registry: Registry, path: Path, overwrite: bool, as_json: bo
         if as_json:
             show_json({"registry": registry.shown_url, "badges": count, "file": str(path)})
         else:
-            click.echo(f"{count} badges of {registry.shown_url} are in {path}")
+            echo(f"{count} badges of {registry.shown_url} are in {path}")
 
 
 @registry_group.command("import")
@@ -113,9 +114,9 @@ def registry_import(path: Path, actor: str | None, registry_url: str | None, as_
         if as_json:
             show_json(asdict(done) | {"registry": registry.shown_url, "fingerprint": registry.fingerprint})
             return
-        click.echo(
+        echo(
             f"{registry.shown_url}: {done.added} badges are new, {done.changed} changed, {done.unchanged} as before"
             + (f", {done.erased} erased" if done.erased else "")
         )
         if not registry.key_path.exists():
-            click.echo(f"it can only be read here: the authority's private key is not at {registry.key_path}")
+            echo(f"it can only be read here: the authority's private key is not at {registry.key_path}")

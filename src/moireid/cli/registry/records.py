@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import actor_option, friendly, json_option, registry_option, report_remembered, say, show_json
+from moireid.cli.common import (
+    actor_option,
+    echo,
+    friendly,
+    json_option,
+    registry_option,
+    report_remembered,
+    say,
+    show_json,
+)
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -76,14 +85,14 @@ def registry_init(registry: Registry, as_json: bool) -> None:
         document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
         show_json(document | {"head": head, "key": str(key) if key.exists() else None, "signer": signer_address()})
         return
-    click.echo(f"{registry.shown_url} is ready and holds {count} badges")
-    click.echo(f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges")
+    echo(f"{registry.shown_url} is ready and holds {count} badges")
+    echo(f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges")
     if (signer := signer_address()) is not None:
-        click.echo(f"its private key is with the signer at {signer}: have a copy kept there")
+        echo(f"its private key is with the signer at {signer}: have a copy kept there")
     elif key.exists():
-        click.echo(f"its private key is {key}: keep a copy, and show it to no one")
+        echo(f"its private key is {key}: keep a copy, and show it to no one")
     else:
-        click.echo(f"its private key is not here ({key}), so it can only be read and not changed")
+        echo(f"its private key is not here ({key}), so it can only be read and not changed")
 
 
 @registry_command("list")
@@ -96,7 +105,7 @@ def registry_list(registry: Registry, as_json: bool) -> None:
         barred = record.barred()
         state = f"  {barred.code} {barred.at}" if barred else ""
         line = f", {record.line}" if record.line else ""
-        click.echo(f"{record.id}  {record.issued_at}  {record.name}{line}{state}")
+        echo(f"{record.id}  {record.issued_at}  {record.name}{line}{state}")
 
 
 @registry_command("show")
@@ -116,23 +125,23 @@ def registry_show(registry: Registry, claim: str, as_json: bool) -> None:
         figures = {"as_built_at": record.as_built_at, "as_built_reason": record.as_built_reason, "as_built": measured}
         show_json(document | figures | {"as_built_earlier": record.earlier_figures})
         return
-    click.echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
+    echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
     if record.revoked_at is not None:
         since = f", compromised since {record.compromised_since}" if record.compromised_since else ""
-        click.echo(f"revoked on {record.revoked_at}{since}: {record.revoked_reason}")
+        echo(f"revoked on {record.revoked_at}{since}: {record.revoked_reason}")
     elif record.suspended_at is not None:
-        click.echo(f"suspended on {record.suspended_at}: {record.suspended_reason}")
+        echo(f"suspended on {record.suspended_at}: {record.suspended_reason}")
     if record.expires is not None:
         over = (barred := record.barred()) is not None and barred.code == "expired"
-        click.echo(f"expired on {record.expires}" if over else f"counts until the end of {record.expires}")
+        echo(f"expired on {record.expires}" if over else f"counts until the end of {record.expires}")
     if record.as_built is not None:
         why = f": {record.as_built_reason}" if record.as_built_reason else ""
         how = ", seen in a live check" if json.loads(record.as_built).get("witnessed") else ""
-        click.echo(f"measured as built on {record.as_built_at}{how}{why}")
+        echo(f"measured as built on {record.as_built_at}{how}{why}")
     for one in reversed(record.earlier_figures):
         why = f": {one['as_built_reason']}" if one["as_built_reason"] else ""
-        click.echo(f"earlier figures of {one['as_built_at']}, which count too{why}")
-    click.echo(f"signed by authority {fingerprint}")
+        echo(f"earlier figures of {one['as_built_at']}, which count too{why}")
+    echo(f"signed by authority {fingerprint}")
 
 
 @registry_group.command("forget")
@@ -156,9 +165,9 @@ def registry_forget(fingerprint: str, as_json: bool) -> None:
     if as_json:
         show_json({"fingerprint": wanted, "forgotten": gone, "seen": None if last is None else str(last)})
         return
-    click.echo(f"what was seen of authority {wanted} is forgotten" if gone else f"authority {wanted} was never seen")
+    echo(f"what was seen of authority {wanted} is forgotten" if gone else f"authority {wanted} was never seen")
     if last is not None:
-        click.echo(
+        echo(
             f"{last.seq} entries of it were seen, the last one {str(last)[:24]}…; what an older state lacks of them is "
             "lost, above all each revocation: enter it again"
         )
@@ -185,7 +194,7 @@ def registry_log(registry: Registry, claim: str | None, limit: int, as_json: boo
         return
     for entry in entries:
         who = entry.actor or ("(erased)" if entry.actor_erased else "(not recorded)")
-        click.echo(f"{entry.seq:>6}  {entry.time}  {entry.action:<11}  {entry.subject}  {who}")
+        echo(f"{entry.seq:>6}  {entry.time}  {entry.action:<11}  {entry.subject}  {who}")
 
 
 def _sure(given: Mapping[str, Any]) -> None:
@@ -219,7 +228,7 @@ def registry_erase(registry: Registry, claim: str, from_log: bool, sure: bool, a
         show_json({"registry": shown} | asdict(done))
     else:
         what = f"the name behind {done.subject[:16]}" if from_log else f"the holder of badge {done.subject}"
-        click.echo(f"{what} {'was' if done.again else 'is'} erased from {shown} since {done.erased_at}")
+        echo(f"{what} {'was' if done.again else 'is'} erased from {shown} since {done.erased_at}")
     if not done.cleaned:
         say(
             "note: the database could not be written anew, so parts of it that are not in use may still hold the data; "
@@ -282,4 +291,4 @@ def _show_state(registry: Registry, record: Record, what: str, *, as_json: bool)
     if as_json:
         show_json(record.summary() | {"registry": registry.shown_url})
     else:
-        click.echo(f"badge {record.id} of {record.name} {what}")
+        echo(f"badge {record.id} of {record.name} {what}")

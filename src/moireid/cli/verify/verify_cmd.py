@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.attest.signing import Signing, detectors_from, planned_signing, signing_options
-from moireid.cli.common import VERDICT_EXIT, camera_held, friendly, progress_bar, report_standing, say, show_json
+from moireid.cli.common import VERDICT_EXIT, camera_held, echo, friendly, progress_bar, report_standing, say, show_json
 from moireid.cli.sealed_reader import sealed_reader
 from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wish, verify_options
 
@@ -171,13 +171,15 @@ def judged(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, reader: Rea
     what it shows.
     """
     from moireid.attest.film_credentials import with_carried
+    from moireid.names import line_of
     from moireid.reading.film_reports import judged_film
 
     made, standing = judged_film(_order(wish, found, scores), reader, progress), found.provenance.standing
+    line = found.provenance.line or line_of(found.badge.print)
     own = {
         "registry": standing.to_json() if standing else None,
         "claim_source": found.provenance.source,
-        "badge": {"id": found.badge.id, "name": found.badge.name},
+        "badge": {"id": found.badge.id, "name": found.badge.name, "line": line},
     }
     document = made.report | own
     if not wish.published:
@@ -254,22 +256,22 @@ def show_verdict(
     from moireid.verifier.report.seconds import seconds_of
 
     headline, found = headline or headline_of(document, known), sorted_findings(document["reasons"])
-    click.echo(f"{word}: {headline.title}")
-    click.echo(headline.text)
-    click.echo(f"What to do: {headline.advice}")
+    echo(f"{word}: {headline.title}")
+    echo(headline.text)
+    echo(f"What to do: {headline.advice}")
     if (seconds := seconds_of(document)) is not None:
-        click.echo(f"Seconds: {seconds.text}")
+        echo(f"Seconds: {seconds.text}")
     if odds := odds_line(document):
-        click.echo(f"Odds: {odds}")
+        echo(f"Odds: {odds}")
     for finding in found.first:
         option = OPTIONS.get(finding["code"], "") if finding["level"] in ("undecided", "note") else ""
-        click.echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
+        echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
     if found.hold:
-        click.echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")
+        echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")
     for one in document.get("live_checks", []):
-        click.echo(f"  · {receipt_of(one).words}")
+        echo(f"  · {receipt_of(one).words}")
     for one in document.get("detectors", []):
-        click.echo(f"  · Detector {one['name']} gives {one['score']:g}; that is no part of the verdict.")
+        echo(f"  · Detector {one['name']} gives {one['score']:g}; that is no part of the verdict.")
 
 
 @click.command("verify")

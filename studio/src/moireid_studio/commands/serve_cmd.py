@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from moireid.cli.common import FiniteRange, friendly, json_option, registry_option, say, show_json, trust_option
+from moireid.cli.common import FiniteRange, echo, friendly, json_option, registry_option, say, show_json, trust_option
 from moireid.errors import SpecError
 from moireid.extras import missing_extra
 
@@ -328,7 +328,7 @@ def token_list(data: Path | None, state: str | None, as_json: bool) -> None:
     for token in found:
         revoked = f"  revoked {token.revoked_at}" if token.revoked_at else ""
         times = f"{token.made_at}  until {token.expires_at}"
-        click.echo(f"{token.id}  {times}  {token.role:<8}  {token.note}{revoked}".rstrip())
+        echo(f"{token.id}  {times}  {token.role:<8}  {token.note}{revoked}".rstrip())
 
 
 @token_group.command("revoke")
@@ -349,4 +349,4 @@ def token_revoke(token_id: str, data: Path | None, state: str | None, as_json: b
     if as_json:
         show_json({"id": token.id, "role": token.role, "revoked_at": token.revoked_at})
     else:
-        click.echo(f"token {token.id} ({token.role}) is revoked since {token.revoked_at}")
+        echo(f"token {token.id} ({token.role}) is revoked since {token.revoked_at}")

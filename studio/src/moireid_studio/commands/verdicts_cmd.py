@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import friendly, json_option, overwrite_option, show_json
+from moireid.cli.common import echo, friendly, json_option, overwrite_option, show_json
 from moireid.errors import SpecError
 from moireid_studio.commands.serve_cmd import data_option, state_option
 
@@ -72,9 +72,9 @@ def verdicts_command(
         document = {"file": str(path)} if path is not None else {"verdicts": [one.to_json() for one in found]}
         show_json(document | {"count": len(found)})
     elif path is not None:
-        click.echo(f"{path}: {len(found)} verdicts")
+        echo(f"{path}: {len(found)} verdicts")
     else:
         for one in found:
             film = one.film_sha256[:12] if one.film_sha256 else "live"
             claim = one.claim or "no claim"
-            click.echo(f"{one.at}  {one.token}  {one.kind:<8}  {film:<12}  {claim:<16}  {one.verdict}")
+            echo(f"{one.at}  {one.token}  {one.kind:<8}  {film:<12}  {claim:<16}  {one.verdict}")

@@ -17,7 +17,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import VERDICT_EXIT, FiniteRange, actor_option, friendly, overwrite_option, say, show_json
+from moireid.cli.common import (
+    VERDICT_EXIT,
+    FiniteRange,
+    actor_option,
+    friendly,
+    overwrite_option,
+    say,
+    show_json,
+    shown,
+)
 from moireid.cli.enroll_cmd import check_replace, reason_option, replace_option
 from moireid.cli.verify.verify_cmd import asked_of, files_read, show_verdict
 from moireid.cli.verify.verify_options import (
@@ -29,7 +38,6 @@ from moireid.cli.verify.verify_options import (
     original_option,
 )
 from moireid.errors import SpecError
-from moireid_studio.watch.order import HARMLESS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -93,7 +101,7 @@ def line_of(event: dict[str, Any]) -> str | None:
 
 def plain(text: object) -> str:
     """Words without signs that steer a terminal."""
-    return str(text)[:400].translate(HARMLESS)
+    return shown(str(text)[:400])
 
 
 class _Lines:
