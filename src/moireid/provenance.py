@@ -103,10 +103,28 @@ class Exclusion:
 
 @dataclass(frozen=True)
 class BadgeHolder:
-    """Who holds a badge, as a registry says: the name; barred: why it does not count, None where it does."""
+    """Who holds a badge, as a registry says: the name, and the line below it.
+
+    barred: why it does not count, None where it does; erased: the registry no longer knows the name.
+    """
 
     name: str
     barred: Exclusion | None = None
+    line: str | None = None
+    erased: bool = False
+
+
+@dataclass(frozen=True)
+class AuthorityKey:
+    """A key by which a registry's authority signs, or signed.
+
+    fingerprint: 32 hex digits; public_hex: an Ed25519 key, 64 hex digits; until: when another one took its place, UTC,
+    ISO 8601, as the authority says; None for the present one.
+    """
+
+    fingerprint: str
+    public_hex: str
+    until: str | None = None
 
 
 @dataclass(frozen=True)

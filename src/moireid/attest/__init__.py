@@ -5,6 +5,8 @@ statement.py         what is signed: an in-toto statement about a film, with the
 envelope.py          the signed statement as a DSSE envelope
 timestamp.py         time stamps of an RFC 3161 authority
 checking.py          checks of an envelope: signature, key, report, time stamp, certificates and film
+certificate_identity.py  whom the signer's certificate must name, by the word of an authority that is trusted
+registry_answer.py   what a registry says about a verdict's badge and signer
 credentials.py       the verdict as content credentials (C2PA), written by a process without the key
 film_credentials.py  the content credentials that a film carries already, as a note in the report
 credentials_work.py  the process that reads and writes content credentials, without the key
@@ -17,12 +19,16 @@ from typing import TYPE_CHECKING
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
-    from moireid.attest.checking import CheckResult, check, held_against
+    from moireid.attest.certificate_identity import CertificateIdentity
+    from moireid.attest.checking import CheckResult, check
     from moireid.attest.envelope import signed_envelope
+    from moireid.attest.registry_answer import RegistryAnswer, held_against
     from moireid.attest.signing_keys import SigningKey, load_public_key, load_signing_key
 
 __all__ = [
+    "CertificateIdentity",
     "CheckResult",
+    "RegistryAnswer",
     "SigningKey",
     "check",
     "held_against",
@@ -36,7 +42,9 @@ __getattr__ = lazy(
     {
         "CheckResult": "checking",
         "check": "checking",
-        "held_against": "checking",
+        "CertificateIdentity": "certificate_identity",
+        "RegistryAnswer": "registry_answer",
+        "held_against": "registry_answer",
         "SigningKey": "signing_keys",
         "load_public_key": "signing_keys",
         "load_signing_key": "signing_keys",

@@ -2,7 +2,7 @@
 
 1. Open the envelope.
 2. Is the signature the key's over the report?
-3. Is it the key that was expected?
+3. Is it the key that was expected?  Of a certificate identity, after step 5, as its chain must be valid at some moment.
 4. Is what was signed a report of this format, by that key?
 5. Is the time stamp one of this signature, by a known authority?
 6. Do the certificates hold together, and were they valid then?  Without a trusted time stamp, are they now?
@@ -15,12 +15,13 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from cryptography import x509
 
+from moireid.attest.certificate_identity import CertificateIdentity
 from moireid.attest.envelope import Broken, EnvelopeParts, opened
 from moireid.attest.signing_keys import (
     PublicKey,
@@ -35,6 +36,10 @@ from moireid.attest.statement import statement_fault, strict_object, utc
 from moireid.attest.timestamp import Stamp, read_stamp
 from moireid.errors import SpecError
 from moireid.provenance import Exclusion
+
+Expectation = Literal["key", "certificate", "registry"]
+#: Parts of a fault that mean that another one signed than was expected.
+SIGNER_PARTS = ("key", "identity")
 
 
 @dataclass(frozen=True)
@@ -53,8 +58,8 @@ class CheckResult:
         The film's name where it was judged.
     stamp : Stamp or None
         The time stamp, if there is one and it is of this signature.
-    key_given : bool
-        Whether the key was expected, and not only found in the envelope.
+    expected : tuple of {"key", "certificate", "registry"}
+        What the signer was compared with; empty where the key was only found in the envelope.
     film_given : bool
         Whether a film was compared.
     asked : bool
@@ -68,7 +73,7 @@ class CheckResult:
     report: dict[str, Any] | None = None
     film_name: str = ""
     stamp: Stamp | None = None
-    key_given: bool = False
+    expected: tuple[Expectation, ...] = ()
     film_given: bool = False
     asked: bool = False
     barred: Exclusion | None = None
@@ -77,6 +82,11 @@ class CheckResult:
     def holds(self) -> bool:
         """Whether nothing is wrong."""
         return not self.faults
+
+    @property
+    def key_named(self) -> bool:
+        """Whether the user said whom to expect, by a key or a certificate's name."""
+        return "key" in self.expected or "certificate" in self.expected
 
     def to_json(self) -> dict[str, Any]:
         """Give the object that ``attest check --json`` prints.
@@ -118,7 +128,8 @@ class CheckResult:
         return {
             "key_sha256": fingerprint(self.opened.key),
             "algorithm": algorithm(self.opened.key),
-            "expected": all(fault.part != "key" for fault in self.faults) if self.key_given else None,
+            "expected": all(fault.part not in SIGNER_PARTS for fault in self.faults) if self.expected else None,
+            "expected_by": list(self.expected),
             "certificate": {"holder": holder(own[0]), "issuer": issuer(own[0])} if own else None,
         }
 
@@ -143,53 +154,12 @@ class CheckResult:
         }
 
 
-def held_against(found: CheckResult, barred: Exclusion | None) -> CheckResult:
-    """Compare a verdict with the present state of its badge.
-
-    Parameters
-    ----------
-    found : CheckResult
-        What `check` found.
-    barred : Exclusion or None
-        Why the badge is no longer valid, as a registry or a bundle says; None where it is valid.
-
-    Returns
-    -------
-    CheckResult
-        With a fault where nothing proves that the verdict is older than that.
-
-    Notes
-    -----
-    Source: a signer can set their own clock back, and a thief can film the badge.  Only a time stamp of a trusted
-    authority shows that film and verdict existed before.
-    """
-    found = replace(found, asked=True, barred=barred)
-    if barred is None or found.report is None:
-        return found
-    bound, stamp = _counted_until(barred), found.stamp
-    if stamp is not None and stamp.trusted and stamp.at < bound:
-        return found
-    what = f"was {barred.code}" if barred.code != "expired" else "expired"
-    since = f", compromised since {barred.since}" if barred.since else ""
-    text = (
-        f"The badge {what}{since}, and no time stamp of a known authority shows that this was signed before "
-        f"{utc(bound)}."
-    )
-    return replace(found, faults=(*found.faults, Broken("badge", text)))
-
-
-def _counted_until(barred: Exclusion) -> datetime:
-    """The moment from which on the badge is no longer valid."""
-    end = datetime.fromisoformat(barred.since or barred.at)
-    end = end if end.tzinfo else end.replace(tzinfo=UTC)
-    return end + timedelta(days=1) if barred.code == "expired" else end
-
-
 def check(
     envelope: bytes,
     *,
     film: Path | None = None,
     key: PublicKey | None = None,
+    identity: CertificateIdentity | None = None,
     authorities: tuple[x509.Certificate, ...] = (),
 ) -> CheckResult:
     """Check a signed verdict.
@@ -202,6 +172,8 @@ def check(
         The film that it should be of.
     key : PublicKey, optional
         The key by which it should be signed; None: the one in the envelope, which does not prove who its holder is.
+    identity : CertificateIdentity, optional
+        Whom the signing certificate should name, and whose certificates are believed.
     authorities : tuple of x509.Certificate
         Certificates of the trusted time authority, the root among them.
 
@@ -215,7 +187,9 @@ def check(
     SpecError
         The film cannot be read.
     """
-    empty = CheckResult((), key_given=key is not None, film_given=film is not None)
+    wanted: dict[Expectation, object] = {"key": key, "certificate": identity}
+    expected = tuple(name for name, given in wanted.items() if given is not None)
+    empty = CheckResult((), expected=expected, film_given=film is not None)
     digest = _digest(film) if film is not None else None
     try:
         found = opened(envelope)  # 1
@@ -234,6 +208,9 @@ def check(
     report = document["predicate"]
     stamp = _stamp(found, authorities, faults)  # 5
     faults += _certificate_faults(found, report["attested"], stamp)  # 6
+    if identity is not None and not any(fault.part == "certificate" for fault in faults):
+        fault = identity.fault(found.certificates, stamp.at if stamp and stamp.trusted else datetime.now(UTC))  # 3
+        faults += [Broken("identity", fault)] if fault else []
     if digest is not None and digest != report["input"]["sha256"]:  # 7
         judged = report["input"]["sha256"][:16]
         words = f"The film is another one, or was changed: its SHA-256 begins {digest[:16]}, the judged one's {judged}."

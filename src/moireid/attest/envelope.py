@@ -44,7 +44,8 @@ MOST_CERTIFICATES = 10
 class Broken(Exception):
     """An envelope does not hold: the part that is wrong, and a sentence.
 
-    part: "envelope", "report", "signature", "key", "certificate", "timestamp" or "film".
+    part: "envelope", "report", "signature", "key", "certificate", "identity", "timestamp", "film", "badge" or
+    "registry".
     """
 
     def __init__(self, part: str, text: str) -> None:

@@ -122,9 +122,9 @@ def holder_of(registry: Registry, badge_id: object) -> BadgeHolder | None:
     record = registry.by_id(badge_id)
     if record is not None:
         registry.check_newest(record)
-        return BadgeHolder(record.name, record.barred())
+        return BadgeHolder(record.name, record.barred(), record.line)
     gone = registry.erased_at(badge_id)
-    return None if gone is None else BadgeHolder(SOMEBODY, Exclusion("revoked", gone, ERASED))
+    return None if gone is None else BadgeHolder(SOMEBODY, Exclusion("revoked", gone, ERASED), erased=True)
 
 
 def _alike(registry: Registry, name: str) -> tuple[str, ...]:

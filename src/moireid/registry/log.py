@@ -25,6 +25,7 @@ from typing import Annotated, Any
 import msgspec
 
 from moireid.errors import RegistryError
+from moireid.provenance import AuthorityKey
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
 from moireid.registry.keys import ACTED, ENTRY, HEAD, Authority, Signs
@@ -69,12 +70,16 @@ class Head:
 
 @dataclass(frozen=True)
 class Rotation:
-    """A change of the authority's key that both keys signed: the entry's number and hash, the old key and the new."""
+    """A change of the authority's key that both keys signed: the entry's number and hash, the old key and the new one.
+
+    time: UTC, ISO 8601, as the entry states it.
+    """
 
     seq: int
     hash: str
     old: Authority
     new: Authority
+    time: str
 
 
 #: A text on one line, as registries hold it: a longer one could add false lines to what is printed of a proof.
@@ -166,7 +171,7 @@ def rotation_of(entry: Mapping[str, Any]) -> Rotation:
     if not (old.signed(ENTRY, content, signature[:half]) and new.signed(ENTRY, content, signature[half:])):
         text = f"log entry {entry['seq']} changes the authority's key, and does not bear the signatures of both keys"
         raise Fault("rotation", text)
-    return Rotation(int(entry["seq"]), right, old, new)
+    return Rotation(int(entry["seq"]), right, old, new, str(entry["time"]))
 
 
 def authority_after(entry: AnyRow, then: Authority) -> Authority:
@@ -181,6 +186,12 @@ def linked(rotations: Sequence[Rotation], authority: Authority) -> list[Rotation
         if one.new.public_hex != after.public_hex:
             raise Fault("rotation", f"log entry {one.seq} gives the log a key that is not the one after it")
     return list(rotations)
+
+
+def authority_keys(authority: Authority, rotations: Sequence[Rotation]) -> tuple[AuthorityKey, ...]:
+    """The present key of a log, then those that it replaced."""
+    former = [AuthorityKey(one.old.fingerprint, one.old.public_hex, one.time) for one in rotations]
+    return (AuthorityKey(authority.fingerprint, authority.public_hex), *former)
 
 
 def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:

@@ -10,9 +10,10 @@ from sqlalchemy import ColumnElement, and_, func, or_, select
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
+from moireid.provenance import AuthorityKey
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import ERASE, ERASE_ACTOR, check_signed
+from moireid.registry.log import ERASE, ERASE_ACTOR, authority_keys, check_signed
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Record, storable
 from moireid.registry.schema import actors, badges, log, select_alike, select_layouts, select_named_so, select_records
@@ -284,6 +285,21 @@ class RegistryQueries:
             named = badges.c.name_nfc.icontains(name, autoescape=True)
             page = page.where(or_(named, badges.c.id.startswith(as_id(name), autoescape=True)) if ids else named)
         return [self._ledger.record(row) for row in self._ledger.rows(page)]
+
+    def authority_keys(self) -> tuple[AuthorityKey, ...]:
+        """List the keys by which the registry's authority signs, or signed.
+
+        Returns
+        -------
+        tuple of AuthorityKey
+            The present one first.
+
+        Raises
+        ------
+        RegistryError
+            If a change of key does not bear the signatures of both keys.
+        """
+        return authority_keys(self._ledger.authority, self._ledger.rotations())
 
     def layouts(self) -> list[Badge]:
         """List one badge of each distinct layout, which is enough for a reader to read any of them.

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import ACCEPT, REJECT, bundle_option, friendly, json_option, show_json, trust_option
+from moireid.cli.common import ACCEPT, REJECT, bundle_option, echo, friendly, json_option, show_json, trust_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.attest import CheckResult
-    from moireid.provenance import Exclusion
+    from moireid.attest import CheckResult, RegistryAnswer
 
 
 def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
@@ -23,6 +22,14 @@ def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool
 
         click.echo(statement_schema(), nl=False)
         context.exit()
+
+
+#: Whom a check expected, in words.
+EXPECTED = {
+    "key": "the key that you gave",
+    "certificate": "of the name that you gave, by an authority that you trust",
+    "registry": "a key of the registry's authority",
+}
 
 
 @click.group("attest")
@@ -38,8 +45,22 @@ def attest_group() -> None:
     "key_file",
     metavar="PUB.pem",
     type=click.Path(path_type=Path),
-    help="The signer's public key or certificate, as you got it from the signer. Without it only the key in FILE is "
-    "used, which proves nothing about who signed: then give --registry or --bundle at least.",
+    help="The signer's public key or certificate, as you got it from the signer. The key in FILE itself proves "
+    "nothing about who signed.",
+)
+@click.option(
+    "--certificate-identity",
+    "identity",
+    metavar="NAME",
+    help="The name in the signer's certificate: its common name, or an e-mail address, host or URI of it, letter by "
+    "letter. Needs --certificate-authority, as anybody can make a certificate with any name.",
+)
+@click.option(
+    "--certificate-authority",
+    "issuer_file",
+    metavar="CERT.pem",
+    type=click.Path(path_type=Path),
+    help="Certificates of the authorities that you trust to name the signer, for --certificate-identity.",
 )
 @click.option(
     "--authority",
@@ -57,7 +78,12 @@ def attest_group() -> None:
     callback=_show_schema,
     help="Print the JSON Schema of what is signed, and exit.",
 )
-@click.option("--registry", "registry_url", metavar="URL", help="Ask this registry whether the badge still counts.")
+@click.option(
+    "--registry",
+    "registry_url",
+    metavar="URL",
+    help="Ask this registry whose badge it is, and whether it still counts.",
+)
 @bundle_option
 @trust_option
 @json_option
@@ -66,6 +92,8 @@ def check_command(
     envelope: Path,
     film: Path | None,
     key_file: Path | None,
+    identity: str | None,
+    issuer_file: Path | None,
     authority_file: Path | None,
     registry_url: str | None,
     bundle_path: Path | None,
@@ -74,49 +102,78 @@ def check_command(
 ) -> None:
     """Check a signed verdict: who judged what, and when?
 
-    FILE is what `moireid verify --sign KEY.pem --attest FILE` wrote. Say whom you expect: --key, --registry, --bundle.
-    Anybody can make a key, and sign in any name and of any day. With --key, no registry and no network are needed. With
-    --registry or --bundle, the check also shows whether the badge was revoked or suspended or has expired since: the
-    verdict then holds only if a time stamp shows that it is older.
+    FILE is what `moireid verify --sign KEY.pem --attest FILE` wrote. Anybody can make a key, and sign in any name and
+    of any day, so say whom you expect: --key, or --certificate-identity with --certificate-authority. Then no registry
+    and no network are needed.
+
+    With --registry or --bundle, the check also shows whether the badge is the person's, and whether it was revoked or
+    suspended or has expired since: the verdict then holds only if a time stamp shows that it is older. A registry says
+    who holds a badge, and not who signed, unless its own authority did. Verdicts of all other signers need --key or
+    --certificate-identity, too.
 
     A date counts only by a time stamp of an authority that you trust (--authority). Without one it is what the signer
     claims.
 
     Exit code 0: it holds; 1: it does not; 2: bad input, or nothing says whom to expect.
     """
-    from moireid.attest import check, held_against, load_public_key
+    from moireid.attest import CertificateIdentity, check, held_against, load_public_key
     from moireid.attest.envelope import read_envelope
-    from moireid.attest.signing_keys import fingerprint, load_certificates
+    from moireid.attest.signing_keys import load_certificates
 
-    key = load_public_key(key_file) if key_file is not None else None
-    authorities = load_certificates(authority_file) if authority_file is not None else ()
-    found = check(read_envelope(envelope), film=film, key=key, authorities=authorities)
-    if registry_url is not None or bundle_path is not None:
-        found = held_against(found, _became(found, registry_url, bundle_path, trust))
-    elif key is None and found.holds and found.opened is not None:
-        signed_by = fingerprint(found.opened.key)
+    if (identity is None) != (issuer_file is None):
         raise SpecError(
-            f"nothing says whom to expect: {envelope} is as key {signed_by[:32]}… signed it, but anybody can make a "
-            "key, and sign in any name and of any day; give the signer's key, as you got it from the signer, by --key, "
-            "or the registry that issued the badge by --registry or --bundle"
+            "anybody can make a certificate with any name in it, so a name counts only by the word of an authority; "
+            "give --certificate-identity and --certificate-authority together"
         )
+    key = load_public_key(key_file) if key_file is not None else None
+    trusted = load_certificates(issuer_file) if issuer_file is not None else ()
+    signer = CertificateIdentity(identity, trusted) if identity is not None else None
+    authorities = load_certificates(authority_file) if authority_file is not None else ()
+    found = check(read_envelope(envelope), film=film, key=key, identity=signer, authorities=authorities)
+    if registry_url is not None or bundle_path is not None:
+        answer = _answer(found, registry_url, bundle_path, trust)
+        found = held_against(found, answer) if answer is not None else found
+    _check_signer_asked(found, envelope)
     if as_json:
         show_json(found.to_json())
     else:
         for line in lines_of(found):
-            click.echo(shown(line))
+            echo(line)
     sys.exit(ACCEPT if found.holds else REJECT)
 
 
-def _became(
+def _check_signer_asked(found: CheckResult, envelope: Path) -> None:
+    """Raise SpecError where all else holds, and only whom to expect is not known."""
+    if found.opened is None or found.key_named or any(fault.part != "key" for fault in found.faults):
+        return
+    if found.holds and found.expected:
+        return
+    from moireid.attest.signing_keys import fingerprint
+
+    signed_by = fingerprint(found.opened.key)[:32]
+    why = (
+        f"{envelope} is as key {signed_by}… signed it, but anybody can make a key, and sign in any name and of any day"
+    )
+    if found.faults:
+        words = found.faults[0].text.rstrip(".")
+        why = f"a registry says who holds a badge, and not who signs: {words[0].lower()}{words[1:]}"
+    raise SpecError(
+        f"nothing says whom to expect: {why}; give the signer's key, as you got it from the signer, by --key, or the "
+        "name in the signer's certificate by --certificate-identity"
+    )
+
+
+def _answer(
     found: CheckResult, registry_url: str | None, bundle_path: Path | None, trust: str | None
-) -> Exclusion | None:
-    """Why the badge of a verdict no longer counts, according to a registry or its bundle; None if it does."""
+) -> RegistryAnswer | None:
+    """What a registry or its bundle says about the badge of a verdict; None where the verdict cannot be believed."""
     if registry_url is not None and bundle_path is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
     if found.report is None:
         return None
-    badge_id = found.report["badge"]["id"]
+    from moireid.attest.registry_answer import RegistryAnswer, badge_of
+
+    badge_id = badge_of(found.report)
     if badge_id is None:
         raise SpecError(
             "this verdict names no identity, so no registry knows its badge; leave out --registry or --bundle"
@@ -125,16 +182,16 @@ def _became(
         from moireid.registry.bundle.held import Bundle
 
         with Bundle(bundle_path, trust) as bundle:
-            holder = bundle.holder_of(badge_id)
+            holder, keys = bundle.holder_of(badge_id), bundle.authority_keys()
     else:
         from moireid.registry import holder_of, open_registry
 
         with open_registry(registry_url, create=False) as registry:
             registry.standing(trust)
-            holder = holder_of(registry, badge_id)
+            holder, keys = holder_of(registry, badge_id), registry.authority_keys()
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")
-    return holder.barred
+    return RegistryAnswer(holder, keys)
 
 
 def lines_of(found: CheckResult) -> list[str]:
@@ -159,17 +216,13 @@ def lines_of(found: CheckResult) -> list[str]:
     ]
 
 
-def shown(line: str) -> str:
-    """A line for a terminal: letters that would steer it, or turn the line round, become escapes."""
-    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in line)
-
-
 def _who(signer: dict[str, Any]) -> str:
     certificate = signer["certificate"]
     named = f", which a certificate by {certificate['issuer']} gives to {certificate['holder']}" if certificate else ""
     key = f"key {signer['key_sha256'][:32]}… ({signer['algorithm']}){named}"
     if signer["expected"] is not None:
-        return f"{key}; it is {'' if signer['expected'] else 'not '}the key that you gave"
+        what = " and ".join(EXPECTED[name] for name in signer["expected_by"])
+        return f"{key}; it is {'' if signer['expected'] else 'not '}{what}"
     what = "key and certificate" if certificate else "key"
     return (
         f"{key}; only the {what} in the file itself was used. The report is as that key signed it, but anybody can "

@@ -21,9 +21,9 @@ from moireid.asbuilt import as_built_from_json, dated_figures
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
-from moireid.provenance import BadgeHolder, ClaimedBadge, Provenance
+from moireid.provenance import AuthorityKey, BadgeHolder, ClaimedBadge, Provenance
 from moireid.registry.bundle.bundle_file import BundleContent, BundlePerson, check_expiry, read_bundle_file
-from moireid.registry.log import Head, Rotation, linked, rotation_of
+from moireid.registry.log import Head, Rotation, authority_keys, linked, rotation_of
 from moireid.registry.look_alikes import by_line, line_alike
 from moireid.registry.record import Fault
 from moireid.registry.rollback import LogState, standing_of
@@ -200,7 +200,7 @@ class Bundle:
             None if it is no identity, or no one in the bundle holds such a badge.
         """
         for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
-            return BadgeHolder(person.name, person.barred())
+            return BadgeHolder(person.name, person.barred(), person.line)
         return None
 
     def _extends(self, seen: Head) -> bool:
@@ -225,6 +225,21 @@ class Bundle:
                 f"bundle {self.path} proves a change of its authority's key wrongly ({error})"
             ) from error
         return turned
+
+    def authority_keys(self) -> tuple[AuthorityKey, ...]:
+        """The keys by which its authority signs, or signed.
+
+        Returns
+        -------
+        tuple of AuthorityKey
+            The present one first.
+
+        Raises
+        ------
+        RegistryError
+            As `rotations`.
+        """
+        return authority_keys(self.authority, self.rotations())
 
     def layouts(self) -> list[Badge]:
         """List a badge without a person for each layout, which is enough to read any badge of the bundle.

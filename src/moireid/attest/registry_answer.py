@@ -1,0 +1,138 @@
+"""What a registry, or a bundle of it, says about a signed verdict: about its badge, and about its signer.
+
+A registry vouches for names of badges, not for signers.  The one signer that it can vouch for is its own authority.  So
+a verdict that another key signed needs that key, or the name in its certificate, from elsewhere.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
+from moireid.attest.checking import CheckResult
+from moireid.attest.envelope import Broken
+from moireid.attest.signing_keys import fingerprint
+from moireid.attest.statement import utc
+from moireid.attest.timestamp import Stamp
+from moireid.provenance import AuthorityKey, BadgeHolder, Exclusion
+
+
+@dataclass(frozen=True)
+class RegistryAnswer:
+    """The holder of a verdict's badge, and the keys of the authority that says so, the present one first."""
+
+    holder: BadgeHolder
+    keys: tuple[AuthorityKey, ...]
+
+
+def badge_of(report: dict[str, Any]) -> str | None:
+    """The identity by which a report's badge is looked up; None if it names none.
+
+    A bundle keeps identities sealed, so a report by one has the identity only where it was read.
+    """
+    found: str | None = report["badge"]["id"] or report["identity"]["claimed_id"]
+    return found
+
+
+def held_against(found: CheckResult, answer: RegistryAnswer) -> CheckResult:
+    """Compare a verdict with what a registry says at present.
+
+    Parameters
+    ----------
+    found : CheckResult
+        What `check` found.
+    answer : RegistryAnswer
+        What the registry, or a bundle of it, says about its badge.
+
+    Returns
+    -------
+    CheckResult
+        With a fault where name, line or authority are others, where nothing proves that the verdict is older than the
+        badge's revocation, and, if nothing else says whom to expect, where no key of the authority signed it.
+
+    Notes
+    -----
+    Source: a signer can set their own clock back, and a thief can film the badge.  Only a time stamp of a trusted
+    authority shows that film and verdict existed before.
+    """
+    if found.report is None or found.opened is None:
+        return replace(found, asked=True)
+    faults = [*found.faults, *_record_faults(found.report, answer)]
+    expected = found.expected
+    if not expected:
+        expected = ("registry",)
+        fault = _signer_fault(fingerprint(found.opened.key), answer.keys, found.stamp)
+        faults += [Broken("key", fault)] if fault else []
+    barred = answer.holder.barred
+    if barred is not None and not _stamped_before(found.stamp, bound := _counted_until(barred)):
+        what = f"was {barred.code}" if barred.code != "expired" else "expired"
+        since = f", compromised since {barred.since}" if barred.since else ""
+        text = (
+            f"The badge {what}{since}, and no time stamp of a known authority shows that this was signed before "
+            f"{utc(bound)}."
+        )
+        faults.append(Broken("badge", text))
+    return replace(found, faults=tuple(faults), expected=expected, asked=True, barred=barred)
+
+
+def _record_faults(report: dict[str, Any], answer: RegistryAnswer) -> list[Broken]:
+    """Where a report says something else of its badge than the registry."""
+    badge, holder, faults = report["badge"], answer.holder, []
+    if not holder.erased and not _same(badge["name"], holder.name):
+        words = f"The registry says that this badge is {holder.name[:80]!r}'s, and not {badge['name'][:80]!r}'s."
+        faults.append(Broken("badge", words))
+    # Reports of older versions have no line.
+    if not holder.erased and badge.get("line") is not None and not _same(badge["line"], holder.line or ""):
+        words = f"The registry has the line {holder.line!r} below the name, and the report {badge['line'][:80]!r}."
+        faults.append(Broken("badge", words))
+    asked = report["registry"]
+    if asked is None:
+        words = (
+            "No registry was asked when the film was judged, so the badge was what a file said; judge the film again "
+            "with --claim and --registry or --bundle."
+        )
+        faults.append(Broken("registry", words))
+    elif asked["fingerprint"] not in [key.fingerprint for key in answer.keys]:
+        words = f"The badge was looked up at authority {asked['fingerprint']}, and this is another registry."
+        faults.append(Broken("registry", words))
+    return faults
+
+
+def _same(one: str, other: str) -> bool:
+    return unicodedata.normalize("NFC", one).strip() == unicodedata.normalize("NFC", other).strip()
+
+
+def _signer_fault(signed_by: str, keys: tuple[AuthorityKey, ...], stamp: Stamp | None) -> str | None:
+    """Why a key is not the authority's, in a sentence; None where it is.
+
+    A key that was replaced may be in other hands, so what it signed counts only if it was stamped before.
+    """
+    for key in keys:
+        if fingerprint(Ed25519PublicKey.from_public_bytes(bytes.fromhex(key.public_hex))) != signed_by:
+            continue
+        if key.until is None or _stamped_before(stamp, _moment(key.until)):
+            return None
+        return (
+            f"It was signed by a key that the registry's authority replaced at {key.until}, and no time stamp of a "
+            "known authority shows that it was signed before."
+        )
+    return f"Key {signed_by[:16]}… signed it, which is no key of the registry's authority."
+
+
+def _stamped_before(stamp: Stamp | None, bound: datetime) -> bool:
+    return stamp is not None and stamp.trusted and stamp.at < bound
+
+
+def _counted_until(barred: Exclusion) -> datetime:
+    """The moment from which on the badge is no longer valid."""
+    end = _moment(barred.since or barred.at)
+    return end + timedelta(days=1) if barred.code == "expired" else end
+
+
+def _moment(text: str) -> datetime:
+    end = datetime.fromisoformat(text)
+    return end if end.tzinfo else end.replace(tzinfo=UTC)
