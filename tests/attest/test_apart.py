@@ -82,10 +82,10 @@ def test_an_error_of_the_work_keeps_its_kind() -> None:
         assert type(fault_of(ProcessEnd(kind, "why", ours=True), "film.mp4")) is wanted
 
 
-def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path) -> None:
+def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, judged: dict[str, Any]) -> None:
     """Catches: a film that is swapped while it is judged, and a process that reports what it likes."""
     here = Path(shutil.copy(film, tmp_path / "film.mp4"))
-    for report in ({"input": {"sha256": "0" * 64}}, {"input": None}, {}, [1]):
+    for report in (judged | {"input": judged["input"] | {"sha256": "0" * 64}}, judged | {"input": None}, {}, [1]):
 
         class Hostile:
             sealed = ()
@@ -95,5 +95,5 @@ def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path) -> No
                 assert not re.search(rb"PRIVATE|\.pem|Ed25519|Elliptic", pickle.dumps(order))
                 return {"result": result}
 
-        with pytest.raises(MediaError, match="changed while it was judged"):
+        with pytest.raises(MediaError, match="changed while it was judged|answers what no film shows"):
             judged_film(order_of(here), Hostile(), lambda done, of: None)

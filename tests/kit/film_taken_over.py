@@ -58,3 +58,17 @@ class HostileOrder:
             if line.split()[1].startswith("rw") and "[v" not in line:
                 found += len(re.findall(SECRET, ctypes.string_at(first, last - first)))
         return found
+
+@dataclass(frozen=True)
+class SayingOrder:
+    """An order whose reader sends a message of the attacker's; bytes: as they are, which need be no JSON."""
+
+    message: Any
+
+    def read(self, send: Any, ask: Any, progress: Any) -> None:
+        """Send it, and a result."""
+        if isinstance(self.message, bytes):
+            send.__self__._pipe.send_bytes(self.message)
+        else:
+            send(self.message)
+        send({"result": {}})

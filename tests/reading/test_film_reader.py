@@ -17,7 +17,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from kit.coded_films import first_frames
-from kit.film_taken_over import HostileOrder
+from kit.film_taken_over import HostileOrder, SayingOrder
 from kit.places import FILMS, TESTS
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
@@ -102,6 +102,29 @@ def test_a_film_that_takes_too_long_is_left(film: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(reading, "MEGABYTE_S", 0.0)
     with film_reader([film]) as made, pytest.raises(MediaError, match="longer than the 1 s"):
         made.read(HostileOrder("spin"), lambda done, of: None)
+
+
+@linux
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"progress": 3},
+        {"progress": [1]},
+        {"progress": ["\x1b[2J", 2]},
+        {"progress": [-1, 2]},
+        {"ended": 3},
+        b'{"result": NaN}',
+        b'{"result": 1e999}',
+        b'{"result": "\\ud800"}',
+        b"[" * 100_000,
+        b"\xff",
+    ],
+    ids=str,
+)
+def test_a_message_that_is_none_ends_in_a_sentence(film: Path, message: Any) -> None:
+    """Catches: progress of another shape, numbers and letters that JSON has not, which end in an internal error."""
+    with film_reader([film]) as made, pytest.raises(MediaError, match="process that read"):
+        made.read(SayingOrder(message), lambda done, of: None)
 
 
 def ran(*words: str) -> Result:

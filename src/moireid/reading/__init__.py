@@ -2,6 +2,7 @@
 
 film_reader.py  starts the process, sends it an order, holds its deadline, and takes its answers; or reads here
 film_work.py    the work of the process
-film_reports.py  a film judged so, and the checks of what was answered
+answers.py      what a reader may answer, and how that is checked
+film_reports.py  a film judged or identified so, and what this process states of it
 film_orders.py  what is read of a film: a verdict, whose badge it is, or the figures of a badge as built
 """

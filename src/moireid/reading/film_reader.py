@@ -21,6 +21,7 @@ from typing import Any, Protocol
 
 from moireid import errors
 from moireid.errors import MediaError, MoireIdError
+from moireid.reading.answers import Count, checked
 from moireid.reading.film_orders import FilmOrder
 from moireid.sandbox.early_copy import EarlyCopy
 from moireid.sandbox.file_access import Reach, reach
@@ -104,10 +105,11 @@ class SealedReader:
     ) -> dict[str, Any]:
         """What an order finds."""
         found: dict[str, Any] = {}
+        film = named(self._films)
 
         def handle(message: dict[str, Any]) -> Any:
             if "progress" in message:
-                progress(*message["progress"])
+                progress(*checked(message["progress"], tuple[Count, Count | None], film))
             if "ask" in message and answer is not None:
                 return answer(message["ask"])
             for key in message.keys() & ANSWERS:
@@ -124,7 +126,7 @@ def converse(child: Child, order: object, handle: Answer, films: Sequence[Path],
 
     Raises: MoireIdError that the work raised; MediaError where the process fails, is silent, or takes too long.
     """
-    film, last = ", ".join(map(str, films)), time.monotonic() + seconds
+    film, last = named(films), time.monotonic() + seconds
     try:
         child.send(order, SILENCE_S)
         while (message := child.hear(min(SILENCE_S, max(last - time.monotonic(), 0.0)))) is not None:
@@ -137,6 +139,11 @@ def converse(child: Child, order: object, handle: Answer, films: Sequence[Path],
     over = time.monotonic() >= last
     how = f"took longer than the {seconds:.0f} s that a film of its size may take" if over else "does not answer"
     raise MediaError(f"the process that read {film} {how}, and was ended; the film may be damaged")
+
+
+def named(films: Sequence[Path]) -> str:
+    """Films in a sentence."""
+    return ", ".join(map(str, films))
 
 
 def fault_of(ended: ProcessEnd, film: str) -> MoireIdError:

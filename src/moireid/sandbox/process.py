@@ -24,6 +24,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from moireid.sandbox.file_access import Reach, reach
 from moireid.sandbox.line import MessageChannel
 from moireid.sandbox.seal import ProcessLimits
@@ -91,7 +93,7 @@ class Child:
                 rest = None if last is None else max(last - time.monotonic(), 0.0)
                 if (body := self._line.receive(self._limits.answer_bytes, rest)) is None:
                     return None
-                answer = json.loads(body)
+                answer = msgspec.json.decode(body)
                 if not isinstance(answer, dict):
                     raise ValueError("no object")
                 # Only the first message is of a process that has read nothing untrusted yet.

@@ -80,6 +80,7 @@ def identify_command(
     Exit code 0: found; 1: no one enrolled; 2: bad input; 3: inconclusive.
     """
     from moireid.reading.film_orders import IdentifyingOrder
+    from moireid.reading.film_reports import identified_film
 
     if bundle_path is not None and registry_url is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
@@ -89,9 +90,9 @@ def identify_command(
     with films as reader, opened as asked, progress_bar("reading the film") as progress:
         report_standing(asked.standing)
         order = IdentifyingOrder(video, asked.layouts, focal_px, camera)
-        outcome = reader.read(order, progress, partial(answer_to, enrolled=asked.enrolled))["result"]
+        outcome = identified_film(order, reader, progress, partial(answer_to, enrolled=asked.enrolled, film=video))
         found_id = outcome["found_id"]
-        own = {"found_name": asked.name(found_id), "registry": asked.standing.to_json(), "sealed": list(reader.sealed)}
+        own = {"found_name": asked.name(found_id), "registry": asked.standing.to_json()}
         document = asked.noted(outcome | own, found_id)
         known = asked.look_up(document)
     if as_json:
@@ -101,14 +102,12 @@ def identify_command(
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[document["finding"]])
 
 
-def answer_to(question: Any, enrolled: EnrolledPeople) -> Any:
-    """The answer to a question of the process that reads the film; None to what is none."""
-    match question:
-        case {"holds": str(badge_id)}:
-            return enrolled.holds(badge_id)
-        case {"alike": dict(parts)}:
-            return enrolled.alike({int(place): str(part) for place, part in parts.items()})
-    return None
+def answer_to(question: object, enrolled: EnrolledPeople, film: Path) -> Any:
+    """The answer to a question of the process that reads the film.  Raises: MediaError if it is none."""
+    from moireid.reading.answers import RegistryQuestion, checked
+
+    asked = checked(question, RegistryQuestion, film)
+    return enrolled.holds(asked.holds) if asked.holds is not None else enrolled.alike(asked.alike or {})
 
 
 @contextmanager

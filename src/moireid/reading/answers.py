@@ -1,0 +1,111 @@
+"""What a process that read a film may answer, and how that is checked: it may be in a stranger's hands.
+
+An honest answer always passes.  One that does not ends the check, and nothing of it is used.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+from msgspec import Meta
+
+from moireid.errors import MediaError
+from moireid.verifier.report.report_page import NAME
+from moireid.verifier.session.result import report_schema
+
+Model = TypeVar("Model")
+#: Frames read, and the number expected.
+Count = Annotated[int, Meta(ge=0, le=1 << 53)]
+#: The identity, or a part of it, that a film seems to show.
+Hex = Annotated[str, Meta(pattern=r"^[0-9a-f]{1,32}\Z")]
+Part = Annotated[str, Meta(pattern=r"^[0-9a-f]{4}\Z")]
+PictureName = Annotated[str, Meta(pattern=rf"^(?:{NAME.pattern})\Z")]
+#: What identification adds to a report, or answers without one; `reasons` as in a report.
+IDENTIFIED = {
+    "type": "object",
+    "required": ["finding", "found_id", "reasons"],
+    "properties": {
+        "finding": {"enum": ["found", "nobody", "inconclusive"]},
+        "found_id": {"type": ["string", "null"], "pattern": "^[0-9a-f]{1,32}$"},
+    },
+}
+
+
+class FilmAnswer(msgspec.Struct, forbid_unknown_fields=True):
+    """The parts of an answer: what was found; and for a page its pictures by name, the titles of its plots in their
+    order, the time of the frame that is shown, s, and the signals as CSV.
+    """
+
+    result: dict[str, Any]
+    files: dict[PictureName, bytes] = {}
+    plots: Annotated[list[str], Meta(max_length=100)] = []
+    frame_s: float | None = None
+    signals: str = ""
+
+    def __post_init__(self) -> None:
+        """Raises: ValueError where a plot has no picture."""
+        if any(f"plot{number}.svg" not in self.files for number in range(len(self.plots))):
+            raise ValueError("a plot has no picture")
+
+
+class RegistryQuestion(msgspec.Struct, forbid_unknown_fields=True):
+    """What identification asks: whether an id is enrolled, or which ids have such parts at their places, 0 to 3."""
+
+    holds: Hex | None = None
+    alike: dict[Annotated[int, Meta(ge=0, le=3)], Part] | None = None
+
+
+def malformed(film: object, what: str) -> MediaError:
+    """The error of an answer that no honest process gives."""
+    return MediaError(
+        f"the process that read {film} answers what no film shows ({what}); it may be in a stranger's hands, so do not "
+        "trust this film"
+    )
+
+
+def checked(value: object, model: type[Model], film: object) -> Model:
+    """An answer, or a part of it, as it must be.  Raises: MediaError."""
+    try:
+        return msgspec.convert(value, model, str_keys=True)
+    except (msgspec.ValidationError, ValueError, TypeError, RecursionError) as error:
+        raise malformed(film, str(error)[:200]) from error
+
+
+def checked_report(report: dict[str, Any], film: object) -> None:
+    """Raise MediaError where a report breaks a rule of its schema."""
+    _check(report, "report", film)
+
+
+def checked_identification(found: dict[str, Any], film: object) -> None:
+    """Raise MediaError where what `identify` found breaks a rule of its schema, or of a report's if it has one."""
+    _check(found, "identified", film)
+    # Without a report there are reasons alone.
+    _check(found, "report" if "verdict" in found else "reasons", film)
+
+
+def load_schemas() -> None:
+    """Load what checks need, which takes a fifth of a second, while another process reads a film."""
+    _validators()
+
+
+def _check(document: dict[str, Any], name: str, film: object) -> None:
+    try:
+        wrong = next(_validators()[name].iter_errors(document), None)
+    except RecursionError:
+        raise malformed(film, "it nests too deeply") from None
+    if wrong is not None:
+        place = ".".join(map(str, wrong.absolute_path)) or "it"
+        raise malformed(film, f"{place[:80]} breaks the rule {wrong.validator!r} of its schema")
+
+
+@cache
+def _validators() -> dict[str, Any]:
+    from jsonschema import Draft202012Validator
+
+    report = json.loads(report_schema())
+    reasons = {"properties": {"reasons": report["properties"]["reasons"]}, "$defs": report["$defs"]}
+    schemas = {"report": report, "reasons": reasons, "identified": IDENTIFIED}
+    return {name: Draft202012Validator(schema) for name, schema in schemas.items()}
