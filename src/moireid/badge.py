@@ -34,6 +34,7 @@ from moireid.fiducials import (
     fiducial_document,
     read_fiducial,
 )
+from moireid.files import read_regular
 from moireid.frames import OwnFrame, Rect, bounds_of, own_frame, own_rect
 from moireid.layers import Bits, Cell, Code, Grating, Lens, is_smooth
 from moireid.models import check_format, parse_json, read_model
@@ -181,7 +182,7 @@ def load_badge(path: Path | str) -> Badge:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
         raise SpecError(f"badge file {path} cannot be read ({reason}); give the path of a badge.json") from error

@@ -14,21 +14,53 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader, FileIO
 from pathlib import Path
 
 from moireid.errors import SpecError
 
+#: Largest file that describes one thing, such as a badge or a camera: a board of two axes has 65 kB.
+MOST_SMALL_BYTES = 4_000_000
+#: Largest table, such as a motion or a list of people: 10,000 people of 6 kB each, or an hour's poses at 100 Hz.
+MOST_TABLE_BYTES = 64_000_000
 
-def read_regular(path: Path, most_bytes: int) -> bytes:
-    """The first bytes of a file, one more than `most_bytes` where it is larger, so that the caller sees it.
 
-    Raises: OSError where it cannot be read, and for a pipe or device, which has no end or would be waited for.
+def open_regular(path: Path) -> BufferedReader[FileIO]:
+    """A file of a user, open for reading.
+
+    Raises: OSError where it cannot be opened, and for a pipe or device, which would be waited for, or has no end.
     """
-    # Looked at before it is opened: opening a pipe waits for its writer.
-    if not stat.S_ISREG(path.stat().st_mode):
+    # Before it is opened too: opening a device may do something.
+    _check_regular(path.stat())
+    # Another file may have taken its place; one that is a pipe by now is not waited for.
+    ways = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    file = BufferedReader(FileIO(os.open(path, ways)))
+    try:
+        _check_regular(os.fstat(file.fileno()))
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def read_regular(path: Path, most_bytes: int = MOST_SMALL_BYTES) -> bytes:
+    """A small file of a user, whole.
+
+    Raises: OSError as `open_regular`, and where it has more than `most_bytes`.
+    """
+    with open_regular(path) as file:
+        content = file.read(most_bytes + 1)
+    if len(content) > most_bytes:
+        most = f"{most_bytes / 1e6:.0f} MB" if most_bytes >= 1e6 else f"{most_bytes / 1e3:.3g} kB"
+        raise OSError(errno.EFBIG, f"it is larger than {most}")
+    return content
+
+
+def _check_regular(state: os.stat_result) -> None:
+    if stat.S_ISDIR(state.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(state.st_mode):
         raise OSError(errno.EINVAL, "not a regular file")
-    with path.open("rb") as file:
-        return file.read(most_bytes + 1)
 
 
 def planned(

@@ -19,7 +19,7 @@ from msgspec import Meta, Struct
 
 from moireid.badge import Badge, Lens
 from moireid.errors import SpecError
-from moireid.files import whole_file
+from moireid.files import read_regular, whole_file
 from moireid.models import check_format, parse_json, read_model
 from moireid.sheets import ACRYLIC_INDEX, MM_PER_INCH, PRODUCTS, sheet_lens
 
@@ -171,7 +171,7 @@ def _read_profile(path: Path, source: str, model: type[Profile]) -> Profile:
     """The content of a profile's file.  Raises: SpecError."""
     advice = "correct it, or give a file that moireid calibrate wrote"
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
         raise SpecError(f"{source} cannot be read ({reason}); {advice}") from error

@@ -95,5 +95,5 @@ def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, judge
                 assert not re.search(rb"PRIVATE|\.pem|Ed25519|Elliptic", pickle.dumps(order))
                 return {"result": result}
 
-        with pytest.raises(MediaError, match="changed while it was judged|answers what no film shows"):
+        with pytest.raises(MediaError, match=r"changed while it was judged|answers what no film shows"):
             judged_film(order_of(here), Hostile(), lambda done, of: None)

@@ -104,7 +104,7 @@ def test_what_is_no_record_is_refused_in_a_sentence(tmp_path: Path):
         read_record(tmp_path / "none.json")
     with path.open("wb") as file:
         file.truncate(MOST_BYTES + 1)
-    with pytest.raises(SpecError, match="more than 50 MB"):
+    with pytest.raises(SpecError, match="larger than 50 MB"):
         read_record(path)
     folder = open_folder(tmp_path / "first", {}, {})
     folder.at(FILMS).write_text('[{"width_px": 0}]')

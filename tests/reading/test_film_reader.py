@@ -23,7 +23,7 @@ from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.errors import MediaError
 from moireid.reading import film_reader as reading
-from moireid.reading.film_reader import SealedReader, film_reader
+from moireid.reading.film_reader import ANSWER_BYTES, SealedReader, film_reader
 from moireid.reading.film_work import read as work
 from moireid.sandbox.early_copy import EarlyCopy
 from moireid.sandbox.seal import MEANS
@@ -113,13 +113,14 @@ def test_a_film_that_takes_too_long_is_left(film: Path, monkeypatch: pytest.Monk
         {"progress": ["\x1b[2J", 2]},
         {"progress": [-1, 2]},
         {"ended": 3},
+        {"signals": "x" * ANSWER_BYTES},
         b'{"result": NaN}',
         b'{"result": 1e999}',
         b'{"result": "\\ud800"}',
         b"[" * 100_000,
         b"\xff",
     ],
-    ids=str,
+    ids=lambda message: str(message)[:30],
 )
 def test_a_message_that_is_none_ends_in_a_sentence(film: Path, message: Any) -> None:
     """Catches: progress of another shape, numbers and letters that JSON has not, which end in an internal error."""

@@ -44,8 +44,6 @@ def load_picture(path: Path, what: str) -> Image.Image:
         data = read_regular(path, MOST_BYTES)
     except OSError as error:
         raise SpecError(f"{what} {path} cannot be read ({error.strerror}); {ADVICE}") from error
-    if len(data) > MOST_BYTES:
-        raise SpecError(f"{what} {path} is larger than {MOST_BYTES / 1e6:.0f} MB; {ADVICE} that is smaller")
     return picture_of(data, f"{what} {path}")
 
 

@@ -126,8 +126,6 @@ def template_named(name: str) -> BadgeTemplate:
         data = read_regular(path, MOST_FILE_BYTES)
     except OSError as error:
         raise SpecError(f"template {path} cannot be read ({error.strerror}); give the path of a template") from error
-    if len(data) > MOST_FILE_BYTES:
-        raise SpecError(f"template {path} is larger than {MOST_FILE_BYTES // 1000} kB; give a template")
     try:
         text = data.decode("utf-8-sig")
         if path.suffix.lower() == ".json":

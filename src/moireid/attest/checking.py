@@ -35,6 +35,7 @@ from moireid.attest.signing_keys import (
 from moireid.attest.statement import statement_fault, strict_object, utc
 from moireid.attest.timestamp import Stamp, read_stamp
 from moireid.errors import SpecError
+from moireid.files import open_regular
 from moireid.provenance import Exclusion
 
 Expectation = Literal["key", "certificate", "registry"]
@@ -280,7 +281,7 @@ def _moment(text: str) -> datetime:
 
 def _digest(film: Path) -> str:
     try:
-        with film.open("rb") as stream:
+        with open_regular(film) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise SpecError(f"film {film} cannot be read ({error.strerror}); check its name and rights") from error

@@ -33,6 +33,7 @@ from moireid.attest.signing_keys import (
 )
 from moireid.attest.statement import strict_base64, strict_object
 from moireid.errors import SpecError
+from moireid.files import open_regular
 
 PAYLOAD_TYPE = "application/vnd.in-toto+json"
 #: Largest envelope, bytes: a hundred times the report of an hour of film.
@@ -137,7 +138,7 @@ def signed_envelope(payload: bytes, key: SigningKey, stamp: Callable[[bytes], by
 def read_envelope(path: Path) -> bytes:
     """An envelope's file, as far as one may be long.  Raises: SpecError where it cannot be read."""
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             return stream.read(MOST_BYTES + 1)
     except OSError as error:
         raise SpecError(f"envelope {path} cannot be read ({error.strerror}); check its name and rights") from error

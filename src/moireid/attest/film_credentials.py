@@ -12,6 +12,7 @@ from typing import Any
 
 from moireid.attest.credentials_work import UNREADABLE, read
 from moireid.errors import MediaError
+from moireid.files import open_regular
 from moireid.verifier.reasons import Reason
 
 #: More top-level boxes than this are not looked through: a fragmented film has some for each second.
@@ -61,7 +62,7 @@ def may_carry(film: Path) -> bool:
     Source: C2PA specification 2.2, A.5.1: in files of the ISO base media format credentials are in a `uuid` box next
         to `moov`; so is the XMP that points to them elsewhere.
     """
-    with film.open("rb") as stream:
+    with open_regular(film) as stream:
         end = stream.seek(0, 2)
         place = 0
         for box in range(MOST_BOXES):

@@ -27,6 +27,7 @@ from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature
 from cryptography.x509.oid import NameOID
 
 from moireid.errors import SpecError
+from moireid.files import read_regular
 
 PublicKey = Ed25519PublicKey | EllipticCurvePublicKey
 PrivateKey = Ed25519PrivateKey | EllipticCurvePrivateKey
@@ -254,13 +255,9 @@ def _own_chain(path: Path, content: bytes, key: PublicKey) -> tuple[x509.Certifi
 
 def _content(path: Path) -> bytes:
     try:
-        with path.open("rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
+        return read_regular(path, MOST_BYTES)
     except OSError as error:
         raise SpecError(f"key file {path} cannot be read ({error.strerror}); check its name and rights") from error
-    if len(content) > MOST_BYTES:
-        raise SpecError(f"key file {path} is larger than {MOST_BYTES} bytes; give a PEM file with a key")
-    return content
 
 
 def _certificates(content: bytes) -> tuple[x509.Certificate, ...]:

@@ -19,7 +19,7 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from moireid.errors import SpecError
-from moireid.files import planned, whole_file, write_text
+from moireid.files import open_regular, planned, read_regular, whole_file, write_text
 from moireid.models import check_format, parse_json, read_model
 from moireid.profiles import lens_named
 
@@ -243,7 +243,7 @@ def _state_in(path: Path) -> BuildState:
         return BuildState(1, "first-badge")
     source = str(file)
     try:
-        text = file.read_text(encoding="utf-8")
+        text = read_regular(file).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise SpecError(f"{source} cannot be read; {ADVICE}") from error
     document = parse_json(text, source, ADVICE)
@@ -252,5 +252,5 @@ def _state_in(path: Path) -> BuildState:
 
 
 def _digest(path: Path) -> str:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -257,12 +257,10 @@ def read_record(path: Path) -> CaptureRecord:
     """Read a capture record.  Raises: SpecError if it is none, or larger than `MOST_BYTES`."""
     source, advice = f"capture record {path}", "give a file that moireid first-badge --record wrote"
     try:
-        data = read_regular(path, MOST_BYTES)
-        if len(data) > MOST_BYTES:
-            raise SpecError(f"{source} has more than {MOST_BYTES // 1_000_000} MB; {advice}")
-        text = data.decode()
+        text = read_regular(path, MOST_BYTES).decode()
     except (OSError, UnicodeDecodeError) as error:
-        raise SpecError(f"{source} cannot be read; {advice}") from error
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise SpecError(f"{source} cannot be read ({reason}); {advice}") from error
     document = parse_json(text, source, advice)
     check_format(document, FORMAT, source)
     return read_model(document, CaptureRecord, source, advice)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError
+from moireid.files import open_regular
 from moireid.verifier.video import Film
 
 #: Frames used of a film, and the step between them: after a quarter of a second the view has changed.
@@ -59,7 +60,8 @@ def is_film(path: Path) -> bool:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        Image.open(path).close()
+        with open_regular(path) as file:
+            Image.open(file).close()
     except UnidentifiedImageError:
         return True
     return False
@@ -73,7 +75,7 @@ def _photograph(path: Path) -> tuple[NDArray[np.uint8], float | None] | None:
         # Pillow only warns of huge pictures; the check here has its own limit and message.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(path) as picture:
+            with open_regular(path) as file, Image.open(file) as picture:
                 if picture.width * picture.height > MAX_PIXELS:
                     raise Image.DecompressionBombError
                 noted = picture.getexif().get_ifd(EXIF_FOLDER).get(EXIF_FOCAL_35MM)

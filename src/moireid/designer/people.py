@@ -21,6 +21,7 @@ from moireid.badge import Badge
 from moireid.designer.drawn import DrawnBadge, HolderOf, drawn_badge
 from moireid.designer.request import Request, clean_name, payload_from_hex
 from moireid.errors import MoireIdError, SpecError
+from moireid.files import MOST_TABLE_BYTES, read_regular
 from moireid.names import LINE_COLUMNS, line_of
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
@@ -256,7 +257,7 @@ def read_people(people_csv: Path) -> PeopleList:
     Raises: SpecError as `parse_people`, and where the file cannot be read.
     """
     try:
-        data = people_csv.read_bytes()
+        data = read_regular(people_csv, MOST_TABLE_BYTES)
     except OSError as error:
         raise unreadable(str(people_csv), f"{error.strerror}; give a CSV file with a column name") from error
     return parse_people(data, source=str(people_csv))

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from moireid.errors import CodeError, SpecError
+from moireid.files import read_regular
 from moireid.names import NAME_LIMIT, hidden_words, unprintable
 
 #: The focal length, px, of the camera that a design must suffice for: 1080p with the angle of view of a phone's main
@@ -262,10 +263,7 @@ def payload_from_key(path: Path) -> bytes:
     from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat, load_pem_public_key
 
     try:
-        if not path.is_file():
-            raise ValueError("no file")
-        with path.open("rb") as stream:
-            key = load_pem_public_key(stream.read(KEY_FILE_LIMIT))
+        key = load_pem_public_key(read_regular(path, KEY_FILE_LIMIT))
     except (OSError, ValueError) as error:
         raise SpecError(f"{path} is no public key in PEM; make one with: openssl pkey -in KEY.pem -pubout") from error
     return hashlib.sha256(key.public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)).digest()[:16]

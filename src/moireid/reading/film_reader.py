@@ -34,8 +34,10 @@ WORK = "moireid.reading.film_work:read"
 MEMORY_BYTES, MEMORY_TIMES, MOST_MEMORY_BYTES = 900 << 20, 4, 4 << 30
 #: Memory that libraries reserve for each processor, as stacks of threads; little of it is used.
 PROCESSOR_BYTES = 16 << 20
-#: Greatest size of one answer: a report's pictures, or its signals as text.
-ANSWER_BYTES = 32 << 20
+#: Greatest size of one answer.  A page's pictures are the largest: 0.73 MB for a board of two axes and 1860 frames, and
+#: no more frames are drawn, as chapters are not longer.  A report has 0.15 kB for each 4 s of film, 3.3 MB for a day.
+#: As Python objects an answer takes up to thirty times as much.
+ANSWER_BYTES = 8 << 20
 #: What a process may answer.
 ANSWERS = frozenset({"result", "files", "plots", "frame_s", "signals"})
 #: Time for a film of no size, and for each megabyte of it, s; a film of 100 kbit/s takes 10 s a megabyte.

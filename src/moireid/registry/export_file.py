@@ -22,7 +22,7 @@ import msgspec
 from sqlalchemy import Connection, Table, func, insert, select
 
 from moireid.errors import RegistryError
-from moireid.files import planned, whole_file
+from moireid.files import open_regular, planned, whole_file
 from moireid.registry.canonical import canonical_json, pack
 from moireid.registry.engine import AnyRow, sqlite_file, translated, writing
 from moireid.registry.keys import Authority
@@ -205,7 +205,7 @@ def load(path: Path, copy: Ledger) -> None:
     Raises: RegistryError if the file cannot be read, or is no export that this version knows.
     """
     try:
-        with path.open("rb") as stream, translated(copy.url), writing(copy.engine) as connection:
+        with open_regular(path) as stream, translated(copy.url), writing(copy.engine) as connection:
             own = _load(walk(stream), connection)
             if own.fingerprint != Authority(own.public_key).fingerprint:
                 raise ValueError("its fingerprint is not that of its public key")

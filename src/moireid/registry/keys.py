@@ -28,7 +28,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey,
 from platformdirs import user_data_path
 
 from moireid.errors import RegistryError, SpecError
-from moireid.files import whole_file
+from moireid.files import read_regular, whole_file
 from moireid.registry.canonical import canonical_json, sha256_hex
 
 KEYS_VARIABLE = "MOIREID_KEYS"
@@ -149,7 +149,7 @@ def key_of(authority: Authority) -> Signer:
     """
     path = key_path(authority)
     try:
-        key = serialization.load_pem_private_key(path.read_bytes(), password=None)
+        key = serialization.load_pem_private_key(read_regular(path), password=None)
     except FileNotFoundError as error:
         raise RegistryError(
             f"the private key of authority {authority.fingerprint} is looked for at {path}, and is not there; bring "

@@ -18,6 +18,7 @@ copier, p. 2-20, passes a page that is 1 mm too long or short: 0.3 % of A4.
 from __future__ import annotations
 
 import csv
+import io
 import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -26,6 +27,7 @@ import numpy as np
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
+from moireid.files import MOST_TABLE_BYTES, read_regular
 from moireid.sheets import sheet_lens
 from moireid.simulate.flaw_table import BUILDS, FLAWS, PRESETS, flaw_fields
 
@@ -240,8 +242,8 @@ def build_of_truth(path: Path) -> Build:
         For a file that cannot be read, or holds none.
     """
     try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            row = next(csv.DictReader(stream))
+        text = read_regular(path, MOST_TABLE_BYTES).decode("utf-8")
+        row = next(csv.DictReader(io.StringIO(text, newline="")))
         numbers = {name: float(row[f"build_{name}"]) for name in BUILD_NUMBERS}
         found = Build(**numbers | {"seed": int(numbers["seed"])})  # type: ignore[arg-type]
     except OSError as error:

@@ -19,6 +19,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from moireid.errors import MediaError, SpecError
+from moireid.files import MOST_TABLE_BYTES, read_regular
 from moireid.simulate.phone_walk import PHONE_WALK, around_badge, fast_turns_rad, to_and_fro_s
 
 Array = NDArray[np.float64]
@@ -305,7 +306,7 @@ def from_csv(path: Path, distance_mm: float) -> Motion:
     Raises: MediaError where the file cannot be read or lacks a column.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_regular(path, MOST_TABLE_BYTES).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise MediaError(f"motion file {path} cannot be read; give a CSV with columns {', '.join(COLUMNS)}") from error
     return _spline(text, str(path), distance_mm)

@@ -6,11 +6,9 @@ grey, and so is the luma plane of the decoder.
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import math
 import os
-import stat
 import threading
 import weakref
 from collections.abc import Callable, Generator, Iterator
@@ -26,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError
+from moireid.files import open_regular
 from moireid.verifier.picture import Frame, Picture
 
 if TYPE_CHECKING:
@@ -41,12 +40,9 @@ class OpenedFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        # Before it is opened too: opening a device may do something.
-        _check_regular(os.stat(path))
-        self._stream = os.fdopen(_open_at_once(path), "rb", buffering=0)
+        self._stream = open_regular(path).detach()
         weakref.finalize(self, self._stream.close)
         self._lock = threading.Lock()
-        _check_regular(os.fstat(self._stream.fileno()))
         self._state = self._stated()
 
     @property
@@ -84,16 +80,6 @@ class OpenedFile:
         """Size and time of the last change; renaming the file leaves both alone."""
         found = os.fstat(self._stream.fileno())
         return found.st_size, found.st_mtime_ns
-
-
-def _check_regular(found: os.stat_result) -> None:
-    if not stat.S_ISREG(found.st_mode):
-        raise OSError(errno.EINVAL, "it is no regular file")
-
-
-def _open_at_once(path: Path) -> int:
-    """Open without waiting, as the reading end of a pipe would for its writer."""
-    return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
 
 
 class FileReader:

@@ -16,6 +16,7 @@ from typing import Any
 
 from moireid.errors import MediaError, MissingExtraError, MoireIdError, SpecError
 from moireid.extras import missing_extra
+from moireid.files import MOST_TABLE_BYTES, read_regular
 
 #: Number of tries to fetch a file, and the wait before the second; each further wait is twice as long.
 FETCHES, WAIT_S = 3, 0.5
@@ -56,9 +57,14 @@ def stamp(address: str) -> str:
 
 def read_text(address: str) -> str:
     """The text of a small file, UTF-8.  Raises: SpecError where it cannot be read."""
-    system, path = _system(address)
     with _as_spec_error(f"{address} cannot be read", "write where it lies"):
-        content = system.cat_file(path)
+        if is_address(address):
+            system, path = _system(address)
+            content = system.cat_file(path, end=MOST_TABLE_BYTES + 1)
+        else:
+            content = read_regular(Path(address), MOST_TABLE_BYTES)
+    if len(content) > MOST_TABLE_BYTES:
+        raise SpecError(f"{address} is larger than {MOST_TABLE_BYTES // 1_000_000} MB; give a smaller one")
     try:
         return str(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:

@@ -12,6 +12,7 @@ Source: Lucas and Kanade, with the pyramid of Bouguet, in OpenCV.
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from collections.abc import Mapping
@@ -24,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import SpecError
+from moireid.files import MOST_TABLE_BYTES, read_regular
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.result import Report
 
@@ -74,8 +76,8 @@ def read_corners(path: Path) -> dict[int, Array]:
     """
     example = f"give a CSV file with the columns {','.join(COLUMNS)} and a row for frame 0"
     try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            rows = list(csv.DictReader(stream))
+        text = read_regular(path, MOST_TABLE_BYTES).decode("utf-8-sig")
+        rows = list(csv.DictReader(io.StringIO(text, newline="")))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise SpecError(f"corners {path} cannot be read ({error}); {example}") from error
     found: dict[int, Array] = {}

@@ -12,6 +12,7 @@ import click
 
 from moireid.cli.common import FolderPath, echo, friendly, json_option, overwrite_option, show_json
 from moireid.cli.simulate_cmd import MOTIONS, simulate_command
+from moireid.files import MOST_TABLE_BYTES, read_regular
 from moireid_lab.commands.rate import film_rate, scheduler_option, workers_option
 
 if TYPE_CHECKING:
@@ -94,7 +95,8 @@ def _lines(plan_csv: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     from moireid.errors import SpecError
 
     try:
-        reader = csv.reader(io.StringIO(plan_csv.read_text(encoding="utf-8-sig"), newline=""), strict=True)
+        text = read_regular(plan_csv, MOST_TABLE_BYTES).decode("utf-8-sig")
+        reader = csv.reader(io.StringIO(text, newline=""), strict=True)
         lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
         if strange := next((line for line, row in lines if any("\0" in cell for cell in row)), None):
             raise csv.Error(f"line {strange} holds a NUL")
@@ -153,7 +155,7 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
         raise SpecError(f"motion {wish.motion!r} is not known; give one of {', '.join(MOTIONS)}, or a .csv file")
     if wish.motion.lower().endswith(".csv"):
         try:
-            course = (base / wish.motion).read_bytes()
+            course = read_regular(base / wish.motion, MOST_TABLE_BYTES)
         except OSError as error:
             raise SpecError(
                 f"motion {wish.motion} cannot be read ({error.strerror}); give its path from the plan"

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError, SpecError
-from moireid.files import planned, whole_file, write_text
+from moireid.files import MOST_TABLE_BYTES, planned, read_regular, whole_file, write_text
 from moireid.verifier.video import Film
 from moireid_lab.archive.addresses import fetched, is_address, joined
 from moireid_lab.evaluation.manifest import Entry, Manifest
@@ -229,7 +229,8 @@ def _yield(name: str, rows: Sequence[dict[str, str]]) -> Yield:
 def _rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
     """The lines of a table of the kit, each with its number.  Raises: SpecError."""
     try:
-        reader = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"), newline=""), restval="", strict=True)
+        text = read_regular(path, MOST_TABLE_BYTES).decode("utf-8-sig")
+        reader = csv.DictReader(io.StringIO(text, newline=""), restval="", strict=True)
         rows = [(reader.line_num, {k: (v or "").strip() for k, v in row.items() if k}) for row in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise SpecError(f"{path} cannot be read ({error}); make the kit with moireid generator-kit cut") from error

@@ -26,6 +26,7 @@ from moireid.cli.common import (
     show_json,
 )
 from moireid.cli.registry.records import registry_command, registry_group
+from moireid.files import open_regular
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
@@ -205,7 +206,7 @@ def registry_check_proof(path: Path, trust: str | None, as_json: bool) -> None:
 
     wanted = None if trust is None else as_fingerprint(trust)
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             text = stream.read(LONGEST).decode("utf-8", errors="replace")
     except OSError as error:
         fail(f"proof {path} cannot be read ({error.strerror}); check its name and rights")

@@ -30,6 +30,7 @@ from typing import Any
 import msgspec
 
 from moireid.errors import RegistryError
+from moireid.files import read_regular
 from moireid.provenance import Seal
 from moireid.registry.canonical import canonical_json, sha256_hex
 from moireid.registry.checkpoints.checkpoint import opened, parted, signed_note
@@ -45,6 +46,8 @@ STATES = 2
 _FIRST = re.compile(rb"moireid bundle ([12]) (\d{6})\n")
 #: Lines of the header after its origin, in this order.
 _LINES = ("key", "issued", "expires", "head", "people", "length", "sha256")
+#: Largest bundle: SQLite holds no larger database in memory.
+MOST_BYTES = 1 << 30
 TIME = "%Y-%m-%dT%H:%M:%SZ"
 
 
@@ -78,7 +81,7 @@ def read_bundle_file(path: Path) -> tuple[Header, Authority, bytes]:
     Raises: RegistryError if the file cannot be read, is none, or was changed.
     """
     try:
-        whole = path.read_bytes()
+        whole = read_regular(path, MOST_BYTES)
     except OSError as error:
         raise RegistryError(f"bundle {path} cannot be read ({error.strerror}); give the path of one") from error
     first = _FIRST.match(whole)

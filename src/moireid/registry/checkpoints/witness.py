@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from moireid.errors import RegistryError
+from moireid.files import open_regular
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoint_from, leaf_of
 from moireid.registry.checkpoints.merkle import Tree
 from moireid.registry.keys import Authority
@@ -110,7 +111,7 @@ class Watch:
 
 def _read(path: Path) -> str:
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             return stream.read(LONGEST).decode("utf-8", errors="replace")
     except OSError as error:
         raise RegistryError(

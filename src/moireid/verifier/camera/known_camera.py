@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError, SpecError
+from moireid.files import read_regular
 from moireid.verifier.camera.distortion import FAR
 from moireid.verifier.measuring import FOCAL_RANGE_RATIO
 
@@ -85,7 +86,7 @@ def load_camera(path: Path) -> KnownCamera:
         If it holds no calibration, or one that no camera has.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is no text"
         raise MediaError(f"camera file {path} cannot be read ({why}); give the path of a calibration") from error

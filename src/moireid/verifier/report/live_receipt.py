@@ -19,7 +19,7 @@ from msgspec import Meta
 
 from moireid import __version__
 from moireid.errors import SpecError
-from moireid.files import read_regular
+from moireid.files import open_regular, read_regular
 from moireid.models import check_format, parse_json, read_model
 from moireid.provenance import ClaimedBadge, Standing
 from moireid.verifier.reasons import Verdict
@@ -94,12 +94,10 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def load_receipt(path: Path) -> LiveReceipt:
     """Read a receipt.  Raises: SpecError where it is none of this format."""
     try:
-        data = read_regular(path, MOST_BYTES)
-        text = data.decode()
+        text = read_regular(path, MOST_BYTES).decode()
     except (OSError, UnicodeDecodeError) as error:
-        raise SpecError(f"receipt {path} cannot be read; {ADVICE}") from error
-    if len(data) > MOST_BYTES:
-        raise SpecError(f"receipt {path} has more than {MOST_BYTES >> 10} KiB, which none has; {ADVICE}")
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise SpecError(f"receipt {path} cannot be read ({reason}); {ADVICE}") from error
     return receipt_of(parse_json(text, f"receipt {path}", ADVICE), f"receipt {path}")
 
 
@@ -117,7 +115,7 @@ def attached(report: Mapping[str, Any], receipts: list[LiveReceipt]) -> dict[str
 def film_asked(path: Path) -> FilmAsked:
     """The film in a file.  Raises: SpecError where it cannot be read."""
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             return FilmAsked.of(path.name, hashlib.file_digest(stream, "sha256").hexdigest())
     except OSError as error:
         raise SpecError(f"film {path} cannot be read ({error.strerror}); give another file") from error

@@ -38,6 +38,7 @@ from moireid.cli.verify.verify_options import (
     original_option,
 )
 from moireid.errors import SpecError
+from moireid.files import read_regular
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -370,7 +371,7 @@ def _token(path: Path | None, source: Source) -> str | None:
         return None
     if source.kind not in ("whip", "whep"):
         raise SpecError(f"--token-file is for whip:// and whep://, and the source is {source.shown}; leave it out")
-    token = path.read_text(encoding="utf-8", errors="replace").strip()
+    token = read_regular(path).decode("utf-8", errors="replace").strip()
     if len(token) < LEAST_TOKEN or not token.isascii() or not token.isprintable() or " " in token:
         raise SpecError(f"{path} holds no token: one line of {LEAST_TOKEN} or more letters and digits, without blanks")
     return token

@@ -102,8 +102,8 @@ class Build:
     def _read(self, name: str, model: type[Model]) -> Model | None:
         path = self.file(name)
         with suppress(OSError, msgspec.MsgspecError):
-            if path is not None and len(data := read_regular(path, MOST_BYTES)) <= MOST_BYTES:
-                return msgspec.json.decode(data, type=model)
+            if path is not None:
+                return msgspec.json.decode(read_regular(path, MOST_BYTES), type=model)
         return None
 
 
