@@ -99,6 +99,8 @@ def _of_registry(wish: ClaimWish) -> Iterator[ClaimContext]:
 
     def look_up(document: Mapping[str, Any]) -> Circumstances:
         with open_registry(wish.registry_url, create=False) as registry:
+            # Another one may be there by now, and the user may remember none.
+            registry.standing(wish.trust or standing.fingerprint)
             return known_by(registry, standing, document)
 
     yield ClaimContext(replace(found, provenance=replace(found.provenance, standing=standing)), look_up)

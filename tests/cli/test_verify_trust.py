@@ -1,0 +1,34 @@
+"""The authority that is trusted, through the whole of a check.  Each test names the fault that it catches."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from moireid.badge import Badge
+from moireid.cli.verify.verify_cmd import asked_of
+from moireid.cli.verify.verify_options import ClaimWish
+from moireid.errors import RegistryError
+from moireid.registry import open_registry
+
+
+def test_the_look_up_after_the_film_asks_the_trusted_registry(
+    tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a registry that takes the trusted one's place while the film is judged, and names the badge's holder."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    # Nothing is remembered, so --trust alone says which authority is the right one.
+    monkeypatch.setenv("MOIREID_SEEN", "/dev/null/seen.sqlite3")
+    for name in ("people", "other"):
+        with open_registry(f"sqlite:///{tmp_path}/{name}.sqlite3", create=True) as registry:
+            registry.enroll(ada)
+            trusted = registry.fingerprint if name == "people" else trusted
+    wish = ClaimWish("Ada Lovelace", f"sqlite:///{tmp_path}/people.sqlite3", None, None, trusted)
+    document = {"identity": {"decoded_id": ada.id, "verdict": "match"}}
+    with asked_of(wish) as asked:
+        assert asked.look_up(document).read is not None
+        shutil.copy(tmp_path / "other.sqlite3", tmp_path / "people.sqlite3")
+        with pytest.raises(RegistryError, match="authority"):
+            asked.look_up(document)
