@@ -21,10 +21,11 @@ def test_the_look_up_after_the_film_asks_the_trusted_registry(
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     # Nothing is remembered, so --trust alone says which authority is the right one.
     monkeypatch.setenv("MOIREID_SEEN", "/dev/null/seen.sqlite3")
-    for name in ("people", "other"):
+    trusted = None
+    for name in ("other", "people"):
         with open_registry(f"sqlite:///{tmp_path}/{name}.sqlite3", create=True) as registry:
             registry.enroll(ada)
-            trusted = registry.fingerprint if name == "people" else trusted
+            trusted = registry.fingerprint
     wish = ClaimWish("Ada Lovelace", f"sqlite:///{tmp_path}/people.sqlite3", None, None, trusted)
     document = {"identity": {"decoded_id": ada.id, "verdict": "match"}}
     with asked_of(wish) as asked:

@@ -248,3 +248,22 @@ def test_thresholds_follow_the_contrast_of_the_coded_picture():
     part = PicturePart(np.zeros((4, 4), np.uint8), 4, contrast=VIDEO_CONTRAST)
     assert [part.steps(counts) for counts in (18.0, 10.0, 7.0, 1.5)] == [15.0, 9.0, 6.0, 1.0]
     assert part._replace(contrast=1.0).steps(1.5) == 1.5
+
+
+def test_a_frame_in_which_one_of_two_badges_is_lost_and_not_looked_for_is_counted(ada, room, monkeypatch):
+    """Catches: a badge that is followed and hides that another, which was lost, could no longer be looked for."""
+    scale = 24.0 / ada.markers.size_mm
+    first, second = (
+        seen_from(px_per_mm=scale, turn_deg=0.0, tilt=(0.0, 0.0), at=at) for at in ((20.0, 20.0), (380.0, 230.0))
+    )
+    view, stays, goes = SceneTracker(ada), in_room(None, ada, first), in_room(None, ada, second)
+    for index in range(70):
+        view.push(Frame(index, index / FPS, goes(stays(room[index]))))
+    assert len(view._places()) == 2 and view.unsearched == 0
+    monkeypatch.setattr(Purse, "open", property(lambda purse: False))
+    for index in range(70, 200):
+        assert view.push(Frame(index, index / FPS, stays(room[index])))
+    # It is due each two seconds.
+    assert len(view._places()) == 1 and view.unsearched >= 2
+    # The film is not blind as long as a badge is followed.
+    assert view.unsearched_s == 0

@@ -132,7 +132,7 @@ def verify(
         invariant,
         identity,
         film.described(),
-        {"read": seen.read, "tracked": tracked + passed},
+        {"read": seen.read, "tracked": tracked + passed, "unsearched": seen.verifier.unsearched},
         timing,
         _left_out(claim.badge, film, shown.measurement, seen.verifier.unsearched, passed),
         shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
@@ -198,7 +198,8 @@ def _left_out(
         )
     if unsearched:
         parts.append(
-            f"the whole picture in {unsearched} frames without a badge, as looking may cost a share of decoding"
+            f"the whole picture in {unsearched} frames without the badge, or one of several, as looking may cost a "
+            "share of decoding"
         )
     if passed:
         parts.append(f"{passed} frames that show the calm badge as their neighbours do, of more than 30 a second")

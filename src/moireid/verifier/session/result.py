@@ -70,7 +70,8 @@ class Report:
     film : dict
         The film, as `Film.described`.
     frames : dict of str to int
-        Numbers of frames "read" and "tracked".
+        Numbers of frames "read" and "tracked"; and "unsearched", in which a badge was due to be looked for and the
+        whole picture was not searched.
     timing : dict
         Seconds in all and by stage.
     left_out : tuple of str

@@ -151,7 +151,7 @@ class Verifier:
 
     @property
     def unsearched(self) -> int:
-        """Frames without a badge in which the whole picture was not searched."""
+        """Frames in which a badge was due to be looked for, and the whole picture was not searched."""
         return self._view.unsearched
 
     @property

@@ -85,7 +85,8 @@ class SceneTracker:
         self._may_be: list[Array] = []
         self._cut: Array | None = None
         self.trackers = [self._new_tracker()]
-        #: Frames without a badge in which the whole picture was not searched, and the longest time of them in a row, s.
+        #: Frames in which a lost badge, or any, was due to be looked for, and the whole picture was not searched; and
+        #: the longest time in a row in which none was followed either, s.
         self.unsearched, self.unsearched_s = 0, 0.0
         #: When a badge was last followed, or the whole picture searched.
         self._looked_s: float | None = None
@@ -111,7 +112,7 @@ class SceneTracker:
             self._search(frame, luma)
         for tracker in self._lost():
             tracker.ends.lose()
-        self._note_when_looked(frame, unsearched=self.unsearched > before)
+        self._note_when_looked(frame, unsearched=self.unsearched > before and not self._places())
         return bool(self._places())
 
     def _glance_is_due(self, frame: Frame) -> bool:
@@ -172,7 +173,7 @@ class SceneTracker:
                 searched, self._whole_s = True, frame.time_s
             if self._cut is not None and frame.time_s < self._whole_s + CUT_GLANCE_S:
                 break
-        self.unsearched += not (searched or self._places())
+        self.unsearched += not searched
         return [], luma
 
     def _cut_of(self, pages: list[Array], frame: Frame) -> Array | None:
