@@ -9,6 +9,7 @@ thickness.py      the sheet's thickness, from the motion of the fringes
 ink_reading.py    by how much the printer widens lines, from the strip on the chart
 sheet_reading.py  all of these from one photograph or film
 camera_fit.py     a camera, from a film of the camera chart
+film_orders.py    sheet and camera, read by a sealed process
 """
 
 from typing import TYPE_CHECKING

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from moireid.cli.common import echo, friendly, json_option, overwrite_option, paper_option, progress_bar, show_json
+from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.errors import SpecError
 
 
@@ -17,11 +18,18 @@ from moireid.errors import SpecError
     "--chart", type=click.Path(path_type=Path, dir_okay=False), help="Write the chart to print as this PDF, and exit."
 )
 @paper_option
+@unsealed_option
 @overwrite_option
 @json_option
 @friendly
 def calibrate_camera_command(
-    film: Path | None, out: Path | None, chart: Path | None, paper: str, overwrite: bool, as_json: bool
+    film: Path | None,
+    out: Path | None,
+    chart: Path | None,
+    paper: str,
+    unsealed: bool,
+    overwrite: bool,
+    as_json: bool,
 ) -> None:
     """Calibrate a camera by a film of a chart.
 
@@ -48,12 +56,13 @@ def calibrate_camera_command(
         return
     if film is None or out is None:
         raise SpecError("give FILM and --out camera.yaml, or --chart chart.pdf for the chart to print")
-    from moireid.calibration.camera_fit import camera_from_film, write_camera
+    from moireid.calibration.camera_fit import write_camera
+    from moireid.calibration.film_orders import CameraOrder, camera_read
     from moireid.files import planned
 
     planned([out], overwrite=overwrite, kept=[film])
-    with progress_bar("looking for the chart") as progress:
-        found = camera_from_film(film, progress=progress)
+    with sealed_reader([film], unsealed=unsealed) as reader, progress_bar("looking for the chart") as progress:
+        found = camera_read(CameraOrder(film), reader, progress)
     write_camera(found, out)
     focal_px, (width, height) = float(found.matrix[0, 0]), found.size_px
     if as_json:

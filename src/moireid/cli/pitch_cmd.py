@@ -22,6 +22,7 @@ from moireid.cli.common import (
     scale_option,
     show_json,
 )
+from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -148,6 +149,7 @@ def pitch_test_command(
     metavar="X[,Y]",
     help="Measured over stated length of this chart's scale bars; needed for the pitch in true millimetres.",
 )
+@unsealed_option
 @overwrite_option
 @json_option
 @friendly
@@ -160,6 +162,7 @@ def calibrate_command(
     distance: float | None,
     focal_px: float | None,
     scale_text: str | None,
+    unsealed: bool,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -171,8 +174,9 @@ def calibrate_command(
     --printer my-printer.json.
     """
     from moireid.badge import load_badge
+    from moireid.calibration.film_orders import SheetOrder, sheet_read
     from moireid.calibration.lens_fit import lens_from_band
-    from moireid.calibration.sheet_reading import printer_profile, read_sheet
+    from moireid.calibration.sheet_reading import printer_profile
     from moireid.designer.request import parse_scale
     from moireid.files import planned
     from moireid.profiles import save_lens_profile, save_printer_profile
@@ -192,8 +196,9 @@ def calibrate_command(
         distance = distance or (chart.range_m or (1.0,))[0]
         made = lens_from_band(chart, band, distance_mm=1000 * distance, measured_scale=scale)
     elif photo is not None:
-        with progress_bar("reading the pitch test") as progress:
-            found = read_sheet(photo, chart, distance, focal_px, scale, progress)
+        order = SheetOrder(photo, chart, distance, focal_px, scale)
+        with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
+            found = sheet_read(order, reader, progress)
         made, ink = found.calibration, found.ink
         _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
