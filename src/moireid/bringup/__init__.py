@@ -8,5 +8,6 @@ sharpness.py       the radius of the lenses, from the fringes' third harmonic
 field_crops.py     the fringe fields of some frames, and nothing else of a film
 capture_record.py  films as signals and crops, to be shared
 bring_up.py        the steps in their order: what can be done is done, and what comes next is said
+sealed_steps.py    a step that reads films, done by a sealed process in a folder of its own
 progress_page.py   all of it as one page
 """

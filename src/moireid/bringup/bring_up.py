@@ -150,6 +150,14 @@ STEPS: tuple[BuildStep, ...] = (
 )
 
 
+#: How a step is done; `sealed_steps.do_sealed` does it in a sealed process.
+Do = Callable[[BuildStep, BuildFolder, Progress | None], Reading]
+
+
+def _do_here(step: BuildStep, folder: BuildFolder, progress: Progress | None) -> Reading:
+    return step.do(folder, progress)
+
+
 @dataclass(frozen=True)
 class Advance:
     """A folder after a round: all steps, those that were done in it, and the step that is next, None at the end.
@@ -179,7 +187,9 @@ class Advance:
         return shlex.join(["moireid", "enroll", str(at(BADGE_JSON)), *films, *camera])
 
 
-def advance(folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watch = _quiet) -> Advance:
+def advance(
+    folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watch = _quiet, do: Do = _do_here
+) -> Advance:
     """Do what can be done now, and keep it; the folder's state is saved before the first step and after each.
 
     Parameters
@@ -190,6 +200,8 @@ def advance(folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watc
         In their order.
     watch : callable, optional
         Shows the progress of a step, given what it does.
+    do : callable, optional
+        Does a step, in this process or in another one.
 
     Returns
     -------
@@ -210,7 +222,7 @@ def advance(folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watc
                 continue
             return Advance(folder, steps, tuple(did), step)
         if not step.done(folder):
-            folder = _done(step, folder, watch)
+            folder = _done(step, folder, watch, do)
             did.append(step.name)
         refused = folder.state.readings[step.name].refused
         if refused is not None and not step.optional:
@@ -218,11 +230,11 @@ def advance(folder: BuildFolder, steps: Sequence[BuildStep] = STEPS, watch: Watc
     return Advance(folder, steps, tuple(did), None)
 
 
-def _done(step: BuildStep, folder: BuildFolder, watch: Watch) -> BuildFolder:
+def _done(step: BuildStep, folder: BuildFolder, watch: Watch, do: Do) -> BuildFolder:
     """The folder after a step; files that cannot be used are a result too."""
     try:
         with watch(step.work) as progress:
-            reading = step.do(folder, progress)
+            reading = do(step, folder, progress)
     except MoireIdError as error:
         reading = Reading(refused=str(error))
     folder = folder.with_reading(step.name, msgspec.structs.replace(reading, inputs=step.inputs(folder)))

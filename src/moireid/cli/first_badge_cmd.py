@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,10 +24,12 @@ from moireid.cli.common import (
     say,
     show_json,
 )
+from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.bringup.bring_up import Advance
+    from moireid.reading.film_reader import Reader
 
 MEDIA = click.Path(path_type=Path, dir_okay=False)
 
@@ -63,6 +68,7 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
 @click.option("--record", type=MEDIA, help="Write the films as a capture record to share: signals and fringes (.json).")
 @click.option("--with-badge", is_flag=True, help="With --record: also badge.json, which has name and identity.")
 @click.option("--note", default="", metavar="TEXT", help="With --record: your words, such as where the sheet is from.")
+@unsealed_option
 @overwrite_option
 @json_option
 @friendly
@@ -75,6 +81,7 @@ def first_badge_command(
     record: Path | None,
     with_badge: bool,
     note: str,
+    unsealed: bool,
     overwrite: bool,
     as_json: bool,
     **wished: Any,
@@ -98,6 +105,7 @@ def first_badge_command(
     from moireid.bringup.bring_up import advance
     from moireid.bringup.build_folder import BADGE_JSON, OWN_FILES, STATE, open_folder
     from moireid.bringup.progress_page import PAGE, render_progress
+    from moireid.bringup.sealed_steps import do_sealed
     from moireid.files import planned, write_text
 
     files = _named(sheet_photo, sheet_film, camera_film, badge_films)
@@ -105,7 +113,8 @@ def first_badge_command(
     if record is not None:
         own = [folder / name for name in (STATE, BADGE_JSON, *OWN_FILES)]
         planned([record], overwrite=overwrite, make_folders=False, kept=[*files.values(), *own])
-    made = advance(open_folder(folder, _read(wished), files), watch=progress_bar)
+    do = partial(do_sealed, readers=partial(_readers, unsealed=unsealed))
+    made = advance(open_folder(folder, _read(wished), files), watch=progress_bar, do=do)
     page = made.folder.at(PAGE)
     write_text(page, render_progress(made))
     if record is not None:
@@ -113,6 +122,10 @@ def first_badge_command(
     _show(made, page, record, as_json=as_json)
     if made.refused is not None:
         raise click.exceptions.Exit(INCONCLUSIVE)
+
+
+def _readers(films: Sequence[Path], folder: Path, *, unsealed: bool) -> AbstractContextManager[Reader]:
+    return sealed_reader(films, unsealed=unsealed, folder=folder)
 
 
 def _check_record(record: Path | None, *, with_badge: bool, note: str) -> None:

@@ -23,12 +23,15 @@ unsealed_option = click.option(
 
 
 @contextmanager
-def sealed_reader(films: Sequence[Path], *, unsealed: bool) -> Iterator[Reader]:
-    """What reads the films of a command; a note says what the system does not seal, once they have been read."""
+def sealed_reader(films: Sequence[Path], *, unsealed: bool, folder: Path | None = None) -> Iterator[Reader]:
+    """What reads the films of a command; a note says what the system does not seal, once they have been read.
+
+    Parameters: folder: in which it may write.
+    """
     from moireid.reading.film_reader import film_reader
     from moireid.sandbox.seal import missing
 
-    with film_reader(films, unsealed=unsealed) as reader:
+    with film_reader(films, unsealed=unsealed, folder=folder) as reader:
         yield reader
         lacking = missing(reader.sealed)
     if lacking is not None:

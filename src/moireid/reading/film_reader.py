@@ -38,6 +38,8 @@ PROCESSOR_BYTES = 16 << 20
 #: no more frames are drawn, as chapters are not longer.  A report has 0.15 kB for each 4 s of film, 3.3 MB for a day.
 #: As Python objects an answer takes up to thirty times as much.
 ANSWER_BYTES = 8 << 20
+#: Largest file that a process with a folder may write there: a capture record.
+WRITTEN_BYTES = 64 << 20
 #: What a process may answer.
 ANSWERS = frozenset({"result", "files", "plots", "frame_s", "signals"})
 #: Time for a film of no size, and for each megabyte of it, s; a film of 100 kbit/s takes 10 s a megabyte.
@@ -160,13 +162,16 @@ def fault_of(ended: ProcessEnd, film: str) -> MoireIdError:
 
 
 @contextmanager
-def film_reader(films: Sequence[Path], *, unsealed: bool = False) -> Iterator[Reader]:
-    """What reads these films, until the block ends; unsealed: in this process."""
+def film_reader(films: Sequence[Path], *, unsealed: bool = False, folder: Path | None = None) -> Iterator[Reader]:
+    """What reads these films, until the block ends.
+
+    Parameters: unsealed: in this process; folder: in which it may write files, each of `WRITTEN_BYTES` at most.
+    """
     if unsealed or os.name == "nt":
         yield OwnReader()
         return
-    limits, seconds = limits_of(films)
-    child = _process(limits, reach(read=films), ", ".join(map(str, films)))
+    limits, seconds = limits_of(films, written_bytes=0 if folder is None else WRITTEN_BYTES)
+    child = _process(limits, reach(read=films, write=() if folder is None else [folder]), named(films))
     try:
         yield SealedReader(child, films, seconds)
     finally:

@@ -1,0 +1,90 @@
+"""A step that reads a builder's photos and films, done by a sealed process in a folder of its own.
+
+The process gets the films, and copies of the files that the step needs.  Of what it leaves in its folder, the files
+that the step makes are taken over, and no others: what was printed before stays as it is.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import msgspec
+
+from moireid.bringup.badge_steps import AS_BUILT, FILMS
+from moireid.bringup.bring_up import STEPS, BuildStep
+from moireid.bringup.build_folder import BADGE_JSON, BuildFolder, BuildState, Reading
+from moireid.bringup.capture_record import MOST_BYTES
+from moireid.bringup.chart_steps import CAMERA, CHART_FILES, PRINTER, SHEET
+from moireid.files import read_regular, whole_file
+from moireid.reading.answers import FilmAnswer, checked, malformed
+from moireid.reading.film_orders import Ask, Progress, Send
+from moireid.reading.film_reader import Reader, named
+
+#: Files of earlier steps that a step may need.
+OWN = (*CHART_FILES, SHEET, PRINTER, CAMERA, BADGE_JSON)
+#: Names that pictures may have.
+PICTURE = re.compile(r"[a-z0-9-]{1,40}\.(jpg|svg)")
+#: What reads films, given them and a folder that it may write.
+Readers = Callable[[Sequence[Path], Path], AbstractContextManager[Reader]]
+
+
+@dataclass(frozen=True)
+class StepOrder:
+    """A step to do in a folder; state: `BuildState` as JSON."""
+
+    step: str
+    folder: Path
+    state: bytes
+
+    def read(self, send: Send, ask: Ask, progress: Progress) -> None:
+        """Do it, and send what it read."""
+        folder = BuildFolder(self.folder, msgspec.json.decode(self.state, type=BuildState))
+        (step,) = (one for one in STEPS if one.name == self.step)
+        send({"result": msgspec.to_builtins(step.do(folder, progress))})
+
+
+def do_sealed(step: BuildStep, folder: BuildFolder, progress: Progress | None, readers: Readers) -> Reading:
+    """What a step reads, and the files that it makes, in the builder's folder.
+
+    Raises: MoireIdError as the step does; MediaError where the process fails, or answers what no step does.
+    """
+    media = {name: path.absolute() for choice in step.needs for name in choice if (path := folder.found(name))}
+    if not media:
+        return step.do(folder, progress)
+    films, lens = list(media.values()), Path(folder.wish.lens)
+    read = [*films, lens] if lens.suffix.lower() == ".json" else films
+    if FILMS in step.made:
+        # A record never mixes films.
+        folder.at(FILMS).unlink(missing_ok=True)
+    with TemporaryDirectory(prefix="moireid-") as place:
+        aside = Path(place).resolve()
+        for name in OWN:
+            if folder.at(name).is_file():
+                (aside / name).parent.mkdir(exist_ok=True)
+                shutil.copyfile(folder.at(name), aside / name)
+        state = msgspec.structs.replace(folder.state, files={name: str(path) for name, path in media.items()})
+        order = StepOrder(step.name, aside, msgspec.json.encode(state))
+        with readers(read, aside) as reader:
+            said: dict[str, Any] = reader.read(order, progress or (lambda done, of: None))
+        reading = checked(checked(said, FilmAnswer, named(films)).result, Reading, named(films))
+        _take_over(step, reading, aside, folder, named(films))
+    return reading
+
+
+def _take_over(step: BuildStep, reading: Reading, aside: Path, folder: BuildFolder, films: str) -> None:
+    """Copy the files that a step made.  Raises: MediaError where a picture has another name than steps give."""
+    if strange := next((name for name in reading.pictures if not PICTURE.fullmatch(name)), None):
+        raise malformed(films, f"a picture named {strange[:40]!r}")
+    for name in (*step.made, AS_BUILT, *reading.pictures):
+        if (name in OWN and name not in step.made) or not (aside / name).is_file() or (aside / name).is_symlink():
+            continue
+        content = read_regular(aside / name, MOST_BYTES)
+        with whole_file(folder.at(name)) as new:
+            new.write_bytes(content)

@@ -1,0 +1,112 @@
+"""Steps that read films, in a process that may be in a stranger's hands.  Each test names the fault that it catches."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kit.film_taken_over import HostileOrder
+from moireid.bringup.bring_up import STEPS, BuildStep
+from moireid.bringup.build_folder import BuildFolder, open_folder
+from moireid.bringup.sealed_steps import do_sealed
+from moireid.errors import MediaError
+from moireid.reading.film_reader import film_reader
+
+FILMS = next(step for step in STEPS if step.name == "films")
+CAMERA = next(step for step in STEPS if step.name == "camera")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> BuildFolder:
+    """A folder with a badge that was printed, and its films."""
+    made = open_folder(tmp_path / "first", {}, {})
+    made.save()
+    made.at("badge").mkdir()
+    made.at("badge/badge.json").write_text("as it was printed")
+    for name in ("badge-film-1.mp4", "badge-film-2.mp4", "camera-film.mp4"):
+        made.at(name).write_bytes(b"no film " + name.encode())
+    return made
+
+
+def taken_over(write: Callable[[Path], None], **said: Any) -> Any:
+    """Readers that write in their folder, and answer, what the attacker likes."""
+
+    class TakenOver:
+        sealed = ()
+
+        def read(self, order: Any, progress: Any, answer: Any = None) -> dict[str, Any]:
+            write(order.folder)
+            return {"result": said}
+
+    @contextmanager
+    def readers(films: Sequence[Path], aside: Path) -> Iterator[Any]:
+        yield TakenOver()
+
+    return readers
+
+
+def test_only_what_a_step_makes_is_taken_over(folder: BuildFolder) -> None:
+    """Catches: a film that rewrites the printed badge, the sheet or the report; a link that is followed."""
+
+    def write(aside: Path) -> None:
+        for name in ("badge/badge.json", "sheet.json", "report.html", "films.json", "law-1.svg", "first-badge.json"):
+            (aside / name).write_text("by the attacker")
+        (aside / "as-built.json").symlink_to("/etc/passwd")
+
+    before = {path: path.read_bytes() for path in folder.path.rglob("*") if path.is_file()}
+    do_sealed(FILMS, folder, None, taken_over(write, pictures={"law-1.svg": "The law."}))
+    assert before.items() <= {path: path.read_bytes() for path in before}.items()
+    new = {path.name for path in folder.path.rglob("*") if path.is_file()} - {path.name for path in before}
+    assert new == {"films.json", "law-1.svg"}
+
+
+@pytest.mark.parametrize("name", ["../law.svg", "report.html", "/tmp/law.svg", "a/b.jpg"])
+def test_a_picture_of_another_name_ends_in_a_sentence(folder: BuildFolder, name: str) -> None:
+    """Catches: a name that leads out of the folder."""
+    with pytest.raises(MediaError, match="answers what no film shows"):
+        do_sealed(FILMS, folder, None, taken_over(lambda aside: None, pictures={name: "A picture."}))
+    with pytest.raises(MediaError, match="answers what no film shows"):
+        do_sealed(FILMS, folder, None, taken_over(lambda aside: None, figures="none"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
+def test_a_step_s_process_reaches_no_other_file(folder: BuildFolder, tmp_path: Path) -> None:
+    """Catches: a builder's films that are decoded with all files open; a step that its process cannot do."""
+    (tmp_path / "key.pem").write_text("secret")
+
+    @contextmanager
+    def readers(films: Sequence[Path], aside: Path) -> Iterator[Any]:
+        with film_reader(films, folder=aside) as reader:
+            yield reader
+
+    @contextmanager
+    def stealing(films: Sequence[Path], aside: Path) -> Iterator[Any]:
+        class Stealing:
+            sealed = ()
+
+            def read(self, order: Any, progress: Any, answer: Any = None) -> dict[str, Any]:
+                with readers(films, aside) as reader:
+                    return reader.read(HostileOrder("steal", str(tmp_path / "key.pem")), progress)
+
+        yield Stealing()
+
+    with pytest.raises(MediaError, match="Permission denied"):
+        do_sealed(CAMERA, folder, None, stealing)
+    # The step itself is done there: this is no film, which is a result.
+    reading = do_sealed(CAMERA, folder, None, readers)
+    assert reading.refused is not None and "camera-film.mp4" in reading.refused and reading.figures
+
+
+def test_a_step_without_films_is_done_here(folder: BuildFolder) -> None:
+    """Catches: a process for steps that draw."""
+    step = BuildStep("first", "First", "", lambda here, progress: CAMERA.do(here, progress), ())
+
+    def never(films: Sequence[Path], aside: Path) -> Any:
+        raise AssertionError("a process is made")
+
+    assert do_sealed(step, folder, None, never).refused is not None
