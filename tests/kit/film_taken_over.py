@@ -59,6 +59,7 @@ class HostileOrder:
                 found += len(re.findall(SECRET, ctypes.string_at(first, last - first)))
         return found
 
+
 @dataclass(frozen=True)
 class SayingOrder:
     """An order whose reader sends a message of the attacker's; bytes: as they are, which need be no JSON."""

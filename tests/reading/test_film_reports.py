@@ -107,7 +107,7 @@ def judge_as(monkeypatch: pytest.MonkeyPatch, reader: TakenOver) -> Callable[...
     """The command, with a reader that answers what the attacker likes."""
 
     @contextmanager
-    def instead(films, *, unsealed=False, apart=False):
+    def instead(films, *, unsealed=False, folder=None):
         yield reader
 
     monkeypatch.setattr(film_reader, "film_reader", instead)
