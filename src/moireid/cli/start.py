@@ -11,7 +11,7 @@ import sys
 from moireid.sandbox.early_copy import EarlyCopy, restart, resume
 
 #: Commands that read films, and the option without which they read none.
-READS_FILMS = {"verify": "", "identify": "", "enroll": "--capture"}
+READS_FILMS = {"verify": "", "identify": "", "enroll": "--capture", "calibrate": "", "calibrate-camera": ""}
 
 
 def main() -> None:
