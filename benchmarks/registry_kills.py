@@ -24,7 +24,7 @@ from moireid.files import write_text
 from moireid.idcodes import specimen_of
 from moireid.registry import batch, open_registry
 from moireid.registry.bundle.held import Bundle
-from moireid.registry.checkpoints.witness import checkpoints_from
+from moireid.registry.checkpoints.sources import checkpoints_from
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 #: Kills until a new registry is begun, and the longest life of a process, s.

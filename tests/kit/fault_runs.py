@@ -31,7 +31,7 @@ from moireid.idcodes import specimen_of
 from moireid.registry import Registry, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.proof import check_proof
-from moireid.registry.checkpoints.witness import checkpoints_from
+from moireid.registry.checkpoints.sources import checkpoints_from
 from moireid.registry.merge import checked_copy
 
 KINDS = {"error": 1, "short write": 2, "full disk": 3, "kill": 4, "torn write": 5}

@@ -12,7 +12,7 @@ from sqlalchemy import create_engine, text
 from kit.registries import badge_of, rows_of, url_of
 from moireid.errors import RegistryError
 from moireid.registry import import_registry, open_registry
-from moireid.registry.checkpoints.witness import checkpoints_from
+from moireid.registry.checkpoints.sources import checkpoints_from
 
 DATA = Path(__file__).parents[1] / "data" / "registry"
 FINGERPRINT = "367db9c85d05112f7ea7635a0860a1f7"

@@ -36,7 +36,7 @@ from sqlalchemy import exists, func, select
 
 from moireid.errors import RegistryError
 from moireid.registry.checkpoints.checkpoint import Checkpoint
-from moireid.registry.checkpoints.witness import Watch
+from moireid.registry.checkpoints.watch import Watch
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.keys import Authority, commitment
 from moireid.registry.ledger import Ledger, last_entry

@@ -18,7 +18,7 @@ from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.registry import open_registry
 from moireid.registry.checkpoints.merkle import consistent
-from moireid.registry.checkpoints.witness import checkpoints_from
+from moireid.registry.checkpoints.sources import checkpoints_from
 
 
 @pytest.fixture

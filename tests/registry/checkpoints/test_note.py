@@ -7,7 +7,7 @@ import base64
 import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from moireid.registry.checkpoints.checkpoint import key_id, opened, parted, signed_note
+from moireid.registry.checkpoints.note import key_id, opened, parted, signed_note
 from moireid.registry.keys import Signer
 
 # The keys and the note of the documentation of golang.org/x/mod/sumdb/note.

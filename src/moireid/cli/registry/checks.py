@@ -64,7 +64,7 @@ def registry_audit(registry: Registry, expected_head: str | None, witnesses: tup
 
     Exit code 0: sound; 1: something is wrong; 2: bad input.
     """
-    from moireid.registry.checkpoints.witness import checkpoints_from
+    from moireid.registry.checkpoints.sources import checkpoints_from
 
     with progress_bar("checking the registry") as progress:
         since = [one for source in witnesses for one in checkpoints_from(source)]
@@ -107,7 +107,7 @@ def registry_checkpoint(registry: Registry, path: Path, witness: str | None, ove
     The format is that of transparency logs (C2SP tlog-checkpoint), so their witnesses can sign it too.
     """
     from moireid.files import planned, write_text
-    from moireid.registry.checkpoints.witness import checkpoints_from
+    from moireid.registry.checkpoints.sources import checkpoints_from
 
     planned([path], overwrite=overwrite, kept=[registry.file, Path(witness) if witness else None])
     older = checkpoints_from(witness) if witness else []

@@ -1,4 +1,4 @@
-"""The file of a bundle: one line with its kind, a signed note (`checkpoints/checkpoint.py`), and the content.
+"""The file of a bundle: one line with its kind, a signed note (`checkpoints/note.py`), and the content.
 
 The note contains the content's SHA-256, so a check of the note and of that digest covers every byte; and it contains
 the public key, which counts only if its fingerprint is the trusted one.
@@ -33,7 +33,7 @@ from moireid.errors import RegistryError
 from moireid.files import read_regular
 from moireid.provenance import Seal
 from moireid.registry.canonical import canonical_json, sha256_hex
-from moireid.registry.checkpoints.checkpoint import opened, parted, signed_note
+from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import Authority, Signs
 from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton

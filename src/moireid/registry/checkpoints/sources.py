@@ -1,0 +1,63 @@
+"""Checkpoints that others kept: in a file, in a folder of them, or at a web address."""
+
+from __future__ import annotations
+
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+from moireid.errors import RegistryError
+from moireid.files import open_regular
+from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoint_from
+
+#: A checkpoint is 250 bytes, more with the lines of witnesses; and how long a web server may take.
+LONGEST, WAIT_S = 65536, 15.0
+
+
+def checkpoints_from(source: str) -> list[Checkpoint]:
+    """The checkpoints that a witness holds.
+
+    Parameters
+    ----------
+    source : str
+        Path of a checkpoint, or of a folder of them, or an address that begins with http:// or https://.
+
+    Returns
+    -------
+    list of Checkpoint
+        At least one; their signatures are not checked yet.
+
+    Raises
+    ------
+    RegistryError
+        If there is none, or it cannot be read.
+    """
+    if source.startswith(("http://", "https://")):
+        return [checkpoint_from(_fetched(source), source)]
+    path = Path(source)
+    if not path.is_dir():
+        return [checkpoint_from(_read(path), source)]
+    texts = {one: _read(one) for one in sorted(path.iterdir()) if one.is_file()}
+    found = [checkpoint_from(text, str(one)) for one, text in texts.items() if text.startswith(ORIGIN)]
+    if not found:
+        raise RegistryError(f"no file in folder {source} is a checkpoint; give one that holds some")
+    return found
+
+
+def _read(path: Path) -> str:
+    try:
+        with open_regular(path) as stream:
+            return stream.read(LONGEST).decode("utf-8", errors="replace")
+    except OSError as error:
+        raise RegistryError(
+            f"checkpoint {path} cannot be read ({error.strerror}); give the path of a file or folder, or a web address"
+        ) from error
+
+
+def _fetched(address: str) -> str:
+    try:
+        with urllib.request.urlopen(address, timeout=WAIT_S) as answer:
+            return bytes(answer.read(LONGEST)).decode("utf-8", errors="replace")
+    except (OSError, ValueError, urllib.error.URLError) as error:
+        reason = getattr(error, "reason", error)
+        raise RegistryError(f"checkpoint {address} cannot be fetched ({reason}); check the address") from error
