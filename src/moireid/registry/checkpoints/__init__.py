@@ -1,10 +1,11 @@
 """Checks by others that show when a registry was put back to an earlier state.
 
-merkle.py      the Merkle tree of RFC 6962: roots, and proofs of inclusion and consistency
-note.py        signed notes: a text with signatures below it
-checkpoint.py  checkpoints: a log's size and root as a signed note
-sources.py     checkpoints from a file, a folder or a web address
-watch.py       a log compared with checkpoints, entry by entry
-newest.py      whether a record is the newest version in the log
-proof.py       a proof that a record is in the log, for a person without the registry
+merkle.py       the Merkle tree of RFC 6962: roots, and proofs of inclusion and consistency
+note.py         signed notes: a text with signatures below it; public keys of those who sign
+checkpoint.py   checkpoints: a log's size and root as a signed note
+cosignature.py  signatures of witnesses on checkpoints, and how many of them a reader asks for
+sources.py      checkpoints from a file, a folder or a web address
+watch.py        a log compared with checkpoints, entry by entry
+newest.py       whether a record is the newest version in the log
+proof.py        a proof that a record is in the log, for a person without the registry
 """

@@ -12,7 +12,6 @@ Source: C2SP tlog-checkpoint, https://c2sp.org/tlog-checkpoint; tree of RFC 6962
 from __future__ import annotations
 
 import base64
-import binascii
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -30,6 +29,26 @@ from moireid.registry.record import Fault
 from moireid.registry.schema import log
 
 ORIGIN = "moireid/registry/"
+
+
+@dataclass(frozen=True)
+class TreeHead:
+    """The lines of any log's checkpoint: origin, size, root (32 bytes), and extension lines."""
+
+    origin: str
+    size: int
+    root: bytes
+    extension: tuple[str, ...]
+
+
+def tree_head(text: str) -> TreeHead:
+    """What the text of a checkpoint says, of a log of any kind.  Raises: ValueError if it is none."""
+    origin, size, root, *more = [*text[:-1].split("\n"), "", ""]
+    content = base64.b64decode(root, validate=True)
+    # In ASCII alone: digits of other scripts would be read as numbers, too.
+    if not origin or re.fullmatch(r"0|[1-9]\d{0,17}", size, re.ASCII) is None or len(content) != 32:
+        raise ValueError("it does not begin with an origin, a size and a root")
+    return TreeHead(origin, int(size), content, tuple(more[:-2]))
 
 
 @dataclass(frozen=True)
@@ -82,19 +101,17 @@ class Checkpoint:
 def checkpoint_from(note: str, source: str) -> Checkpoint:
     """The checkpoint in a note; its signature is not checked.  Raises: RegistryError if the note is no checkpoint."""
     try:
-        text, _ = parted(note)
-        origin, size, root, *more = text[:-1].split("\n")
-        fingerprint = origin.removeprefix(ORIGIN)
-        dates = [line.removeprefix("date ") for line in more if line.startswith("date ")]
-        content = base64.b64decode(root, validate=True)
-        whole = re.fullmatch(f"[0-9a-f]{{{FINGERPRINT_DIGITS}}}", fingerprint) and re.fullmatch(r"[1-9]\d{0,17}", size)
-        if origin == fingerprint or not whole or len(content) != 32 or len(dates) != 1:
+        head = tree_head(parted(note)[0])
+        fingerprint = head.origin.removeprefix(ORIGIN)
+        dates = [line.removeprefix("date ") for line in head.extension if line.startswith("date ")]
+        whole = head.size > 0 and re.fullmatch(f"[0-9a-f]{{{FINGERPRINT_DIGITS}}}", fingerprint)
+        if head.origin == fingerprint or not whole or len(dates) != 1:
             raise ValueError("it is not one of a moireid registry")
-    except (ValueError, binascii.Error) as error:
+    except ValueError as error:
         raise RegistryError(
             f"{source} is no checkpoint ({error}); give a file that `moireid registry checkpoint` wrote"
         ) from error
-    return Checkpoint(fingerprint, int(size), content, dates[0], note)
+    return Checkpoint(fingerprint, head.size, head.root, dates[0], note)
 
 
 def sign_checkpoint(leaves: Iterable[bytes], signer: Signs) -> Checkpoint:

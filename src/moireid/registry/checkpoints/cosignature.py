@@ -1,0 +1,159 @@
+"""Cosignatures of witnesses on checkpoints, and how many of them a reader asks for.
+
+A witness follows a log, and signs a checkpoint only if the log goes on from all that it signed before.  Its signature
+states that at the given time it knew no longer log of that origin than this one.  A reader who asks for k of n of them
+can be shown a log of their own only if 2k - n witnesses or more sign for two logs; n - k of them may be away.
+
+Convention: Ed25519 over "cosignature/v1", the time, and the text of the checkpoint.  The name of a witness is not
+signed, so one key must not count under two names.
+Source: C2SP tlog-cosignature v1, https://c2sp.org/tlog-cosignature.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
+
+from moireid.errors import RegistryError, SpecError
+from moireid.files import read_regular
+from moireid.registry.checkpoints.note import COSIGNATURE, VerifierKey, parted, signatures_of
+
+#: How far a witness's clock may be ahead of this one, seconds.
+MOST_AHEAD_S = 300
+#: For so many days a cosignature counts, unless the reader says otherwise.
+DAYS = 7.0
+#: Longest file of keys that is read, bytes.
+MOST_BYTES = 65536
+
+
+def cosigned_message(text: str, at: int) -> bytes:
+    """What a witness signs of a checkpoint's text at that time, seconds since 1970."""
+    return f"cosignature/v1\ntime {at}\n{text}".encode()
+
+
+def cosignature_line(text: str, witness: VerifierKey, key: Ed25519PrivateKey, at: int) -> str:
+    """The signature line of a witness with this private key."""
+    return witness.line(at.to_bytes(8, "big") + key.sign(cosigned_message(text, at)))
+
+
+def cosigned_at(note: str, witness: VerifierKey) -> int | None:
+    """When a witness signed a checkpoint, seconds since 1970; None if it did not.
+
+    Raises: ValueError if the note is none, or a signature that names the witness does not fit it.
+    """
+    text, lines = parted(note)
+    times = [_time_of(text, one, witness) for one in signatures_of(witness, lines)]
+    return max(times, default=None)
+
+
+def _time_of(text: str, signature: bytes, witness: VerifierKey) -> int:
+    at = int.from_bytes(signature[:8], "big")
+    try:
+        if len(signature) != 72 or at >= 1 << 63:
+            raise ValueError
+        Ed25519PublicKey.from_public_bytes(witness.public).verify(signature[8:], cosigned_message(text, at))
+    except (InvalidSignature, ValueError) as error:
+        raise ValueError(f"the signature of witness {witness.name} does not fit it") from error
+    return at
+
+
+def witness_keys(given: Sequence[str]) -> tuple[VerifierKey, ...]:
+    """The keys of witnesses, each written as NAME+ID+KEY, or lines of them in a file.
+
+    Raises: SpecError if one is none or is given twice, or a file cannot be read.
+    """
+    found = keys_given(given, COSIGNATURE, "witness")
+    if len({one.public for one in found}) < len(found) or len({one.name for one in found}) < len(found):
+        raise SpecError("two of the witnesses have one key or one name, and would count as one; give each key once")
+    return found
+
+
+def keys_given(given: Sequence[str], kind: bytes, whose: str) -> tuple[VerifierKey, ...]:
+    """Keys for one type of signature, from texts and files.  Raises: SpecError if one is none, or of another type."""
+    found = [VerifierKey.parse(line) for text in given for line in _lines(text, whose)]
+    for one in found:
+        if one.kind != kind:
+            raise SpecError(
+                f"the key of {one.name} is no key of a {whose}; give the one that its operator shows for that"
+            )
+    return tuple(found)
+
+
+def _lines(text: str, whose: str) -> list[str]:
+    """The keys in a text; if it has no plus sign, or a file of that name is there, in the file."""
+    path = Path(text)
+    try:
+        if "+" in text and not path.is_file():
+            return [text]
+        content = read_regular(path, MOST_BYTES).decode("utf-8", errors="replace")
+    except OSError as error:
+        reason = error.strerror or error
+        raise SpecError(
+            f"key {text[:80]!r} of a {whose} is no NAME+ID+KEY, and no file with some ({reason})"
+        ) from error
+    lines = [line.strip() for line in content.splitlines()]
+    return [line for line in lines if line and not line.startswith("#")]
+
+
+@dataclass(frozen=True)
+class Quorum:
+    """The witnesses that a reader trusts, and how many of them must have signed.
+
+    witnesses: their keys, each of another witness; needed: k of them; days: a signature counts for so long.
+    """
+
+    witnesses: tuple[VerifierKey, ...]
+    needed: int
+    days: float = DAYS
+
+    @classmethod
+    def of(cls, given: Sequence[str], needed: int | None = None, days: float = DAYS) -> Quorum:
+        """The quorum of `needed` of these keys; None: of all.  Raises: SpecError if that is not possible."""
+        found = witness_keys(given)
+        if not found:
+            raise SpecError("no witness is named; give the key of each by --witness-key")
+        if needed is not None and not len(found) < 2 * needed <= 2 * len(found):
+            raise SpecError(
+                f"{needed} of {len(found)} witnesses is not possible; ask for more than half of them, else two halves "
+                "could sign two logs, and for no more than there are"
+            )
+        return cls(found, len(found) if needed is None else needed, days)
+
+    def signers(self, note: str, source: str) -> dict[str, datetime]:
+        """Which of the witnesses signed a checkpoint, and when, the newest first.
+
+        Raises: RegistryError with code "not_witnessed" if fewer did than are needed, or too long ago.
+        """
+        times: dict[str, int] = {}
+        faults: dict[str, str] = {}
+        now = time.time()
+        for one in self.witnesses:
+            try:
+                at = cosigned_at(note, one)
+            except ValueError as error:
+                faults[one.name] = str(error)
+                continue
+            if at is None:
+                faults[one.name] = f"{one.name} did not sign it"
+            elif at > now + MOST_AHEAD_S:
+                faults[one.name] = f"{one.name} signed it at a time to come, so one of the two clocks is wrong"
+            elif at < now - self.days * 86400:
+                faults[one.name] = f"{one.name} signed it more than {self.days:g} days ago"
+            else:
+                times[one.name] = at
+        if len(times) < self.needed:
+            raise RegistryError(
+                f"checkpoint {source} is signed by {len(times)} of the {self.needed} witnesses that it needs "
+                f"({'; '.join(faults.values())}); get a newer one from those who run the registry",
+                code="not_witnessed",
+                signed=list(times),
+                faults=faults,
+            )
+        newest = sorted(times.items(), key=lambda pair: -pair[1])
+        return {name: datetime.fromtimestamp(at, UTC) for name, at in newest}

@@ -1,0 +1,180 @@
+"""Cosignatures and keys, against examples that others published.  Each test names the wrong implementation it catches.
+
+The examples are those of C2SP (tlog-cosignature, signed-note), of transparency-dev/formats, and a checkpoint of the
+firmware log of the armored witness project.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import time
+
+import pytest
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+from moireid.errors import RegistryError, SpecError
+from moireid.registry.checkpoints.checkpoint import tree_head
+from moireid.registry.checkpoints.cosignature import (
+    Quorum,
+    cosignature_line,
+    cosigned_at,
+    cosigned_message,
+    witness_keys,
+)
+from moireid.registry.checkpoints.note import COSIGNATURE, DASH, ED25519, VerifierKey, parted, signatures_of
+from moireid.registry.keys import NOTE, Authority
+
+#: The checkpoint that C2SP shows, cosigned; its keys are not published.
+EXAMPLE = """example.com/behind-the-sofa
+20852163
+CsUYapGGPo4dkMgIAUqom/Xajj7h2fB2MPA3j2jxq2I=
+
+— example.com/behind-the-sofa Az3grlgtzPICa5OS8npVmf1Myq/5IZniMp+ZJurmRDeOoRDe4URYN7u5/Zhcyv2q1gGzGk\
+u9nTo+zyWE+xeMcTOAYQ8=
+— witness.example.com/w1 jWbPPwAAAABkGFDLEZMHwSRaJNiIDoe9DYn/zXcrtPHeolMI5OWXEhZCB9dlrDJsX3b2oyin1nP\
+Zqhf5nNo0xUe+mbIUBkBIfZ+qnA==
+"""
+#: A witness's key for cosignatures, and a log's key with a checkpoint that it signed.
+WITNESS_KEY = "remora.n621.de+da77ade7+BOvN63jn/bLvkieywe8R6UYAtVtNbZpXh34x7onlmtw2"
+LOG_KEY = "transparency.dev-aw-ftlog-ci-3+3f689522+Aa1Eifq6rRC8qiK+bya07yV1fXyP156pEMsX7CFBC6gg"
+FIRMWARE = """transparency.dev/armored-witness/firmware_transparency/ci/3
+59
+kOFMkeamIdrYFLx5zbWFhflak6dlEEDOU++fxYEZMBw=
+
+— transparency.dev-aw-ftlog-ci-3 P2iVIt3Jsaha3E2i0MHdKZ6fgYJTgXO86nUsxKPVq6uTwRSclTSh/ELnDGbNL+XDyD3\
+EkWIdL2AGGNmbN7IN2rB/7gE=
+— ArmoredWitness-weathered-rain CnjfIAAAAABnGRrHjQi7IZQqVea4YnU/ADsv844r1ezGjvubUy1MMJm4as9bRiT70xNW\
+Q67RCA76LMy7SdX4qJNIzL3eSS1BGFWqCw==
+"""
+TEXT = "example.com/log\n3\nCsUYapGGPo4dkMgIAUqom/Xajj7h2fB2MPA3j2jxq2I=\n"
+
+
+def a_witness(name: str) -> tuple[VerifierKey, Ed25519PrivateKey]:
+    key = Ed25519PrivateKey.generate()
+    return VerifierKey(name, COSIGNATURE, key.public_key().public_bytes_raw()), key
+
+
+def cosigned(*witnesses: tuple[VerifierKey, Ed25519PrivateKey], at: float | None = None) -> str:
+    now = int(time.time() if at is None else at)
+    return TEXT + "\n" + "".join(cosignature_line(TEXT, public, key, now) for public, key in witnesses)
+
+
+def test_published_keys_have_the_published_ids():
+    """Catches: an id without the type or the newline; a type that is not written with the key."""
+    for text, kind in ((WITNESS_KEY, COSIGNATURE), (LOG_KEY, ED25519)):
+        found = VerifierKey.parse(text)
+        assert found.kind == kind and str(found) == text
+
+
+def test_a_published_checkpoint_of_another_program_is_read_and_its_signature_holds():
+    """Catches: another order of lines; a signature over other bytes; a cosigned note that counts as damaged."""
+    head = tree_head(parted(FIRMWARE)[0])
+    assert (head.origin.split("/")[0], head.size, head.extension) == ("transparency.dev", 59, ())
+    key = VerifierKey.parse(LOG_KEY)
+    text, lines = parted(FIRMWARE)
+    (signature,) = signatures_of(key, lines)
+    assert Authority(key.public.hex()).signed(NOTE, text.encode(), signature.hex())
+
+
+def test_the_example_of_the_specification_is_laid_out_as_ours():
+    """Catches: a time of another length, order or unit; a message without its header or the last newline."""
+    text, lines = parted(EXAMPLE)
+    assert tree_head(text).size == 20852163
+    content = base64.b64decode(lines[1].removeprefix(DASH).split(" ")[1])
+    assert len(content) == 76 and int.from_bytes(content[4:12], "big") == 1679315147
+    assert cosigned_message(text, 1679315147) == (
+        b"cosignature/v1\ntime 1679315147\nexample.com/behind-the-sofa\n20852163\n"
+        b"CsUYapGGPo4dkMgIAUqom/Xajj7h2fB2MPA3j2jxq2I=\n"
+    )
+    # The second published example: of a witness on 3 October 2024.
+    stamped = "ZGhGuQAAAABm/qTPeyKXD+R2rzyQsxPiP8mXum7qq/iF0u4vanlqJyocWODBt97w9uL+8qT7S5gxEHWWOworDcFiEBYJXORmnFBOBA=="
+    assert int.from_bytes(base64.b64decode(stamped)[4:12], "big") == 1727964367
+
+
+def test_a_line_is_made_as_the_specification_says():
+    """Catches: a round trip of two equal mistakes: each byte of the line is computed here by itself."""
+    public, key = a_witness("witness.example/w1")
+    line = cosignature_line(TEXT, public, key, 1679315147)
+    own = hashlib.sha256(b"witness.example/w1\n\x04" + public.public).digest()[:4]
+    signature = key.sign(b"cosignature/v1\ntime 1679315147\n" + TEXT.encode())
+    content = own + (1679315147).to_bytes(8, "big") + signature
+    assert line == f"— witness.example/w1 {base64.b64encode(content).decode()}\n"
+    assert cosigned_at(f"{TEXT}\n{line}", public) == 1679315147
+
+
+def test_a_signature_of_a_known_witness_that_does_not_fit_is_an_error():
+    """Catches: a signature over another text, time or by another key, that counts."""
+    public, key = a_witness("w1")
+    note = cosigned((public, key), at=1679315147)
+    stranger = VerifierKey("w1", COSIGNATURE, a_witness("w1")[0].public)
+    assert cosigned_at(note, stranger) is None
+    line = note.rpartition(" ")[2]
+    content = bytearray(base64.b64decode(line))
+    content[11] ^= 1
+    later = note.replace(line.strip(), base64.b64encode(content).decode())
+    for wrong in (later, note.replace("\n3\n", "\n4\n")):
+        with pytest.raises(ValueError, match="does not fit"):
+            cosigned_at(wrong, public)
+
+
+def test_k_of_n_count_and_no_key_counts_twice():
+    """Catches: one witness whose two lines count as two; one key under two names; k that counts all lines."""
+    one, two, three = (a_witness(f"w{number}") for number in (1, 2, 3))
+    keys = [str(public) for public, _ in (one, two, three)]
+    quorum = Quorum.of(keys, 2)
+    assert set(quorum.signers(cosigned(one, three), "x")) == {"w1", "w3"}
+    for note in (cosigned(one), cosigned(one, one), cosigned(one, a_witness("w2")), cosigned(one, a_witness("w9"))):
+        with pytest.raises(RegistryError) as refused:
+            quorum.signers(note, "x")
+        assert refused.value.details["code"] == "not_witnessed" and refused.value.details["signed"] == ["w1"]
+    again = VerifierKey("other", COSIGNATURE, one[0].public)
+    with pytest.raises(SpecError, match="count as one"):
+        witness_keys([keys[0], str(again)])
+
+
+@pytest.mark.parametrize(("needed", "of"), [(0, 3), (4, 3), (1, 2), (1, 3), (2, 4)])
+def test_k_is_more_than_half_of_n(needed, of):
+    """Catches: two halves of the witnesses, of which each signs another log, and none lies."""
+    keys = [str(a_witness(f"w{number}")[0]) for number in range(of)]
+    with pytest.raises(SpecError, match="more than half"):
+        Quorum.of(keys, needed)
+    assert Quorum.of(keys).needed == of and Quorum.of(keys, of // 2 + 1).needed == of // 2 + 1
+
+
+def test_old_and_future_signatures_do_not_count():
+    """Catches: a signature of last year that covers a rollback; one of next year, that would count for ever."""
+    one = a_witness("w1")
+    quorum = Quorum.of([str(one[0])], days=7)
+    assert quorum.signers(cosigned(one, at=time.time() - 6 * 86400), "x")
+    for at in (time.time() - 8 * 86400, time.time() + 3600):
+        with pytest.raises(RegistryError, match=r"days ago|a time to come"):
+            quorum.signers(cosigned(one, at=at), "x")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "bananas.example+12344556",
+        "rekor.example+12345678+THIS_IS_NOT_BASE64!",
+        "rekor.example+12345678+AwEB",
+        WITNESS_KEY.replace("da77ade7", "00000000"),
+        WITNESS_KEY.replace("remora", "a b"),
+        LOG_KEY,
+    ],
+)
+def test_what_is_no_key_of_a_witness_is_said_in_one_sentence(text, tmp_path):
+    """Catches: a log's key that counts as a witness; a traceback; an empty file that asks for nothing."""
+    for given in (text, tmp_path / "keys"):
+        (tmp_path / "keys").write_text(f"# of a friend\n{text}\n")
+        with pytest.raises(SpecError) as refused:
+            Quorum.of([str(given)])
+        assert "\n" not in str(refused.value)
+
+
+def test_keys_are_read_from_a_file(tmp_path):
+    """Catches: a file of which only the first line counts."""
+    keys = [str(a_witness(name)[0]) for name in ("w1", "w2")]
+    (tmp_path / "keys").write_text("\n".join(["# friends", *keys, ""]))
+    assert list(map(str, witness_keys([str(tmp_path / "keys")]))) == keys
