@@ -38,6 +38,7 @@ signing.py          keys, certificates and a time authority
 payloads.py         a fixed payload for a name
 portrait.py         a person with a badge
 registries.py       registries on SQLite and PostgreSQL
+witnesses.py        logs that sign what they like, and witnesses' servers
 fault_runs.py       every file call of a registry fails once, in turn; faults.c is loaded to do it
 enrolling.py        what other processes do at a registry
 streams.py          films as they are streamed, and what serves them

@@ -8,6 +8,8 @@ printing/        print-your-badge, moireid print; for one person or for many
 issue_notes.py   notes to the issuer about identities and names
 enroll_cmd.py    enroll
 registry/        registry init, list, show and so on
+witness_options.py  options by which readers ask for witnesses
+witness_cmd.py   witness
 verify/          verify, identify
 attest/          verify --sign, and attest check
 simulate_cmd.py  simulate

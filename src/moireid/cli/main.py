@@ -26,7 +26,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Your first badge; lens sheets, printers and cameras": (
         *("first-badge", "pitch-test", "calibrate", "calibrate-camera"),
     ),
-    "The registry, and access to the studio": ("registry", "token", "verdicts", "worker"),
+    "The registry, and access to the studio": ("registry", "witness", "token", "verdicts", "worker"),
     "Many films at once": ("film-set", "generator-kit", "evaluate"),
     "The figures that this project states": ("bench",),
 }
@@ -43,6 +43,7 @@ OWN = {
     "calibrate": "moireid.cli.pitch_cmd:calibrate_command",
     "calibrate-camera": "moireid.cli.camera_cmd:calibrate_camera_command",
     "registry": "moireid.cli.registry:registry_group",
+    "witness": "moireid.cli.witness_cmd:witness_command",
 }
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {

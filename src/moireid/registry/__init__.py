@@ -27,6 +27,7 @@ rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
 signing/        the private key in a process of its own
 checkpoints/    signed checkpoints that others keep, proofs, and whether a record is the newest
+witness/        the server that signs checkpoints for others, and the client that asks such servers
 bundle/         what a verifier needs, in one signed file
 """
 

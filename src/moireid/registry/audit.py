@@ -3,7 +3,7 @@
 1. The log: each entry follows from the one before, its hash is that of its content, and it bears the signature of the
    key that the authority had then; a change of key bears those of both.
 2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain, and the log still begins as
-   the checkpoints that others keep say.
+   the checkpoints that others keep say; if witnesses must have signed one of those, enough did.
 3. Each record bears the signature, and is the newest version in the log; none is without an entry.
 4. Each record that the log enters is there, unless a later entry says that the person was erased.
 5. Each set of measured figures that a log entry put in the place of another is followed by that other on record.
@@ -36,6 +36,7 @@ from sqlalchemy import exists, func, select
 
 from moireid.errors import RegistryError
 from moireid.registry.checkpoints.checkpoint import Checkpoint
+from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.watch import Watch
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.keys import Authority, commitment
@@ -106,6 +107,9 @@ class Audit:
         The first `KEPT` faults of `found`.
     found : int
         Number of faults.
+    witnessed : mapping or None
+        Of the newest checkpoint that the witnesses signed: `size`, and `signers`, name to time; None if none was asked
+        for.
 
     Notes
     -----
@@ -121,6 +125,7 @@ class Audit:
     findings: tuple[Finding, ...]
     found: int
     erased: int = 0
+    witnessed: Mapping[str, Any] | None = None
     actors: Mapping[str, int] = field(default_factory=dict)
     unnamed: int = 0
 
@@ -169,6 +174,7 @@ def audit(
     expected_head: str | None,
     progress: Callable[[int, int | None], None] | None = None,
     since: Sequence[Checkpoint] = (),
+    quorum: Quorum | None = None,
 ) -> Audit:
     """What `Registry.audit` does."""
     refused, ledger = _refused(ledger), ledger.unchecked()
@@ -179,6 +185,7 @@ def audit(
     tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
     if refused is not None:
         tally.report(str(refused["code"]), str(refused["finding"]))
+    witnessed = None if quorum is None else _audit_witnesses(since, quorum, tally)
     head = _audit_log(ledger, expected, watch, tally, former[0] if former else ledger.authority)
     for fault, entry in watch.findings(head):
         tally.report(fault.code, fault.text, entry)
@@ -189,6 +196,7 @@ def audit(
         head=None if head is None else str(head),
         findings=tuple(tally.findings),
         actors=who,
+        witnessed=witnessed,
         **tally.counts,
     )
 
@@ -204,6 +212,20 @@ def _refused(ledger: Ledger) -> dict[str, object] | None:
         # Any other fault that has a code is found again on the way, and counted.
         if "code" not in error.details:
             raise
+    return None
+
+
+def _audit_witnesses(since: Sequence[Checkpoint], quorum: Quorum, tally: _Tally) -> dict[str, Any] | None:
+    """The newest of the checkpoints that enough witnesses signed; a finding if there is none."""
+    refusals = [f"{quorum.needed} witnesses must have signed a checkpoint, and none is given"]
+    for one in sorted(since, key=lambda one: -one.size):
+        try:
+            signers = quorum.signers(one.note, f"of {one.date}")
+        except RegistryError as error:
+            refusals.append(str(error).partition(";")[0])
+        else:
+            return {"size": one.size, "signers": {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in signers.items()}}
+    tally.report("not_witnessed", refusals[-1])
     return None
 
 

@@ -8,12 +8,16 @@ from pathlib import Path
 from moireid.badge import Badge
 from moireid.provenance import Standing
 from moireid.registry.bundle.publish import Progress, PublishResult, publish
-from moireid.registry.checkpoints.checkpoint import Checkpoint, signed_state
+from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, signed_state
+from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.coverage import WitnessedPart, witnessed_part
 from moireid.registry.checkpoints.newest import check_newest
+from moireid.registry.checkpoints.note import authority_key
 from moireid.registry.checkpoints.proof import proof_of
 from moireid.registry.keys import as_fingerprint
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record
+from moireid.registry.witness.client import WitnessRound, ask_witnesses
 
 
 class PublicView(RegistryQueries):
@@ -42,6 +46,12 @@ class PublicView(RegistryQueries):
         """
         self._ledger.trust = None if trust is None else as_fingerprint(trust)
         return self._ledger.standing()
+
+    @property
+    def log_key(self) -> str:
+        """The public key of its log, as witnesses are given it (C2SP signed-note)."""
+        authority = self._ledger.authority
+        return str(authority_key(ORIGIN + authority.fingerprint, authority))
 
     def check_head(self) -> None:
         """Raise RegistryError as `standing`: for those who are about to do long work before they read or write."""
@@ -101,7 +111,61 @@ class PublicView(RegistryQueries):
             If the registry was put back to an earlier state, or does not begin as an older checkpoint says: a log
             signs nothing that contradicts what it signed before.
         """
-        return signed_state(self._ledger, older)
+        state = signed_state(self._ledger, older)
+        return state.checkpoint, state.proofs
+
+    def witnessed_checkpoint(
+        self, addresses: Sequence[str], quorum: Quorum, older: Sequence[Checkpoint] = ()
+    ) -> tuple[WitnessRound, list[tuple[int, list[bytes]]]]:
+        """Sign the log as it is now, and have witnesses sign it too.
+
+        Parameters
+        ----------
+        addresses : sequence of str
+            Web addresses of the witnesses.
+        quorum : Quorum
+            Their keys, and how many of them must sign.
+        older : sequence of Checkpoint
+            As of `checkpoint`.
+
+        Returns
+        -------
+        tuple
+            The checkpoint with the signatures, and who did not sign; and the proofs as of `checkpoint`.
+
+        Raises
+        ------
+        RegistryError
+            As of `checkpoint`; with code "not_witnessed" if fewer witnesses sign than must.
+        """
+        state = signed_state(self._ledger, older)
+        return ask_witnesses(state.checkpoint, state.proof_from, addresses, quorum), state.proofs
+
+    def require_witnesses(self, checkpoint: Checkpoint, quorum: Quorum, source: str = "") -> WitnessedPart:
+        """From now on rely only on badges that witnesses have seen, in this registry as it is open.
+
+        Parameters
+        ----------
+        checkpoint : Checkpoint
+            One of this registry that the witnesses signed.
+        quorum : Quorum
+            The witnesses, and how many must have signed.
+        source : str
+            Names the checkpoint in messages.
+
+        Returns
+        -------
+        WitnessedPart
+            How many entries they have seen, who signed, and when.
+
+        Raises
+        ------
+        RegistryError
+            If the checkpoint is another registry's, too few witnesses signed it, or the log does not begin as it says;
+            `error.details["code"]` says which.  From then on, `check_newest` raises it, with code "not_witnessed", for
+            a badge that counts and whose newest entry is later than the checkpoint.
+        """
+        return witnessed_part(self._ledger, checkpoint, quorum, source or f"of {checkpoint.date}")
 
     def publish(
         self,

@@ -19,6 +19,7 @@ from moireid.registry.batch import Batch, enroll_many, enter, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges, expiry_day
 from moireid.registry.checkpoints.checkpoint import Checkpoint
+from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.engine import default_url, read_url, sqlite_file
 from moireid.registry.export_file import export_json
 from moireid.registry.keys import account, checked_actor, key_path
@@ -285,6 +286,7 @@ class Registry(RegistryChanges, PublicView):
         expected_head: str | None = None,
         progress: Progress | None = None,
         since: Sequence[Checkpoint] = (),
+        quorum: Quorum | None = None,
     ) -> Audit:
         """Check the whole log and all records, and report every fault.
 
@@ -296,6 +298,8 @@ class Registry(RegistryChanges, PublicView):
             Called with entries and records done and in all.
         since : sequence of Checkpoint
             Checkpoints that others keep; the log must still begin as they say.
+        quorum : Quorum, optional
+            The witnesses that must have signed one of these checkpoints.
 
         Returns
         -------
@@ -311,7 +315,7 @@ class Registry(RegistryChanges, PublicView):
         -----
         `moireid.registry.audit` lists what an audit cannot show.
         """
-        return audit(self._ledger, expected_head, progress, since)
+        return audit(self._ledger, expected_head, progress, since, quorum)
 
     def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
         """Write records, log and public key to a JSON file, whole or not at all.

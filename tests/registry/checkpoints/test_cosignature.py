@@ -135,7 +135,7 @@ def test_k_of_n_count_and_no_key_counts_twice():
 
 @pytest.mark.parametrize(("needed", "of"), [(0, 3), (4, 3), (1, 2), (1, 3), (2, 4)])
 def test_k_is_more_than_half_of_n(needed, of):
-    """Catches: two halves of the witnesses, of which each signs another log, and none lies."""
+    """Catches: two halves of the witnesses, of which each signs another log in good faith."""
     keys = [str(a_witness(f"w{number}")[0]) for number in range(of)]
     with pytest.raises(SpecError, match="more than half"):
         Quorum.of(keys, needed)

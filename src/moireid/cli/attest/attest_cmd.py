@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import ACCEPT, REJECT, bundle_option, echo, friendly, json_option, show_json, trust_option
+from moireid.cli.witness_options import WitnessCheck, require, witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ def attest_group() -> None:
 @trust_option
 @json_option
 @friendly
+@witness_check
 def check_command(
     envelope: Path,
     film: Path | None,
@@ -98,6 +100,7 @@ def check_command(
     registry_url: str | None,
     bundle_path: Path | None,
     trust: str | None,
+    witness_check: WitnessCheck | None,
     as_json: bool,
 ) -> None:
     """Check a signed verdict: who judged what, and when?
@@ -120,6 +123,8 @@ def check_command(
     from moireid.attest.envelope import read_envelope
     from moireid.attest.signing_keys import load_certificates
 
+    if witness_check is not None and registry_url is None:
+        raise SpecError("--witness-key is of a registry, and none is asked; add --registry, or leave it out")
     if (identity is None) != (issuer_file is None):
         raise SpecError(
             "anybody can make a certificate with any name in it, so a name counts only by the word of an authority; "
@@ -131,7 +136,7 @@ def check_command(
     authorities = load_certificates(authority_file) if authority_file is not None else ()
     found = check(read_envelope(envelope), film=film, key=key, identity=signer, authorities=authorities)
     if registry_url is not None or bundle_path is not None:
-        answer = _answer(found, registry_url, bundle_path, trust)
+        answer = _answer(found, registry_url, bundle_path, trust, witness_check)
         found = held_against(found, answer) if answer is not None else found
     _check_signer_asked(found, envelope)
     if as_json:
@@ -164,7 +169,11 @@ def _check_signer_asked(found: CheckResult, envelope: Path) -> None:
 
 
 def _answer(
-    found: CheckResult, registry_url: str | None, bundle_path: Path | None, trust: str | None
+    found: CheckResult,
+    registry_url: str | None,
+    bundle_path: Path | None,
+    trust: str | None,
+    witnesses: WitnessCheck | None,
 ) -> RegistryAnswer | None:
     """What a registry or its bundle says about the badge of a verdict; None where the verdict cannot be believed."""
     if registry_url is not None and bundle_path is not None:
@@ -188,6 +197,7 @@ def _answer(
 
         with open_registry(registry_url, create=False) as registry:
             registry.standing(trust)
+            require(witnesses, registry)
             holder, keys = holder_of(registry, badge_id), registry.authority_keys()
     if holder is None:
         raise SpecError(f"no one there holds badge {badge_id}; name the registry that issued it")

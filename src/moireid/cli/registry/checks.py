@@ -7,7 +7,7 @@ offline.  prove and check-proof show that a badge is in the log to somebody with
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -23,9 +23,12 @@ from moireid.cli.common import (
     json_option,
     overwrite_option,
     progress_bar,
+    say,
     show_json,
 )
 from moireid.cli.registry.records import registry_command, registry_group
+from moireid.cli.witness_options import QUORUM_OPTIONS, quorum_of
+from moireid.errors import SpecError
 from moireid.files import open_regular
 
 if TYPE_CHECKING:
@@ -33,6 +36,13 @@ if TYPE_CHECKING:
 
 #: The most findings that the audit prints for people; --json holds more.
 SHOWN = 20
+
+
+def quorum_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options by which witnesses are named."""
+    for option in reversed(QUORUM_OPTIONS):
+        command = option(command)
+    return command
 
 
 def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -46,13 +56,22 @@ def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None
 )
 @click.option(
     "--since",
-    "witnesses",
+    "kept",
     metavar="FILE",
     multiple=True,
     help="A checkpoint that somebody else kept: a file, a folder of them, or a web address. The log must still begin "
     "as it says. May be given several times.",
 )
-def registry_audit(registry: Registry, expected_head: str | None, witnesses: tuple[str, ...], as_json: bool) -> None:
+@quorum_options
+def registry_audit(
+    registry: Registry,
+    expected_head: str | None,
+    kept: tuple[str, ...],
+    witness_keys: tuple[str, ...],
+    witnesses_needed: int | None,
+    witness_days: float,
+    as_json: bool,
+) -> None:
     """Check every signature and the whole log.
 
     The log must go on from the last state of it that you have seen here. Of what you have not seen, a registry cannot
@@ -60,15 +79,20 @@ def registry_audit(registry: Registry, expected_head: str | None, witnesses: tup
     checkpoint (`moireid registry checkpoint`). Give it as --since: this proves that the log was not shortened, replaced
     or rewritten since then.
 
+    With --witness-key, enough witnesses must have signed one of the checkpoints of --since.
+
     The head that the audit prints last does the same: note it somewhere else, and give it as --expected-head.
 
     Exit code 0: sound; 1: something is wrong; 2: bad input.
     """
     from moireid.registry.checkpoints.sources import checkpoints_from
 
+    quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "")
+    if quorum is not None and not kept:
+        raise SpecError("--witness-key needs what the witnesses signed; add --since FILE")
     with progress_bar("checking the registry") as progress:
-        since = [one for source in witnesses for one in checkpoints_from(source)]
-        seen, shown = registry.audit(expected_head, progress, since), registry.shown_url
+        since = [one for source in kept for one in checkpoints_from(source)]
+        seen, shown = registry.audit(expected_head, progress, since, quorum), registry.shown_url
     if as_json:
         show_json(seen.to_json() | {"registry": shown})
     else:
@@ -85,6 +109,9 @@ def registry_audit(registry: Registry, expected_head: str | None, witnesses: tup
             echo(f"  ✗ {finding.text}")
         if seen.found > SHOWN:
             echo(f"  and {seen.found - SHOWN} more")
+        if seen.witnessed is not None:
+            signers = ", ".join(f"{name} on {at}" for name, at in seen.witnessed["signers"].items())
+            echo(f"witnesses have seen {seen.witnessed['size']} of {seen.entries} entries: {signers}")
         echo(f"head: {seen.head or 'none that can be trusted'}")
     sys.exit(ACCEPT if seen.sound else REJECT)
 
@@ -93,33 +120,67 @@ def registry_audit(registry: Registry, expected_head: str | None, witnesses: tup
 @_out_option("checkpoint")
 @click.option(
     "--since",
-    "witness",
+    "earlier",
     metavar="FILE",
     help="An earlier checkpoint: --json then also proves that the new one only adds to it.",
 )
-def registry_checkpoint(registry: Registry, path: Path, witness: str | None, overwrite: bool, as_json: bool) -> None:
+@click.option(
+    "--witness",
+    "addresses",
+    metavar="URL",
+    multiple=True,
+    help="Have a witness sign it too, by its web address. May be given several times.",
+)
+@quorum_options
+def registry_checkpoint(
+    registry: Registry,
+    path: Path,
+    earlier: str | None,
+    addresses: tuple[str, ...],
+    witness_keys: tuple[str, ...],
+    witnesses_needed: int | None,
+    witness_days: float,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Write a signed checkpoint of the log for others to keep.
 
     It is the length of the log and one hash of all in it, and holds no names. Give it to others, as often as you can:
     to a partner, to a web server, to a folder that you cannot change. `moireid registry audit --since FILE` then shows
     whether anything was taken back.
 
+    With --witness, servers of others sign it, which follow your log and sign no second one: `moireid witness` is such a
+    server. If fewer sign than --witnesses asks for, nothing is written.
+
     The format is that of transparency logs (C2SP tlog-checkpoint), so their witnesses can sign it too.
     """
     from moireid.files import planned, write_text
     from moireid.registry.checkpoints.sources import checkpoints_from
 
-    planned([path], overwrite=overwrite, kept=[registry.file, Path(witness) if witness else None])
-    older = checkpoints_from(witness) if witness else []
-    made, proofs = registry.checkpoint(older)
+    quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "--witness" if addresses else "")
+    if quorum is not None and not addresses:
+        raise SpecError("--witness-key needs the witnesses' addresses; add --witness URL")
+    planned([path], overwrite=overwrite, kept=[registry.file, Path(earlier) if earlier else None])
+    older = checkpoints_from(earlier) if earlier else []
+    signers: tuple[str, ...] = ()
+    failures: Mapping[str, str] = {}
+    if quorum is None:
+        made, proofs = registry.checkpoint(older)
+    else:
+        asked, proofs = registry.witnessed_checkpoint(addresses, quorum, older)
+        made, signers, failures = asked.checkpoint, asked.signers, asked.failures
     write_text(path, made.note)
+    for address, reason in failures.items():
+        say(f"note: witness {address} did not sign: {reason}")
     if as_json:
         document = {"registry": registry.shown_url, "file": str(path), "fingerprint": made.fingerprint}
         state = {"size": made.size, "root": made.root.hex(), "date": made.date}
         steps = [{"size": size, "proof": [step.hex() for step in proof]} for size, proof in proofs]
-        show_json(document | state | {"consistent_with": steps})
+        witnessed = {"witnesses": list(signers), "witnesses_failed": dict(failures)}
+        show_json(document | state | {"consistent_with": steps} | witnessed)
     else:
-        echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}")
+        by = f", and by {', '.join(signers)}" if signers else ""
+        echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}{by}")
 
 
 @registry_command("publish", overwrite_option)

@@ -83,10 +83,12 @@ def registry_init(registry: Registry, as_json: bool) -> None:
     count, head, key = registry.count(), registry.head(), registry.key_path
     if as_json:
         document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
+        document |= {"log_key": registry.log_key}
         show_json(document | {"head": head, "key": str(key) if key.exists() else None, "signer": signer_address()})
         return
     echo(f"{registry.shown_url} is ready and holds {count} badges")
     echo(f"the fingerprint of its authority is {registry.fingerprint}: give it to all who check badges")
+    echo(f"witnesses of its log are given the key {registry.log_key}")
     if (signer := signer_address()) is not None:
         echo(f"its private key is with the signer at {signer}: have a copy kept there")
     elif key.exists():

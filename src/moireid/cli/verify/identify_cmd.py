@@ -31,6 +31,7 @@ from moireid.cli.common import (
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.cli.verify.verify_cmd import LookUp, known_by, show_verdict
 from moireid.cli.verify.verify_options import focal_option
+from moireid.cli.witness_options import WitnessCheck, require, witness_check
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -63,11 +64,13 @@ class _SearchScope:
 @unsealed_option
 @json_option
 @friendly
+@witness_check
 def identify_command(
     video: Path,
     registry_url: str | None,
     bundle_path: Path | None,
     trust: str | None,
+    witness_check: WitnessCheck | None,
     focal_px: float | None,
     camera_file: Path | None,
     unsealed: bool,
@@ -85,7 +88,7 @@ def identify_command(
     if bundle_path is not None and registry_url is not None:
         raise SpecError("--bundle replaces --registry; leave one of them out")
     camera = camera_held(camera_file, focal_px)
-    opened = _of_registry(registry_url, trust) if bundle_path is None else _of_bundle(bundle_path, trust)
+    opened = _of_registry(registry_url, trust, witness_check) if bundle_path is None else _of_bundle(bundle_path, trust)
     films = sealed_reader([video], unsealed=unsealed)
     with films as reader, opened as asked, progress_bar("reading the film") as progress:
         report_standing(asked.standing)
@@ -111,12 +114,13 @@ def answer_to(question: object, enrolled: EnrolledPeople, film: Path) -> Any:
 
 
 @contextmanager
-def _of_registry(registry_url: str | None, trust: str | None) -> Iterator[_SearchScope]:
+def _of_registry(registry_url: str | None, trust: str | None, witnesses: WitnessCheck | None) -> Iterator[_SearchScope]:
     from moireid.registry import People, open_registry
     from moireid.verifier.session.claim import with_badge_notes
 
     with open_registry(registry_url, create=False) as registry:
         standing, people = registry.standing(trust), People(registry)
+        require(witnesses, registry)
 
         def noted(document: dict[str, Any], found_id: str | None) -> dict[str, Any]:
             record = registry.by_id(found_id or "")

@@ -24,6 +24,7 @@ from moireid.cli.attest.signing import Signing, detectors_from, planned_signing,
 from moireid.cli.common import VERDICT_EXIT, camera_held, echo, friendly, progress_bar, report_standing, say, show_json
 from moireid.cli.sealed_reader import sealed_reader
 from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wish, verify_options
+from moireid.cli.witness_options import require, witness_check
 
 if TYPE_CHECKING:
     from moireid.provenance import ClaimedBadge, Standing
@@ -95,12 +96,14 @@ def _of_registry(wish: ClaimWish) -> Iterator[ClaimContext]:
     with open_registry(wish.registry_url, create=False) as registry:
         standing = registry.standing(wish.trust)
         report_standing(standing)
+        require(wish.witness_check, registry)
         found = claimed(registry, wish.claim or "") if badge is None else claimed_by_file(registry, badge)
 
     def look_up(document: Mapping[str, Any]) -> Circumstances:
         with open_registry(wish.registry_url, create=False) as registry:
             # Another one may be there by now, and the user may remember none.
             registry.standing(wish.trust or standing.fingerprint)
+            require(wish.witness_check, registry)
             return known_by(registry, standing, document)
 
     yield ClaimContext(replace(found, provenance=replace(found.provenance, standing=standing)), look_up)
@@ -281,6 +284,7 @@ def show_verdict(
 @verify_options
 @signing_options
 @friendly
+@witness_check
 def verify_command(**given: Any) -> None:
     """Check a film: is the badge real, and is it the claimed one?
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from moireid.cli.common import (
     trust_option,
 )
 from moireid.cli.sealed_reader import unsealed_option
+from moireid.cli.witness_options import WitnessCheck
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -155,6 +156,7 @@ class ClaimWish:
     badge_json: Path | None
     bundle_path: Path | None
     trust: str | None
+    witness_check: WitnessCheck | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -221,7 +223,8 @@ def check_claim(wish: ClaimWish) -> None:
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     if wish.bundle_path is not None and (wish.registry_url is not None or wish.claim is None):
         raise SpecError("--bundle replaces --registry, and needs --claim; leave the other one out")
-    if wish.trust is not None and wish.badge_json is not None and wish.registry_url is None:
-        raise SpecError(
-            "--trust is of a registry, and none is asked with --badge alone; add --registry, or leave it out"
-        )
+    for name, value in (("--trust", wish.trust), ("--witness-key", wish.witness_check)):
+        if value is not None and wish.badge_json is not None and wish.registry_url is None:
+            raise SpecError(
+                f"{name} is of a registry, and none is asked with --badge alone; add --registry, or leave it out"
+            )

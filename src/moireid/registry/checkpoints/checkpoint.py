@@ -144,14 +144,27 @@ def entry_hashes(ledger: Ledger, connection: Connection) -> list[bytes]:
     return found
 
 
-def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
-    """What `Registry.checkpoint` does."""
+@dataclass(frozen=True)
+class SignedState:
+    """A checkpoint of a log as it is now; proofs: for each older one, its size and the proof of `merkle.consistent`."""
+
+    checkpoint: Checkpoint
+    proofs: list[tuple[int, list[bytes]]]
+    leaves: Sequence[bytes]
+
+    def proof_from(self, size: int) -> list[bytes]:
+        """The proof that the checkpoint's log goes on from its first `size` entries, at least one."""
+        return consistency_proof(self.leaves, size)
+
+
+def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> SignedState:
+    """The log signed as it is now, if it goes on from the older checkpoints.  Raises: RegistryError if it does not."""
     signer = ledger.signer()
     with ledger.snapshot() as connection:
         leaves = [leaf_hash(content) for content in entry_hashes(ledger, connection)]
     keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations()), ledger.authority)}
     proofs = [(one.size, _proof(leaves, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
-    return sign_checkpoint(leaves, signer), proofs
+    return SignedState(sign_checkpoint(leaves, signer), proofs, leaves)
 
 
 def _proof(leaves: list[bytes], older: Checkpoint, ledger: Ledger, authority: Authority) -> list[bytes]:

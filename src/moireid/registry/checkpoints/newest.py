@@ -12,6 +12,7 @@ from typing import Any
 
 from sqlalchemy import func, select
 
+from moireid.errors import RegistryError
 from moireid.registry.ledger import PAGE, Ledger
 from moireid.registry.log import Head, followed
 from moireid.registry.record import Fault, Record
@@ -21,7 +22,8 @@ from moireid.registry.schema import log
 def check_newest(ledger: Ledger, record: Record) -> None:
     """Walk the log from the record's newest entry to its signed head.
 
-    Raises: RegistryError if an entry on the way was changed or taken out, or is about another version of the record.
+    Raises: RegistryError if an entry on the way was changed or taken out, or is about another version of the record; or
+        if witnesses must have seen it, and it is later than they have.  What bars a badge counts unseen.
     Source: each entry's hash holds that of the entry before, and the head is signed; so no signature on the way counts.
     A walk over 100,000 entries takes about a second.
     """
@@ -32,17 +34,25 @@ def check_newest(ledger: Ledger, record: Record) -> None:
             select(log).where(log.c.seq >= begin).order_by(log.c.seq)
         )
         names = list(rows.keys())
-        _follow((dict(zip(names, row, strict=True)) for row in rows), record, head)
+        entry = _follow((dict(zip(names, row, strict=True)) for row in rows), record, head)
+    if ledger.witnessed is not None and entry > ledger.witnessed and record.barred() is None:
+        raise RegistryError(
+            f"the record of badge {record.id} is of log entry {entry}, and witnesses have seen {ledger.witnessed} "
+            "entries; get a newer checkpoint from those who run the registry",
+            code="not_witnessed",
+        )
 
 
-def _follow(entries: Iterable[Mapping[str, Any]], record: Record, head: Head) -> None:
-    """Follow the chain from the first of these entries, the record's own, to the head.  Raises: Fault."""
-    before: Head | None = None
+def _follow(entries: Iterable[Mapping[str, Any]], record: Record, head: Head) -> int:
+    """Follow the chain from the first of these entries, the record's own, to the head; its number.  Raises: Fault."""
+    first, before = 0, None
     for entry in entries:
         if before is None and entry["record_sha256"] != record.digest():
             raise Fault("record_stale", f"the record of id {record.id} is not the version that the log has last")
         before = followed(entry, before)
+        first = first or before.seq
     if before is None:
         raise Fault("record_unlogged", f"the log has no entry for the record of id {record.id}")
     if before != head:
         raise Fault("log_cut", f"the log does not lead from the record of id {record.id} to its signed head")
+    return first

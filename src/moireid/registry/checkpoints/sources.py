@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import urllib.error
-import urllib.request
 from pathlib import Path
 
 from moireid.errors import RegistryError
 from moireid.files import open_regular
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoint_from
+from moireid.registry.checkpoints.web import exchange, together
 
 #: A checkpoint is 250 bytes, more with the lines of witnesses; and how long a web server may take.
 LONGEST, WAIT_S = 65536, 15.0
@@ -55,9 +54,9 @@ def _read(path: Path) -> str:
 
 
 def _fetched(address: str) -> str:
-    try:
-        with urllib.request.urlopen(address, timeout=WAIT_S) as answer:
-            return bytes(answer.read(LONGEST)).decode("utf-8", errors="replace")
-    except (OSError, ValueError, urllib.error.URLError) as error:
-        reason = getattr(error, "reason", error)
-        raise RegistryError(f"checkpoint {address} cannot be fetched ({reason}); check the address") from error
+    answers = together({address: lambda: exchange(address, LONGEST, WAIT_S)}, WAIT_S)
+    answer = answers[address]
+    if isinstance(answer, Exception) or answer.status != 200:
+        reason = answer if isinstance(answer, Exception) else f"status {answer.status}"
+        raise RegistryError(f"checkpoint {address} cannot be fetched ({reason}); check the address")
+    return answer.content.decode("utf-8", errors="replace")

@@ -83,6 +83,13 @@ class Finding(BaseModel):
     subject: str | None
 
 
+class WitnessedPart(BaseModel):
+    """The part of the log that witnesses have seen, if an audit asks for witnesses."""
+
+    size: int = Field(description="How many entries.")
+    signers: dict[str, str] = Field(description="Which witnesses signed for them, and when (UTC).")
+
+
 class AuditSummary(BaseModel):
     """What an audit saw, as `moireid registry audit --json` prints it."""
 
@@ -97,6 +104,7 @@ class AuditSummary(BaseModel):
     head: str | None
     findings: list[Finding]
     found: int
+    witnessed: WitnessedPart | None = Field(None, description="Of an audit with witnesses alone.")
 
 
 @router.get("", responses=problem_responses(401, 403, 422))
