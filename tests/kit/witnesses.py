@@ -31,8 +31,8 @@ def leaves_of(count: int, branch: int | None = None, name: str = "") -> list[byt
 class Log:
     """A log that signs any tree that it is given."""
 
-    def __init__(self, origin: str) -> None:
-        self.key = Ed25519PrivateKey.generate()
+    def __init__(self, origin: str, *, seed: bytes | None = None) -> None:
+        self.key = Ed25519PrivateKey.generate() if seed is None else Ed25519PrivateKey.from_private_bytes(seed)
         self.public = VerifierKey(origin, ED25519, self.key.public_key().public_bytes_raw())
 
     def note(self, leaves: Sequence[bytes], *, extension: str = "") -> str:

@@ -35,6 +35,11 @@ def test_a_failing_file_call_leaves_before_or_after(tmp_path: Path) -> None:
     assert faulty(tmp_path, 29, "revoke", "publish") >= 20
 
 
+def test_a_witness_whose_file_calls_fail_signs_one_log(tmp_path: Path) -> None:
+    """Catches: a signature that leaves before its state is on the disk; a state that is torn and cannot be read."""
+    assert faulty(tmp_path, 1, "witness") >= 50
+
+
 @pytest.mark.slow
 def test_every_operation_survives_failing_file_calls(tmp_path: Path) -> None:
     """Catches: as above, in every operation that writes: a key that is gone, an import that is half done."""

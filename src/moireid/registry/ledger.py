@@ -75,8 +75,8 @@ class Ledger:
         self.trust: str | None = None
         #: Whether it is compared with what was seen before, and whether its state could be remembered.
         self.checked, self.remembered = True, True
-        #: How many entries witnesses have seen, if a reader asks for that (`checkpoints/coverage.py`); else None.
-        self.witnessed: int | None = None
+        #: The last entry that witnesses have seen, if a reader asks for that (`checkpoints/coverage.py`); else None.
+        self.witnessed: Head | None = None
         self._signer: Signs | None = None
         self._authority: Authority | None = None
         if public_key is not None:

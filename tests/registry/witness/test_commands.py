@@ -27,6 +27,7 @@ from moireid.registry import holder_of, open_registry
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.checkpoints.sources import checkpoints_from
+from moireid.registry.seen import Memory
 from moireid.registry.witness import client
 from moireid.registry.witness.state import Witness
 
@@ -193,6 +194,24 @@ def test_what_no_witness_has_seen_is_not_relied_on(grown, witnesses, tmp_path):
         assert asked.found.barred is not None and asked.found.barred.code == "revoked"
     with open_registry(url_of(grown), create=False) as registry:
         assert holder_of(registry, cy) is not None
+
+
+def test_a_registry_that_is_exchanged_after_the_check_is_found(grown, witnesses, tmp_path, stranger, monkeypatch):
+    """Attack: the file is exchanged for a fork between the check and the look-up, by a reader who remembers nothing."""
+    shutil.copy(grown, fork := tmp_path / "fork.sqlite3")
+    for path, names in ((grown, ["Cy"]), (fork, ["Cy", "Di"])):
+        with open_registry(url_of(path), create=False) as registry:
+            for name in names:
+                registry.enroll(badge_of(name))
+        stranger.unlink()
+    out = noted(grown, tmp_path / "one", *witnesses.options(3))
+    monkeypatch.setattr("moireid.registry.ledger.recall", lambda place: Memory())
+    with open_registry(url_of(grown), create=False) as registry:
+        registry.require_witnesses(checkpoints_from(str(out))[0], witnesses.quorum(3))
+        shutil.copy(fork, grown)
+        with pytest.raises(RegistryError) as refused:
+            registry.check_newest(registry.find("Ada"))
+    assert refused.value.details["code"] == "forked"
 
 
 def test_a_checkpoint_of_a_former_key_counts_and_a_stranger_s_does_not(grown, witnesses, tmp_path):

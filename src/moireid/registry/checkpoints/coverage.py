@@ -18,6 +18,7 @@ from moireid.registry.checkpoints.checkpoint import Checkpoint, leaf_of
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.merkle import Tree
 from moireid.registry.ledger import PAGE, Ledger
+from moireid.registry.log import Head
 from moireid.registry.record import Fault
 from moireid.registry.schema import log
 
@@ -42,7 +43,7 @@ def witnessed_part(ledger: Ledger, checkpoint: Checkpoint, quorum: Quorum, sourc
                 code="key_replaced",
             )
         checkpoint.check(keys[checkpoint.fingerprint], source)
-        signers, tree = quorum.signers(checkpoint.note, source), Tree()
+        signers, tree, entry_hash = quorum.signers(checkpoint.note, source), Tree(), ""
         hashes = select(log.c.hash).where(log.c.seq <= checkpoint.size).order_by(log.c.seq)
         for entry_hash in connection.execution_options(yield_per=PAGE).scalars(hashes):
             try:
@@ -61,5 +62,5 @@ def witnessed_part(ledger: Ledger, checkpoint: Checkpoint, quorum: Quorum, sourc
             "forked; ask those who run it, and look with `moireid registry audit --since`",
             code="forked",
         )
-    ledger.witnessed = checkpoint.size
+    ledger.witnessed = Head(tree.size, str(entry_hash))
     return WitnessedPart(checkpoint.size, signers)

@@ -34,23 +34,28 @@ def check_newest(ledger: Ledger, record: Record) -> None:
             select(log).where(log.c.seq >= begin).order_by(log.c.seq)
         )
         names = list(rows.keys())
-        entry = _follow((dict(zip(names, row, strict=True)) for row in rows), record, head)
-    if ledger.witnessed is not None and entry > ledger.witnessed and record.barred() is None:
+        entry = _follow((dict(zip(names, row, strict=True)) for row in rows), record, head, ledger.witnessed)
+    if ledger.witnessed is not None and entry > ledger.witnessed.seq and record.barred() is None:
         raise RegistryError(
-            f"the record of badge {record.id} is of log entry {entry}, and witnesses have seen {ledger.witnessed} "
+            f"the record of badge {record.id} is of log entry {entry}, and witnesses have seen {ledger.witnessed.seq} "
             "entries; get a newer checkpoint from those who run the registry",
             code="not_witnessed",
         )
 
 
-def _follow(entries: Iterable[Mapping[str, Any]], record: Record, head: Head) -> int:
-    """Follow the chain from the first of these entries, the record's own, to the head; its number.  Raises: Fault."""
+def _follow(entries: Iterable[Mapping[str, Any]], record: Record, head: Head, witnessed: Head | None) -> int:
+    """Follow the chain from the first of these entries, the record's own, to the head; its number.  Raises: Fault.
+
+    Parameters: witnessed: the last entry that witnesses have seen, which must be on the way if it is not before it.
+    """
     first, before = 0, None
     for entry in entries:
         if before is None and entry["record_sha256"] != record.digest():
             raise Fault("record_stale", f"the record of id {record.id} is not the version that the log has last")
         before = followed(entry, before)
         first = first or before.seq
+        if witnessed is not None and before.seq == witnessed.seq and before != witnessed:
+            raise Fault("forked", f"log entry {before.seq} is not the one that witnesses have seen")
     if before is None:
         raise Fault("record_unlogged", f"the log has no entry for the record of id {record.id}")
     if before != head:
