@@ -163,12 +163,12 @@ def test_a_witness_that_is_killed_never_signs_two_logs(tmp_path: Path, kills):
     state, public = tmp_path / "witness.sqlite3", None
     for _ in range(kills):
         process, address, key = started(state, "witness.example/w1", log.public)
-        assert public in (None, key)
-        public = key
         timer = threading.Timer(rng.uniform(0.02, 0.5), process.kill)
         timer.start()
         old = 0
         try:
+            assert public in (None, key)
+            public = key
             while True:
                 name = rng.choice("ab")
                 count = old + rng.randrange(3)
