@@ -20,11 +20,10 @@ from importlib import resources
 from typing import Any
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
-from jsonschema import Draft202012Validator
-from referencing import Registry, Resource
 
 from moireid.attest.signing_keys import SigningKey, certificate_digest, fingerprint
 from moireid.errors import SpecError
+from moireid.json_schema import schema_fault
 
 #: A report nests six deep, and its numbers have at most six digits and an exponent, or are counts.
 MOST_DEPTH, MOST_DIGITS = 32, 40
@@ -146,15 +145,11 @@ def statement_schema() -> str:
 
 def statement_fault(document: dict[str, Any]) -> str | None:
     """The first way in which a statement breaks its schema, in words; None where it breaks none of its rules."""
-    try:
-        wrong = next(_validator().iter_errors(document), None)
-    except RecursionError:
-        return "it nests too deeply"
-    if wrong is None:
-        subject, judged = document["subject"][0]["digest"]["sha256"], document["predicate"]["input"]["sha256"]
-        return None if subject == judged else "its report is of another film than its subject"
-    place = ".".join(map(str, wrong.absolute_path)) or "it"
-    return f"{place[:80]} breaks the rule {wrong.validator!r} of its schema"
+    reports = (_schema_text(name) for name in ("report.schema", "report.schema.1"))
+    if (fault := schema_fault(document, statement_schema(), *reports)) is not None:
+        return fault
+    subject, judged = document["subject"][0]["digest"]["sha256"], document["predicate"]["input"]["sha256"]
+    return None if subject == judged else "its report is of another film than its subject"
 
 
 def utc(moment: datetime) -> str:
@@ -163,11 +158,5 @@ def utc(moment: datetime) -> str:
 
 
 @cache
-def _validator() -> Draft202012Validator:
-    reports = [json.loads(_schema_text(name)) for name in ("report.schema", "report.schema.1")]
-    known: Registry[Any] = Registry().with_resources((one["$id"], Resource.from_contents(one)) for one in reports)
-    return Draft202012Validator(json.loads(_schema_text("attestation.schema")), registry=known)
-
-
 def _schema_text(name: str) -> str:
     return resources.files("moireid").joinpath(f"schema/{name}.json").read_text(encoding="utf-8")

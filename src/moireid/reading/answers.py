@@ -13,6 +13,7 @@ import msgspec
 from msgspec import Meta
 
 from moireid.errors import MediaError
+from moireid.json_schema import schema_fault
 from moireid.verifier.report.report_page import NAME
 from moireid.verifier.session.result import report_schema
 
@@ -86,26 +87,13 @@ def checked_identification(found: dict[str, Any], film: object) -> None:
     _check(found, "report" if "verdict" in found else "reasons", film)
 
 
-def load_schemas() -> None:
-    """Load what checks need, which takes a fifth of a second, while another process reads a film."""
-    _validators()
-
-
 def _check(document: dict[str, Any], name: str, film: object) -> None:
-    try:
-        wrong = next(_validators()[name].iter_errors(document), None)
-    except RecursionError:
-        raise malformed(film, "it nests too deeply") from None
-    if wrong is not None:
-        place = ".".join(map(str, wrong.absolute_path)) or "it"
-        raise malformed(film, f"{place[:80]} breaks the rule {wrong.validator!r} of its schema")
+    if (fault := schema_fault(document, _schemas()[name])) is not None:
+        raise malformed(film, fault)
 
 
 @cache
-def _validators() -> dict[str, Any]:
-    from jsonschema import Draft202012Validator
-
+def _schemas() -> dict[str, str]:
     report = json.loads(report_schema())
     reasons = {"properties": {"reasons": report["properties"]["reasons"]}, "$defs": report["$defs"]}
-    schemas = {"report": report, "reasons": reasons, "identified": IDENTIFIED}
-    return {name: Draft202012Validator(schema) for name, schema in schemas.items()}
+    return {"report": report_schema(), "reasons": json.dumps(reasons), "identified": json.dumps(IDENTIFIED)}

@@ -8,14 +8,13 @@ Convention: this process states what a film cannot show: its path and digest, th
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from moireid import __version__
 from moireid.errors import MediaError
-from moireid.reading.answers import FilmAnswer, checked, checked_identification, checked_report, load_schemas
+from moireid.reading.answers import FilmAnswer, checked, checked_identification, checked_report
 from moireid.reading.film_orders import FilmOrder, IdentifyingOrder, JudgingOrder
 from moireid.reading.film_reader import Answer, Reader
 from moireid.verifier.reasons import json_number
@@ -74,9 +73,7 @@ def identified_film(order: IdentifyingOrder, reader: Reader, progress: Progress,
 
 
 def _read(order: FilmOrder, film: Path, reader: Reader, progress: Progress, answer: Answer | None = None) -> FilmAnswer:
-    with ThreadPoolExecutor(1) as pool:
-        pool.submit(load_schemas)
-        return checked(reader.read(order, progress, answer), FilmAnswer, film)
+    return checked(reader.read(order, progress, answer), FilmAnswer, film)
 
 
 def _digest(film: Path) -> str:

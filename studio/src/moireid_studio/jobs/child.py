@@ -12,18 +12,15 @@ import math
 import time
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from moireid.badge import Badge
 from moireid.errors import MoireIdError
+from moireid.json_schema import schema_fault
 from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ForkServer, ProcessEnd
 from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.jobs.task import Task
-
-if TYPE_CHECKING:
-    from jsonschema import Draft202012Validator
-
 
 #: How soon a stop is noticed.
 LOOK_S = 0.25
@@ -126,9 +123,8 @@ def result_of(kind: str, said: object) -> dict[str, Any]:
     if kind == "identify":
         _check_finding(said)
     if kind == "verify" or (kind == "identify" and "verdict" in said):
-        fault = next(_schema(kind).iter_errors(said), None)
-        if fault is not None:
-            raise Unusable(f"a report has a fault at {'/'.join(map(str, fault.absolute_path))[:200]}")
+        if (fault := schema_fault(said, _schema(kind))) is not None:
+            raise Unusable(f"a report has a fault: {fault}")
         if said.get("level") == "live":
             raise Unusable("a film is called a live check")
     return said
@@ -162,16 +158,14 @@ def _check_finding(said: dict[str, Any]) -> None:
 
 
 @cache
-def _schema(kind: str) -> Draft202012Validator:
-    from jsonschema import Draft202012Validator
-
+def _schema(kind: str) -> str:
     from moireid.verifier.session.result import report_schema
 
     schema = json.loads(report_schema())
     if kind == "identify":
         # Its reasons are of the finding, and not of the report's verdict.
         del schema["if"], schema["then"]
-    return Draft202012Validator(schema)
+    return json.dumps(schema)
 
 
 def _count(value: object) -> bool:

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import av  # noqa: F401 - loaded ahead
-import jsonschema  # noqa: F401 - loaded ahead
 import matplotlib.backends.backend_svg
 import matplotlib.figure  # noqa: F401 - loaded ahead
 

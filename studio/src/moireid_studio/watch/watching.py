@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import threading
 import time
@@ -156,12 +155,10 @@ def harmless(event: Any) -> Any:
 
 def _checked(verdict: dict[str, Any]) -> dict[str, Any]:
     """A verdict of the right shape: its sender has read what a stranger made.  Raises: ProcessEnd where it is not."""
-    from jsonschema import Draft202012Validator
-
+    from moireid.json_schema import schema_fault
     from moireid.verifier.session.result import report_schema
 
-    schema = json.loads(report_schema())
-    if not Draft202012Validator(schema).is_valid(verdict) or not isinstance(verdict.get("end"), dict):
+    if schema_fault(verdict, report_schema()) is not None or not isinstance(verdict.get("end"), dict):
         raise ProcessEnd("crash", "gave a verdict that is none")
     return verdict
 
