@@ -150,6 +150,11 @@ def named_by(claim: str) -> list[tuple[str, str]]:
     return [(name, line) for name, line in pairs if name and line]
 
 
+def name_with_line(name: str, line: str | None) -> str:
+    """A person by name and line, as a claim can name one of several people of one name."""
+    return name if line is None else f"{name}, {line}"
+
+
 def id_with_line(badge_id: str, line: str | None) -> str:
     """An id with the line on its badge, for a list of namesakes."""
     return badge_id if line is None else f"{badge_id} ({line[:60]})"

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from moireid.asbuilt import AsBuilt, DatedFigures
 from moireid.badge import Badge
+from moireid.names import line_of, name_with_line
 
 Source = Literal["registry", "file", "bundle"]
 #: Rounds of PBKDF2 behind a seal: each guess costs 0.4 ms of processor time, on any side.
@@ -113,6 +114,11 @@ class BadgeHolder:
     line: str | None = None
     erased: bool = False
 
+    @property
+    def with_line(self) -> str:
+        """The name and the line."""
+        return name_with_line(self.name, self.line)
+
 
 @dataclass(frozen=True)
 class AuthorityKey:
@@ -156,6 +162,11 @@ class ClaimedBadge:
     seal: Seal | None = None
     as_built_at: str | None = None
     earlier: tuple[DatedFigures, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """As the `badge` object of `verify --json`."""
+        line = self.provenance.line or line_of(self.badge.print)
+        return {"id": self.badge.id, "name": self.badge.name, "line": line}
 
     def without_figures(self) -> ClaimedBadge:
         """The same, as if it was never measured: for a check that is to measure it."""

@@ -576,7 +576,16 @@ def test_unread_cells_are_erased_and_too_many_are_reported(rng: np.random.Genera
             readings[g][c] = CellReading(math.nan, math.inf, math.nan, math.inf)
         decoded = LONG.read(readings, badge.gratings)
         assert decoded.payload == expected
-        assert decoded.unclear == len([cell for cell in cells if cell in places[: 4 * decoded.symbols]])
+        # Four cells spell a symbol, and the last of an odd number of cells spell none.
+        assert decoded.unclear == min(-(-len(cells) // 4), decoded.symbols)
+
+
+def test_no_more_symbols_are_unclear_than_there_are(rng: np.random.Generator) -> None:
+    """Catches: cells counted against symbols of four cells each, as in "82 of its 26 places are unclear"."""
+    badge = design(rng.bytes(8))
+    unread = CellReading(math.nan, math.inf, math.nan, math.inf)
+    decoded = LONG.read([[unread for _ in row] for row in cell_readings(badge)], badge.gratings)
+    assert decoded.payload is None and decoded.unclear == decoded.symbols > 0
 
 
 def test_reading_cells_does_not_look_at_the_lines_of_the_badge_it_is_given() -> None:

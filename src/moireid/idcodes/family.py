@@ -57,7 +57,7 @@ class DecodeResult:
     symbols : int
         Number of symbols in the word: bands of the pitch family, bytes of the spacing family.
     unclear : int
-        Readings that were too vague to count: bands of the pitch family, cells of the spacing family.
+        Symbols with a reading that was too vague to count; at most `symbols`.
     corrected : int
         Symbols that error correction changed or filled in.
     margin : float

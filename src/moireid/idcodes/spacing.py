@@ -118,12 +118,13 @@ class SpacingFamily:
         found, doubts = _decode(word, cells[:used])
         middle = sorted(doubts)[used // 2]
         margin = 1.0 - 2.0 * min(middle, 0.5)
-        unclear = sum(doubt > UNCLEAR_BEYOND_TURNS for doubt in doubts)
+        by_byte = [doubts[k : k + CELLS_PER_BYTE] for k in range(0, used, CELLS_PER_BYTE)]
+        unclear = sum(max(of_byte) > UNCLEAR_BEYOND_TURNS for of_byte in by_byte)
         if found is None:
             beats = partial(_beats_agree, readings=readings, gratings=gratings)
             octets = tuple(
-                None if math.inf in doubts[k : k + CELLS_PER_BYTE] else octet
-                for k, octet in zip(range(0, used, CELLS_PER_BYTE), _octets(cells[:used]), strict=True)
+                None if math.inf in of_byte else octet
+                for of_byte, octet in zip(by_byte, _octets(cells[:used]), strict=True)
             )
             return DecodeResult(None, word.word_bytes, unclear, 0, margin, partial=PartialWord(word, octets, beats))
         payload, corrected = found

@@ -11,14 +11,18 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from moireid.badge import Badge
 from moireid.provenance import BadgeHolder, Exclusion, Standing
 from moireid.verifier.decision.findings import WORDS as DECIDED
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, day, moment_words
 from moireid.verifier.report.finding_words import CAUSES, OPEN, RIVALS, WEIGHTIEST, sorted_findings
-from moireid.verifier.report.headline import headline_of
+from moireid.verifier.report.headline import Headline, headline_of
 from moireid.verifier.report.report_page import SAYS_NOT
+from moireid.verifier.session.chapters import _badge_absent
+from moireid.verifier.tracking.track import no_track
 
 ROOT = Path(__file__).parents[3]
 
@@ -114,8 +118,52 @@ def test_another_s_badge_is_named_where_the_registry_knows_it() -> None:
         NOW, read=BadgeHolder("Ada Lovelace", Exclusion("revoked", "2025-12-31T23:59:00Z", "stolen")), standing=REGISTRY
     )
     assert "revoked on 31 December 2025: stolen" in headline_of(other, gone).text
-    same = Circumstances(NOW, read=BadgeHolder("Sarah Example"), standing=REGISTRY)
-    assert title(other, same) == "Genuine, but another badge of the name Sarah Example, not Sarah Example's"
+
+
+def test_people_of_one_name_are_named_by_their_lines() -> None:
+    """Catches: "another badge of the name Ana Silva, not Ana Silva's", which names neither of the two."""
+    other = document("reject", finding("identity"), identity="mismatch")
+
+    def seen(read: str | None, claimed: str | None) -> Headline:
+        other["badge"]["line"] = claimed
+        return headline_of(other, Circumstances(NOW, read=BadgeHolder("Sarah Example", None, read), standing=REGISTRY))
+
+    both = seen("Reporter", "Editor")
+    assert both.title == "Genuine, but the badge of Sarah Example, Reporter, not that of Sarah Example, Editor"
+    assert "issued the badge that is shown to Sarah Example, Reporter." in both.text
+    assert "as one of Sarah Example, Editor." in both.advice
+    one = "Genuine, but the badge of Sarah Example, Reporter, not the one that was claimed"
+    assert seen("Reporter", None).title == one
+    assert seen(None, "Editor").title == "Genuine, but the badge of Sarah Example, not that of Sarah Example, Editor"
+    for line in ("Editor", None):
+        same = "Genuine, but another badge of the name Sarah Example, not the one that was claimed"
+        assert seen(line, line).title == same
+
+
+@pytest.mark.parametrize(
+    ("read", "tracked", "words", "advice"),
+    [
+        (45, 45, "the film is too short", "ten seconds or more"),
+        (45, 3, "the film is too short", "ten seconds or more"),
+        (300, 0, "no badge was found in the film", "of the kind that was claimed"),
+        (45, 0, "no badge was found in the film", "of the kind that was claimed"),
+        (300, 45, "the badge can hardly be seen", "throughout"),
+        (60, 59, "the badge can hardly be seen", "throughout"),
+    ],
+)
+def test_a_short_film_no_badge_and_a_badge_rarely_in_view_are_three(
+    read: int, tracked: int, words: str, advice: str, prototype: Badge
+) -> None:
+    """Catches: a film of 1.5 s with the badge in each frame that is called too far away; one without a badge that is
+    called dark."""
+    track = replace(no_track(prototype, read, (640, 480)), times_s=np.arange(tracked) / 30)
+    why = _badge_absent(track)
+    frames = {"read": read, "tracked": tracked}
+    found = headline_of(document("inconclusive", why.to_json(), law="inconclusive", frames=frames), ASKED)
+    assert found.title == f"Cannot tell: {words}" and advice in found.advice
+    assert ("Film for longer" in why.text) == (words == "the film is too short")
+    assert f"Of {read} frames, {tracked or 'none'} show" in why.text
+    assert ("nearer" in found.advice) == (words == "the badge can hardly be seen")
 
 
 def test_a_badge_of_two_is_nobody_s() -> None:

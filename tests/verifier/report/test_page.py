@@ -194,7 +194,7 @@ def test_names_and_paths_cannot_write_html(ada):
         page = page_of(shown, known)
         parsed = Page(page)
         assert all(tag != "script" and "onerror" not in attributes for tag, attributes in parsed.tags)
-        assert f"{EVIL}'s" in " ".join(parsed.text.split("What to do")[0].split())
+        assert EVIL in " ".join(parsed.text.split("What to do")[0].split())
         assert "<img src=x onerror=alert(1)>" in parsed.text
 
 

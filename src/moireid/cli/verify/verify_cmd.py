@@ -176,15 +176,13 @@ def judged(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, reader: Rea
     what it shows.
     """
     from moireid.attest.film_credentials import with_carried
-    from moireid.names import line_of
     from moireid.reading.film_reports import judged_film
 
     made, standing = judged_film(_order(wish, found, scores), reader, progress), found.provenance.standing
-    line = found.provenance.line or line_of(found.badge.print)
     own = {
         "registry": standing.to_json() if standing else None,
         "claim_source": found.provenance.source,
-        "badge": {"id": found.badge.id, "name": found.badge.name, "line": line},
+        "badge": found.to_json(),
     }
     document = made.report | own
     if not wish.published:

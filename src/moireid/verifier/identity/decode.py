@@ -201,7 +201,7 @@ def _compare(
         return "not_claimed", Reason("identity", "note", found, None, "", text), margin
     if found is None:
         text = (
-            f"The badge's code cannot be read: {decoded.unclear} of its {decoded.symbols} places are unclear, and "
+            f"The badge's code cannot be read: {decoded.unclear} of its {decoded.symbols} symbols are unclear, and "
             "others may be wrong. Film the whole badge from nearer, with more motion."
         )
         return "unreadable", Reason("identity", "undecided", float(decoded.unclear), None, "symbols", text), 0.0

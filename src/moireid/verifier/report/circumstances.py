@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
+from moireid.names import name_with_line
 from moireid.provenance import BadgeHolder, Exclusion, Standing
 
 #: Not by the system's locale: the report is in one language.
@@ -93,13 +94,19 @@ class ClaimNote:
     """Whose badge is claimed: the name, the id, and whether a registry vouches for that name.
 
     sealed: the id is not known: a bundle, or a studio for a visitor who may not issue, keeps it sealed until that badge
-    is read.
+    is read; line: below the name, which distinguishes people of one name, None where there is none or it is not known.
     """
 
     name: str
     badge_id: str | None
     vouched: bool
     sealed: bool = False
+    line: str | None = None
+
+    @property
+    def with_line(self) -> str:
+        """The name and the line."""
+        return name_with_line(self.name, self.line)
 
     @property
     def possessive(self) -> str:
@@ -131,4 +138,4 @@ def claimed_in(document: Mapping[str, Any]) -> ClaimNote:
     badge, identity = document.get("badge") or {}, document.get("identity") or {}
     source, claimed_id = document.get("claim_source"), identity.get("claimed_id")
     sealed = source in ("bundle", "registry") and claimed_id is None
-    return ClaimNote(badge.get("name") or "", claimed_id, source != "file", sealed)
+    return ClaimNote(badge.get("name") or "", claimed_id, source != "file", sealed, badge.get("line"))

@@ -115,8 +115,21 @@ RIVALS = {
     "rows": Words("differ from row to row", "Ask for another film from nearer, in even light."),
     "places": Words("differ from place to place within a row", "Ask for another film from nearer, in even light."),
 }
+#: Too few frames show the badge: because none does, or because the film has too few.
+NO_BADGE = Words(
+    "no badge was found in the film",
+    "Ask for a film that shows the whole badge with its four corner markers or its frame, near and in even light. "
+    "Check too that it is a badge of the kind that was claimed.",
+)
+TOO_SHORT = Words(
+    "the film is too short",
+    "Ask for a longer film, of ten seconds or more, in which badge or camera moves sideways several times.",
+)
 OPEN = {
-    "badge_absent": Words("the badge can hardly be seen", NEARER),
+    "badge_absent": Words(
+        "the badge can hardly be seen",
+        "Ask for another film that shows the whole badge throughout, from nearer, in even light.",
+    ),
     "fringes": Words("no fringes could be read", NEARER),
     "motion": Words("the badge hardly moved", MOVE),
     "motion_gaps": Words(
@@ -196,9 +209,13 @@ OPEN = {
 }
 
 
-def words_of(finding: Mapping[str, Any]) -> Words:
-    """The words of an undecided finding."""
+def words_of(finding: Mapping[str, Any], frames_read: int | None = None) -> Words:
+    """The words of an undecided finding; frames_read: of the film, None where that is not known."""
     code = finding["code"]
+    if code == "badge_absent" and finding["measured"] == 0:
+        return NO_BADGE
+    if code == "badge_absent" and frames_read is not None and frames_read < (finding["limit"] or 0):
+        return TOO_SHORT
     if code not in RIVALS:
         return OPEN.get(code, GENERAL)
     end = "would explain it better" if finding["unit"] == "log10" else "would look the same"

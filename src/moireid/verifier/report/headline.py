@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from moireid.provenance import Exclusion
+from moireid.provenance import BadgeHolder, Exclusion
 from moireid.verifier.report.circumstances import Circumstances, ClaimNote, claimed_in, day
 from moireid.verifier.report.finding_words import (
     GENERAL,
@@ -80,7 +80,7 @@ def headline_of(document: Mapping[str, Any], known: Circumstances) -> Headline:
     if verdict in ("accept", "found"):
         return _genuine(document, claimed, known)
     if verdict == "inconclusive" and not found.fail:
-        return _open(found)
+        return _open(document, found)
     return _refused(document, found, claimed, known)
 
 
@@ -99,7 +99,7 @@ def _genuine(document: Mapping[str, Any], claimed: ClaimNote, known: Circumstanc
         text = "The film shows the badge of the file that was given. No one vouches for the name in that file."
         advice = "Ask the issuer of such badges for the registry, and check again with it."
         return Headline("accept", "Genuine, and the badge of the file", text, advice)
-    text = f"{law}, and it shows the identity that was issued to {claimed.name}."
+    text = f"{law}, and it shows the identity that was issued to {claimed.with_line}."
     if document["identity"].get("built") == "agrees":
         since = document["identity"].get("built_since")
         dated = f", on record since {day(since, known.checked_at)}" if since else ""
@@ -116,10 +116,10 @@ def _look(name: str) -> str:
     )
 
 
-def _open(found: Findings) -> Headline:
+def _open(document: Mapping[str, Any], found: Findings) -> Headline:
     """The first undecided finding says why; the others are in the list of findings."""
     first = first_open(found.open)
-    words = GENERAL if first is None else words_of(first)
+    words = GENERAL if first is None else words_of(first, (document.get("frames") or {}).get("read"))
     text = "This film neither proves nor disproves the badge."
     if first is not None and first["code"] == "level":
         text = first["text"]
@@ -204,14 +204,23 @@ def _another(held: bool, claimed: ClaimNote, known: Circumstances) -> Headline:
         if not known.looked_up:
             text += " The bundle keeps identities sealed, and holds too many to look up whose badge it is."
         return Headline("reject", f"{genuine}{other} not {claimed.possessive}", text, advice)
-    whose = f"{read.name}'s"
+    holder, title = read.name, f"{genuine}{read.name}'s, not {claimed.possessive}"
     if claimed.vouched and read.name == claimed.name:
-        whose = f"another badge of the name {read.name}"
-    text = f"{law}, and the registry issued the badge that is shown to {read.name}."
+        holder, title = read.with_line, f"{genuine}{_of_namesakes(read, claimed)}"
+        advice = f"Do not take this film as one of {claimed.with_line}. Ask which of them can be seen in it."
+    text = f"{law}, and the registry issued the badge that is shown to {holder}."
     if read.barred is not None:
         bar = _bar(read.barred, known)
         text += f" It {'' if read.barred.code == 'expired' else 'was '}{bar[0].lower()}{bar[1:]}."
-    return Headline("reject", f"{genuine}{whose}, not {claimed.possessive}", text, advice)
+    return Headline("reject", title, text, advice)
+
+
+def _of_namesakes(read: BadgeHolder, claimed: ClaimNote) -> str:
+    """Whose badge is shown, and whose was claimed, of two people of one name: by their lines where these differ."""
+    if read.line == claimed.line:
+        return f"another badge of the name {read.name}, not the one that was claimed"
+    other = "the one that was claimed" if claimed.line is None else f"that of {claimed.with_line}"
+    return f"the badge of {read.with_line}, not {other}"
 
 
 def _not_held(finding: Finding, held: bool, known: Circumstances) -> Headline:

@@ -278,8 +278,9 @@ def _by_earlier(claim: Claim) -> Reason:
 
 
 def _badge_absent(track: Track) -> Reason:
-    text = (
-        f"The badge was found in {track.tracked} of {track.frames_read} frames; at least {MIN_FRAMES} are needed. Film "
-        "the whole badge with its four corner markers or its frame, from nearer or in better light."
-    )
+    text = f"Of {track.frames_read} frames, {track.tracked or 'none'} show the badge; {MIN_FRAMES} are needed. "
+    if track.tracked and track.frames_read < MIN_FRAMES:
+        text += "Film for longer: ten seconds, say."
+    else:
+        text += "Film the whole badge with its four corner markers or its frame, from nearer or in better light."
     return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)

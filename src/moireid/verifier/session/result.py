@@ -8,6 +8,7 @@ from typing import Any
 
 from moireid import __version__
 from moireid.badge import Badge
+from moireid.names import line_of
 from moireid.provenance import Source, Standing
 from moireid.verifier.decision.judge import Invariant, Segment
 from moireid.verifier.fringes.signals import Measurement
@@ -163,7 +164,7 @@ class Report:
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
             "registry": self.registry.to_json() if self.registry else None,
-            "badge": {"id": self.badge.id, "name": self.badge.name},
+            "badge": {"id": self.badge.id, "name": self.badge.name, "line": line_of(self.badge.print)},
             "camera": {
                 "focal_px": json_number(film_px * camera.focal_px),
                 "focal_sd_px": json_number(film_px * camera.focal_sd_px),

@@ -360,7 +360,7 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedB
     return document | {
         "registry": standing.to_json() if standing else None,
         "claim_source": found.provenance.source,
-        "badge": {"id": found.badge.id, "name": found.badge.name},
+        "badge": found.to_json(),
         "challenged": prompts is not None and document.get("challenged") is True,
     }
 
