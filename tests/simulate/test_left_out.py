@@ -13,12 +13,13 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.cli.main import moireid
-from moireid.cli.simulate_cmd import PARTS
+from moireid.cli.simulate_cmd import PARTS, _saved
 from moireid.errors import SpecError
-from moireid.simulate.analytic.accuracy import Difference, brightness, difference, estimate_error, strips_of
+from moireid.simulate.analytic.accuracy import Difference, Estimate, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
 from moireid.simulate.filming import FilmReport, film
 from moireid.simulate.forgeries.rear_layer import SquaredUp
+from moireid.simulate.left_out import left_out
 from moireid.simulate.light import light_named
 from moireid.simulate.mitsuba import mitsuba_renderer as mitsuba_estimate
 from moireid.simulate.mitsuba.mitsuba_renderer import cheapest_mitsuba, estimate_mitsuba
@@ -222,6 +223,31 @@ def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) ->
     assert told["pixels off the badge"]["saved_s"] > 0 and told["page and markers"]["saved_s"] > 0
     said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite", "--explain"])
     assert said.exit_code == 0 and "background (" in said.stdout and "estimated error" in said.stdout
+
+
+@pytest.mark.parametrize(
+    ("finer_s", "noise_s", "words"),
+    [
+        (0.0874, 0.0, "0.0 ms"),
+        (0.0874, 0.02, "none above the clock's noise of 20.0 ms"),
+        (0.115, 0.02, "none above the clock's noise of 20.0 ms"),
+        (0.125, 0.02, "25.0 ms"),
+    ],
+)
+def test_a_difference_within_the_noise_is_no_saving(finer_s: float, noise_s: float, words: str) -> None:
+    """Catches: "lens detail (-12.6 ms)" under the time that leaving it out saves."""
+    estimate = Estimate((16, 1), 0.001, 0.01, 0.1, finer_s, 1000, noise_s=noise_s)
+    found = left_out(NEAR.scene, "mitsuba", estimate, NEAR.seen_at(0.0), instants=1, sensor_s=0.01)
+    (detail,) = (one for one in found if one.what.startswith("lens detail"))
+    assert _saved(detail) == words and detail.noise_s == noise_s
+
+
+def test_noise_is_how_far_timings_of_one_frame_differ() -> None:
+    """Catches: a noise that stays 0, so that each figure counts."""
+    assert estimate_error(NEAR.scene, [NEAR.seen_at(0.0), NEAR.seen_at(0.3)]).noise_s > 0
+    estimate = estimate_error(NEAR.scene, [NEAR.seen_at(0.0)])
+    found = left_out(NEAR.scene, "analytic", estimate, NEAR.seen_at(0.0), instants=1, sensor_s=0.0)
+    assert all(one.saved_s is None or one.saved_s == 0 or one.saved_s > one.noise_s for one in found)
 
 
 def test_a_flat_picture_is_lit_once() -> None:

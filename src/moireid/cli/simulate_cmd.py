@@ -15,6 +15,7 @@ from moireid.simulate.flaw_table import BUILDS, flaw_lines, read_flaw
 
 if TYPE_CHECKING:
     from moireid.simulate.filming import FilmReport
+    from moireid.simulate.left_out import LeftOut
     from moireid.simulate.scene import Scene
 
 #: The names of `moireid.simulate`, repeated here because importing that package takes a second; a test compares.
@@ -403,8 +404,12 @@ def _explain(report: FilmReport) -> None:
     echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
     echo("not in the film, and the time that saves for each frame:")
     for one in report.left_out:
-        echo(f"  {one.what} ({_saved(one.saved_s)})")
+        echo(f"  {one.what} ({_saved(one)})")
 
 
-def _saved(seconds: float | None) -> str:
-    return "not known" if seconds is None else f"{1000 * seconds:.1f} ms"
+def _saved(one: LeftOut) -> str:
+    if one.saved_s is None:
+        return "not known"
+    if one.saved_s == 0 and one.noise_s > 0:
+        return f"none above the clock's noise of {1000 * one.noise_s:.1f} ms"
+    return f"{1000 * one.saved_s:.1f} ms"

@@ -7,6 +7,7 @@ measures them: it renders with and without each thing, and prints how much the p
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -22,19 +23,28 @@ __all__ = ["LeftOut", "left_out"]
 
 #: A printed mount shows a rim of about this width around the board.
 MOUNT_RIM_MM = 4.0
-#: A frame is timed this many times, and the least time counts.
+#: A frame is timed this many times: the least time counts, and the range of all is the noise.
 RUNS = 3
 NOT_MEASURED = "not known here; moireid bench simulate measures it"
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """One thing that no frame shows: its name, the seconds saved in each frame (None: not known), and how these were
-    found."""
+    """One thing that no frame shows.
+
+    what: its name; saved_s: seconds saved in each frame, None where that is not known, 0 where it does not exceed the
+    noise; how: these were found; noise_s: how far timings of the same work differ, s, 0 for what was not timed.
+    """
 
     what: str
     saved_s: float | None
     how: str
+    noise_s: float = 0.0
+
+
+def timed(what: str, saved_s: float, noise_s: float, how: str) -> LeftOut:
+    """A thing whose seconds are a difference of two timings, which is no saving where it is within their noise."""
+    return LeftOut(what, saved_s if saved_s > noise_s else 0.0, how, noise_s)
 
 
 def left_out(
@@ -53,7 +63,12 @@ def left_out(
     by_pixels = "estimated: its pixels, each as dear as one of the badge's"
     found = [
         _off_badge(scene, backend, estimate, instant),
-        LeftOut(_fineness(estimate), estimate.finer_s - estimate.frame_s, "measured: the estimate's finer frames"),
+        timed(
+            _fineness(estimate),
+            estimate.finer_s - estimate.frame_s,
+            estimate.noise_s,
+            "measured: the estimate's finer frames",
+        ),
         LeftOut("colour", 2 * sensor_s, "estimated: two channels more for the sensor"),
         LeftOut("the printed name", 0.0, "its pixels are rendered, as paper"),
         LeftOut("the mount", rim * _board_px(scene, instant) * per_px, by_pixels),
@@ -73,8 +88,8 @@ def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, 
     """What could be shown, but is not because `Scene.need` does not ask for it."""
     need, found = scene.need, []
     if not need.background:
-        with_it, without = (_seconds(_sensor_frame(scene, shown, instant)) for shown in (True, False))
-        found.append(LeftOut("background", with_it - without, "measured: the sensor with and without"))
+        works = (_sensor_frame(scene, shown, instant) for shown in (True, False))
+        found.append(_apart("background", "measured: the sensor with and without", *works))
     if not need.page:
         whole = replace(scene, need=replace(need, page=True))
         more = max(_board_px(whole, instant) - estimate.pixels, 0) / max(estimate.pixels, 1)
@@ -90,8 +105,8 @@ def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, 
                 AnalyticRenderer(replace(scene, need=replace(need, glare=glare)), rays=estimate.rays)
                 for glare in (True, False)
             )
-            with_it, without = (_seconds(partial(frame.render, instant)) for frame in frames)
-            found.append(LeftOut("glare", with_it - without, "measured: a frame with and without"))
+            works = (partial(frame.render, instant) for frame in frames)
+            found.append(_apart("glare", "measured: a frame with and without", *works))
     return found
 
 
@@ -104,12 +119,14 @@ def _off_badge(scene: Scene, backend: str, estimate: Estimate, instant: Instant)
         return LeftOut(what, cost, "estimated, at most: their number, each as dear as one of the badge's")
     # One ray for each pixel is enough: the work to find that there is no badge is the same for each ray.
     whole = AnalyticRenderer(scene, rays=(1, 1))
-    clock = time.perf_counter()
-    whole.render(instant, crop=(0, 0, camera.width, camera.height))
-    middle = time.perf_counter()
-    whole.render(instant)
-    cost = (2 * middle - clock - time.perf_counter()) * estimate.rays[0] * estimate.rays[1]
-    return LeftOut(what, max(cost, 0.0), "measured on one frame with one ray a pixel, times the rays")
+    clocks = [time.perf_counter()]
+    for crop in ((0, 0, camera.width, camera.height), None, None):
+        whole.render(instant, crop=crop)
+        clocks.append(time.perf_counter())
+    whole_s, *boxes = (after - before for before, after in itertools.pairwise(clocks))
+    rays = estimate.rays[0] * estimate.rays[1]
+    how = "measured on one frame with one ray a pixel, times the rays"
+    return timed(what, (whole_s - min(boxes)) * rays, abs(boxes[0] - boxes[1]) * rays, how)
 
 
 def _fineness(estimate: Estimate) -> str:
@@ -131,12 +148,19 @@ def _sensor_frame(scene: Scene, background: bool, instant: Instant) -> Callable[
     return lambda: sensor.expose(None, instant.first.rotation[0], 0.0)
 
 
-def _seconds(work: Callable[[], Any]) -> float:
-    """The least time of some runs, after one that may compile."""
+def _apart(what: str, how: str, with_it: Callable[[], Any], without: Callable[[], Any]) -> LeftOut:
+    """A thing by the seconds of work with it and without."""
+    shown, left_out = _seconds(with_it), _seconds(without)
+    noise = max(shown) - min(shown) + max(left_out) - min(left_out)
+    return timed(what, min(shown) - min(left_out), noise, how)
+
+
+def _seconds(work: Callable[[], Any]) -> list[float]:
+    """The times of some runs, after one that may compile."""
     work()
     took = []
     for _ in range(RUNS):
         clock = time.perf_counter()
         work()
         took.append(time.perf_counter() - clock)
-    return min(took)
+    return took

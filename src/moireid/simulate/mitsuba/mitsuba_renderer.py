@@ -260,7 +260,9 @@ def estimate_mitsuba(
     """
     samples, segments = setting
     renderer = MitsubaRenderer(scene, samples=samples, segments=segments, seed=seed, variant=variant)
+    clock = time.perf_counter()
     one = renderer.render(instant)
+    first_s = time.perf_counter() - clock
     if one is None:
         return Estimate((samples, 1), None, 0.0, 0.0, segments=segments)
     clock = time.perf_counter()
@@ -284,6 +286,7 @@ def estimate_mitsuba(
         finer_s=finer_s,
         pixels=one.radiance.size,
         segments=segments,
+        noise_s=abs(first_s - frame_s),
     )
 
 
