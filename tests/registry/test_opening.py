@@ -67,8 +67,8 @@ def test_registry_stays_one_file(path):
 @pytest.mark.parametrize(
     ("url", "message"),
     [
-        ("people.sqlite3", "no database URL; give one such as sqlite:///people.sqlite3"),
-        ("/tmp/people.sqlite3", "no database URL; give one such as sqlite:///people.sqlite3"),
+        ("postgresql:people", "no database URL; give one such as sqlite:///people.sqlite3, or a path"),
+        ("ada:secret@host/people", "the registry's URL is no database URL"),
         ("", "no database URL"),
         ("sqlite:///\udcff", "no database URL"),
         ("sqlite://people.sqlite3", "three slashes"),

@@ -85,16 +85,49 @@ printer_option = click.option(
     help="The printer's profile, as moireid calibrate --printer-out writes it: dpi, ink growth and scale, unless "
     "they are given.",
 )
+PAPER, PRINTER_DPI = click.Choice(["a4", "letter"]), click.IntRange(72, 9600)
+
+
+class SettingOption(click.Option):
+    """An option whose default the user may set with `moireid config`, by the option's own name."""
+
+    @property
+    def key(self) -> str:
+        """Its name in the user's settings."""
+        return self.opts[-1].removeprefix("--")
+
+    def get_default(self, ctx: click.Context, call: bool = True) -> Any:
+        """What is set, or else the default.  Raises: ClickException where the option takes no such value."""
+        # Help shows the default of everybody.
+        if ctx.resilient_parsing or not call:
+            return super().get_default(ctx, call)
+        from moireid.user_settings import load_settings, settings_file
+
+        try:
+            found = load_settings().get(self.key)
+            return super().get_default(ctx, call) if found is None else self.type.convert(found, self, ctx)
+        except SpecError as error:
+            raise click.ClickException(str(error)) from error
+        except click.BadParameter as error:
+            raise click.ClickException(f"{self.key} in {settings_file()}: {error.message}") from error
+
+
 printer_dpi_option = click.option(
     "--printer-dpi",
-    type=click.IntRange(72, 9600),
+    cls=SettingOption,
+    type=PRINTER_DPI,
     default=1200,
     metavar="DPI",
     show_default=True,
     help="The printer's dots per inch.",
 )
 paper_option = click.option(
-    "--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="Paper size."
+    "--paper",
+    cls=SettingOption,
+    type=PAPER,
+    default="a4",
+    show_default=True,
+    help="Paper size.",
 )
 form_option = click.option(
     "--form",
@@ -112,8 +145,9 @@ scale_option = click.option(
 registry_option = click.option(
     "--registry",
     "registry_url",
-    metavar="URL",
-    help="The registry, as an SQLAlchemy URL such as sqlite:///people.sqlite3; default: in your user data folder.",
+    metavar="URL|FILE",
+    help="The registry: the path of an SQLite file, or an SQLAlchemy URL. Default: that of MOIREID_REGISTRY, else of "
+    "moireid config, else one in your user data folder.",
 )
 expires_option = click.option(
     "--expires",
@@ -122,6 +156,7 @@ expires_option = click.option(
 )
 actor_option = click.option(
     "--actor",
+    cls=SettingOption,
     metavar="NAME",
     help="Who does this, as the registry's log is to name them; default: the account that runs this command.",
 )
@@ -153,9 +188,13 @@ def _steers_nothing(letter: str) -> bool:
     return letter.isprintable() or letter in JOINERS or unicodedata.category(letter) == "Zs"
 
 
-def echo(line: str = "") -> None:
-    """Print one line on stdout."""
-    click.echo(shown(line))
+def echo(line: str = "", *, lead: str = "", colour: str | None = None) -> None:
+    """Print one line on stdout.
+
+    Parameters: lead: words of ours before it, bold and in a colour where stdout is a terminal and NO_COLOR is not set.
+    """
+    plain = colour is None or os.environ.get("NO_COLOR")
+    click.echo((lead if plain else click.style(lead, fg=colour, bold=True)) + shown(line))
 
 
 def echo_lines(text: str) -> None:

@@ -27,6 +27,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
         *("first-badge", "pitch-test", "calibrate", "calibrate-camera"),
     ),
     "The registry, and access to the studio": ("registry", "witness", "token", "verdicts", "worker"),
+    "What you set once": ("config",),
     "Many films at once": ("film-set", "generator-kit", "evaluate"),
     "The figures that this project states": ("bench",),
 }
@@ -44,6 +45,7 @@ OWN = {
     "calibrate-camera": "moireid.cli.camera_cmd:calibrate_camera_command",
     "registry": "moireid.cli.registry:registry_group",
     "witness": "moireid.cli.witness_cmd:witness_command",
+    "config": "moireid.cli.config_cmd:config_group",
 }
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {
@@ -146,7 +148,7 @@ def _run(command: click.Command, name: str) -> None:
             # A letter that the terminal cannot show becomes an escape, not an error after the work is done.
             stream.reconfigure(errors="backslashreplace")
     try:
-        code = command.main(prog_name=name, standalone_mode=False) or 0
+        code = command.main(prog_name=name, standalone_mode=False, help_option_names=["-h", "--help"]) or 0
         sys.stdout.flush()
         sys.exit(code)
     except click.exceptions.NoArgsIsHelpError as error:

@@ -10,6 +10,7 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     FolderPath,
+    SettingOption,
     echo,
     form_option,
     friendly,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
     "--lens",
+    cls=SettingOption,
     default="50lpi",
     show_default=True,
     metavar="LABEL|FILE",

@@ -8,6 +8,7 @@ two processes take turns; each waits `SQLITE_WAIT_S` for the other before it giv
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 import warnings
 from collections.abc import Iterator
@@ -22,16 +23,28 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, SAWarning, SQLAlchemyError
 
 from moireid.errors import RegistryError
 from moireid.extras import missing_extra
+from moireid.user_settings import chosen_registry
+
+#: How a URL begins; a single letter is a drive of Windows.
+SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 
 
 def default_url() -> str:
-    """The URL of the registry that is used if none is given.
+    """The registry that is used if none is given.
 
     Returns
     -------
     str
-        The SQLAlchemy URL of `registry.sqlite3` in the user's data folder; nothing is made.
+        That of MOIREID_REGISTRY, or else of the user's settings, or else the SQLAlchemy URL of `registry.sqlite3` in
+        the user's data folder; nothing is made.
+
+    Raises
+    ------
+    SpecError
+        As `user_settings.load_settings`.
     """
+    if chosen := chosen_registry():
+        return chosen
     path = user_data_path("moireid", appauthor=False) / "registry.sqlite3"
     return URL.create("sqlite", database=str(path)).render_as_string(hide_password=False)
 
@@ -39,15 +52,18 @@ def default_url() -> str:
 def read_url(text: str) -> URL:
     """The URL that `text` writes; an SQLite file's path is made absolute, so that a later chdir moves nothing.
 
-    Raises: RegistryError if it is no URL (a bare path is none), or an SQLite URL that names no file.
+    Convention: a text without a scheme is the path of an SQLite file.
+    Raises: RegistryError if it is no URL and no path, or an SQLite URL that names no file.
     """
     try:
         text.encode()
-        url = make_url(text)
+        url = make_url(text) if SCHEME.match(text) or not text else _of_path(text)
     except (ArgumentError, ValueError) as error:
         # An address with "@" may contain a password, which must not reach a log through a message.
         what = "the registry's URL" if "@" in text else f"registry {text[:200]!r}"
-        raise RegistryError(f"{what} is no database URL; give one such as sqlite:///people.sqlite3") from error
+        raise RegistryError(
+            f"{what} is no database URL; give one such as sqlite:///people.sqlite3, or a path"
+        ) from error
     if url.get_backend_name() != "sqlite":
         return url
     database = url.database or ""
@@ -63,6 +79,11 @@ def read_url(text: str) -> URL:
     except UnicodeEncodeError as error:
         raise RegistryError(f"registry path {path!r} is not Unicode text; give a path that is") from error
     return url.set(database=path)
+
+
+def _of_path(path: str) -> URL:
+    """The URL of an SQLite file."""
+    return URL.create("sqlite", database=str(Path(path).expanduser()))
 
 
 def sqlite_file(url: URL) -> Path | None:

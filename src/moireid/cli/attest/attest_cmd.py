@@ -82,7 +82,7 @@ def attest_group() -> None:
 @click.option(
     "--registry",
     "registry_url",
-    metavar="URL",
+    metavar="URL|FILE",
     help="Ask this registry whose badge it is, and whether it still counts.",
 )
 @bundle_option

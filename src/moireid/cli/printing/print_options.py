@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import FiniteRange, form_option, paper_option, printer_dpi_option
+from moireid.cli.common import FiniteRange, SettingOption, form_option, paper_option, printer_dpi_option
 from moireid.errors import SpecError
 from moireid.issuing import IssueOrder, Wear
 
@@ -252,6 +252,7 @@ wear_options = gathered(
         ),
         click.option(
             "--lens",
+            cls=SettingOption,
             show_default="50lpi, or the format's",
             metavar="LABEL|FILE",
             help="The lenticular sheet: a label from the list above, or a lens profile (.json) of moireid calibrate.",
@@ -286,7 +287,8 @@ class PrintOrder:
     """What the badge is to be, where its files go, and how to report it.
 
     wanted: without a person's name and identity where there are many; measured_scale: x and y; kept: files that were
-    read, which nothing may replace; registry_url, actor, expires: of who enters the badge, None for no registry.
+    read, which nothing may replace; registry_url, actor, expires: of who enters the badge, None for no registry;
+    skip_bad: leave out the rows of a list that cannot be printed.
     """
 
     wanted: IssueOrder
@@ -299,3 +301,4 @@ class PrintOrder:
     overwrite: bool
     as_json: bool
     explain: bool
+    skip_bad: bool = False

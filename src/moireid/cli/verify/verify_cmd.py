@@ -232,6 +232,9 @@ def write_pages_of(
 
 
 MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
+#: Colours of a terminal, by what a headline or a finding says.
+COLOURS = {"accept": "green", "pass": "green", "reject": "red", "fail": "red"}
+COLOURS |= {"inconclusive": "yellow", "undecided": "yellow"}
 #: Findings name no options, as pages show them too; these are the options that help, by code.
 OPTIONS = {
     "focal": "--focal-px",
@@ -259,7 +262,7 @@ def show_verdict(
     from moireid.verifier.report.seconds import seconds_of
 
     headline, found = headline or headline_of(document, known), sorted_findings(document["reasons"])
-    echo(f"{word}: {headline.title}")
+    echo(f": {headline.title}", lead=word, colour=COLOURS[headline.colour])
     echo(headline.text)
     echo(f"What to do: {headline.advice}")
     if (seconds := seconds_of(document)) is not None:
@@ -268,9 +271,11 @@ def show_verdict(
         echo(f"Odds: {odds}")
     for finding in found.first:
         option = OPTIONS.get(finding["code"], "") if finding["level"] in ("undecided", "note") else ""
-        echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
+        mark, colour = MARKS[finding["level"]], COLOURS.get(finding["level"])
+        echo(f" {finding['text']}{f' ({option})' if option else ''}", lead=f"  {mark}", colour=colour)
     if found.hold:
-        echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")
+        codes = ", ".join(dict.fromkeys(finding["code"] for finding in found.hold))
+        echo(f" holds: {codes}", lead=f"  {MARKS['pass']}", colour=COLOURS["pass"])
     for one in document.get("live_checks", []):
         echo(f"  · {receipt_of(one).words}")
     for one in document.get("detectors", []):
