@@ -58,7 +58,7 @@ class IssuePlan:
         """Names of the files that are made; badge.json is the last."""
         from moireid.fabrication.package import file_names
 
-        return file_names(self.parts, moving=True)
+        return file_names(self.parts)
 
 
 def plan_badge(order: IssueOrder, holder_of: HolderOf | None) -> IssuePlan:

@@ -40,6 +40,7 @@ MONGOLIAN = range(0x1820, 0x18AB)
 #: A longer name or line does not fit on a badge, and is too long to type as a claim.
 NAME_LIMIT, MOST_LINES = 200, 4
 #: The columns of a list that hold the lines below a name, from above to below.
+PICTURE_COLUMNS = ("logo", "portrait", "colour", "color")
 LINE_COLUMNS = ("line", *(f"line{number}" for number in range(1, MOST_LINES + 1)))
 #: Letters of a claim "NAME, LINE" at most, and commas of it at which a line may begin: each is looked up.
 CLAIM_LIMIT, MOST_COMMAS = 2 * NAME_LIMIT + 2, 16

@@ -267,7 +267,7 @@ def test_an_event_has_one_mount_for_all(tmp_path: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     parts = {*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb"}
     assert names(out) == folders | {"badges.pdf", "summary.csv"} | parts
-    assert all(names(out / name) == SHEETS - {"preview.webp"} for name in folders)
+    assert all(names(out / name) == SHEETS for name in folders)
     document = json.loads(outcome.stdout)
     assert parts < set(document["files"]) and document["mount_mass_g"] > 10 and document["left_out"] == {}
     rows = list(csv.DictReader((out / "summary.csv").open(encoding="utf-8")))

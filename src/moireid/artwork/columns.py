@@ -13,9 +13,7 @@ from moireid.artwork.content import Artwork, content_of, with_lines
 from moireid.artwork.placing import Look
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.names import LINE_COLUMNS
-
-PICTURES = ("logo", "portrait", "colour", "color")
+from moireid.names import LINE_COLUMNS, PICTURE_COLUMNS
 
 
 def lines_in(cells: Mapping[str, str]) -> list[str]:
@@ -44,7 +42,7 @@ def dressed(
     Parameters: look, lines: those of the whole list, used where a row has none.
     Raises: SpecError as `content_of` and `content.with_lines`, and for pictures on a board that has no template.
     """
-    if look is None and (named := next((column for column in PICTURES if cells.get(column)), None)):
+    if look is None and (named := next((column for column in PICTURE_COLUMNS if cells.get(column)), None)):
         raise SpecError(f"the column {named} needs a template, so that all boards have room for it; give --template")
     badge = with_lines(badge, lines_in(cells) or lines)
     return badge, look and look_in(cells, look, folder)

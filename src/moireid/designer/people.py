@@ -22,7 +22,8 @@ from moireid.designer.drawn import DrawnBadge, HolderOf, drawn_badge
 from moireid.designer.request import Request, clean_name, payload_from_hex
 from moireid.errors import MoireIdError, SpecError
 from moireid.files import MOST_TABLE_BYTES, read_regular
-from moireid.names import LINE_COLUMNS, line_of
+from moireid.names import LINE_COLUMNS, PICTURE_COLUMNS, line_of
+from moireid.user_settings import nearest
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 #: How files begin that are no text, though a spreadsheet opens them.
@@ -36,6 +37,9 @@ WRONG_PAIRS = ("œw", "œæ", "œ ")
 #: So many cells are shown in which a guess matters.
 SHOWN = 10
 SAVE_AS = "save it as “CSV UTF-8”"
+
+#: What is wrong with the rows of a list, by their numbers.
+RowFaults = dict[int, SpecError]
 
 
 @dataclass(frozen=True)
@@ -51,9 +55,12 @@ class ListTable:
     note: str | None = None
 
 
-def read_list(data: bytes, *, source: str = "the list", needed: str = "name") -> ListTable:
+def read_list(
+    data: bytes, *, source: str = "the list", needed: str = "name", faults: RowFaults | None = None
+) -> ListTable:
     """The rows of a list's bytes; `source` names it in messages, and its columns hold `needed`.
 
+    Parameters: faults: takes the rows that do not fit, which are then left out; None to raise the first one's.
     Raises: SpecError with the row, where it is no such list, has a column twice, or holds a row that does not fit.
     """
     text, note = decoded(data, source)
@@ -65,7 +72,13 @@ def read_list(data: bytes, *, source: str = "the list", needed: str = "name") ->
     people = []
     for number, row in enumerate(rows[1:], start=2):
         if any(cell.strip() for cell in row):
-            _check_row(row, number, columns, separator, source)
+            try:
+                _check_row(row, number, columns, separator, source)
+            except SpecError as error:
+                if faults is None:
+                    raise
+                faults[number] = error
+                continue
             cells = [cell.strip() for cell in row] + [""] * (len(columns) - len(row))
             people.append((number, {column: cells[k] for k, column in enumerate(columns)}))
     return ListTable(columns, tuple(people), _with_examples(note, people, needed))
@@ -231,10 +244,10 @@ class PersonRow:
 
 @dataclass(frozen=True)
 class PeopleList:
-    """The people of a list; note: what was guessed on reading it, None where nothing was."""
+    """The people of a list; notes: what was guessed on reading it, and which columns are not used."""
 
     people: tuple[PersonRow, ...]
-    note: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -251,8 +264,8 @@ class DesignResult:
     name_note: str | None = None
 
 
-def read_people(people_csv: Path) -> PeopleList:
-    """The people of a CSV file.
+def read_people(people_csv: Path, *, faults: RowFaults | None = None) -> PeopleList:
+    """The people of a CSV file; faults: as for `read_list`.
 
     Raises: SpecError as `parse_people`, and where the file cannot be read.
     """
@@ -260,19 +273,33 @@ def read_people(people_csv: Path) -> PeopleList:
         data = read_regular(people_csv, MOST_TABLE_BYTES)
     except OSError as error:
         raise unreadable(str(people_csv), f"{error.strerror}; give a CSV file with a column name") from error
-    return parse_people(data, source=str(people_csv))
+    return parse_people(data, source=str(people_csv), faults=faults)
 
 
-def parse_people(data: bytes, *, source: str = "the list") -> PeopleList:
-    """The people of the bytes of a CSV file; `source` names it in messages.
+def parse_people(data: bytes, *, source: str = "the list", faults: RowFaults | None = None) -> PeopleList:
+    """The people of the bytes of a CSV file; `source` names it in messages, and faults are as for `read_list`.
 
     Raises: SpecError as `read_list`, and where the list names no one or too many people.
     """
-    listed = read_list(data, source=source)
+    listed = read_list(data, source=source, faults=faults)
     people = [PersonRow(row, cells["name"], cells.get("payload", ""), cells) for row, cells in listed.rows]
-    if not 1 <= len(people) <= MOST_PEOPLE:
+    if not 1 <= len(people) + len(faults or ()) <= MOST_PEOPLE:
         raise SpecError(f"{source} names {len(people)} people; 1 to {MOST_PEOPLE} can be printed at once")
-    return PeopleList(tuple(people), listed.note)
+    notes = (listed.note, _unused(listed.columns, source))
+    return PeopleList(tuple(people), tuple(note for note in notes if note))
+
+
+def _unused(columns: Iterable[str], source: str) -> str | None:
+    """A note on columns that nothing is printed of, each with the column that may have been meant."""
+    known = ("name", *LINE_COLUMNS, "role", "payload", *PICTURE_COLUMNS)
+    unused = [f"{column[:40]!r}{nearest(column, known)}" for column in columns if column and column not in known]
+    if not unused:
+        return None
+    more = f" and {len(unused) - SHOWN} more" if len(unused) > SHOWN else ""
+    return (
+        f"nothing is printed of {Path(source).name}'s column{'s' if len(unused) > 1 else ''} "
+        f"{', '.join(unused[:SHOWN])}{more}; the columns that count are {', '.join(known[:-1])}"
+    )
 
 
 def design_people(

@@ -29,8 +29,6 @@ from moireid.fabrication.sight import front_mm
 from moireid.files import move_together, planned, tidy_folders, write_text
 
 if TYPE_CHECKING:
-    from PIL import Image
-
     from moireid.fabrication.acrylic.plates import AcrylicPlan
     from moireid.fabrication.printed.mount import MountPlan, MountReport
 
@@ -184,9 +182,9 @@ def _figures_of(parts: Parts, report: MountReport | None) -> dict[str, float]:
     return figures
 
 
-_SHEETS = ("badge.pdf", "preview.png", "assembly.pdf")
-#: The moving preview; only `print_badge` writes it, not `print_event`.
+#: The moving preview.
 MOVING = "preview.webp"
+_SHEETS = ("badge.pdf", "preview.png", MOVING, "assembly.pdf")
 #: Files that a badge's folder has only with some mounts.
 PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
@@ -280,13 +278,11 @@ def print_badge(
     Convention: page mm, origin top left, x right, y down, become the files' own coordinates in each writer.
     """
     parts = parts or plan_parts(badge, mount, figures)
-    names, say = file_names(parts, moving=True), progress or (lambda name: None)
+    names, say = file_names(parts), progress or (lambda name: None)
     stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
-        board = write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
-        say(MOVING)
-        write_worn(badge, aside / MOVING, look, board)
+        write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
         mass_g, mount_figures = write_parts(badge, parts, aside, say)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
 
@@ -338,12 +334,14 @@ def write_sheets(
     say: Callable[[str], None],
     maker: Maker,
     look: Look | None = None,
-) -> Image.Image:
-    """Write a badge's page, preview, assembly sheet and badge.json.  Returns: the preview."""
+) -> None:
+    """Write a badge's page, previews, assembly sheet and badge.json."""
     say("badge.pdf")
     write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, write_words=writer_of(badge, look))
     say("preview.png")
     preview = write_preview(badge, folder / "preview.png", look)
+    say(MOVING)
+    write_worn(badge, folder / MOVING, look, preview)
     say("assembly.pdf")
     write_assembly_pdf(
         badge,
@@ -355,7 +353,6 @@ def write_sheets(
         mount_plan=parts.mount_plan,
     )
     write_text(folder / "badge.json", badge_file(badge))
-    return preview
 
 
 def leftover_parts(folder: Path, parts: Parts, owner_file: str) -> tuple[Path, ...]:
@@ -378,6 +375,6 @@ def badge_file(badge: Badge) -> str:
     return json.dumps(document | ({"realised": realised} if realised else {}), indent=1, ensure_ascii=False) + "\n"
 
 
-def file_names(parts: Parts, *, moving: bool = False) -> list[str]:
-    """Names of the files of a badge's folder; badge.json is the last; moving: `print_badge` adds the moving preview."""
-    return [*_SHEETS, *([MOVING] if moving else []), *parts.files, "badge.json"]
+def file_names(parts: Parts) -> list[str]:
+    """Names of the files of a badge's folder; badge.json is the last."""
+    return [*_SHEETS, *parts.files, "badge.json"]

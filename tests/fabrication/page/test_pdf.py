@@ -435,7 +435,7 @@ def test_printed_folder_holds_what_was_promised_and_the_badge_as_issued(badge: B
     printed = package.print_badge(badge, tmp_path / "new/folder", mount="none", progress=steps.append)
     assert sorted(p.name for p in (tmp_path / "new/folder").iterdir()) == sorted(printed.files)
     assert set(printed.files) == {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}
-    assert steps == ["badge.pdf", "preview.png", "assembly.pdf", "preview.webp"]
+    assert steps == ["badge.pdf", "preview.png", "preview.webp", "assembly.pdf"]
     assert load_badge(printed.files["badge.json"]) == badge
     assert np.array(Image.open(printed.files["preview.png"])).shape == (960, 876)
 

@@ -8,33 +8,52 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from moireid.cli.common import counted, echo, echo_lines, progress_bar, report_mount, say, show_json, shown_rows
+import click
+
+from moireid.cli.common import (
+    REJECT,
+    counted,
+    echo,
+    echo_lines,
+    progress_bar,
+    report_mount,
+    say,
+    show_json,
+    shown_rows,
+)
 from moireid.cli.printing.print_options import PrintOrder
+from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.artwork.placing import Look
     from moireid.badge import Badge
-    from moireid.designer.people import DesignResult
+    from moireid.designer.people import DesignResult, RowFaults
     from moireid.fabrication import Event
     from moireid.fabrication.package import Parts
     from moireid.registry import Registry
 
+#: So many rows' faults are shown at once.
+SHOWN = 10
+
 
 @dataclass(frozen=True)
 class _List:
-    """A list that was read; parts: the mount of all; guessed: what was guessed on reading it, None if nothing."""
+    """A list that was read; parts: the mount of all; notes: on reading it; designed: without the skipped rows."""
 
     order: PrintOrder
     path: Path
     parts: Parts
-    guessed: str | None
+    notes: tuple[str, ...]
     designed: list[DesignResult]
+    skipped: RowFaults
 
 
 def print_people(order: PrintOrder, people_csv: Path) -> None:
     """Make the files of `print-your-badge --people`, and report what was made.
 
-    Raises: SpecError if the list or a row of it cannot be used; then nothing is made.
+    All rows are checked before any badge is made.
+    Raises: SpecError if the list or a row of it cannot be used; then nothing is made.  With `order.skip_bad` such rows
+    are left out, and Exit with `REJECT` says so after the rest is made.
     """
     from moireid.designer.drawn import no_holder
     from moireid.designer.people import badges_of, design_people, read_people
@@ -46,7 +65,8 @@ def print_people(order: PrintOrder, people_csv: Path) -> None:
     wanted = order.wanted
     holder_of = no_holder if order.registry_url is not None else None
     # An impossible request is refused before a registry is made for it.
-    listed = read_people(people_csv)
+    faults: RowFaults = {}
+    listed = read_people(people_csv, faults=faults)
     designed = list(
         design_people(
             listed.people,
@@ -57,19 +77,60 @@ def print_people(order: PrintOrder, people_csv: Path) -> None:
             line=next(iter(wanted.wear.lines), ""),
         )
     )
-    badges = badges_of(designed)
+    good = []
+    for one in designed:
+        fault = one.fault or _look_fault(order, people_csv, one)
+        if fault is None:
+            good.append(one)
+        else:
+            faults[one.person.row] = fault
+    skipped = dict(sorted(faults.items()))
+    _report_faults(skipped, people_csv, some=bool(good), skip=order.skip_bad)
+    badges = badges_of(good)
     parts = plan_parts(badges[0], wanted.mount or "none", wanted.figures)
-    found = _List(order, people_csv, parts, listed.note, designed)
-    _dressed(found, badges)
+    found = _List(order, people_csv, parts, listed.notes, good, skipped)
     if order.registry_url is None:
         _make(found, None)
-        return
-    files = [order.folder / name for name in event_files(badges, parts)]
-    planned(files, overwrite=order.overwrite, make_folders=False, kept=[people_csv, *order.kept])
-    from moireid.registry import open_registry
+    else:
+        files = [order.folder / name for name in event_files(badges, parts)]
+        planned(files, overwrite=order.overwrite, make_folders=False, kept=[people_csv, *order.kept])
+        from moireid.registry import open_registry
 
-    with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
-        _make(found, registry)
+        with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
+            _make(found, registry)
+    if skipped:
+        raise click.exceptions.Exit(REJECT)
+
+
+def _look_fault(order: PrintOrder, path: Path, one: DesignResult) -> SpecError | None:
+    """What is wrong with the lines and pictures of a row."""
+    assert one.badge is not None
+    try:
+        _dress(order, path, one, one.badge)
+    except SpecError as error:
+        return error
+    return None
+
+
+def _report_faults(faults: RowFaults, path: Path, *, some: bool, skip: bool) -> None:
+    """Say on stderr what is wrong with each row.
+
+    Parameters: some: whether other rows are good; skip: whether the rows are to be left out.
+    Raises: SpecError unless there is none, or the rows are to be left out and some are good.
+    """
+    if skip and some:
+        for fault in faults.values():
+            say(f"skipped: {fault}")
+        return
+    if len(faults) == 1:
+        raise next(iter(faults.values()))
+    for fault in list(faults.values())[:SHOWN]:
+        say(f"fault: {fault}")
+    if len(faults) > SHOWN:
+        say(f"fault: and {len(faults) - SHOWN} rows more")
+    if faults:
+        remedy = "correct them, or leave them out with --skip-bad" if some else "correct them"
+        raise SpecError(f"{len(faults)} rows of {path.name} cannot be printed, and nothing was made; {remedy}")
 
 
 def _make(found: _List, registry: Registry | None) -> None:
@@ -103,6 +164,7 @@ def _make(found: _List, registry: Registry | None) -> None:
     if order.as_json:
         own = {
             "issued": registry is not None,
+            "skipped": [{"row": row, "why": str(fault)} for row, fault in found.skipped.items()],
             "measured_scale": order.measured_scale,
             "explain": dict(explain(badges[0])),
         }
@@ -115,22 +177,24 @@ def _make(found: _List, registry: Registry | None) -> None:
 
 def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[Look | None]]:
     """Each badge with its row's lines, and what it wears.  Raises: SpecError that names the row."""
+    pairs = zip(found.designed, badges, strict=True)
+    worn = [_dress(found.order, found.path, one, badge) for one, badge in pairs]
+    return [badge for badge, _ in worn], [look for _, look in worn]
+
+
+def _dress(order: PrintOrder, path: Path, one: DesignResult, badge: Badge) -> tuple[Badge, Look | None]:
+    """A badge with its row's lines, and what it wears.  Raises: SpecError that names the row."""
     from moireid.artwork.columns import dressed
-    from moireid.errors import SpecError
     from moireid.fabrication.page.dress import check_look
 
-    worn, looks, wear = [], [], found.order.wanted.wear
-    usual = wear.look(found.order.wanted.request.axes)
-    for one, badge in zip(found.designed, badges, strict=True):
-        try:
-            badge, look = dressed(badge, one.person.cells, usual, wear.lines, found.path.parent)
-            check_look(badge, look)
-        except SpecError as error:
-            where = f"row {one.person.row} of {found.path.name} ({one.person.name[:40]!r})"
-            raise SpecError(f"{where}: {error}") from error
-        worn.append(badge)
-        looks.append(look)
-    return worn, looks
+    wear = order.wanted.wear
+    usual = wear.look(order.wanted.request.axes)
+    try:
+        badge, look = dressed(badge, one.person.cells, usual, wear.lines, path.parent)
+        check_look(badge, look)
+    except SpecError as error:
+        raise SpecError(f"row {one.person.row} of {path.name} ({one.person.name[:40]!r}): {error}") from error
+    return badge, look
 
 
 def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], registry: Registry | None) -> list[str]:
@@ -148,7 +212,7 @@ def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], 
     alike = alike_in_list_notes(badges)
     if registry:
         alike += namesake_notes(badges, registry) + look_alike_notes(badges, registry)
-    return [note for note in (found.guessed, *set_in_part, *shorter, *derived_notes(badges), *alike) if note]
+    return [note for note in (*found.notes, *set_in_part, *shorter, *derived_notes(badges), *alike) if note]
 
 
 def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[str, Any]:

@@ -49,9 +49,14 @@ if TYPE_CHECKING:
     help="Instead of NAME: a list (CSV) with the column name, and line (below the name), payload, logo, portrait and "
     "colour if you like. Makes all badges of an event.",
 )
+@click.option("--skip-bad", is_flag=True, help="With --people: leave out the rows that cannot be printed.")
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
-    "--registry", "registry_url", metavar="URL", help="Also enter the badge into this registry, as moireid enroll does."
+    "--registry",
+    "registry_url",
+    metavar="URL|FILE",
+    help="Also enter the badge into this registry, as moireid enroll does. It must be given here: no badge is entered "
+    "because of MOIREID_REGISTRY or moireid config.",
 )
 @click.option("--payload", metavar="HEX", help="The identity: 16 or 32 hex digits; default: drawn at random.")
 @click.option(
@@ -74,6 +79,7 @@ if TYPE_CHECKING:
 def print_command(
     name: str | None,
     people_csv: Path | None,
+    skip_bad: bool,
     folder: Path,
     registry_url: str | None,
     payload: str | None,
@@ -98,7 +104,10 @@ def print_command(
     one else in that registry has.
 
     With --people, badges are made for many people: sheets with as many badges as fit, a folder for each person, and a
-    summary. With --mount too, one set of mount files serves them all.
+    summary. With --mount too, one set of mount files serves them all. All rows are checked first: if one cannot be
+    printed, none is, unless --skip-bad leaves it out.
+
+    Exit code 0: all is made; 1: made without the rows that --skip-bad left out; 2: bad input, and nothing is made.
 
     \b
     Labels for --lens, nominal and as resellers list them; measure yours:
@@ -131,8 +140,11 @@ def print_command(
         overwrite,
         as_json,
         explain,
+        skip_bad,
     )
     if people_csv is None:
+        if skip_bad:
+            raise SpecError("--skip-bad is about the rows of a list; give it with --people")
         print_one(order)
         return
     if payload is not None or key_file is not None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from moireid.artwork.columns import PICTURES, dressed
+from moireid.artwork.columns import dressed
 from moireid.artwork.placing import Look, shown_pieces
 from moireid.badge import Badge
 from moireid.designer.drawn import HolderOf
@@ -21,7 +21,7 @@ from moireid.errors import SpecError
 from moireid.fabrication.page.dress import check_look, look_notes
 from moireid.fabrication.page.lettering import name_note
 from moireid.idcodes import is_name_derived
-from moireid.names import line_of
+from moireid.names import PICTURE_COLUMNS, line_of
 from moireid.registry import Registry
 from moireid.registry.look_alikes import alike_within
 from moireid_studio.jobs.orders import Wish
@@ -76,7 +76,9 @@ def dress_people(
     """
     people = list(people)
     wear = wish.wear({"logo": pictures[FOR_ALL]} if FOR_ALL in pictures else None)
-    if wear.look(wish.axes) is None and any(person.cells.get(column) for person in people for column in PICTURES):
+    if wear.look(wish.axes) is None and any(
+        person.cells.get(column) for person in people for column in PICTURE_COLUMNS
+    ):
         # Pictures and colours need room on all boards, which the plain template leaves.
         wish = wish.model_copy(update={"template": "plain"})
         wear = wish.wear()
@@ -151,7 +153,7 @@ def understood(people_csv: bytes, wish: Wish, registry: Registry, pictures: Mapp
     for name, other in alike_within(names):
         alike.setdefault(name, []).append(f"{other}, who is in this list")
     rows = [_row(one, registry, alike.get(one.badge.name, []) if one.badge else []) for one in dressed_rows]
-    return ParsedList(rows, [note for note in (found.note, _unnamed(people, pictures)) if note])
+    return ParsedList(rows, [note for note in (*found.notes, _unnamed(people, pictures)) if note])
 
 
 def _unnamed(people: Iterable[PersonRow], pictures: Mapping[str, Path]) -> str | None:

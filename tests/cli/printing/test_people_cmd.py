@@ -1,0 +1,77 @@
+"""A list of people by command: what is wrong with it is all said before anything is made."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from click.testing import CliRunner, Result
+
+from moireid.cli.main import moireid
+from moireid.cli.printing.people_cmd import SHOWN
+
+FAULTY = "name,portrait,payload\nAda,,\nBo,nothere.png,\n,b.png,\nCy,,zz\nDi,,,more\nEve,,\n"
+
+
+def printed(folder: Path, text: str, *more: str) -> Result:
+    """The outcome of a list, whose badges go into the folder `out`."""
+    (folder / "people.csv").write_text(text, encoding="utf-8")
+    small = ["--people", str(folder / "people.csv"), "--format", "a7", "--template", "conference"]
+    return CliRunner().invoke(moireid, ["print", *small, "--out", str(folder / "out"), *more])
+
+
+def test_all_rows_are_checked_and_all_faults_listed_before_any_is_made(tmp_path: Path) -> None:
+    """Catches: one fault at each call, so that a list of a hundred needs ten calls; badges of the rows before it; a
+    registry that is made for a list of which nothing is printed."""
+    done = printed(tmp_path, FAULTY, "--registry", str(tmp_path / "people.sqlite3"))
+    assert done.exit_code == 2 and {path.name for path in tmp_path.iterdir()} == {"people.csv"}
+    faults = [line for line in done.stderr.splitlines() if line.startswith("fault: ")]
+    assert [fault.split()[2] for fault in faults] == ["3", "4", "5", "6"]
+    assert "nothere.png" in faults[0] and "name is empty" in faults[1] and "'zz'" in faults[2] and "cells" in faults[3]
+    assert "4 rows of people.csv cannot be printed, and nothing was made" in done.stderr and "--skip-bad" in done.stderr
+
+
+def test_of_many_faults_the_first_are_shown_and_the_others_counted(tmp_path: Path) -> None:
+    """Catches: a screen of ten thousand lines; faults of which no one hears."""
+    done = printed(tmp_path, "name,payload\n" + "Ada,zz\n" * (SHOWN + 3))
+    assert done.exit_code == 2 and done.stderr.count("fault: row ") == SHOWN
+    assert "fault: and 3 rows more" in done.stderr and f"{SHOWN + 3} rows of" in done.stderr
+    # Nothing would be left.
+    assert "--skip-bad" not in done.stderr
+    assert printed(tmp_path, "name,payload\nAda,zz\nBo,yy\n", "--skip-bad").exit_code == 2
+
+
+def test_bad_rows_are_skipped_only_when_asked_and_by_name(tmp_path: Path) -> None:
+    """Catches: a row that is left out without a word, or with exit code 0; a good row that goes with it."""
+    url = str(tmp_path / "people.sqlite3")
+    done = printed(tmp_path, FAULTY, "--skip-bad", "--json", "--registry", url)
+    assert done.exit_code == 1, done.stderr
+    document = json.loads(done.stdout)
+    assert [one["name"] for one in document["people"]] == ["Ada", "Eve"]
+    assert [one["row"] for one in document["skipped"]] == [3, 4, 5, 6]
+    assert done.stderr.count("skipped: row ") == 4
+    listed = CliRunner().invoke(moireid, ["registry", "list", "--registry", url, "--json"])
+    assert {one["name"] for one in json.loads(listed.stdout)["badges"]} == {"Ada", "Eve"}
+    helped = CliRunner().invoke(moireid, ["print", "--help"]).stdout
+    assert "1: made without the rows that --skip-bad left out" in " ".join(helped.split())
+
+
+def test_a_good_list_skips_nothing_and_each_badge_has_a_moving_preview(tmp_path: Path) -> None:
+    """Catches: exit code 1 of --skip-bad itself; a folder of an event without what a single print gets."""
+    done = printed(tmp_path, "name\nAda\nEve\n", "--skip-bad", "--json")
+    document = json.loads(done.stdout)
+    assert done.exit_code == 0 and document["skipped"] == [] and document["notes"] == []
+    alone = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "a"), "--mount", "none"])
+    assert alone.exit_code == 0
+    names = {path.name for path in (tmp_path / "a").iterdir()}
+    assert all({path.name for path in Path(one["folder"]).iterdir()} == names for one in document["people"])
+    one = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "b"), "--skip-bad"])
+    assert one.exit_code == 2 and "--people" in one.stderr
+
+
+def test_unknown_columns_are_named_with_the_nearest_known_one(tmp_path: Path) -> None:
+    """Catches: a misspelt column whose cells are on no badge, without a word."""
+    done = printed(tmp_path, "name,titel,lien,Colour,portait\nAda,Dr,Speaker,teal,\n", "--json")
+    (note,) = json.loads(done.stdout)["notes"]
+    assert "columns 'titel', 'lien' (did you mean line?), 'portait' (did you mean portrait?); " in note
+    assert "colour'" not in note and note in done.stderr
