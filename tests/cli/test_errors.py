@@ -189,7 +189,7 @@ def test_any_other_name_is_printed(run: Run, name: str) -> None:
         (["--mount", "none", "--acrylic", "3"], "--mount lanyard"),
         (["--mount", "none", "--mount-figure", "card_mm=0.5"], "--mount lanyard"),
         (["--no-such\noption"], "--no-such"),
-        (["--registry", "people.sqlite3"], "sqlite:///people.sqlite3"),
+        (["--registry", "postgresql:people"], "sqlite:///people.sqlite3"),
         (["--registry", "sqlite:///new.sqlite3", "--size", "1x1"], "60x66"),
         (["--registry", "sqlite:///new.sqlite3", "--payload", "zz"], "16 or 32 hex"),
     ],
@@ -553,7 +553,7 @@ def test_registry_commands_refuse_what_is_not_there(refused: Callable[..., str],
     assert BOBS[0] in refused("registry", "show", "Bob", "--registry", REGISTRY, "--json")
     assert "cannot be used" in refused("registry", "list", "--registry", "sqlite:///file")
     assert "cannot be made" in refused("registry", "init", "--registry", "sqlite:///file/x/people.sqlite3")
-    assert "URL" in refused("registry", "init", "--registry", "people.sqlite3")
+    assert "URL" in refused("registry", "init", "--registry", "postgresql:people")
     assert "none.json" in refused("enroll", "none.json", "--registry", REGISTRY)
 
 

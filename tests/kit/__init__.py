@@ -31,6 +31,7 @@ contained.py        a command as a container of `deploy/` runs it, without a con
 untrusted_readers.py  the readers of files that strangers give, and contents kept for them
 fuzzing.py          those readers fuzzed by coverage
 spoilt_films.py     what stands for films that spoil or take over their reader
+report_documents.py  reports as verify --json prints them, by hand
 report_faults.py    a report held against its schema
 schemas.py          the shipped JSON Schemas, made of the models
 guiding.py          the blocks of a guide, typed
