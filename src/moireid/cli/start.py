@@ -6,6 +6,7 @@ The first start loads nothing else.
 
 from __future__ import annotations
 
+import contextlib
 import sys
 
 from moireid.sandbox.early_copy import EarlyCopy, restart, resume
@@ -35,9 +36,24 @@ def run() -> None:
     main()
 
 
-if __name__ == "__main__":
+def _run_again() -> None:
+    """The second start."""
+    import signal
+
+    # Nothing is done yet that would be tidied up, and no line of Python is to be shown.
+    quiet = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if quiet:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     from moireid.reading.film_work import read
 
-    EarlyCopy.waiting = EarlyCopy(read)
+    # Without a copy, films are read by a process that is made later.
+    with contextlib.suppress(OSError):
+        EarlyCopy.waiting = EarlyCopy(read)
     resume(int(sys.argv[1]))
+    if quiet:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     run()
+
+
+if __name__ == "__main__":
+    _run_again()

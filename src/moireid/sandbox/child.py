@@ -46,7 +46,9 @@ class Talk:
 
     def send(self, answer: dict[str, Any]) -> None:
         """Send an answer as JSON.  Raises: ValueError, TypeError if that is impossible; OSError without a parent."""
-        self._pipe.send_bytes(json.dumps(answer, allow_nan=False).encode())
+        # A file's name may have bytes that are no UTF-8; no reader of JSON takes what Python makes of them.
+        text = json.dumps(answer, allow_nan=False, ensure_ascii=False)
+        self._pipe.send_bytes(text.encode(errors="replace"))
 
     def ask(self, question: dict[str, Any]) -> Any:
         """The parent's answer to a question; None without a parent."""
@@ -105,7 +107,11 @@ def run_copy(handle: int, work: Callable[[Talk], None]) -> None:
 
     Its first message is BEGIN.  It ends where its parent goes before.
     """
+    import fcntl
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # A program whose standard streams are closed may have it in the place of one.
+    handle = fcntl.fcntl(handle, fcntl.F_DUPFD, 3)
     null = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):
         os.dup2(null, stream)

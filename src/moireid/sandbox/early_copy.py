@@ -33,21 +33,29 @@ if TYPE_CHECKING:
 def restart(module: str) -> None:
     """Start this program anew, as `python -m MODULE HANDLE`, with no argument and no variable of its own.
 
-    Returns where the system cannot do that; nothing has changed then.
+    Returns where the system cannot do that, Python is not to look at the environment, or its flags are not known;
+    nothing has changed then.
     """
-    if sys.platform != "linux" or not sys.executable or getattr(sys, "frozen", False):
+    if sys.platform != "linux" or not sys.executable or getattr(sys, "frozen", False) or sys.flags.ignore_environment:
         return
     flags = sys.orig_argv[1 : len(sys.orig_argv) - len(sys.argv)]
-    flags = flags[: next((place for place, flag in enumerate(flags) if flag in ("-m", "-c")), len(flags))]
+    if flags[-1:] in (["-m"], ["-c"]):
+        flags.pop()
+    elif sys.orig_argv[len(flags) + 1] != sys.argv[0]:
+        # No script; -m or -c is in one word with other flags, or with what it starts.
+        return
+    import fcntl
+
     variables = kept_environment(dict(os.environ)) | {"PYTHONPATH": os.pathsep.join(import_path())}
     try:
-        handle = os.memfd_create("arguments")
-        with os.fdopen(handle, "wb", closefd=False) as file:
+        with os.fdopen(os.memfd_create("arguments"), "wb") as file:
             file.write(marshal.dumps((sys.argv, dict(os.environb))))
-        os.set_inheritable(handle, True)
+            file.flush()
+            # Never in the place of a standard stream that is closed: the second start would take it for the stream.
+            handle = fcntl.fcntl(file, fcntl.F_DUPFD, 3)
         # -P: do not import from the current folder.
         command = [sys.executable, *flags, "-P", "-m", module, str(handle)]
-        for stream in (sys.stdout, sys.stderr):
+        for stream in filter(None, (sys.stdout, sys.stderr)):
             stream.flush()
         os.execve(sys.executable, command, variables)
     except OSError:

@@ -1,0 +1,83 @@
+"""A command that reads films starts twice; its user must not see that.  Each test names the fault that it catches."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kit.coded_films import first_frames
+from kit.places import FILMS
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems start once")
+PROGRAM = "import sys\nfrom moireid.cli.start import main\nmain()\n"
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The beginning of a true film."""
+    return first_frames(FILMS / "genuine_1.0m.mp4", tmp_path_factory.mktemp("film") / "film.mp4", 100)
+
+
+def verify(folder: Path, film: Path | bytes, *python: str, shell: str = "") -> subprocess.CompletedProcess[bytes]:
+    """`moireid verify`, started as a script; shell: what is done with its streams."""
+    script = folder / "moireid"
+    script.write_text(PROGRAM)
+    started = python if PROGRAM in python else (*python, str(script))
+    words: list[Any] = [sys.executable, *started, "verify", film, "--badge", FILMS / "badge.json"]
+    return subprocess.run(["sh", "-c", f'exec "$@" {shell}', "sh", *words], capture_output=True, timeout=120)
+
+
+@pytest.mark.parametrize("shell", [">&-", "<&-", ">&- <&-"])
+def test_a_closed_stream_changes_no_verdict(tmp_path: Path, film: Path, shell: str) -> None:
+    """Catches: a start that fails without stdout, with the exit code of a film that is rejected; arguments, or the line
+    to the process that reads, in the place of a closed stream."""
+    done = verify(tmp_path, film, shell=shell)
+    assert (done.returncode, done.stderr.decode().splitlines()[1:]) == (0, [])
+
+
+def test_a_closed_stderr_is_no_rejected_film(tmp_path: Path, film: Path) -> None:
+    """Catches: the exit code of a film that is rejected, where only messages cannot be written."""
+    assert verify(tmp_path, film, shell="2>&-").returncode != 1
+
+
+@pytest.mark.parametrize("flags", [("-Ic", PROGRAM), ("-Bc", PROGRAM), ("-I",), ("-B", "-W", "ignore")])
+def test_flags_of_the_interpreter_change_no_verdict(tmp_path: Path, film: Path, flags: tuple[str, ...]) -> None:
+    """Catches: a flag that takes the next word for its program."""
+    done = verify(tmp_path, film, *flags)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_film_may_have_a_name_that_is_no_text(tmp_path: Path, film: Path) -> None:
+    """Catches: an answer that its reader refuses, for the bytes in the film's name."""
+    named = os.fsencode(tmp_path) + b"/f\xff.mp4"
+    Path(os.fsdecode(named)).write_bytes(film.read_bytes())
+    done = verify(tmp_path, named)
+    assert done.returncode == 0, done.stderr
+    Path(os.fsdecode(named)).write_bytes(b"no film")
+    done = verify(tmp_path, named)
+    assert (done.returncode, b"in a stranger" in done.stderr, b"cannot be read" in done.stderr) == (2, False, True)
+
+
+@pytest.mark.parametrize("after_s", [0.2, 0.4, 0.6, 0.8])
+def test_an_interrupt_shows_no_traceback(tmp_path: Path, film: Path, after_s: float) -> None:
+    """Catches: an interrupt within the second start, while packages are loaded, that shows lines of Python."""
+    (script := tmp_path / "moireid").write_text(PROGRAM)
+    words = [sys.executable, script, "verify", film, "--badge", FILMS / "badge.json"]
+    with subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as program:
+        until = time.monotonic() + 10
+        # The second start has one argument, the number of a file.
+        while b"moireid.cli.start" not in Path(f"/proc/{program.pid}/cmdline").read_bytes():
+            assert time.monotonic() < until
+            time.sleep(0.005)
+        time.sleep(after_s)
+        program.send_signal(signal.SIGINT)
+        said = program.communicate(timeout=60)[1]
+    assert b"Traceback" not in said
+    assert program.returncode in (-signal.SIGINT, 130)
