@@ -8,6 +8,7 @@ from __future__ import annotations
 import http.client
 import random
 import socket
+import struct
 import threading
 import time
 from pathlib import Path
@@ -106,6 +107,29 @@ def test_slow_clients_end_and_their_places_come_back(witness, log, monkeypatch):
         assert exchange(f"{address}/add-checkpoint", 1000, 10, log.request(leaves_of(3), 0)).status == 200
         for line in lines:
             line.close()
+
+
+def test_silent_clients_keep_no_one_out(witness, log):
+    """Catches: a stranger who takes all places by saying nothing, again and again, so that no log is signed."""
+    with serving(witness) as address:
+        lines = [line_to(address) for _ in range(served.MOST_CLIENTS)]
+        began = time.monotonic()
+        assert exchange(f"{address}/add-checkpoint", 1000, 10, log.request(leaves_of(3), 0)).status == 200
+        assert time.monotonic() - began < 5.0
+        for line in lines:
+            line.close()
+
+
+def test_clients_that_go_away_fill_no_disk(witness, log, capfd):
+    """Catches: a line on stderr for each connection that a stranger resets."""
+    with serving(witness) as address:
+        for _ in range(20):
+            with line_to(address) as line:
+                line.sendall(b"POST /add-checkpoint HTTP/1.1\r\nContent-Le")
+                line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        assert exchange(f"{address}/add-checkpoint", 1000, 10, log.request(leaves_of(3), 0)).status == 200
+        time.sleep(0.5)
+    assert capfd.readouterr().err == ""
 
 
 def test_no_more_clients_than_there_are_places(witness, log):

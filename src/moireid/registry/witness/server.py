@@ -1,11 +1,12 @@
 """A witness's server: HTTP, one request to answer, and little that a stranger can use up.
 
-A connection may last so long and send so much, and there are so many at one time; further ones are closed at once.
+A connection may last so long and send so much, and there are so many at one time; the oldest makes room for another.
 There is no TLS: what is signed needs none, and a proxy can add it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import io
 import socket
 import sqlite3
@@ -21,6 +22,8 @@ from moireid.registry.witness.state import Answer, Witness
 
 #: How long a connection lasts, seconds; what it may send, bytes: two requests and their headers; most at one time.
 LASTS_S, MOST_SENT, MOST_CLIENTS = 20.0, 3 * MOST_BYTES, 64
+#: How soon a connection that was ended gives its place to another, seconds; else that one is closed.
+ROOM_S = 1.0
 
 
 class WitnessServer(ThreadingHTTPServer):
@@ -34,6 +37,8 @@ class WitnessServer(ThreadingHTTPServer):
 
     def __init__(self, witness: Witness, host: str, port: int) -> None:
         self.witness, self._places = witness, threading.BoundedSemaphore(MOST_CLIENTS)
+        #: Connections that are served, the oldest first.
+        self._served, self._lock = dict[Any, None](), threading.Lock()
         if ":" in host:
             self.address_family = socket.AF_INET6
         try:
@@ -55,26 +60,41 @@ class WitnessServer(ThreadingHTTPServer):
         return f"http://{host}:{self.server_port}"
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Serve a client if there is a free place."""
+        """Serve a client; where all places are taken, the oldest connection ends."""
         if not self._places.acquire(blocking=False):
-            self.shutdown_request(request)
-            return
+            self._end_oldest()
+            if not self._places.acquire(timeout=ROOM_S):
+                self.shutdown_request(request)
+                return
+        with self._lock:
+            self._served[request] = None
         try:
             super().process_request(request, client_address)
         except RuntimeError:
             # No thread could be started, so none gives the place back.
-            self._places.release()
+            self._give_place_back(request)
             raise
+
+    def _end_oldest(self) -> None:
+        with self._lock, contextlib.suppress(OSError, StopIteration):
+            next(iter(self._served)).shutdown(socket.SHUT_RDWR)
+
+    def _give_place_back(self, request: Any) -> None:
+        with self._lock:
+            del self._served[request]
+        self._places.release()
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         """Serve a client, then give its place back."""
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self._places.release()
+            self._give_place_back(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say why a client was not served, on one line."""
+        """Say why a client was not served, on one line; none where it went away, as a stranger could fill the disk."""
+        if isinstance(sys.exception(), OSError):
+            return
         print(f"witness: a connection ended early ({sys.exception()!r:.200})", file=sys.stderr)  # noqa: T201
 
 
