@@ -23,6 +23,11 @@ def bad_pictures(talk: Talk) -> None:
     _say(talk, {"files": {"a": 1}, "plots": 7})
 
 
+def says_stopped(talk: Talk) -> None:
+    """End in the words of a studio that stops, which has its jobs done again."""
+    _say(talk, {"ended": ["stopped", "The studio was stopped meanwhile.", True]})
+
+
 def large(talk: Talk) -> None:
     talk.next()
     talk._pipe.send_bytes(b'{"x": [' + b"[]," * (4 << 20) + b"0]}")

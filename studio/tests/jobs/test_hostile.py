@@ -81,6 +81,13 @@ def test_it_loses_its_own_job_alone(run: Callable[..., tuple[Job, Jobs]], work: 
     assert all(thread.is_alive() for thread in jobs.workers.threads)
 
 
+def test_it_cannot_have_itself_done_again(run: Callable[..., tuple[Job, Jobs]]) -> None:
+    """Catches: a process's word for why it ended taken for the studio's own: "stopped" has a job begun again at once,
+    before all that came later, without end."""
+    job, _ = run("says_stopped")
+    assert (job.state, job.taken) == ("failed", 1) and job.problem is not None and job.problem[0] == "crash"
+
+
 def test_an_unexpected_error_ends_one_job(
     run: Callable[..., tuple[Job, Jobs]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from moireid import errors
 from moireid.badge import Badge
 from moireid.errors import MoireIdError
 from moireid.json_schema import schema_fault
@@ -68,7 +69,8 @@ def run_task(
         if not ended.ours:
             raise JobFailure("crash", "The process that read this film ended by itself.") from ended
         if ended.kind != "done":
-            raise JobFailure(ended.kind, ended.words) from ended
+            # No word of the studio's own, such as "stopped", after which a job is begun again.
+            raise JobFailure(ended.kind if ended.kind in errors.__all__ else "crash", ended.words) from ended
     finally:
         child.kill()
 
