@@ -17,7 +17,6 @@ import json
 import math
 import unicodedata
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from msgspec import Meta, Struct
@@ -34,7 +33,7 @@ from moireid.fiducials import (
     fiducial_document,
     read_fiducial,
 )
-from moireid.files import read_regular
+from moireid.files import AnyPath, as_path, read_regular
 from moireid.frames import OwnFrame, Rect, bounds_of, own_frame, own_rect
 from moireid.layers import Bits, Cell, Code, Grating, Lens, is_smooth
 from moireid.models import check_format, parse_json, read_model
@@ -161,12 +160,12 @@ class Badge:
         return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
 
 
-def load_badge(path: Path | str) -> Badge:
+def load_badge(path: AnyPath) -> Badge:
     """Read a badge.json file.
 
     Parameters
     ----------
-    path : Path or str
+    path : str or Path
         The file.
 
     Returns
@@ -180,7 +179,7 @@ def load_badge(path: Path | str) -> Badge:
         Where the file is absent, not JSON, or breaks the schema or the geometry; the message names the key and what is
         allowed there.
     """
-    path = Path(path)
+    path = as_path(path)
     try:
         text = read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:

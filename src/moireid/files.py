@@ -24,12 +24,23 @@ MOST_SMALL_BYTES = 4_000_000
 #: Largest table, such as a motion or a list of people: 10,000 people of 6 kB each, or an hour's poses at 100 Hz.
 MOST_TABLE_BYTES = 64_000_000
 
+#: A file or folder, as public functions take one.
+AnyPath = str | os.PathLike[str]
 
-def open_regular(path: Path) -> BufferedReader[FileIO]:
+
+def as_path(given: AnyPath) -> Path:
+    """The path that a caller gave as text or as a path.  Raises: SpecError for what is neither."""
+    if isinstance(given, (str, os.PathLike)) and isinstance(named := os.fspath(given), str):
+        return Path(named)
+    raise SpecError(f"{given!r:.80} is no path; give a str or a pathlib.Path")
+
+
+def open_regular(path: AnyPath) -> BufferedReader[FileIO]:
     """A file of a user, open for reading.
 
     Raises: OSError where it cannot be opened, and for a pipe or device, which would be waited for, or has no end.
     """
+    path = as_path(path)
     # Before it is opened too: opening a device may do something.
     _check_regular(path.stat())
     # Another file may have taken its place; one that is a pipe by now is not waited for.
@@ -43,7 +54,7 @@ def open_regular(path: Path) -> BufferedReader[FileIO]:
     return file
 
 
-def read_regular(path: Path, most_bytes: int = MOST_SMALL_BYTES) -> bytes:
+def read_regular(path: AnyPath, most_bytes: int = MOST_SMALL_BYTES) -> bytes:
     """A small file of a user, whole.
 
     Raises: OSError as `open_regular`, and where it has more than `most_bytes`.
@@ -64,7 +75,7 @@ def _check_regular(state: os.stat_result) -> None:
 
 
 def planned(
-    paths: Iterable[Path], *, overwrite: bool, make_folders: bool = True, kept: Iterable[Path | None] = ()
+    paths: Iterable[Path], *, overwrite: bool, make_folders: bool = True, kept: Iterable[AnyPath | None] = ()
 ) -> None:
     """Check that every output can be written, before the work that makes it.
 
@@ -73,7 +84,8 @@ def planned(
     Raises: SpecError if two outputs have one name, if a file exists and `overwrite` is false, if it is one of those
     kept, or if its folder cannot be created or written.
     """
-    paths, inputs = list(paths), [one for one in kept if one is not None and one.exists()]
+    paths, inputs = list(paths), [as_path(one) for one in kept if one is not None]
+    inputs = [one for one in inputs if one.exists()]
     twice = next((path for path, count in Counter(path.absolute() for path in paths).items() if count > 1), None)
     if twice is not None:
         raise SpecError(f"two outputs are given as {twice}; choose a name of its own for each")
@@ -109,12 +121,13 @@ def _could_be_made(folder: Path) -> None:
 
 
 @contextmanager
-def whole_file(path: Path, *, private: bool = False) -> Iterator[Path]:
+def whole_file(path: AnyPath, *, private: bool = False) -> Iterator[Path]:
     """Yield a temporary path next to `path`, with its suffix; on success it is renamed to `path`, otherwise removed.
 
     The temporary file keeps the suffix, because writers choose their format by it.
     Parameters: private: only the file's owner may read it, from its first byte on.
     """
+    path = as_path(path)
     temporary = path.parent / f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
     # The system applies the umask here.  Reading the umask would mean changing it, also for files of other threads.
     handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600 if private else 0o666)
@@ -132,7 +145,7 @@ def whole_file(path: Path, *, private: bool = False) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def write_text(path: Path, text: str) -> None:
+def write_text(path: AnyPath, text: str) -> None:
     """Write `text` as UTF-8 to `path`, whole or not at all."""
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -19,7 +19,7 @@ from msgspec import Meta, Struct
 
 from moireid.badge import Badge, Lens
 from moireid.errors import SpecError
-from moireid.files import read_regular, whole_file
+from moireid.files import AnyPath, read_regular, whole_file
 from moireid.models import check_format, parse_json, read_model
 from moireid.sheets import ACRYLIC_INDEX, MM_PER_INCH, PRODUCTS, sheet_lens
 
@@ -160,14 +160,14 @@ def array_named(label: str) -> Lens:
     return Lens("array", sheet.pitch_mm, max(sheet.thickness_mm, round(thinnest_mm, 2)), sheet.refractive_index)
 
 
-def load_lens_profile(path: Path) -> LensProfile:
+def load_lens_profile(path: AnyPath) -> LensProfile:
     """Read a lens profile.  Raises: SpecError if the file is missing or no lens profile, or has impossible figures."""
     file = _read_profile(path, f"lens profile {path}", ProfileFile)
     sheet = sheet_lens(file.lens.pitch_mm, file.lens.thickness_mm, file.lens.refractive_index)
     return LensProfile(file.name, sheet, file.pitch_sd_mm, file.found)
 
 
-def _read_profile(path: Path, source: str, model: type[Profile]) -> Profile:
+def _read_profile(path: AnyPath, source: str, model: type[Profile]) -> Profile:
     """The content of a profile's file.  Raises: SpecError."""
     advice = "correct it, or give a file that moireid calibrate wrote"
     try:
@@ -187,7 +187,7 @@ def _profile_text(kind: str, figures: dict[str, Any]) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _save_profile(profile: Written, path: Path, load: Callable[[Path], Written]) -> None:
+def _save_profile(profile: Written, path: AnyPath, load: Callable[[AnyPath], Written]) -> None:
     """Write a profile, whole or not at all.  Raises: SpecError if it could not be read back."""
     with whole_file(path) as temporary:
         temporary.write_text(profile.to_json(), encoding="utf-8")
@@ -195,7 +195,7 @@ def _save_profile(profile: Written, path: Path, load: Callable[[Path], Written])
             raise SpecError(f"profile {path} does not read back as it was written; report this")
 
 
-def save_lens_profile(profile: LensProfile, path: Path) -> None:
+def save_lens_profile(profile: LensProfile, path: AnyPath) -> None:
     """Write a lens profile, whole or not at all.  Raises: SpecError if it could not be read back."""
     _save_profile(profile, path, load_lens_profile)
 
@@ -239,7 +239,7 @@ class PrinterProfile:
         return _profile_text("printer-profile", asdict(self))
 
 
-def load_printer_profile(path: Path) -> PrinterProfile:
+def load_printer_profile(path: AnyPath) -> PrinterProfile:
     """Read a printer profile.  Raises: SpecError if it is missing or none, or has impossible figures."""
     file = _read_profile(path, f"printer profile {path}", PrinterFile)
     return PrinterProfile(
@@ -247,6 +247,6 @@ def load_printer_profile(path: Path) -> PrinterProfile:
     )
 
 
-def save_printer_profile(profile: PrinterProfile, path: Path) -> None:
+def save_printer_profile(profile: PrinterProfile, path: AnyPath) -> None:
     """Write a printer profile, whole or not at all.  Raises: SpecError if it could not be read back."""
     _save_profile(profile, path, load_printer_profile)

@@ -17,6 +17,7 @@ from moireid.artwork.colours import Colour, colour_named
 from moireid.artwork.pictures import as_portrait, load_picture, picture_of
 from moireid.badge import Badge
 from moireid.errors import SpecError
+from moireid.files import AnyPath, as_path
 from moireid.names import MOST_LINES, line_fault
 
 if TYPE_CHECKING:
@@ -51,11 +52,12 @@ def forget_pictures() -> None:
     picture_of.cache_clear()
 
 
-def content_of(logo: Path | None = None, portrait: Path | None = None, colour: str | None = None) -> Artwork:
+def content_of(logo: AnyPath | None = None, portrait: AnyPath | None = None, colour: str | None = None) -> Artwork:
     """The content that options or a row of a list give.
 
     Raises: SpecError for what is no picture or no colour.
     """
+    logo, portrait = (None if one is None else as_path(one) for one in (logo, portrait))
     content = Artwork(logo, portrait, colour_named(colour) if colour else None)
     for what in ("logo", "portrait"):
         content.picture(what)

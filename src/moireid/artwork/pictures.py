@@ -13,12 +13,11 @@ import io
 import warnings
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from moireid.artwork.svg import draw_svg
 from moireid.errors import SpecError
-from moireid.files import read_regular
+from moireid.files import AnyPath, read_regular
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -34,7 +33,7 @@ PORTRAIT_SHAPE, PORTRAIT_UP = 0.8, 0.3
 ADVICE = "give a PNG, JPEG or SVG file"
 
 
-def load_picture(path: Path, what: str) -> Image.Image:
+def load_picture(path: AnyPath, what: str) -> Image.Image:
     """The picture of a file, RGBA, upright, its longer side at most `MOST_SIDE_PX`.
 
     Parameters: what: "logo" or "portrait", for messages.

@@ -19,7 +19,6 @@ import platform
 from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import version
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -33,7 +32,7 @@ from moireid.badge import Badge
 from moireid.bringup.build_folder import Figure
 from moireid.bringup.field_crops import FieldCrop
 from moireid.errors import SpecError
-from moireid.files import read_regular, whole_file
+from moireid.files import AnyPath, read_regular, whole_file
 from moireid.frames import axis_words
 from moireid.models import check_format, parse_json, read_model
 from moireid.profiles import LensProfile, PrinterProfile
@@ -246,14 +245,14 @@ def capture_record(
     )
 
 
-def write_record(record: CaptureRecord, path: Path) -> None:
+def write_record(record: CaptureRecord, path: AnyPath) -> None:
     """Write a record, whole or not at all.  Raises: SpecError if it does not read back."""
     with whole_file(path) as temporary:
         temporary.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=1) + b"\n")
         read_record(temporary)
 
 
-def read_record(path: Path) -> CaptureRecord:
+def read_record(path: AnyPath) -> CaptureRecord:
     """Read a capture record.  Raises: SpecError if it is none, or larger than `MOST_BYTES`."""
     source, advice = f"capture record {path}", "give a file that moireid first-badge --record wrote"
     try:

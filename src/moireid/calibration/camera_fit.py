@@ -15,7 +15,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -24,7 +23,7 @@ from numpy.typing import NDArray
 
 from moireid.camera_chart import chart_board
 from moireid.errors import MediaError
-from moireid.files import whole_file
+from moireid.files import AnyPath, whole_file
 from moireid.verifier.video import Film, Progress
 
 Array = NDArray[np.float64]
@@ -67,12 +66,12 @@ class _View:
     time_s: float
 
 
-def camera_from_film(path: Path, *, progress: Progress | None = None) -> CameraFound:
+def camera_from_film(path: AnyPath, *, progress: Progress | None = None) -> CameraFound:
     """Calibrate the camera that filmed the chart.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The film; at its full size.
     progress : callable, optional
         As for `verify`.
@@ -118,7 +117,7 @@ def camera_from_film(path: Path, *, progress: Progress | None = None) -> CameraF
     return CameraFound(size_px, matrix, strengths.ravel(), focal_sd, float(error_px), len(views), cover)
 
 
-def write_camera(camera: CameraFound, path: Path) -> None:
+def write_camera(camera: CameraFound, path: AnyPath) -> None:
     """Write a calibration as OpenCV's YAML, which `--camera` and other programs read."""
     storage = cv2.FileStorage(".yaml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
     storage.write("image_width", camera.size_px[0])

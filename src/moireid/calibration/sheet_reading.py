@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from moireid.calibration.lens_fit import Calibration, lens_from_views
 from moireid.calibration.still import is_film, load_pictures
 from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
 from moireid.errors import MediaError
+from moireid.files import AnyPath, as_path
 from moireid.profiles import PrinterProfile, find_printer
 from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 from moireid.verifier.video import Progress
@@ -47,7 +47,7 @@ class SheetReading:
 
 
 def read_sheet(
-    path: Path,
+    path: AnyPath,
     chart: Badge,
     distance_m: float | None = None,
     focal_px: float | None = None,
@@ -58,7 +58,7 @@ def read_sheet(
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The photograph or film.
     chart : Badge
         The pitch test sheet.
@@ -79,6 +79,7 @@ def read_sheet(
         Where the file cannot be read or does not show this chart under a sheet.
     """
     check_chart(chart)
+    path = as_path(path)
     pictures, noted_px = load_pictures(path)
     known = {"--distance": distance_m, "--focal-px": focal_px, "the camera's note": noted_px}
     source = next((name for name, value in known.items() if value), "a usual phone")

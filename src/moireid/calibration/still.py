@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError
-from moireid.files import open_regular
+from moireid.files import AnyPath, as_path, open_regular
 from moireid.verifier.video import Film
 
 #: Frames used of a film, and the step between them: after a quarter of a second the view has changed.
@@ -26,12 +26,12 @@ FILM_DIAGONAL_MM = 43.2666
 EXIF_FOLDER, EXIF_FOCAL_35MM = 0x8769, 0xA405
 
 
-def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
+def load_pictures(path: AnyPath) -> tuple[list[NDArray[np.uint8]], float | None]:
     """Read a photograph or some frames of a film as grey pictures.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         A photograph or a film of the chart.
 
     Returns
@@ -46,6 +46,7 @@ def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
     MediaError
         Where the file is neither, or too large.
     """
+    path = as_path(path)
     if not path.is_file():
         raise MediaError(f"picture {path} does not exist or is no file; give a photograph or a film of the chart")
     still = _photograph(path)

@@ -8,12 +8,12 @@ too, as it should for a badge that is built the same way.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from moireid.badge import Badge
 from moireid.errors import SpecError
+from moireid.files import AnyPath
 from moireid.profiles import LensProfile
 from moireid.sheets import effective_gap_mm, sheet_lens
 from moireid.verifier.session.claim import Claim
@@ -34,7 +34,7 @@ class Thickness:
 
 
 def thickness_from_film(
-    film: Path, chart: Badge, *, focal_px: float | None = None, progress: Progress | None = None
+    film: AnyPath, chart: Badge, *, focal_px: float | None = None, progress: Progress | None = None
 ) -> Thickness:
     """The thickness of the sheet on a chart.
 

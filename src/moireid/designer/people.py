@@ -21,7 +21,7 @@ from moireid.badge import Badge
 from moireid.designer.drawn import DrawnBadge, HolderOf, drawn_badge
 from moireid.designer.request import Request, clean_name, payload_from_hex
 from moireid.errors import MoireIdError, SpecError
-from moireid.files import MOST_TABLE_BYTES, read_regular
+from moireid.files import MOST_TABLE_BYTES, AnyPath, read_regular
 from moireid.names import LINE_COLUMNS, PICTURE_COLUMNS, line_of
 from moireid.user_settings import nearest
 
@@ -264,7 +264,7 @@ class DesignResult:
     name_note: str | None = None
 
 
-def read_people(people_csv: Path, *, faults: RowFaults | None = None) -> PeopleList:
+def read_people(people_csv: AnyPath, *, faults: RowFaults | None = None) -> PeopleList:
     """The people of a CSV file; faults: as for `read_list`.
 
     Raises: SpecError as `parse_people`, and where the file cannot be read.

@@ -11,10 +11,9 @@ import math
 import secrets
 import unicodedata
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from moireid.errors import CodeError, SpecError
-from moireid.files import read_regular
+from moireid.files import AnyPath, read_regular
 from moireid.names import NAME_LIMIT, hidden_words, unprintable
 
 #: The focal length, px, of the camera that a design must suffice for: 1080p with the angle of view of a phone's main
@@ -237,12 +236,12 @@ def payload_from_hex(text: str, *, family: str = "spacing") -> bytes:
     return payload
 
 
-def payload_from_key(path: Path) -> bytes:
+def payload_from_key(path: AnyPath) -> bytes:
     """Make the fingerprint of a public key a payload, so that the badge names its key.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         A public key in PEM.
 
     Returns

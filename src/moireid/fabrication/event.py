@@ -39,7 +39,7 @@ from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.process_figures import MountFigures
-from moireid.files import whole_file, write_text
+from moireid.files import AnyPath, as_path, whole_file, write_text
 from moireid.names import line_of
 from moireid.profiles import find_printer
 
@@ -178,7 +178,7 @@ def write_sheets_pdf(
 
 def print_event(
     badges: Sequence[Badge],
-    folder: Path,
+    folder: AnyPath,
     *,
     measured_scale: tuple[float, float] = (1.0, 1.0),
     mount: str = "none",
@@ -187,7 +187,7 @@ def print_event(
     looks: Sequence[Look | None] | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
-    kept: Sequence[Path] = (),
+    kept: Sequence[AnyPath] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
     processes: int = 1,
@@ -198,7 +198,7 @@ def print_event(
     ----------
     badges : sequence of Badge
         One or more, in the order of the list, all of one layout.
-    folder : Path
+    folder : str or Path
         Made where it is absent.
     measured_scale : (float, float)
         Measured size over true size of an earlier print, along x and y.
@@ -214,7 +214,7 @@ def print_event(
         Replace older files, and remove those of a mount that this event does not have.
     maker : str
         "command" or "studio": whose words the assembly sheets use.
-    kept : sequence of Path
+    kept : sequence of str or Path
         Input files, which are never replaced.
     before_moving : callable, optional
         Called when all files are made and checked but none is in place; if it raises, no file appears.
@@ -237,6 +237,7 @@ def print_event(
     MissingExtraError
         Where a mount is asked for and the CAD packages are not installed.
     """
+    folder = as_path(folder)
     parts = parts or plan_parts(badges[0], mount, figures)
     names = _folders(badges)
     files = event_files(badges, parts)

@@ -26,7 +26,7 @@ from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview, write_worn
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import front_mm
-from moireid.files import move_together, planned, tidy_folders, write_text
+from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders, write_text
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.plates import AcrylicPlan
@@ -216,7 +216,7 @@ class PrintResult:
 
 def print_badge(
     badge: Badge,
-    folder: Path,
+    folder: AnyPath,
     *,
     mount: str = "lanyard",
     measured_scale: tuple[float, float] = (1.0, 1.0),
@@ -225,7 +225,7 @@ def print_badge(
     look: Look | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
-    kept: Sequence[Path] = (),
+    kept: Sequence[AnyPath] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> PrintResult:
@@ -235,7 +235,7 @@ def print_badge(
     ----------
     badge : Badge
         What is printed.
-    folder : Path
+    folder : str or Path
         Made where it is absent.
     mount : str
         One of `MOUNTS`; "none" for paper and sheet alone.
@@ -251,7 +251,7 @@ def print_badge(
         Replace older files, and remove those of a mount that this badge does not have.
     maker : str
         "command" or "studio": whose words the assembly sheet uses.
-    kept : sequence of Path
+    kept : sequence of str or Path
         Input files, which are never replaced.
     before_moving : callable, optional
         Called when all files are made and checked but none is in place, for what must happen together with them
@@ -277,6 +277,7 @@ def print_badge(
     -----
     Convention: page mm, origin top left, x right, y down, become the files' own coordinates in each writer.
     """
+    folder = as_path(folder)
     parts = parts or plan_parts(badge, mount, figures)
     names, say = file_names(parts), progress or (lambda name: None)
     stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
@@ -294,7 +295,7 @@ def made_aside(
     stale: Sequence[Path],
     *,
     overwrite: bool,
-    kept: Sequence[Path],
+    kept: Sequence[AnyPath],
     before_moving: Callable[[], object] | None,
 ) -> Iterator[Path]:
     """A temporary folder, whose files are moved into a folder together when the `with` body has made them.

@@ -27,7 +27,7 @@ import numpy as np
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
-from moireid.files import MOST_TABLE_BYTES, read_regular
+from moireid.files import MOST_TABLE_BYTES, AnyPath, as_path, read_regular
 from moireid.sheets import sheet_lens
 from moireid.simulate.flaw_table import BUILDS, FLAWS, PRESETS, flaw_fields
 
@@ -233,7 +233,7 @@ def _preset(name: str, seed: int) -> Build:
     return replace(Build.typical(seed), **flaw_fields(PRESETS[name]))  # type: ignore[arg-type]
 
 
-def build_of_truth(path: Path) -> Build:
+def build_of_truth(path: AnyPath) -> Build:
     """The build that a film's truth records, but for single pieces of sheet.
 
     Raises
@@ -241,6 +241,7 @@ def build_of_truth(path: Path) -> Build:
     SpecError
         For a file that cannot be read, or holds none.
     """
+    path = as_path(path)
     try:
         text = read_regular(path, MOST_TABLE_BYTES).decode("utf-8")
         row = next(csv.DictReader(io.StringIO(text, newline="")))

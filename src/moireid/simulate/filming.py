@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.files import planned, whole_file
+from moireid.files import AnyPath, as_path, planned, whole_file
 from moireid.simulate.analytic.accuracy import Estimate, cheapest, estimate_error
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer
 from moireid.simulate.build import build_named, flaw_name, flawed, sheet_named
@@ -49,7 +49,7 @@ class FilmReport:
 
     Attributes
     ----------
-    video : Path
+    video : str or Path
         The film.
     truth : Path
         Its ground truth, CSV.
@@ -77,12 +77,12 @@ class FilmReport:
     estimate: Estimate
 
 
-def truth_path(video: Path) -> Path:
+def truth_path(video: AnyPath) -> Path:
     """The path of a film's ground truth.
 
     Parameters
     ----------
-    video : Path
+    video : str or Path
         The film.
 
     Returns
@@ -95,6 +95,7 @@ def truth_path(video: Path) -> Path:
     SpecError
         For a path that names no file.
     """
+    video = as_path(video)
     if not video.name:
         raise SpecError(f"{str(video)!r} is a folder and names no film; give a file name such as film.mp4")
     return video.with_name(video.name + ".truth.csv")
@@ -103,7 +104,7 @@ def truth_path(video: Path) -> Path:
 def film(
     scene: Scene,
     motion: Motion,
-    video: Path,
+    video: AnyPath,
     *,
     frames: int,
     fps: float,
@@ -177,6 +178,7 @@ def film(
     Convention: times are those of the middle row; `moireid.simulate.truth` lists the truth's columns.
     Source: `analytic`, `recording`, and the encoders of PyAV.
     """
+    video = as_path(video)
     if not (2 <= frames <= 1_000_000 and 1 <= fps <= 1000):
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")
     for effect in effects:
@@ -367,7 +369,7 @@ def scene_of(badge: Badge, wish: FilmOptions, print_picture: NDArray[np.uint8] |
 def filmed(
     scene: Scene,
     wish: FilmOptions,
-    video: Path,
+    video: AnyPath,
     *,
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,

@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from moireid.errors import MediaError, SpecError
-from moireid.files import MOST_TABLE_BYTES, read_regular
+from moireid.files import MOST_TABLE_BYTES, AnyPath, as_path, read_regular
 from moireid.simulate.phone_walk import PHONE_WALK, around_badge, fast_turns_rad, to_and_fro_s
 
 Array = NDArray[np.float64]
@@ -56,12 +55,12 @@ Motion = Callable[[Array], Poses]
 """The camera's trajectory: from times (T,), s, to the poses at these times."""
 
 
-def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
+def motion_named(name: AnyPath, *, distance_mm: float, seed: int) -> Motion:
     """Give a motion by name, or read one from a CSV file.
 
     Parameters
     ----------
-    name : str
+    name : str or Path
         One of `NAMED`, or the path of a CSV file.
     distance_mm : float
         Mean distance from the badge, mm.
@@ -86,11 +85,12 @@ def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
     Source: each motion's own docstring; "handheld" replays a measured run of the TUM RGB-D data set, "walk" one of
     ARKit-Data-Logger.
     """
-    if name in NAMED:
+    if isinstance(name, str) and name in NAMED:
         return NAMED[name](distance_mm, seed)
-    if not name.lower().endswith(".csv"):
+    path = as_path(name)
+    if path.suffix.lower() != ".csv":
         raise SpecError(f"motion {name!r} is not known; give one of {', '.join(NAMED)}, or a .csv file")
-    return from_csv(Path(name), distance_mm)
+    return from_csv(path, distance_mm)
 
 
 def static(distance_mm: float, seed: int) -> Motion:
@@ -299,12 +299,13 @@ NAMED: dict[str, Callable[[float, int], Motion]] = {
 }
 
 
-def from_csv(path: Path, distance_mm: float) -> Motion:
+def from_csv(path: AnyPath, distance_mm: float) -> Motion:
     """A motion file with columns t_s, x_mm, y_mm, z_mm, qx, qy, qz, qw: camera to world, z forward, y down.
 
     Convention: the world is turned so that the mean view looks straight at the badge from `distance_mm`.
     Raises: MediaError where the file cannot be read or lacks a column.
     """
+    path = as_path(path)
     try:
         text = read_regular(path, MOST_TABLE_BYTES).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError
-from moireid.files import open_regular
+from moireid.files import AnyPath, as_path, open_regular
 from moireid.verifier.picture import Frame, Picture
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ class Film:
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The file.
     reduced : bool
         Read pictures larger than 4K reduced; otherwise they are refused.
@@ -177,11 +177,11 @@ class Film:
     which large films come, have none.
     """
 
-    def __init__(self, path: Path, *, reduced: bool = True) -> None:
+    def __init__(self, path: AnyPath, *, reduced: bool = True) -> None:
         """Open the file and look at its first video stream.  Raises: MediaError where there is none."""
         import av
 
-        self.path = path
+        self.path = path = as_path(path)
         if not path.is_file():
             raise MediaError(f"video {path} does not exist or is no file; {ADVICE}")
         try:

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +35,7 @@ from moireid.fabrication.page.lettering import (
 )
 from moireid.fabrication.page.smooth_page import draw_smooth_lines
 from moireid.fabrication.sight import sheet_rects
-from moireid.files import whole_file
+from moireid.files import AnyPath, as_path, whole_file
 from moireid.frames import Axis, own_rect
 from moireid.layers import is_smooth
 from moireid.profiles import FORMS, Printer, find_printer
@@ -160,7 +159,7 @@ def clear_of_bars(
 
 def write_badge_pdf(
     badge: Badge,
-    path: Path,
+    path: AnyPath,
     *,
     form: str | None = None,
     measured_scale: tuple[float, float] = (1.0, 1.0),
@@ -172,7 +171,7 @@ def write_badge_pdf(
     ----------
     badge : Badge
         What is drawn.
-    path : Path
+    path : str or Path
         The PDF; an older file is replaced.
     form : str, optional
         Of the printed lines, one of `moireid.profiles.FORMS`; None for the badge's own.
@@ -192,6 +191,7 @@ def write_badge_pdf(
     Convention: page mm with the origin top left become PDF points (1/72 inch) with the origin bottom left.
     Source: "dots" puts every edge on a border between the printer's dots; "vector" keeps the edges of the badge.
     """
+    path = as_path(path)
     form = form or str((badge.print or {}).get("form", FORMS[0]))
     if form not in FORMS:
         raise SpecError(f"form {form!r} of the page is not known; choose one of {', '.join(FORMS)}")

@@ -34,7 +34,7 @@ from moireid.fabrication.solids import (
     read_mesh,
     solid_of,
 )
-from moireid.files import planned, whole_file
+from moireid.files import AnyPath, as_path, planned, whole_file
 
 #: Kinds, and lanyard slots of each: a badge on two cords keeps still; a clip has one hook; a stand needs none.
 SLOTS = {"lanyard": 2, "clip": 1, "stand": 0, "holder": 2}
@@ -134,7 +134,7 @@ def mount_bodies(
 
 def write_mount(
     badge: Badge,
-    folder: Path,
+    folder: AnyPath,
     *,
     kind: str = "lanyard",
     overwrite: bool = False,
@@ -148,7 +148,7 @@ def write_mount(
     Raises: as `mount_bodies`; SpecError where a file exists and overwrite is false; FabricationError where a file
         fails its check, in which case none is written and no older one is touched.
     """
-    process = process or MountProcess()
+    folder, process = as_path(folder), process or MountProcess()
     step, stl, three_mf = (folder / f"mount.{suffix}" for suffix in ("step", "stl", "3mf"))
     planned((step, stl, three_mf), overwrite=overwrite)
     # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.

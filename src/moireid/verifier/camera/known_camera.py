@@ -17,7 +17,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -25,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError, SpecError
-from moireid.files import read_regular
+from moireid.files import AnyPath, as_path, read_regular
 from moireid.verifier.camera.distortion import FAR
 from moireid.verifier.measuring import FOCAL_RANGE_RATIO
 
@@ -75,7 +74,7 @@ class KnownCamera:
             )
 
 
-def load_camera(path: Path) -> KnownCamera:
+def load_camera(path: AnyPath) -> KnownCamera:
     """Read a calibration: a file of OpenCV, or a lens profile of gyroflow.
 
     Raises
@@ -85,6 +84,7 @@ def load_camera(path: Path) -> KnownCamera:
     SpecError
         If it holds no calibration, or one that no camera has.
     """
+    path = as_path(path)
     try:
         text = read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:

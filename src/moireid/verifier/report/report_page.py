@@ -22,7 +22,7 @@ from typing import Any
 import cv2
 
 from moireid import __version__
-from moireid.files import planned, write_text
+from moireid.files import AnyPath, as_path, planned, write_text
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, moment_words
 from moireid.verifier.report.finding_words import sorted_findings
 from moireid.verifier.report.headline import headline_of
@@ -74,14 +74,15 @@ SAYS_NOT = (
 )
 
 
-def report_paths(folder: Path) -> list[Path]:
+def report_paths(folder: AnyPath) -> list[Path]:
     """The files that `write_report` writes."""
+    folder = as_path(folder)
     return [folder / "report.html", folder / "report.json", folder / "signals.csv"]
 
 
 def write_report(
     report: Report,
-    folder: Path,
+    folder: AnyPath,
     *,
     overwrite: bool = False,
     pictures: Pictures | None = None,
@@ -93,7 +94,7 @@ def write_report(
     ----------
     report : Report
         What `verify` found.
-    folder : Path
+    folder : str or Path
         Made if it does not exist.
     overwrite : bool
         Whether older files may be replaced.
@@ -121,7 +122,7 @@ def write_pages(
     pictures: Pictures,
     signals: str,
     known: Circumstances,
-    folder: Path,
+    folder: AnyPath,
     *,
     overwrite: bool,
 ) -> list[Path]:

@@ -7,13 +7,14 @@ is free, within `ENROLLED_GAINS`: it depends on the sheet that the maker bought,
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 
 from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge
 from moireid.errors import DesignError, MediaError
+from moireid.files import AnyPath
 from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.fringes.signals import Measurement
@@ -28,7 +29,7 @@ from moireid.verifier.video import Progress
 
 
 def capture_as_built(
-    videos: list[Path],
+    videos: Sequence[AnyPath],
     badge: Badge,
     *,
     focal_px: float | None = None,
@@ -90,7 +91,7 @@ def _from_front(invariant: Invariant) -> float | None:
     return found["third_harmonic"] / found["let_through"]
 
 
-def check_builds(parts: list[AsBuilt], videos: list[Path], badge: Badge) -> None:
+def check_builds(parts: list[AsBuilt], videos: Sequence[AnyPath], badge: Badge) -> None:
     """Raise MediaError if two films show two builds of the badge, whose mean would be a third one."""
     for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
         found = compare_built(other, one, badge)
@@ -108,7 +109,7 @@ def gain_room(one: AsBuilt, other: AsBuilt) -> float:
     return max(GAINS_AGREE_SDS * sd, BUILT_GAIN_ROOM_SHARE * one.gain_ratio)
 
 
-def check_gains(parts: list[AsBuilt], videos: list[Path]) -> None:
+def check_gains(parts: list[AsBuilt], videos: Sequence[AnyPath]) -> None:
     """Raise MediaError if two films do not agree on the gain of one sheet."""
     for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
         apart, sd = abs(one.gain_ratio - other.gain_ratio), math.hypot(one.gain_sd, other.gain_sd)

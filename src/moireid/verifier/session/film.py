@@ -23,11 +23,11 @@ from __future__ import annotations
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
 from moireid.badge import Badge
+from moireid.files import AnyPath
 from moireid.frames import axis_words
 from moireid.provenance import Exclusion
 from moireid.verifier.fringes.signals import Measurement
@@ -44,7 +44,7 @@ from moireid.verifier.video import Film, Progress, one_thread
 
 
 def verify(
-    video: Path,
+    video: AnyPath,
     claim: Claim,
     *,
     barred: Exclusion | None = None,
@@ -58,7 +58,7 @@ def verify(
 
     Parameters
     ----------
-    video : Path
+    video : str or Path
         The film.
     claim : Claim
         The badge, the identity that must be read, and what else is known about them.

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from moireid.badge import Badge
 from moireid.errors import CodeError, SpecError
+from moireid.files import AnyPath
 from moireid.idcodes import PartialWord
 from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.identity.decode import Identity
@@ -74,7 +74,7 @@ class Identification:
 
 
 def identify(
-    video: Path,
+    video: AnyPath,
     layouts: Iterable[Badge],
     enrolled: EnrolledPeople,
     *,
@@ -86,7 +86,7 @@ def identify(
 
     Parameters
     ----------
-    video : Path
+    video : str or Path
         The film.
     layouts : iterable of Badge
         One badge of each layout that is enrolled.

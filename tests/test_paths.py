@@ -1,0 +1,135 @@
+"""Public functions take a path as text or as `Path`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import pytest
+
+from kit.places import FILMS
+from moireid.artwork.content import content_of
+from moireid.artwork.pictures import load_picture
+from moireid.badge import Badge, load_badge
+from moireid.bringup.capture_record import read_record
+from moireid.calibration import load_pictures
+from moireid.calibration.camera_fit import camera_from_film
+from moireid.calibration.thickness import thickness_from_film
+from moireid.designer import Request, design_badge, payload_from_key
+from moireid.designer.people import read_people
+from moireid.errors import MoireIdError, SpecError
+from moireid.fabrication import print_badge, print_event, write_badge_pdf
+from moireid.files import as_path
+from moireid.profiles import (
+    LensProfile,
+    PrinterProfile,
+    lens_named,
+    load_lens_profile,
+    load_printer_profile,
+    save_lens_profile,
+    save_printer_profile,
+)
+from moireid.simulate import Build, Camera, Scene, film, motion_named, truth_path
+from moireid.simulate.build import build_of_truth
+from moireid.simulate.motion import from_csv
+from moireid.verifier import Claim, Film, identify, verify, write_report
+from moireid.verifier.camera.known_camera import load_camera
+from moireid.verifier.session.capture import capture_as_built
+
+BADGE = load_badge(FILMS / "badge.json")
+ISSUED = design_badge(Request("Ada Lovelace"), bytes(range(8)))
+
+
+class NoPeople:
+    """A registry without anyone."""
+
+    def holds(self, badge_id: str) -> bool:
+        return False
+
+    def alike(self, parts: object) -> list[str]:
+        return []
+
+
+READERS: dict[str, Callable[[Any], object]] = {
+    "load_badge": load_badge,
+    "Film": Film,
+    "verify": lambda path: verify(path, Claim(BADGE)),
+    "identify": lambda path: identify(path, [BADGE], NoPeople()),
+    "capture_as_built": lambda path: capture_as_built([path], ISSUED),
+    "load_camera": load_camera,
+    "load_pictures": load_pictures,
+    "camera_from_film": camera_from_film,
+    "thickness_from_film": lambda path: thickness_from_film(path, BADGE),
+    "payload_from_key": payload_from_key,
+    "read_people": read_people,
+    "read_record": read_record,
+    "content_of": content_of,
+    "load_picture": lambda path: load_picture(path, "logo"),
+    "load_lens_profile": load_lens_profile,
+    "load_printer_profile": load_printer_profile,
+    "build_of_truth": build_of_truth,
+    "from_csv": lambda path: from_csv(path, 1000.0),
+    "motion_named": lambda path: motion_named(path, distance_mm=1000.0, seed=0),
+}
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+@pytest.mark.parametrize("name", READERS)
+def test_a_reader_takes_text_and_path_and_names_the_file(name: str, kind: type, tmp_path: Path) -> None:
+    """Catches: `'str' object has no attribute 'is_file'` in place of the sentence on a file that is absent."""
+    with pytest.raises(MoireIdError, match=r"absent\.csv"):
+        READERS[name](kind(tmp_path / "absent.csv"))
+
+
+def test_a_film_is_opened_by_its_name(tmp_path: Path) -> None:
+    """Catches: a reader that takes text only where there is no such file."""
+    opened = Film(str(FILMS / "genuine_1.0m.mp4"))
+    assert (opened.path, opened.width > 0) == (FILMS / "genuine_1.0m.mp4", True)
+    assert verify(str(FILMS / "genuine_1.0m.mp4"), Claim(BADGE)).verdict == "accept"
+
+
+def save_lens(path: Any, badge: Badge) -> None:
+    save_lens_profile(LensProfile("sheet", lens_named("50lpi"), 0.001, {}), path)
+
+
+def save_printer(path: Any, badge: Badge) -> None:
+    save_printer_profile(PrinterProfile("laser", 1200, 30.0, 5.0, (1.0, 1.0), {}), path)
+
+
+WRITERS: dict[str, Callable[[Any, Badge], object]] = {
+    "print_badge": lambda path, badge: print_badge(badge, path, mount="none", kept=[path]),
+    "print_event": lambda path, badge: print_event([badge], path, kept=[path]),
+    "write_badge_pdf": lambda path, badge: write_badge_pdf(badge, path),
+    "save_lens_profile": save_lens,
+    "save_printer_profile": save_printer,
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_writer_takes_text(name: str, tmp_path: Path) -> None:
+    """Catches: `'str' object has no attribute 'parent'` after the work was done."""
+    WRITERS[name](str(tmp_path / "written.pdf"), ISSUED)
+    assert (tmp_path / "written.pdf").exists()
+
+
+def test_a_film_is_written_by_its_name(tmp_path: Path) -> None:
+    """Catches: a simulator that needs a `Path`, for the film or for its truth; a report that does."""
+    video = str(tmp_path / "film.mp4")
+    scene = Scene(BADGE, Build.typical(seed=1), Camera(width=320, height=240, focal_px=240.0))
+    made = film(scene, motion_named("static", distance_mm=800.0, seed=1), video, frames=2, fps=30)
+    assert (made.video, made.truth, truth_path(video)) == (Path(video), Path(f"{video}.truth.csv"), made.truth)
+    report = verify(str(FILMS / "genuine_1.0m.mp4"), Claim(BADGE))
+    assert write_report(report, str(tmp_path / "pages"))[0] == tmp_path / "pages" / "report.html"
+
+
+@pytest.mark.parametrize("given", [None, 3, b"film.mp4", ["film.mp4"]])
+def test_what_is_no_path_is_refused_in_a_sentence(given: Any) -> None:
+    """Catches: a file descriptor taken for a path (`open(3)`), and an error about an attribute."""
+    with pytest.raises(SpecError, match=r"is no path; give a str or a pathlib\.Path"):
+        as_path(given)
+
+
+def test_any_path_object_is_taken() -> None:
+    """Catches: a helper that knows text and `Path` alone."""
+    assert as_path(PurePosixPath("a/b")) == Path("a/b")
