@@ -61,6 +61,12 @@ class AsBuilt:
     model: int = 1
     witnessed: bool = False
 
+    def __repr__(self) -> str:
+        """Short, without the maps of places."""
+        beat = f"beat {self.beat_period_mm:.2f} mm" if self.beat_frequency_per_mm else "no beat"
+        gain = f"gain {self.gain_ratio:.3f} ± {self.gain_sd:.3f}"
+        return f"AsBuilt({self.badge_id!r}, {beat}, {gain}, {self.captures} captures)"
+
     @property
     def beat_period_mm(self) -> float:
         """Beat period of the reference cell in page mm, always positive."""

@@ -107,6 +107,11 @@ class Badge:
     range_m: tuple[float, float] | None = None
     print: dict[str, Any] | None = field(default=None, hash=False)
 
+    def __repr__(self) -> str:
+        """Short, as all its cells would be 16 kB."""
+        (x0, y0, x1, y1), cells = self.outline_mm, sum(len(grating.cells) for grating in self.gratings)
+        return f"Badge({self.name!r}, id={self.id!r}, {x1 - x0:g} x {y1 - y0:g} mm, {cells} cells)"
+
     @property
     def outline_mm(self) -> Rect:
         """The board that is cut out of the page; the whole page if none is given."""

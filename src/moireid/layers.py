@@ -152,6 +152,10 @@ class Grating:
         Code | None, Meta(description="how the identity is laid over the cells; missing where there is none")
     ] = None
 
+    def __repr__(self) -> str:
+        """Short, without the cells."""
+        return f"Grating(axis={self.axis!r}, pitch_mm={self.pitch_mm:g}, {self.family}, {len(self.cells)} cells)"
+
 
 def is_smooth(grating: Grating) -> bool:
     """Whether any of its cells blends with its neighbours."""

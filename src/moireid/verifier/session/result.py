@@ -127,6 +127,12 @@ class Report:
     registry: Standing | None = None
     level: CheckLevel | None = None
 
+    def __repr__(self) -> str:
+        """Short: the verdict, what failed or is undecided, and how much of the film shows the badge."""
+        codes = sorted({reason.code for reason in self.reasons if reason.level in ("fail", "undecided")})
+        seen = f"badge in {self.frames.get('tracked', 0)} of {self.frames.get('read', 0)} frames"
+        return f"Report({self.verdict}, {self.badge.name!r}, {seen}{''.join(f', {code}' for code in codes)})"
+
     @property
     def badge(self) -> Badge:
         """The badge that the film was checked against."""
