@@ -13,6 +13,7 @@ Unknown keys are ignored, so that later versions may add some.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import math
 import unicodedata
@@ -36,9 +37,12 @@ from moireid.fiducials import (
 from moireid.files import AnyPath, as_path, read_regular
 from moireid.frames import OwnFrame, Rect, bounds_of, own_frame, own_rect
 from moireid.layers import Bits, Cell, Code, Grating, Lens, is_smooth
+from moireid.lazy import from_room
 from moireid.models import check_format, parse_json, read_model
 
 if TYPE_CHECKING:
+    from PIL import Image
+
     from moireid.frames import Array
 
 __all__ = [
@@ -135,6 +139,23 @@ class Badge:
         if isinstance(self.markers, CodedFrame):
             raise SpecError("this badge has a coded frame, and four squares are needed here; give one with squares")
         return self.markers
+
+    def show(self) -> Image.Image:
+        """Draw the badge as a camera sees it from 1 m.
+
+        Returns
+        -------
+        PIL.Image.Image
+            What a notebook shows; its `show` opens a window, and its `save` writes a file.
+        """
+        drawn: Image.Image = from_room("moireid.fabrication.page.preview", "draw_preview")(self)
+        return drawn
+
+    def _repr_png_(self) -> bytes:
+        """For notebooks."""
+        out = io.BytesIO()
+        self.show().save(out, format="PNG")
+        return out.getvalue()
 
     def to_json(self) -> str:
         """Give the text of a badge.json file.

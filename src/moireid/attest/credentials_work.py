@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from moireid import __version__
 from moireid.errors import MediaError
+from moireid.version import __version__
 
 if TYPE_CHECKING:
     from moireid.sandbox.child import Talk

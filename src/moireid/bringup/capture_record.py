@@ -26,7 +26,6 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
-from moireid import __version__
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.bringup.build_folder import Figure
@@ -38,8 +37,8 @@ from moireid.models import check_format, parse_json, read_model
 from moireid.profiles import LensProfile, PrinterProfile
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.reasons import json_number
-from moireid.verifier.report.plots import parallax_of
 from moireid.verifier.session.result import Report
+from moireid.version import __version__
 
 FORMAT = 1
 #: A record of two films has 0.4 MB; those of strangers are read no further than this.
@@ -154,7 +153,7 @@ def film_record(report: Report, built: AsBuilt | None, crops: Sequence[FieldCrop
     found = report.measurement
     if found is None:
         return FilmRecord(**base)
-    parallax, camera = parallax_of(report), found.camera
+    parallax, camera = report.parallax, found.camera
     solved = CameraRecord(
         camera.focal_px,
         camera.focal_sd_px,

@@ -6,12 +6,12 @@ import base64
 import shlex
 from importlib import resources
 
-from moireid import __version__
 from moireid.bringup.badge_steps import AS_BUILT
 from moireid.bringup.bring_up import Advance
 from moireid.bringup.build_folder import BADGE_JSON, BuildFolder, Figure
 from moireid.bringup.chart_steps import CAMERA, PRINTER, SHEET
 from moireid.verifier.report.report_page import KINDS, style
+from moireid.version import __version__
 
 PAGE = "report.html"
 STATES = {"good": "good", "look": "look at it", "unknown": "not known"}

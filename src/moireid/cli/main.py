@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-from moireid import __version__
 from moireid.cli.common import BAD_INPUT
 from moireid.extras import install_command
+from moireid.version import __version__
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

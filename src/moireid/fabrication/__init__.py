@@ -7,6 +7,7 @@ page/               the printed page, the pitch test sheet and the preview
 printed/            the mount to 3D-print
 acrylic/            the mount to laser-cut
 assembly/           assembly.pdf: how the parts go together
+solid_parts.py      the parts of a mount as build123d solids
 package.py          all files of one badge, planned before and checked after; which mounts can be made for it
 event.py            sheets and folders for many people
 """
@@ -19,10 +20,12 @@ if TYPE_CHECKING:
     from moireid.fabrication.event import Event, print_event
     from moireid.fabrication.package import PrintResult, print_badge
     from moireid.fabrication.page.pdf import write_badge_pdf
+    from moireid.fabrication.solid_parts import mount_solids
 
 __all__ = [
     "Event",
     "PrintResult",
+    "mount_solids",
     "print_badge",
     "print_event",
     "write_badge_pdf",
@@ -33,6 +36,7 @@ __getattr__ = lazy(
     {
         "Event": "event",
         "PrintResult": "package",
+        "mount_solids": "solid_parts",
         "print_badge": "package",
         "print_event": "event",
         "write_badge_pdf": "page.pdf",

@@ -1,4 +1,4 @@
-"""Films of a badge, true or forged, with their ground truth.
+"""Films of a badge, true or forged, with their ground truth; called, it films one: `mo.simulate(badge, "film.mp4")`.
 
 scene.py       one description of badge as built, camera and light, for every renderer
 build.py       how a built badge differs from its design; builds and sheets by name
@@ -18,11 +18,14 @@ compiled.py    numba's compiler, with types
 left_out.py    what a film does not show, and the time saved by that
 shots.py       the camera's pictures, one by one, with their effects
 filming.py     the whole film: frames, file and truth
+film_badge.py  a film by the names of the command's options
 """
 
-from typing import TYPE_CHECKING
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
-from moireid.lazy import lazy
+from moireid.lazy import from_room, lazy
 
 if TYPE_CHECKING:
     from moireid.simulate.build import Build
@@ -66,3 +69,17 @@ __getattr__ = lazy(
         "truth_path": "filming",
     },
 )
+
+
+class _CallableRoom(ModuleType):
+    """This package, as the function `film_badge.simulate` where it is called: both have the name `moireid.simulate`."""
+
+    def __call__(self, *args: Any, **wished: Any) -> Any:
+        return from_room(f"{__name__}.film_badge", "simulate")(*args, **wished)
+
+    @property
+    def __signature__(self) -> Any:
+        return from_room("inspect", "signature")(from_room(f"{__name__}.film_badge", "simulate"))
+
+
+sys.modules[__name__].__class__ = _CallableRoom

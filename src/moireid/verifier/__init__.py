@@ -18,6 +18,7 @@ limits.py     every constant of the decision, with its source
 measuring.py  constants of measuring, with their sources
 reasons.py    findings with value, limit and unit
 timeline.py   rising frame times, and time intervals
+signal_table.py  the signals of a film as named columns
 series.py     medians, means, greatest values and splines over frames
 """
 

@@ -36,7 +36,7 @@ def write_stack_step(plan: AcrylicPlan, path: Path) -> None:
     """
     cq = cad_package("cadquery")
     stack = cq.Assembly(name="stack")
-    parts = _parts(cq, plan)
+    parts = stack_parts(cq, plan)
     for name, body in parts.items():
         colour = [value / 255 for value in COLOURS[name.split("-")[0]]]
         stack.add(body, name=name, color=cq.Color(*colour))
@@ -68,7 +68,7 @@ def check_stack_step(path: Path, volumes_mm3: dict[str, float]) -> None:
             )
 
 
-def _parts(cq: Any, plan: AcrylicPlan) -> dict[str, Any]:
+def stack_parts(cq: Any, plan: AcrylicPlan) -> dict[str, Any]:
     """Each part in its place, from behind to the front."""
     top = plan.sheet_top + plan.cover.thickness_mm
     high = top + plan.base.thickness_mm

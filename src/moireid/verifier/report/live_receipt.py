@@ -17,12 +17,12 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
-from moireid import __version__
 from moireid.errors import SpecError
 from moireid.files import open_regular, read_regular
 from moireid.models import check_format, parse_json, read_model
 from moireid.provenance import ClaimedBadge, Standing
 from moireid.verifier.reasons import Verdict
+from moireid.version import __version__
 
 FORMAT = 1
 #: Letters of a line, and bytes of a receipt, at most.

@@ -206,7 +206,7 @@ def _window_plot(found: Measurement, signal: GratingSignal) -> str:
 def _parallax_plot(report: Report, found: Measurement, signal: GratingSignal) -> str:
     """The camera's place, relative to the badge."""
     figure, axes = figure_of(*SMALL)
-    shown, *places = broken(found.times_s, signal.stretch, *parallax_of(report).T)
+    shown, *places = broken(found.times_s, signal.stretch, *report.parallax.T)
     for place, colour, name in zip(places, (MEASURED, PALE), "xy", strict=True):
         axes.plot(shown, place, color=colour, label=name)
     label(axes, "time, s", "parallax, place over distance", columns=2)
@@ -259,11 +259,3 @@ def _symbol_plot(report: Report, found: Measurement) -> str:
     axes.set_axis_off()
     axes.set_title(f"{len(read)} cells; spokes: symbols, dotted: points of confusion", fontsize=8, color=INK)
     return svg_of(figure)
-
-
-def parallax_of(report: Report) -> NDArray[np.float64]:
-    """Parallax coordinates of the page's middle, (T, 2)."""
-    assert report.measurement is not None
-    x0, y0, x1, y1 = report.badge.outline_mm
-    camera = report.measurement.camera_mm
-    return np.asarray((camera[:, :2] - ((x0 + x1) / 2, (y0 + y1) / 2)) / np.abs(camera[:, 2:]))

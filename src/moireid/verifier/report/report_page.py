@@ -8,8 +8,6 @@ files with fixed names.
 from __future__ import annotations
 
 import base64
-import csv
-import io
 import json
 import re
 from collections.abc import Callable, Mapping
@@ -21,17 +19,17 @@ from typing import Any
 
 import cv2
 
-from moireid import __version__
 from moireid.files import AnyPath, as_path, planned, write_text
 from moireid.verifier.report.circumstances import Circumstances, claimed_in, moment_words
 from moireid.verifier.report.finding_words import sorted_findings
 from moireid.verifier.report.headline import headline_of
 from moireid.verifier.report.live_receipt import receipt_of
-from moireid.verifier.report.plots import NARROW, law_plot, parallax_of, plots_of
+from moireid.verifier.report.plots import NARROW, law_plot, plots_of
 from moireid.verifier.report.rival_plot import rival_plot
 from moireid.verifier.report.rival_table import NO_PROBABILITY, table_of
 from moireid.verifier.report.seconds import frame_picture, moment_to_show, seconds_of
 from moireid.verifier.session.result import Report
+from moireid.version import __version__
 
 LAW, LAW_NARROW, BADGE, FRAME = "law.svg", "law-narrow.svg", "badge.png", "frame.jpg"
 RIVAL, RIVAL_NARROW = "rival.svg", "rival-narrow.svg"
@@ -136,30 +134,8 @@ def write_pages(
 
 
 def signals_csv(report: Report) -> str:
-    """Time, camera and phases of the frames in the report's plots, one line each; only the header if there are none.
-
-    Convention: parallax u = Cx / |Cz| at the page's middle, positive where the camera is at +x; phases in rad, mean 0.
-    """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    found = report.measurement
-    count = len(report.badge.gratings)
-    names = [f"{what}_{g}" for g in range(count) for what in ("measured_rad", "predicted_rad", "phase_sd_rad")]
-    writer.writerow(
-        ["frame", "time_s", "camera_x_mm", "camera_y_mm", "camera_z_mm", "parallax_x", "parallax_y", *names]
-    )
-    if found is None:
-        return out.getvalue()
-    parallax = parallax_of(report)
-    for k, time_s in enumerate(found.times_s):
-        phases = [
-            value[k]
-            for signal in found.gratings
-            for value in (signal.measured_rad, signal.predicted_rad, signal.phase_sd_rad)
-        ]
-        figures = [f"{value:.6g}" for value in (time_s, *found.camera_mm[k], *parallax[k], *phases)]
-        writer.writerow([int(report.track.frame_numbers[k]), *figures])
-    return out.getvalue()
+    """Time, camera and phases of the frames in the report's plots, one line each; only the header if there are none."""
+    return report.signals().to_csv()
 
 
 def page_context(

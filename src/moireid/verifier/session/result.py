@@ -6,8 +6,11 @@ from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any
 
-from moireid import __version__
+import numpy as np
+from numpy.typing import NDArray
+
 from moireid.badge import Badge
+from moireid.lazy import from_room
 from moireid.names import line_of
 from moireid.provenance import Source, Standing
 from moireid.verifier.decision.judge import Invariant, Segment
@@ -16,8 +19,10 @@ from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason, Verdict, json_number, worst
 from moireid.verifier.session.check_level import CheckLevel
 from moireid.verifier.session.cover import Cover
+from moireid.verifier.signal_table import PHASES, SignalTable
 from moireid.verifier.timeline import Spans
 from moireid.verifier.tracking.track import Track
+from moireid.version import __version__
 
 #: Version of the JSON report; within one version, keys are only added.
 REPORT_FORMAT = 2
@@ -143,6 +148,57 @@ class Report:
         """Number of the grating with the most information on the motion; the plots show this one."""
         information = [figures["information"] or 0.0 for figures in self.invariant.gratings]
         return information.index(max(information)) if information else 0
+
+    @property
+    def parallax(self) -> NDArray[np.float64]:
+        """Parallax coordinates of the page's middle in the frames that were measured, (T, 2)."""
+        if self.measurement is None:
+            return np.empty((0, 2))
+        x0, y0, x1, y1 = self.badge.outline_mm
+        camera = self.measurement.camera_mm
+        return np.asarray((camera[:, :2] - ((x0 + x1) / 2, (y0 + y1) / 2)) / np.abs(camera[:, 2:]))
+
+    def signals(self) -> SignalTable:
+        """Give time, camera and phases of the frames that were judged.
+
+        Returns
+        -------
+        SignalTable
+            Arrays (T,) by the column names of signals.csv; empty where nothing could be measured.
+        """
+        if self.measurement is None:
+            count = range(len(self.badge.gratings))
+            return SignalTable.of({f"{what}_{g}": np.empty(0) for g in count for what in PHASES})
+        found = self.measurement
+        places = dict(zip(("camera_x_mm", "camera_y_mm", "camera_z_mm"), found.camera_mm.T, strict=True))
+        places |= dict(zip(("parallax_x", "parallax_y"), self.parallax.T, strict=True))
+        phases = {f"{what}_{g}": getattr(one, what) for g, one in enumerate(found.gratings) for what in PHASES}
+        frames = {"frame": self.track.frame_numbers[: len(found.times_s)], "time_s": found.times_s}
+        return SignalTable.of(frames | places | phases)
+
+    def plot(self, grating: int | None = None) -> Any:
+        """Draw the measured phase of the fringes against the one that optics predict.
+
+        Parameters
+        ----------
+        grating : int, optional
+            Its number; None for the one whose predicted phase moves most.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Both over time, and one against the other.
+
+        Raises
+        ------
+        SpecError
+            Where nothing was measured, or the badge has no such grating.
+        """
+        return from_room("moireid.verifier.report.phase_figure", "phase_figure")(self.signals(), grating)
+
+    def _repr_html_(self) -> str:
+        """For notebooks: headline, advice and the plot of the law."""
+        return str(from_room("moireid.verifier.report.summary", "report_html")(self))
 
     def _gratings(self) -> list[dict[str, Any]]:
         """The figures of each grating, with the direction that it senses."""

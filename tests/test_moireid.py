@@ -1,0 +1,95 @@
+"""`import moireid as mo`: what it loads and offers."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import statistics
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+import moireid as mo
+from kit.places import ROOT
+from moireid.simulate.filming import FilmOptions
+
+NAMES = (
+    "AsBuilt Badge CodeError DesignError FabricationError FilmCheck MediaError MissingExtraError MoireIdError Registry "
+    "RegistryError SpecError __version__ design identify load_badge mount_solids print_badge simulate verify"
+)
+
+
+def run(code: str) -> list[str]:
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+
+
+def test_the_names_are_pinned_and_exist() -> None:
+    """Catches: a renamed, lost or unintended name; one that is listed and cannot be loaded."""
+    assert mo.__all__ == dir(mo) == NAMES.split()
+    assert [name for name in mo.__all__ if not hasattr(mo, name)] == []
+    with pytest.raises(AttributeError, match="module 'moireid' has no attribute 'verfy'"):
+        _ = mo.verfy  # type: ignore[attr-defined]
+
+
+def test_importing_moireid_loads_nothing_else() -> None:
+    """Catches: a name that is loaded before it is used; the parts that a prompt would wait for."""
+    before = "import sys; before = set(sys.modules); import moireid; "
+    loaded = run(before + "print(*sorted(sys.modules.keys() - before))")
+    assert set(loaded) <= {"__future__", "moireid", "moireid.lazy", "moireid.version"}
+
+
+def test_importing_moireid_takes_no_time() -> None:
+    """Catches: typing, importlib or the rooms at the top of a file that `import moireid` reads."""
+    took = []
+    for _ in range(5):
+        text = run("import time; t = time.perf_counter(); import moireid; print(time.perf_counter() - t)")
+        took.append(float(text[0]))
+    assert statistics.median(took) < 0.03, took
+
+
+@pytest.mark.parametrize("heavy", ["cv2", "sqlalchemy", "matplotlib", "build123d", "numba"])
+def test_a_name_loads_what_it_needs_alone(heavy: str) -> None:
+    """Catches: a badge or an error class that loads the verifier, the registry or a plotting library."""
+    code = "import sys, moireid as mo; mo.load_badge, mo.SpecError, mo.AsBuilt; print(*sys.modules)"
+    assert heavy not in run(code)
+
+
+def test_simulate_is_a_room_and_a_function() -> None:
+    """Catches: `mo.simulate` that is no function any more once its room was loaded, or no room."""
+    code = "import moireid as mo; print(callable(mo.simulate)); import moireid.simulate; print(callable(mo.simulate))"
+    assert run(code) == ["True", "True"]
+    assert mo.simulate.Scene is sys.modules["moireid.simulate.scene"].Scene  # type: ignore[attr-defined]
+    assert list(inspect.signature(mo.simulate).parameters)[:2] == ["badge", "video"]
+
+
+def test_simulate_has_the_defaults_of_the_command() -> None:
+    """Catches: a default that is another than that of `moireid simulate`; an option that is forgotten unnoticed."""
+    parameters = inspect.signature(mo.simulate).parameters
+    for field in fields(FilmOptions):
+        if field.name in parameters:
+            assert parameters[field.name].default == field.default, field.name
+    left_out = {field.name for field in fields(FilmOptions)} - parameters.keys()
+    assert left_out == {"lens", "format", "mirror", "blur_px", "codec", "crf", "leave_out"}
+
+
+def test_what_names_the_version_is_one_file() -> None:
+    """Catches: two versions; a room that imports `moireid` itself, and so all rooms."""
+    assert f'version = "{mo.__version__}"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    sources = sorted((ROOT / "src" / "moireid").rglob("*.py"))
+    asks = [path.name for path in sources if re.search(r"^\s*from moireid import __version__", path.read_text(), re.M)]
+    assert asks == []
+
+
+@pytest.mark.slow
+def test_a_type_checker_knows_the_names(tmp_path: Path) -> None:
+    """Catches: lazy names that are `Any` to a type checker, so that a wrong argument passes."""
+    lines = ("import moireid as mo", "", "mo.verify('x.mp4', clam='Ada')", "mo.simulate(3, 'x.mp4')")
+    (tmp_path / "asked.py").write_text("\n".join((*lines, "reveal_type(mo.design)")))
+    command = [sys.executable, "-m", "mypy", "--follow-imports=silent", "--cache-dir", str(tmp_path / "cache")]
+    done = subprocess.run([*command, tmp_path / "asked.py"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert 'asked.py:3: error: Unexpected keyword argument "clam"' in done.stdout
+    assert 'asked.py:4: error: Argument 1 to "simulate" has incompatible type "int"' in done.stdout
+    assert "def (name: " in done.stdout and done.stdout.count("error:") == 2
