@@ -1,7 +1,7 @@
 """What mkdocs asks as it builds: the reference pages that are made from the code, so that they are never stale.
 
 commands.md     every command, from click's own help
-api.md          what the rooms' faces export, from their docstrings (by mkdocstrings)
+python/         written by hand; `{{ names MODULE }}` becomes what that module exports, from the docstrings
 badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report, and
                 capture-record.md of a capture record
 reason-codes.md written by hand; `{{ module.NAME }}` in it becomes the value of that constant
@@ -33,14 +33,6 @@ This page is made from the programs' own `--help`. `print-your-badge` is the sam
 Commands that report something take `--json`. They then print one JSON object on stdout, and nothing else there.
 What an exit code means is on [its own page](exit-codes.md).
 """
-API = """# Python
-
-Each room of the library has a face: the names that its `__init__` exports. Import from there.
-This page is made from their docstrings. [For the developer](../how-to/developer.md) shows them at work.
-"""
-#: Modules that have no face of their own, and what of them is public.
-GROUND = {"moireid.badge": ["Badge", "load_badge"]}
-FACES = ("designer", "fabrication", "simulate", "verifier", "attest", "calibration", "registry", "idcodes", "errors")
 FIELDS = """# {title}
 
 {text}
@@ -59,6 +51,10 @@ signals and crops of the fringes. [What it reveals](../first-physical-film.md#wh
 first film. Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
 #: `{{ verifier.decision.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
+#: `{{ names moireid.designer }}`: what the module exports.
+NAMES = re.compile(r"^\{\{ names ([\w.]+) \}\}$", re.MULTILINE)
+#: The function; `moireid.simulate` is a package as well.
+SIMULATE = "moireid.simulate.film_badge.simulate"
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -77,7 +73,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are made."""
     made = {
         "commands": COMMANDS + "".join(_sections(program, "moireid", None)),
-        "api": API + "".join(_faces()),
         "badge-json": _fields("badge", "badge.json", BADGE_TEXT, "`src/moireid/schema/badge.schema.json`"),
         "report-json": _fields("report", "The report", REPORT_TEXT, "print it with `moireid verify --schema`"),
         "capture-record": _fields(
@@ -90,7 +85,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Put the verifier's limits in their places."""
+    """Put the verifier's limits and the rooms' names in their places."""
+    if page.file.src_uri.startswith("reference/python/"):
+        return NAMES.sub(lambda found: "".join(_names(found[1])), markdown)
     return with_limits(markdown) if page.file.src_uri == "reference/reason-codes.md" else markdown
 
 
@@ -117,15 +114,12 @@ def _sections(command: click.Command, name: str, parent: click.Context | None) -
                 yield from _sections(found, each, context)
 
 
-def _faces() -> Iterator[str]:
-    """One section a room, with what its face exports."""
-    modules = [*(f"moireid.{room}" for room in FACES), "moireid_studio.challenge"]
-    faces = {module: getattr(importlib.import_module(module), "__all__", []) for module in modules}
-    for module, names in (GROUND | faces).items():
-        if names:
-            yield f"\n## {module}\n"
-        for name in names:
-            yield f"\n::: {module}.{name}\n    options:\n      heading_level: 3\n"
+def _names(module: str) -> Iterator[str]:
+    """One section for each name that a module exports, by its docstring; errors have a page of their own."""
+    for name in importlib.import_module(module).__all__:
+        where = SIMULATE if (module, name) == ("moireid", "simulate") else f"{module}.{name}"
+        if module != "moireid" or not (name.endswith("Error") or name.startswith("__")):
+            yield f"\n::: {where}\n    options:\n      heading_level: 3\n"
 
 
 def _fields(schema: str, title: str, text: str, where: str) -> str:

@@ -49,8 +49,8 @@ def test_the_document_is_what_the_command_prints(genuine: mo.FilmCheck) -> None:
     """Catches: a check that leaves out what the command adds to a report, or adds what it does not have."""
     command = [shutil.which("moireid", path=str(Path(sys.executable).parent)) or "", "verify", str(GENUINE)]
     done = subprocess.run([*command, "--badge", str(BADGE), "--json"], capture_output=True, text=True, check=True)
-    told = json.loads(done.stdout)
-    assert without(json.loads(json.dumps(genuine.to_json())), *VARIES) == without(told, *VARIES)
+    printed = json.loads(done.stdout)
+    assert without(json.loads(json.dumps(genuine.to_json())), *VARIES) == without(printed, *VARIES)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such seal")

@@ -87,7 +87,7 @@ def test_artwork_is_on_the_page_and_kept_from_harm(tmp_path: Path) -> None:
 
 
 def test_a_note_of_the_command_is_a_warning_here(tmp_path: Path) -> None:
-    """Catches: what the command says on stderr and a program never hears."""
+    """Catches: a note that the command prints on stderr, and that a program never gets."""
     badge = mo.design("Ada", payload=PAYLOAD)
     with pytest.warns(UserWarning, match="has nothing in colour"):
         mo.print_badge(badge, tmp_path / "ada", mount="none", template="plain", colour="teal")

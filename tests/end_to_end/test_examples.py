@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +19,11 @@ LEAVES = {
     "02_fringes_by_the_law.py": (),
     "03_film_and_verify.py": ("genuine.mp4.truth.csv", "genuine/report.html", "frozen/report.html"),
 }
+#: Those that are notebooks too: `# %%` begins a cell.
+NOTEBOOKS = {
+    "07_design_to_verdict.py": ("ada/badge.json", "true.mp4.truth.csv", "true.png", "report/report.html"),
+    "08_measure_your_sheet.py": ("pitch_test.pdf", "my_sheet.json"),
+}
 #: Those that judge a stream, and what they print last; the film is of a board without an identity.
 STREAMS = ("04_judge_opencv_frames.py", "05_judge_aiortc_track.py")
 #: Judges a room of a conferencing server (`test_room.py`).
@@ -26,7 +33,7 @@ SIDE_BY_SIDE = "side_by_side.py"
 
 
 def test_every_example_is_listed_here() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.py")} == {*LEAVES, *STREAMS, ROOM, SIDE_BY_SIDE}
+    assert {path.name for path in EXAMPLES.glob("*.py")} == {*LEAVES, *NOTEBOOKS, *STREAMS, ROOM, SIDE_BY_SIDE}
 
 
 @pytest.mark.parametrize(
@@ -45,6 +52,47 @@ def test_example_runs(name: str, tmp_path: Path) -> None:
         assert verdicts["genuine"].split(",")[0].strip() == "accept"
         assert verdicts["frozen"].split(",")[0].strip() == "reject"
         shown_side_by_side(tmp_path)
+
+
+def run_notebook(name: str, folder: Path) -> str:
+    """What a notebook prints, run from its first cell to its last, with keys of its own."""
+    own = {"MOIREID_KEYS": str(folder / "keys"), "MOIREID_SEEN": str(folder / "seen.sqlite3")}
+    command = [sys.executable, str(EXAMPLES / name), str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=500, env=os.environ | own, check=False)
+    assert done.returncode == 0, done.stderr
+    for left in NOTEBOOKS[name]:
+        assert (folder / left).stat().st_size > 0
+    return done.stdout
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_a_notebook_has_cells_of_text_and_of_code(name: str) -> None:
+    """Catches: a file that notebook programs open as one single cell, or with text among its code."""
+    kinds = re.findall(r"^# %%( \[markdown\])?$", (EXAMPLES / name).read_text(encoding="utf-8"), re.MULTILINE)
+    assert (EXAMPLES / name).read_text(encoding="utf-8").startswith("# %% [markdown]\n# # ")
+    assert min(kinds.count(""), kinds.count(" [markdown]")) >= 4
+
+
+@pytest.mark.slow
+def test_from_design_to_verdict(tmp_path: Path) -> None:
+    """Catches: a call of `import moireid as mo` that is gone, and a verdict that is another."""
+    said = run_notebook("07_design_to_verdict.py", tmp_path)
+    assert "true: FilmCheck(accept: Genuine, and Ada Lovelace's)" in said
+    assert "forged: FilmCheck(reject: The fringes do not follow the law" in said
+    assert "found: Ada Lovelace" in said
+    true, forged = (float(found) for found in re.findall(r"measured phase is ([\d.]+) times", said))
+    assert 0.9 < true < 1.1
+    assert forged < 0.7
+
+
+@pytest.mark.slow
+def test_measure_your_own_sheet(tmp_path: Path) -> None:
+    """Catches: a sheet that comes out as its label says, in place of what it is."""
+    said = run_notebook("08_measure_your_sheet.py", tmp_path)
+    pitch, built = map(float, re.findall(r"pitch ([\d.]+) mm.*built ([\d.]+) mm", said)[0])
+    assert abs(pitch - built) < 2e-4 < abs(built - 25.4 / 50)
+    thickness, cut = map(float, re.findall(r"thickness ([\d.]+) mm; built ([\d.]+) mm", said)[0])
+    assert abs(thickness - cut) < 0.03
 
 
 @pytest.mark.slow

@@ -30,7 +30,12 @@ FIRST = DOCS / "tutorial" / "first-verdict.md"
 #: Pages that people read in the project itself.
 READ_THERE = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "THREATS.md")]
 #: Pages that are made from the code as the site is built.
-MADE = {f"reference/{name}.html" for name in ("commands", "api", "badge-json", "report-json", "capture-record")}
+MADE = {f"reference/{name}.html" for name in ("commands", "badge-json", "report-json", "capture-record")}
+#: Rooms that have a page each, with an example.
+FACES = (
+    *("moireid.designer", "moireid.fabrication", "moireid.simulate", "moireid.verifier", "moireid.registry"),
+    *("moireid.calibration", "moireid.attest", "moireid.idcodes", "moireid.errors", "moireid_studio.challenge"),
+)
 #: Blocks that may be left unrun: each needs minutes, a camera or a second machine, and says so.
 MOST_UNRUN = 3
 #: What makes a browser fetch something; a link that somebody has to click is no such thing.
@@ -158,6 +163,30 @@ def _codes() -> Iterator[str]:
                 yield code.value
 
 
+def test_every_room_has_a_page_with_an_example() -> None:
+    """Catches: one long page of all rooms, and a room whose page shows nothing at work."""
+    pages = {path.stem: path for path in (DOCS / "reference" / "python").glob("*.md")}
+    assert pages.keys() == {"index", *(face.rpartition(".")[2] for face in FACES)}
+    for face in ("moireid.index", *FACES):
+        page = pages[face.rpartition(".")[2]]
+        assert "{{ names " + face.removesuffix(".index") + " }}" in page.read_text(encoding="utf-8")
+        kinds = [block.kind for block in blocks_of(page)]
+        assert kinds[:2] == ["python", "text"], page
+
+
+@pytest.mark.slow
+def test_what_the_readme_shows_of_python_runs(walked: Path, tmp_path: Path) -> None:
+    """Catches: a first page whose Python is of another version."""
+    shutil.copytree(walked, tmp_path / "walked")
+    page = tmp_path / "readme.md"
+    (block,) = (block for block in blocks_of(ROOT / "README.md") if block.kind == "python")
+    printed = "\n".join(re.findall(r"^print\(.+\)  # (.+)$", block.body, re.MULTILINE))
+    assert printed.startswith("FilmCheck(accept: ")
+    page.write_text(f"```python\n{block.body}```\n```text\n{printed}\n```\n", encoding="utf-8")
+    with Session(tmp_path / "walked") as session:
+        session.follow(page)
+
+
 def test_the_first_pages_are_short() -> None:
     """Catches: a README that grows back into a book."""
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 100
@@ -251,17 +280,15 @@ def test_every_command_has_its_help_on_the_site(site: Path) -> None:
 @pytest.mark.slow
 def test_every_export_and_every_field_is_on_the_site(site: Path) -> None:
     """Catches: a face whose names have no page, and a key of badge.json or of the report that nobody explains."""
-    shown = (site / "reference" / "api.html").read_text(encoding="utf-8")
-    for face in (
-        "moireid.designer",
-        "moireid.verifier",
-        "moireid.registry",
-        "moireid.idcodes",
-        "moireid.errors",
-        "moireid_studio.challenge",
-    ):
+    rooms = {path.stem: path.read_text(encoding="utf-8") for path in (site / "reference" / "python").glob("*.html")}
+    top = rooms.pop("index")
+    assert rooms.keys() == {face.rpartition(".")[2] for face in FACES}
+    for face in FACES:
         for name in importlib.import_module(face).__all__:
-            assert f'id="{face}.{name}"' in shown, f"{face}.{name}"
+            assert f'id="{face}.{name}"' in rooms[face.rpartition(".")[2]], f"{face}.{name}"
+    for name in importlib.import_module("moireid").__all__:
+        where = {"simulate": "simulate.film_badge.simulate", "__version__": ""}.get(name, name)
+        assert f'id="moireid.{where}"' in top or f'id="moireid.errors.{where}"' in rooms["errors"] or not where, name
     for name in ("badge", "report"):
         page = (site / "reference" / f"{name}-json.html").read_text(encoding="utf-8")
         rows = re.findall(r"<tr>\s*<td>(.*?)</td>\s*<td>.*?</td>\s*<td>(.*?)</td>", page, re.DOTALL)
@@ -272,7 +299,8 @@ def test_every_export_and_every_field_is_on_the_site(site: Path) -> None:
 @pytest.mark.slow
 def test_every_parameter_on_the_site_is_explained(site: Path) -> None:
     """Catches: a docstring whose entries the site's reader of NumPy style passes over, so that they come out empty."""
-    shown = (site / "reference" / "api.html").read_text(encoding="utf-8")
+    pages = (site / "reference" / "python").glob("*.html")
+    shown = "".join(path.read_text(encoding="utf-8") for path in pages)
     items = re.findall(r'<li class="doc-section-item field-body">(.*?)</li>', shown, re.DOTALL)
     empty = [item for item in items if re.search(r'<div class="doc-md-description">\s*</div>', item)]
     assert [re.sub(r"<[^>]+>|\s", "", item) for item in empty] == []
