@@ -133,7 +133,7 @@ def test_a_claim_is_looked_up_in_a_registry_by_path_url_or_object(tmp_path: Path
         registry.enroll(badge)
         for place in (registry, tmp_path / "people.sqlite3", str(tmp_path / "people.sqlite3"), registry.shown_url):
             check = mo.verify(short, claim="Ada Lovelace", registry=place, pictures=False)
-            assert check.document["badge"] == {"id": badge.id, "name": "Ada Lovelace"}
+            assert check.document["badge"]["name"] == "Ada Lovelace"
             assert (check.document["claim_source"], check.accepted) == ("registry", False)
             assert check.document["registry"]["fingerprint"] == registry.fingerprint
         assert registry.find("Ada Lovelace").badge == badge
@@ -148,11 +148,13 @@ def test_a_claim_is_looked_up_in_a_registry_by_path_url_or_object(tmp_path: Path
     assert not (tmp_path / "absent.sqlite3").exists()
 
 
-def test_a_bundle_is_asked_in_place_of_a_registry(tmp_path: Path, short: Path) -> None:
+def test_a_bundle_is_asked_in_place_of_a_registry(tmp_path: Path, short: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a bundle that is taken and not asked; its first sight that goes without a warning."""
     with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:
         registry.enroll(design_badge(Request("Ada Lovelace"), bytes(range(8))))
         registry.publish(tmp_path / "people.bundle", specimen_of, days=30)
+    # Another user's memory.
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "other.sqlite3"))
     with pytest.warns(UserWarning, match="is seen for the first time"):
         check = mo.verify(short, claim="Ada Lovelace", bundle=str(tmp_path / "people.bundle"), pictures=False)
     assert check.document["claim_source"] == "bundle"

@@ -24,6 +24,7 @@ from moireid.attest.film_credentials import with_carried
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
+from moireid.names import line_of
 from moireid.provenance import ClaimedBadge
 from moireid.reading.film_orders import IdentifyingOrder, JudgingOrder
 from moireid.reading.film_reader import film_reader
@@ -133,10 +134,11 @@ def verify(
         order = JudgingOrder(video, wanted, found.barred, overlap, pictures=pictures)
         made = judged_film(order, reader, progress or _quiet)
         standing = found.provenance.standing
+        line = found.provenance.line or line_of(found.badge.print)
         own = {
             "registry": standing.to_json() if standing else None,
             "claim_source": found.provenance.source,
-            "badge": {"id": found.badge.id, "name": found.badge.name},
+            "badge": {"id": found.badge.id, "name": found.badge.name, "line": line},
         }
         document = with_carried(made.report | own, video)
         known = replace(look_up(document), claim=claim, barred=found.barred)
