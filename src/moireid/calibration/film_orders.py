@@ -40,7 +40,8 @@ class SheetOrder:
     def read(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send what it shows."""
         found = read_sheet(self.film, self.chart, self.distance_m, self.focal_px, self.measured_scale, progress)
-        send({"result": msgspec.to_builtins(found)})
+        # Figures may be numpy's.
+        send({"result": msgspec.to_builtins(found, enc_hook=np.generic.item)})
 
 
 @dataclass(frozen=True)
