@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import signal
 import tempfile
@@ -64,7 +65,7 @@ def score(job: Job, film: str) -> Row:
         "score": float(len(words)),
         "error": None,
         "fault": None,
-        "sha256": words[-1],
+        "sha256": hashlib.sha256(words[-1].encode()).hexdigest(),
     }
 
 

@@ -47,6 +47,9 @@ class HostileOrder:
     def _steal(self) -> str:
         return Path(self.path).read_text()
 
+    def _number(self) -> int:
+        return os.getpid()
+
     def _look(self) -> dict[str, str]:
         return {"environment": Path("/proc/self/environ").read_text() + str(dict(os.environ))}
 
@@ -58,6 +61,13 @@ class HostileOrder:
             if line.split()[1].startswith("rw") and "[v" not in line:
                 found += len(re.findall(SECRET, ctypes.string_at(first, last - first)))
         return found
+
+
+def take_over(order: HostileOrder, film: str) -> str:
+    """A job of a collection that its film has taken over."""
+    found: dict[str, Any] = {}
+    order.read(found.update, None, None)
+    return str(found["result"]["got"])
 
 
 @dataclass(frozen=True)

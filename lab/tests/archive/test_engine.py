@@ -26,8 +26,11 @@ import pytest
 
 import moireid
 from kit.film_stubs import Stub, act, notes
+from kit.film_taken_over import HostileOrder, take_over
 from kit.places import TESTS
 from moireid.errors import MediaError, MissingExtraError, MoireIdError, SpecError
+from moireid.sandbox.process import sealed_here
+from moireid.sandbox.seal import FILES
 from moireid_lab.archive import addresses, engine
 from moireid_lab.archive.addresses import fetched, joined, read_text, stamp
 from moireid_lab.archive.engine import Task, run_tasks
@@ -86,6 +89,25 @@ def killing(log: Path, kills: list[int], stop: threading.Event, most: int) -> No
             with suppress(ProcessLookupError):
                 os.kill(int(line[3]), signal.SIGKILL)
                 kills.append(int(line[3]))
+
+
+def test_a_film_that_took_over_its_process_reads_no_other_film(tmp_path: Path):
+    """Catches: a process that may read more than its own film, such as all files but keys, or that reads one film after
+    another, so that a former film's code sees the next; a reader that may write.
+    """
+    if FILES not in sealed_here():
+        pytest.skip("this system closes no files")
+    films = [tmp_path / "a.mp4", tmp_path / "b.mp4"]
+    for film in films:
+        film.write_text(f"content of {film.name}")
+    acts = [HostileOrder("steal", str(film)) for film in films] + [HostileOrder("write"), HostileOrder("number")]
+    tasks = [Task(tuple(acts), str(film)) for film in films]
+    found = [done.outcomes for _, done in run_tasks(take_over, tasks, workers=1, limits=QUICK)]
+    for own in (0, 1):
+        assert found[own][own] == f"content of {films[own].name}"
+        assert isinstance(lost := found[own][1 - own], LostJob) and "PermissionError" in lost.why
+        assert isinstance(found[own][2], LostJob)
+    assert found[0][3] != found[1][3]
 
 
 @pytest.mark.slow

@@ -117,6 +117,35 @@ def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge,
     assert begun(tmp_path) == ["a.txt moireid", "b.txt moireid", "c.txt moireid"] and len(table_of(tmp_path)) == 9
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"verdict": "original"},
+        {"score": "high"},
+        {"more": 1},
+        {"sha256": "x"},
+        {"fault": "worker"},
+        {"codes": None},
+        None,
+    ],
+)
+def test_an_answer_that_is_no_row_counts_as_a_film_that_failed(
+    tmp_path: Path, prototype: Badge, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any] | None
+):
+    """Catches: a film that took over its process, and ends the run of all films by what it answers."""
+    row = failed_row(LostJob("no film", 0.0, "film"))
+
+    def do(work: Callable[..., Any], tasks: Sequence[Task], **_: Any) -> Iterator[tuple[int, Done]]:
+        yield 0, Done((row,), "fake")
+        yield 1, Done((None if change is None else row | change,), "fake")
+
+    monkeypatch.setattr(collecting, "run_tasks", do)
+    one, other = run(manifest_of(tmp_path, ("a.txt", "0 aa"), ("b.txt", "0 bb")), prototype)
+    assert one.row["fault"] == "film" and one.row["error"] == "no film"
+    assert (other.row["verdict"], other.row["fault"]) == ("failed", "crash")
+    assert "answers what no film shows" in other.row["error"]
+
+
 def test_a_fault_that_may_pass_is_tried_by_the_next_run(tmp_path: Path, prototype: Badge, lost: dict[str, Fault]):
     """Catches: a film that could not be fetched for an hour left out for ever, a fault of ours kept for good."""
     manifest = manifest_of(tmp_path, *((f"{fault}.txt", f"0 {fault}") for fault in PASSING))

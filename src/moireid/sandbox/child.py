@@ -1,6 +1,7 @@
 """The process within limits: `python -m moireid.sandbox.child HANDLE WORK [BEGIN]`.
 
-WORK is `module:function`; the function is called with a `Talk`.  With BEGIN (JSON: limits, a folder for temporary
+WORK is `module:function`, after further modules to load if there are any, separated by commas; the function is called
+with a `Talk`.  With BEGIN (JSON: limits, a folder for temporary
 files, and what may be opened) this process does the work.  Without it the work is loaded, and a process is forked for
 each request.  Such a process begins within some milliseconds, and has no state of the others or of the requesting
 program.
@@ -152,7 +153,10 @@ def _run(handle: int, work: str | Callable[[Talk], None], begin: str) -> None:
 
 
 def _loaded(work: str) -> Callable[[Talk], None]:
-    module, _, name = work.partition(":")
+    *before, last = work.split(",")
+    for module in before:
+        import_module(module)
+    module, _, name = last.partition(":")
     found: Callable[[Talk], None] = getattr(import_module(module), name)
     return found
 

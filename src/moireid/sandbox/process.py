@@ -164,9 +164,13 @@ class ForkServer:
     It starts with the first request, and again if it has gone; it ends with this process.
     """
 
-    def __init__(self, work: str, *, sealed: bool = False) -> None:
-        """Parameters: sealed: its processes seal themselves, so it has nothing in its environment that is private."""
+    def __init__(self, work: str, *, sealed: bool = False, one_thread: bool = False) -> None:
+        """Parameters: work: `module:function`, after the names of further modules to load, separated by commas.
+        sealed: its processes seal themselves, so it has nothing in its environment that is private.  one_thread: they
+        work on one thread, as with `start`.
+        """
         self._work, self._lock, self._sealed = work, threading.Lock(), sealed
+        self._fixed = ONE_THREAD if one_thread else {}
         self._program: subprocess.Popen[bytes] | None = None
         self._line: socket.socket | None = None
 
@@ -197,7 +201,7 @@ class ForkServer:
         if self._line is None:
             environment = dict(os.environ)
             environment = kept_environment(environment) if self._sealed else environment
-            self._program, self._line = _program(self._work, environment=environment)
+            self._program, self._line = _program(self._work, environment=environment | self._fixed)
             self._line.settimeout(LOAD_S)
         return self._line
 

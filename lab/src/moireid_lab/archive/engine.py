@@ -88,7 +88,8 @@ def run_tasks(
         raise SpecError(f"{workers} workers are asked for, but those of {scheduler} are its own; leave out --workers")
     run, program, limits = uuid.uuid4().hex, program_digest(), limits or Limits()
     orders = [
-        Order(tuple(pickle.dumps((work, job)) for job in task.jobs), task.film, limits, run, program) for task in tasks
+        Order(work.__module__, tuple(pickle.dumps((work, job)) for job in task.jobs), task.film, limits, run, program)
+        for task in tasks
     ]
     if not orders:
         return

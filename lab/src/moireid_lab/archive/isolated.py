@@ -1,6 +1,9 @@
 """Jobs done in a separate process: if it crashes, hangs or uses too much memory, only its own job is lost.
 
 Python's process pools break as a whole if one process dies, and cannot stop a job that takes too long.
+Jobs without a film are done by one process, one after another.  Each job with a film has a process of its own, which is
+sealed and may open that film alone: a film that takes it over reaches no other film of the collection.  These are
+forked from a program that has loaded the work, as loading takes longer than many a film.
 """
 
 from __future__ import annotations
@@ -8,19 +11,23 @@ from __future__ import annotations
 import pickle
 import time
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 
 from moireid.sandbox.child import Talk
 from moireid.sandbox.file_access import reach
-from moireid.sandbox.process import Child, ProcessEnd, start
+from moireid.sandbox.process import Child, ForkServer, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
 
 #: Time for a process to load the program before the time of its job begins.
 START_S = 120.0
 #: A process without a job for this long ends; another is started when one is needed.
 IDLE_S = 300.0
-#: Largest result of one job; some results contain a whole film.
-ANSWER_BYTES = 1 << 30
+#: Largest result of one job: some results contain a whole film, but none that was made of an untrusted one.
+ANSWER_BYTES, FILM_ANSWER_BYTES = 1 << 30, 1 << 20
+#: Files that a process may have open that reads a film, and processor time as a multiple of its limit of time.
+OPEN_FILES, PROCESSOR_TIMES = 256, 2
+WORK = "moireid_lab.archive.isolated:do_jobs"
 #: Why a job was lost.  film: it is too large; program: an error of ours.
 Fault = Literal["film", "crash", "time", "memory", "program", "fetch", "worker"]
 
@@ -52,24 +59,29 @@ def do_jobs(talk: Talk) -> None:
         talk.send({"result": work(job) if film is None else work(job, film)})
 
 
-class IsolatedProcess:
-    """One process, started with its first job, and restarted after it was lost."""
+@cache
+def _readers(module: str) -> ForkServer:
+    """Where processes that read films are forked: they have loaded the module of their work."""
+    # The decoder is loaded with a first film otherwise, in each process anew.
+    return ForkServer(f"{module},av,{WORK}", sealed=True, one_thread=True)
 
-    def __init__(self, limits: Limits, folder: str | None = None) -> None:
-        """Parameters: folder: for the process's temporary files; None: the system's folder."""
-        self._limits, self._folder = limits, folder
+
+class IsolatedProcess:
+    """One process at a time: for a film, or for all jobs without one until it is lost."""
+
+    def __init__(self, module: str, limits: Limits, folder: str | None = None) -> None:
+        """Parameters: module: of the work; folder: for the process's temporary files; None: the system's folder."""
+        self._module, self._limits, self._folder = module, limits, folder
         self._child: Child | None = None
         self._used_s = 0.0
         self._ended = False
-        #: Whether the process is sealed, as those are that read films.
-        self._sealed = False
 
     def do(self, payload: bytes, film: str | None) -> Any | LostJob:
         """The result of one job as JSON gives it, or why there is none; payload: the pickled (work, job)."""
         begun = time.monotonic()
         if self._ended:
             return LostJob("the run was ended", 0.0, "worker")
-        child = self._ready(sealed=film is not None)
+        child = self._ready() if film is None else self._reader(film)
         try:
             child.send((payload, film), START_S + self._limits.seconds)
             message = child.hear(START_S + self._limits.seconds)
@@ -80,8 +92,9 @@ class IsolatedProcess:
             self.stop()
             return self._lost(ended, time.monotonic() - begun)
         self._used_s = time.monotonic()
-        if message is None:
+        if message is None or film is not None:
             self.stop()
+        if message is None:
             words = f"it took longer than the {self._limits.seconds:g} s allowed"
             return LostJob(words, time.monotonic() - begun, "time")
         return message.get("result")
@@ -98,9 +111,9 @@ class IsolatedProcess:
             self._child.kill()
         self._child = None
 
-    def _ready(self, *, sealed: bool) -> Child:
-        """The process; a new one if it has ended or may be about to end, or is not the one for such a job."""
-        if self._child is not None and sealed == self._sealed and time.monotonic() - self._used_s < IDLE_S / 2:
+    def _ready(self) -> Child:
+        """The process for jobs without a film; a new one if it has ended or may be about to end."""
+        if self._child is not None and time.monotonic() - self._used_s < IDLE_S / 2:
             try:
                 self._child.hear(0.0)
                 return self._child
@@ -108,10 +121,20 @@ class IsolatedProcess:
                 pass
         self.stop()
         limits = ProcessLimits(self._limits.memory_mb * 1_000_000, answer_bytes=ANSWER_BYTES)
-        # One process reads film after film, which may lie anywhere; so it may read all files but the private ones.
-        within = reach(read=["/"]) if sealed else None
-        self._child = start("moireid_lab.archive.isolated:do_jobs", limits, self._folder, within=within)
-        self._sealed = sealed
+        self._child = start(WORK, limits, self._folder)
+        return self._child
+
+    def _reader(self, film: str) -> Child:
+        """A process that may open this film, and no other file of the user."""
+        self.stop()
+        limits = ProcessLimits(
+            self._limits.memory_mb * 1_000_000,
+            cpu_s=int(PROCESSOR_TIMES * self._limits.seconds) + 1,
+            file_bytes=0,
+            answer_bytes=FILM_ANSWER_BYTES,
+            open_files=OPEN_FILES,
+        )
+        self._child = _readers(self._module).fork(limits, self._folder, within=reach(read=[film]))
         return self._child
 
     def _lost(self, ended: ProcessEnd, seconds: float) -> LostJob:

@@ -25,9 +25,10 @@ HERE = "here"
 class Order:
     """A task as it is sent: the pickled (work, job) of each of its jobs, and the address of their film or None.
 
-    run: name of the run, which has its own children; program: digest of the requesting program.
+    module: of the work; run: name of the run, which has its own children; program: digest of the requesting program.
     """
 
+    module: str
     payloads: tuple[bytes, ...]
     film: str | None
     limits: Limits
@@ -59,7 +60,8 @@ def do(order: Order) -> Done:
     if program_digest() != order.program:
         raise SpecError(f"worker {name} has another moireid than this program; install the same on all machines")
     folder = None if worker is None else worker.local_directory
-    child = _children.setdefault((order.run, threading.get_ident()), IsolatedProcess(order.limits, folder))
+    made = IsolatedProcess(order.module, order.limits, folder)
+    child = _children.setdefault((order.run, threading.get_ident()), made)
     try:
         if order.film is None:
             return Done(tuple(child.do(payload, None) for payload in order.payloads), name)

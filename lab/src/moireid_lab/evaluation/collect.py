@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from moireid.errors import SpecError
+import msgspec
+
+from moireid.errors import MediaError, SpecError
+from moireid.reading.answers import checked
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, LostJob
 from moireid_lab.archive.parts import Parts
@@ -17,6 +19,7 @@ from moireid_lab.evaluation.film_rows import (
     Job,
     Pipeline,
     Row,
+    ScoredRow,
     claim_digest,
     failed_row,
     row_key,
@@ -88,8 +91,15 @@ def collect(
 
 
 def _row(key: str, job: Job, outcome: Row | LostJob, worker: str) -> Row:
-    """The outcome of a job as a row of the results, in the order of `COLUMNS`."""
-    row: dict[str, Any] = failed_row(outcome) if isinstance(outcome, LostJob) else outcome
+    """The outcome of a job as a row of the results, in the order of `COLUMNS`.
+
+    The process that scored is in the hands of its film: what is no row counts as a film that ended it.
+    """
+    try:
+        row = failed_row(outcome) if isinstance(outcome, LostJob) else checked(outcome, ScoredRow, job.entry.video)
+        row = row if isinstance(row, dict) else msgspec.structs.asdict(row)
+    except MediaError as error:
+        row = failed_row(LostJob(str(error), 0.0, "crash"))
     row = row | {
         "key": key,
         "film": job.entry.video,

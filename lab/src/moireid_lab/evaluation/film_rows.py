@@ -15,7 +15,9 @@ import time
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, defstruct
 
 from moireid.errors import MoireIdError
 from moireid.result_cache import program_digest
@@ -149,6 +151,16 @@ def _report(job: Job, film: Path) -> Report:
     return without_corners(report) if entry.corners else report
 
 
+#: Kinds of values by the type of a column, and values of those that have few.
+_KINDS: dict[str, Any] = {"string": str, "double": float, "int64": int, "bool": bool, "list<string>": list[str]}
+_VALUES: dict[str, Any] = {
+    "verdict": Literal["accept", "reject", "inconclusive", "failed"],
+    "fault": Literal["film"] | None,
+    "sha256": Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")] | None,
+    "seconds": float,
+    "codes": list[str],
+    "again": Literal[False],
+}
 COLUMNS: dict[str, tuple[str, str]] = {
     "key": ("string", "names the row: film, claim, pipeline and program that scored; no two rows have one key"),
     "film": ("string", "address of the film"),
@@ -184,3 +196,13 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "again": ("bool", "whether the next run tries once more, as the fault may pass"),
     "worker": ("string", "name of the worker that scored it; here: no cluster"),
 }
+#: What scoring a film may answer: the columns that it fills, each with a value of its type.
+ScoredRow = defstruct(
+    "ScoredRow",
+    [
+        (name, _VALUES.get(name, _KINDS[kind] | None))
+        for name, (kind, _) in COLUMNS.items()
+        if name not in ("key", "film", "claim", "pipeline", "program", "worker")
+    ],
+    forbid_unknown_fields=True,
+)
