@@ -265,9 +265,7 @@ class Film:
         MediaError
             Where the file changed since it was opened.
         """
-        import av
-
-        sha256, decoder = self._file.sha256(), f"FFmpeg {av.ffmpeg_version_info} (PyAV {av.__version__})"
+        sha256, decoder = self._file.sha256(), decoder_version()
         size = {"width": self._whole[0], "height": self._whole[1], "fps": self.fps, "reduced_by": self.reduced_by}
         return {"path": str(self.path), "sha256": sha256, "decoder": decoder, **size}
 
@@ -425,6 +423,13 @@ def unreduced_px(place_px: NDArray[np.float64], reduced_by: int) -> NDArray[np.f
 def one_thread() -> bool:
     """Whether this process is limited to one thread, by `cv2.setNumThreads` or as there is one processor."""
     return bool(cv2.getNumThreads() == 1)
+
+
+def decoder_version() -> str:
+    """The decoder of films, with its version."""
+    import av
+
+    return f"FFmpeg {av.ffmpeg_version_info} (PyAV {av.__version__})"
 
 
 def picture_of(picture: av.VideoFrame) -> Picture:

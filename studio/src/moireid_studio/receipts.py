@@ -55,6 +55,8 @@ def receipt_for(studio: Studio, link: OneTimeLink) -> LiveReceipt:
         opened_at=link.opened_at,
         used_at=link.used_at,
         pictures_kept=len(studio.links.pictures(link)),
+        sealed=tuple(event["sealed"]) if "sealed" in event else None,
+        decoder=event.get("input", {}).get("decoder"),
     )
 
 

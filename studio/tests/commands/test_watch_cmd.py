@@ -78,7 +78,8 @@ def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monk
     end = {
         "challenged": True,
         "verdict": "accept",
-        "sealed": [],
+        "sealed": ["calls"],
+        "input": {"decoder": "OpenCV 5"},
         "identity": {"verdict": "match", "decoded_id": ada.id},
     }
 
@@ -113,6 +114,7 @@ def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monk
     written = load_receipt(receipt)
     assert (written.claim, written.verdict, written.challenged) == ("Ada Lovelace", "inconclusive", True)
     assert written.film == film_asked(film) and written.registry is not None
+    assert (written.sealed, written.decoder) == (("calls",), "OpenCV 5")
 
 
 def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[str]) -> None:

@@ -28,6 +28,7 @@ from kit.webbing import Visit, studio
 from moireid.badge import Badge
 from moireid.provenance import ClaimedBadge, Provenance, Standing
 from moireid.sandbox.process import ProcessEnd
+from moireid.sandbox.seal import MEANS
 from moireid.verifier.report.live_receipt import receipt_of
 from moireid_studio import links
 from moireid_studio.http.connections import MOST_SILENT, ask_for_files
@@ -172,7 +173,7 @@ def test_a_link_about_a_film_is_on_the_film_s_report(asker: Asker, ada: Badge, m
     assert found["verdict"] == "inconclusive" and found["live_checks"][0]["film"]["sha256"] == "cd" * 32
     assert "about this film was passed" in receipt_of(found["live_checks"][0]).words
     receipt = asker.client.get(f"/links/{link.id}/receipt", headers=asker.headers).json()
-    assert receipt == found["live_checks"][0]
+    assert receipt == found["live_checks"][0] and receipt["sealed"] is None
     for other in ({"film_sha256": "ef" * 32}, {"claimed_id": "01" * 8}, {"owner": "another"}):
         assert links_about(asker.visit.studio, replace(job, **other)) == []
     job.claimed_id = "01" * 8
@@ -196,7 +197,7 @@ def test_a_film_of_any_name_can_be_asked_about(asker: Asker, ada: Badge, monkeyp
 @pytest.mark.parametrize("enrolling", [True, False])
 def test_a_session_s_process_says_only_what_it_has_seen(ada: Badge, enrolling: bool) -> None:
     """Catches: figures of a check without prompts, or that was not passed, which are kept as witnessed; a receipt that
-    names another registry, or prompts that no one drew; a verdict that no page can show."""
+    names another registry, prompts that no one drew, or a seal that did not hold; a verdict that no page can show."""
     found = ClaimedBadge(ada, provenance=Provenance("registry", standing=Standing("c0ffee", "3:ab")))
     asked = SessionRequest(found, found, "me", "enroll" if enrolling else "live", allowed=lambda: True)
     said = {
@@ -205,15 +206,19 @@ def test_a_session_s_process_says_only_what_it_has_seen(ada: Badge, enrolling: b
         "as_built": {"witnessed": True},
         "registry": [1],
         "claim_source": "me",
+        "sealed": ["all"],
+        "input": {"decoder": "none"},
     }
-    own = own_words(said, asked, prompted=True)
+    parts = tuple(MEANS)
+    own = own_words(said, asked, prompted=True, sealed=parts)
+    assert own["sealed"] == list(parts) and own["input"] == {"decoder": f"OpenCV {cv2.__version__}"}
     assert own["registry"]["fingerprint"] == "c0ffee" and own["claim_source"] == "registry" and own["challenged"]
     assert ("as_built" in own) == enrolling
-    assert own_words(said, asked, prompted=False)["challenged"] is False
+    assert own_words(said, asked, prompted=False, sealed=())["challenged"] is False
     for change, prompted in (({}, False), ({"challenged": False}, True), ({"verdict": "inconclusive"}, True)):
-        assert "as_built" not in own_words(said | change, asked, prompted=prompted)
+        assert "as_built" not in own_words(said | change, asked, prompted=prompted, sealed=())
     with pytest.raises(ProcessEnd):
-        own_words(said | {"verdict": "original"}, asked, prompted=True)
+        own_words(said | {"verdict": "original"}, asked, prompted=True, sealed=())
 
 
 def test_links_of_an_older_studio_are_read(tmp_path: Path) -> None:

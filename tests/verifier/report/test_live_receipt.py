@@ -14,6 +14,7 @@ import pytest
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.provenance import ClaimedBadge, Provenance, Standing
+from moireid.sandbox.seal import MEANS
 from moireid.verifier.report.live_receipt import (
     MOST_BYTES,
     FilmAsked,
@@ -24,6 +25,7 @@ from moireid.verifier.report.live_receipt import (
     load_receipt,
     receipt_of,
 )
+from moireid.verifier.session.result import report_schema
 
 FILM = FilmAsked("rally.mp4", "ab" * 32)
 OURS = Standing("c0ffee" * 5 + "c0", "3:" + "cd" * 32)
@@ -41,6 +43,23 @@ def test_a_receipt_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert found["verdict"] == "accept" and receipt_of(found["live_checks"][0]) == known
     assert known.words == ("A live check of Ada Lovelace about this film was passed; it ended on 2026-05-07 14:05 UTC.")
     assert "live_checks" not in attached(REPORT, [])
+
+
+def test_a_receipt_says_how_the_pictures_were_read(tmp_path: Path) -> None:
+    """Catches: a receipt that loses the seal, so that a check whose decoder could reach everything looks like another;
+    parts of a seal that the seal does not know; an older receipt said to be without a seal.
+    """
+    path, parts = tmp_path / "receipt.json", tuple(MEANS)
+    known = msgspec.structs.replace(PASSED, sealed=parts, decoder="FFmpeg 8")
+    path.write_text(json.dumps(known.to_json()))
+    assert load_receipt(path) == known
+    assert known.words.endswith(f"in a process with these parts of a seal: {', '.join(parts)}.")
+    assert msgspec.structs.replace(known, sealed=()).words.endswith("by FFmpeg 8 in a process without a seal.")
+    assert "seal" not in PASSED.words
+    schema = json.loads(report_schema())["properties"]["live_checks"]["items"]["properties"]
+    assert schema["sealed"]["items"]["enum"] == list(parts) and "decoder" in schema
+    found = attached(REPORT, [known])["live_checks"][0]
+    assert (found["sealed"], found["decoder"]) == (list(parts), "FFmpeg 8")
 
 
 @pytest.mark.parametrize(
@@ -105,6 +124,8 @@ def test_a_film_s_name_is_a_line_that_can_be_read_again() -> None:
         {"format": 2},
         {"more": 1},
         {"challenged": "yes"},
+        {"sealed": ["all"]},
+        {"decoder": "FFmpeg\u001b[2J"},
     ],
 )
 def test_a_damaged_receipt_is_a_sentence(change: dict[str, Any], tmp_path: Path) -> None:

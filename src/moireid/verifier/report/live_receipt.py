@@ -32,6 +32,8 @@ Digest = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
 #: Without signs that steer a terminal or end a line.
 Line = Annotated[str, Meta(max_length=LONGEST, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*\Z")]
 Moment = Annotated[str, Meta(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}[0-9:.+Z]{0,20}\Z")]
+#: As in `sandbox.seal.MEANS`.
+SealPart = Literal["no_new_privileges", "calls", "files"]
 ADVICE = "take the receipt from the page of a one-time link, or let moireid watch write one of a live check"
 
 
@@ -54,7 +56,8 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     report, a JSON text; challenged: whether prompts were drawn, None where an older version did not say; claim_id:
     the badge's id, None where the asker may not know it; film: None where the person was asked about none; registry:
     that was asked; asked_as: how the asker was named to the other person; link, made_at, opened_at, used_at,
-    pictures_kept: of a one-time link.
+    pictures_kept: of a one-time link; sealed: the parts of the seal that held for the process that read the pictures,
+    as in a film's report, and decoder: the program that decoded them; None where an older version did not say.
     """
 
     kind: Literal["one-time link", "watch"]
@@ -75,10 +78,13 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     opened_at: Moment | None = None
     used_at: Moment | None = None
     pictures_kept: int = 0
+    sealed: tuple[SealPart, ...] | None = None
+    decoder: Line | None = None
 
     def to_json(self) -> dict[str, Any]:
         """As a JSON object."""
-        found: dict[str, Any] = msgspec.to_builtins(self)
+        # By its text, in which a tuple is an array.
+        found: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(self))
         return found
 
     @property
@@ -88,7 +94,15 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         out = {"accept": "was passed", "reject": "failed"}.get(self.verdict, "stayed inconclusive")
         live = ", without prompts," if self.challenged is False else ""
         ended = self.ended_at[:16].replace("T", " ")
-        return f"A live check of {self.claim} {about}{live} {out}; it ended on {ended} UTC."
+        return f"A live check of {self.claim} {about}{live} {out}; it ended on {ended} UTC.{self._how_read}"
+
+    @property
+    def _how_read(self) -> str:
+        """How its pictures were read, as a further sentence; nothing where an older version did not say."""
+        if self.sealed is None:
+            return ""
+        seal = f"with these parts of a seal: {', '.join(self.sealed)}" if self.sealed else "without a seal"
+        return f" Its pictures were read by {self.decoder or 'a decoder of its own'} in a process {seal}."
 
 
 def load_receipt(path: Path) -> LiveReceipt:

@@ -57,6 +57,8 @@ def write_receipt(path: Path, document: Mapping[str, Any], found: ClaimedBadge, 
         found.badge.id,
         film=film,
         registry=found.provenance.standing,
+        sealed=tuple(document["sealed"]),
+        decoder=document["input"]["decoder"],
     )
     write_text(path, json.dumps(receipt.to_json(), ensure_ascii=False, indent=1) + "\n")
     say(f"receipt: {path}")

@@ -238,7 +238,7 @@ async def _events(connection: WebSocket, child: Child, asked: SessionRequest, pr
         while not finished and (event := await run_in_threadpool(child.hear)):
             finished = event.get("event") in ("verdict", "error")
             if event.get("event") == "verdict":
-                event = own_words(event, asked, prompted=prompted.is_set())
+                event = own_words(event, asked, prompted=prompted.is_set(), sealed=child.sealed or ())
                 figures = event.pop("as_built", None)
                 await run_in_threadpool(_note, studio_of(connection), asked, event)
                 if figures is not None:
@@ -252,17 +252,23 @@ async def _events(connection: WebSocket, child: Child, asked: SessionRequest, pr
     await connection.close()
 
 
-def own_words(event: Mapping[str, Any], asked: SessionRequest, *, prompted: bool) -> dict[str, Any]:
+def own_words(
+    event: Mapping[str, Any], asked: SessionRequest, *, prompted: bool, sealed: tuple[str, ...]
+) -> dict[str, Any]:
     """A verdict with the server's own word on what its process, which may be in a stranger's hands, need not say.
 
-    Parameters: prompted: whether there were prompts; without, and in a check that was not passed, nothing is measured.
+    Parameters: prompted: whether there were prompts; without, and in a check that was not passed, nothing is measured;
+        sealed: the parts of the process's seal that hold.
     Raises: ProcessEnd where it is no verdict.
     """
+    import cv2
+
     if event.get("verdict") not in get_args(Verdict):
         raise ProcessEnd("crash", "gave a verdict that is none")
     provenance, challenged = asked.found.provenance, prompted and event.get("challenged") is True
     registry = provenance.standing.to_json() if provenance.standing else None
-    own = {"challenged": challenged, "claim_source": provenance.source, "registry": registry}
+    own: dict[str, Any] = {"challenged": challenged, "claim_source": provenance.source, "registry": registry}
+    own |= {"sealed": list(sealed), "input": {"decoder": f"OpenCV {cv2.__version__}"}}
     measured = asked.enrolling and challenged and event["verdict"] == "accept"
     return {name: value for name, value in event.items() if measured or name != "as_built"} | own
 

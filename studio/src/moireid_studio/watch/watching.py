@@ -17,6 +17,7 @@ from moireid.errors import MediaError, MoireIdError, SpecError
 from moireid.sandbox.file_access import reach
 from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
+from moireid.verifier.video import decoder_version
 from moireid_studio.watch.feeding import Feeder
 from moireid_studio.watch.order import HARMLESS, Event, Signal, StreamEnd, WatchOrder
 from moireid_studio.watch.source import Source
@@ -53,7 +54,8 @@ def watch(order: WatchOrder, terms: Terms, stop: threading.Event, notify: Callab
     -------
     Event
         The event of the verdict, with all keys of `verify --json`; "end": why it ended, in words too where it should
-        not have; "sealed": what held of the judge's seal, as in `sandbox.seal.MEANS`.
+        not have; "sealed": what held of the judge's seal, as in `sandbox.seal.MEANS`.  This process states the seal,
+        and under "input" the decoder and a digest, as the judge may be in a stranger's hands.
 
     Raises
     ------
@@ -74,7 +76,8 @@ def watch(order: WatchOrder, terms: Terms, stop: threading.Event, notify: Callab
         raise _broken(ended, order) from ended
     finally:
         child.kill()
-    found["input"]["sha256"] = feeder.sha256 if source.kind == "pipe" else _digest(order, found)
+    digest = feeder.sha256 if source.kind == "pipe" else _digest(order, found)
+    found["input"] |= {"sha256": digest, "decoder": _decoder(source)}
     return found | {"sealed": list(child.sealed or ())}
 
 
@@ -161,6 +164,15 @@ def _checked(verdict: dict[str, Any]) -> dict[str, Any]:
     if schema_fault(verdict, report_schema()) is not None or not isinstance(verdict.get("end"), dict):
         raise ProcessEnd("crash", "gave a verdict that is none")
     return verdict
+
+
+def _decoder(source: Source) -> str:
+    """The program that decodes a source, with its version."""
+    if source.kind != "camera":
+        return decoder_version()
+    import cv2
+
+    return f"OpenCV {cv2.__version__}"
 
 
 def _digest(order: WatchOrder, found: dict[str, Any]) -> str | None:
