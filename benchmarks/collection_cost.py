@@ -1,7 +1,7 @@
-"""What a process for each film costs a collection: run `.venv/bin/python benchmarks/collection_cost.py [--clips JOBS]`.
+"""What a process for each film costs a collection: run `benchmarks/collection_cost.py`.
 
-The same least work is done with a film, in a process of its own that is forked and sealed, and without one, in a process
-that does all such jobs, in turns.  The first of each is left out, as it loads the program.
+The same least work is done with a film, in a process of its own that is forked and sealed, and without one, in a
+process that does all such jobs, in turns.  The first of each is left out, as it loads the program.
 """
 
 from __future__ import annotations

@@ -1,24 +1,42 @@
 """Readers of files that strangers give: each takes a content, or refuses it by one of its own errors.
 
+What a signature covers is signed after it was changed, as by an authority in an attacker's hands.
 Their kept corpora are contents that reach different code (`kit.fuzzing` found them), one archive a reader.
 """
 
 from __future__ import annotations
 
+import sqlite3
 import tempfile
 import zipfile
 from collections.abc import Callable
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+from sqlalchemy import delete
+from sqlalchemy.engine import URL
 
 from kit.places import TESTS
 from moireid.attest.envelope import Broken, opened
 from moireid.attest.statement import statement_fault, strict_object
 from moireid.badge import badge_from_json
 from moireid.designer.people import read_list
-from moireid.errors import MoireIdError
+from moireid.errors import MoireIdError, RegistryError
 from moireid.profiles import load_lens_profile
+from moireid.registry.audit import audit
+from moireid.registry.bundle.bundle_file import STATES, Header
+from moireid.registry.bundle.held import Bundle
+from moireid.registry.canonical import sha256_hex
+from moireid.registry.checkpoints.checkpoint import checkpoint_from
+from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.note import COSIGNATURE, VerifierKey
+from moireid.registry.export_file import load
+from moireid.registry.keys import Signer
+from moireid.registry.ledger import Ledger, open_ledger
+from moireid.registry.schema import actors, authority, badges, log
 from moireid.verifier.report.live_receipt import load_receipt
 
 CORPORA = TESTS / "data" / "fuzzing"
@@ -60,6 +78,77 @@ def read_statement(content: bytes) -> None:
     statement_fault(strict_object(content))
 
 
+#: Sign fuzzed bundles and checkpoints: their authority, and a witness.
+SIGNER = Signer(Ed25519PrivateKey.from_private_bytes(bytes(range(32))))
+WITNESS_KEY = Ed25519PrivateKey.from_private_bytes(bytes(range(1, 33)))
+WITNESS = VerifierKey("witness", COSIGNATURE, WITNESS_KEY.public_key().public_bytes_raw())
+#: Days for which a cosignature of a kept checkpoint counts.
+DAYS = 1e6
+
+
+def signed_bundle(content: bytes) -> bytes:
+    """A bundle whose content is this SQLite database, or no database."""
+    head = "1:" + "0" * 64
+    # Its authority states a head that fits the content; where it has none, any.
+    with (
+        suppress(sqlite3.Error, TypeError, ValueError, AttributeError, MemoryError),
+        closing(sqlite3.connect(":memory:")) as database,
+    ):
+        database.deserialize(content)
+        (entries,) = database.execute("SELECT entries FROM about").fetchone()
+        head = f"{len(entries) // 32}:{entries[-32:].hex()}" if entries else head
+    header = Header(
+        key=SIGNER.authority.public_hex,
+        issued="2026-01-01T00:00:00Z",
+        expires="9999-01-01T00:00:00Z",
+        head=head,
+        people=1,
+        length=len(content),
+        sha256=sha256_hex(content),
+        version=STATES,
+    )
+    return header.sealed_file(SIGNER, content)
+
+
+def read_bundle(path: Path) -> None:
+    """Ask a bundle all that verification and identification ask."""
+    path.write_bytes(signed_bundle(path.read_bytes()))
+    with Bundle(path) as bundle:
+        bundle.layouts()
+        bundle.authority_keys()
+        bundle.holder_of("010204")
+        for claim in ("Ada", "Bo", "Cy, Editor"):
+            bundle.claimed(claim)
+
+
+def read_checkpoint(content: bytes) -> None:
+    """Read a checkpoint that a witness signed; its own signature comes last, as a changed one has none."""
+    note = content.decode(errors="replace")
+    checkpoint = checkpoint_from(note, "of a stranger")
+    Quorum((WITNESS,), 1, DAYS).signers(note, "of a stranger")
+    checkpoint.check(SIGNER.authority, "of a stranger")
+
+
+@cache
+def empty_registry() -> Ledger:
+    """A registry that awaits an export; made once, as that takes longer than most exports do."""
+    url = URL.create("sqlite", database=str(scratch().with_name("export.sqlite3")))
+    return open_ledger(url, create=True, make_authority=False, actor="fuzzer").unchecked()
+
+
+def read_export(path: Path) -> None:
+    """Read and audit an export, as `registry import` does before it changes the registry."""
+    copy = empty_registry()
+    try:
+        load(path, copy)
+        if not audit(copy, None).sound:
+            raise RegistryError("the export is not sound; get another")
+    finally:
+        with copy.engine.begin() as connection:
+            for table in (badges, actors, log, authority):
+                connection.execute(delete(table))
+
+
 READERS = {
     "badge": UntrustedReader(lambda content: badge_from_json(content.decode("latin-1"))),
     "envelope": UntrustedReader(opened, (Broken,)),
@@ -68,6 +157,9 @@ READERS = {
     "people": UntrustedReader(read_list),
     "lens": file_reader(load_lens_profile),
     "receipt": file_reader(load_receipt),
+    "bundle": file_reader(read_bundle),
+    "checkpoint": UntrustedReader(read_checkpoint),
+    "export": file_reader(read_export),
 }
 
 

@@ -15,6 +15,7 @@ import pytest
 from sqlalchemy import select, update
 
 from kit.registries import badge_of, run, tamper, url_of
+from kit.untrusted_readers import signed_bundle
 from moireid.asbuilt import AsBuilt
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
@@ -116,7 +117,7 @@ def test_its_log_is_that_of_its_checkpoint(people, tmp_path):
     """Catches: hashes in another order; a checkpoint of another moment."""
     path = published(people, tmp_path / "b")
     _, authority, content = read_bundle_file(path)
-    held = BundleContent(content)
+    held = BundleContent(content, tmp_path)
     note, hashes = held._database.execute("SELECT * FROM about").fetchone()
     entries = [hashes[k : k + 32] for k in range(0, len(hashes), 32)]
     checkpoint = checkpoint_from(note, "the bundle's")
@@ -125,6 +126,46 @@ def test_its_log_is_that_of_its_checkpoint(people, tmp_path):
     assert checkpoint.root == root_of([leaf_hash(entry) for entry in entries])
     assert (held.hash_at(0), held.hash_at(checkpoint.size + 1)) == (None, None)
     assert held.hash_at(checkpoint.size) == people.head().split(":")[1]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE people SET name = x'05'",
+        "UPDATE people SET name = CAST(x'ff' AS TEXT)",
+        "UPDATE people SET layout = 'one'",
+        "UPDATE people SET salt = 'text'",
+        "UPDATE people SET revoked_at = x'00'",
+        "UPDATE people SET as_built_earlier = '[1]'",
+        "UPDATE people SET as_built_earlier = '{'",
+        "UPDATE about SET entries = 'text'",
+        "DELETE FROM about",
+        "DELETE FROM layouts",
+        "INSERT INTO rotations VALUES ('[]')",
+        "INSERT INTO rotations VALUES (x'00')",
+        "DROP TABLE rotations; CREATE VIRTUAL TABLE rotations USING fts5(entry)",
+        "DROP TABLE people; CREATE VIEW people AS WITH RECURSIVE n(name) AS (SELECT 'Ada' UNION ALL SELECT name FROM n)"
+        " SELECT 1 AS number, name, '' AS skeleton, x'' AS salt, x'' AS seal, 0 AS layout FROM n",
+        "",
+    ],
+)
+def test_a_bundle_of_an_authority_in_an_attacker_s_hands_is_refused_in_a_sentence(tmp_path, change):
+    """Catches: a signed content that ends a command in an internal error, or in a query without end."""
+    content = b""
+    if change:
+        with open_registry(url_of(tmp_path / "people"), create=True) as people:
+            people.enroll(badge_of("Ada"))
+            published(people, tmp_path / "b")
+        with contextlib.closing(sqlite3.connect(":memory:")) as database:
+            database.deserialize(read_bundle_file(tmp_path / "b")[2])
+            database.executescript(change)
+            content = database.serialize()
+    (tmp_path / "made").write_bytes(signed_bundle(content))
+    with pytest.raises(RegistryError, match="made") as refused, Bundle(tmp_path / "made") as bundle:
+        bundle.layouts()
+        for claim in ("Ada", "010203"):
+            bundle.claimed(claim)
+    assert "\n" not in str(refused.value) and ";" in str(refused.value)
 
 
 def test_every_byte_is_signed(people, tmp_path):

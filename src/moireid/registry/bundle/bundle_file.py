@@ -20,12 +20,12 @@ from __future__ import annotations
 import json
 import re
 import sqlite3
-from collections.abc import Iterable
-from contextlib import closing
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import msgspec
 
@@ -178,6 +178,7 @@ class BundlePerson(BadgeState):
 
 #: Fields that are columns of the same name; older bundles lack the later ones.
 _PLAIN = [field.name for field in fields(BundlePerson) if field.name != "seal"]
+_KINDS: dict[str, Any] = dict.fromkeys(_PLAIN, str | None) | {"name": str, "layout": int}
 _COLUMNS = (*_PLAIN, "skeleton", "folded", "salt", "seal")
 _INSERT = f"INSERT INTO people ({', '.join(_COLUMNS)}) VALUES (:{', :'.join(_COLUMNS)})"
 
@@ -214,19 +215,37 @@ def made_content(
         return database.serialize()
 
 
-class BundleContent:
-    """A content whose signature was checked, kept in memory: no one can change it between check and use."""
+class _EarlierFigures(TypedDict):
+    as_built: dict[str, Any]
+    as_built_at: str
 
-    def __init__(self, content: bytes) -> None:
-        """Raises: sqlite3.Error where it is no database."""
-        self._database = sqlite3.connect(":memory:")
-        self._database.deserialize(content)
-        self._database.execute("PRAGMA query_only = ON")
-        self._database.execute("PRAGMA trusted_schema = OFF")
-        self._database.row_factory = sqlite3.Row
-        # In older bundles names that differ only in case or width are not found.
-        columns = {row["name"] for row in self._database.execute("PRAGMA table_info(people)")}
-        self._folds = "folded" in columns
+
+#: What a bundle's content may consist of.  A view or a virtual table would run what its author wrote, for ever.
+_OTHER = "SELECT name FROM sqlite_master WHERE type NOT IN ('table', 'index') OR sql LIKE 'CREATE VIRTUAL%'"
+
+
+class BundleContent:
+    """A content whose signature was checked, kept in memory: no one can change it between check and use.
+
+    Its authority may be anyone, so each value is checked as it is read.
+    """
+
+    def __init__(self, content: bytes, path: Path) -> None:
+        """Parameters: path: of the bundle, for messages.
+
+        Raises: RegistryError where it is no database of a bundle, as all methods do where a value is of another kind.
+        """
+        self._path, self._database = path, sqlite3.connect(":memory:")
+        with self._checked():
+            self._database.deserialize(content)
+            self._database.execute("PRAGMA query_only = ON")
+            self._database.execute("PRAGMA trusted_schema = OFF")
+            if other := self._rows(tuple[str], _OTHER):
+                raise ValueError(f"it holds {other[0][0][:40]!r}, which is no table")
+            # In older bundles names that differ only in case or width are not found, and columns are absent.
+            columns = {name for (name,) in self._rows(tuple[str], "SELECT name FROM pragma_table_info('people')")}
+            self._folds = "folded" in columns
+            self._plain = [name for name in _PLAIN if name in columns]
 
     def close(self) -> None:
         """Give the memory back."""
@@ -249,34 +268,59 @@ class BundleContent:
 
     def count(self) -> int:
         """How many people there are."""
-        return int(self._database.execute("SELECT count(*) FROM people").fetchone()[0])
+        return int(self._rows(tuple[int], "SELECT count(*) FROM people")[0][0])
 
     def layout(self, number: int) -> str:
         """A specimen's JSON."""
-        (found,) = self._database.execute("SELECT badge FROM layouts WHERE number = ?", (number,)).fetchone()
+        with self._checked():
+            ((found,),) = self._rows(tuple[str], "SELECT badge FROM layouts WHERE number = ?", number)
         return str(found)
 
     def layouts(self) -> list[str]:
         """The JSON of all specimens."""
-        return [str(found) for (found,) in self._database.execute("SELECT badge FROM layouts ORDER BY number")]
+        return [found for (found,) in self._rows(tuple[str], "SELECT badge FROM layouts ORDER BY number")]
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None if there is no such entry."""
-        (found,) = self._database.execute("SELECT substr(entries, ?, 32) FROM about", (32 * seq - 31,)).fetchone()
-        return found.hex() if seq > 0 and len(found) == 32 else None
+        with self._checked():
+            ((found,),) = self._rows(tuple[bytes], "SELECT substr(entries, ?, 32) FROM about", 32 * seq - 31)
+        return bytes(found).hex() if seq > 0 and len(found) == 32 else None
+
+    def earlier(self, person: BundlePerson) -> list[dict[str, Any]]:
+        """The earlier sets of a person's measured figures, as `earlier_without_ids` wrote them."""
+        with self._checked():
+            sets = msgspec.json.decode(person.as_built_earlier or "[]", type=list[_EarlierFigures])
+        return [dict(one) for one in sets]
 
     def rotations(self) -> list[dict[str, Any]]:
-        """The log entries that gave the log another key, in order; none in a bundle of an early version.
-
-        Raises: ValueError if one is no entry.
-        """
-        tables = self._database.execute("SELECT 1 FROM sqlite_master WHERE name = 'rotations'").fetchone()
-        rows = self._database.execute("SELECT entry FROM rotations ORDER BY rowid") if tables else ()
-        return [json.loads(entry) for (entry,) in rows]
+        """The log entries that gave the log another key, in order; none in a bundle of an early version."""
+        if not self._rows(tuple[int], "SELECT 1 FROM sqlite_master WHERE name = 'rotations'"):
+            return []
+        with self._checked():
+            rows = self._rows(tuple[str], "SELECT entry FROM rotations ORDER BY rowid")
+            return [msgspec.json.decode(entry, type=dict[str, Any]) for (entry,) in rows]
 
     def _people(self, condition: str, value: object) -> list[BundlePerson]:
-        rows = map(dict, self._database.execute(f"SELECT * FROM people WHERE {condition} ORDER BY number", (value,)))
+        query = f"SELECT salt, seal, {', '.join(self._plain)} FROM people WHERE {condition} ORDER BY number"
+        kind: Any = tuple[(bytes, bytes, *(_KINDS[name] for name in self._plain))]  # type: ignore[misc]
         return [
-            BundlePerson(seal=Seal(row["salt"], row["seal"]), **{name: row[name] for name in _PLAIN if name in row})
-            for row in rows
+            BundlePerson(seal=Seal(salt, seal), **dict(zip(self._plain, rest, strict=True)))
+            for salt, seal, *rest in self._rows(kind, query, value)
         ]
+
+    def _rows(self, kind: Any, query: str, *values: object) -> list[Any]:
+        """What a query finds; kind: of each row."""
+        with self._checked():
+            found = self._database.execute(query, values).fetchall()
+            return list(msgspec.convert(found, list[kind], builtin_types=(bytes,)))
+
+    @contextmanager
+    def _checked(self) -> Iterator[None]:
+        try:
+            yield
+        # An empty content is a lack of memory to SQLite.
+        except (sqlite3.Error, ValueError, MemoryError) as error:
+            raise RegistryError(
+                f"bundle {self._path} cannot be read ({str(error) or 'it is empty'}); fetch one that this moireid's "
+                "version or an older one wrote"
+            ) from error

@@ -7,9 +7,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-import sqlite3
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -99,16 +97,14 @@ class Bundle:
         self.path = Path(path)
         header, self.authority, content = read_bundle_file(self.path)
         self._head = Head.parse(header.head)
-        try:
-            self._content = BundleContent(content)
-            self.opens_soon = self._content.count() <= MOST_SEALS
-            # Both were signed together; a bundle in which they differ was made by another program.
-            if self.hash_at(self._head.seq) != self._head.hash:
-                raise sqlite3.DataError("its head is not the end of its log")
-        except sqlite3.Error as error:
+        self._content = BundleContent(content, self.path)
+        self.opens_soon = self._content.count() <= MOST_SEALS
+        # Both were signed together; a bundle in which they differ was made by another program.
+        if self.hash_at(self._head.seq) != self._head.hash:
             raise RegistryError(
-                f"bundle {path} cannot be read ({error}); fetch one that this moireid's version or an older one wrote"
-            ) from error
+                f"bundle {path} cannot be read (its head is not the end of its log); fetch one that this moireid's "
+                "version or an older one wrote"
+            )
         check_expiry(header, self.path)
         log = LogState(
             f"bundle {path}",
@@ -257,7 +253,7 @@ class Bundle:
         as_built = as_built_from_json(person.as_built) if person.as_built else None
         provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
         named = replace(badge, name=person.name)
-        earlier = dated_figures(json.loads(person.as_built_earlier)) if person.as_built_earlier else ()
+        earlier = dated_figures(self._content.earlier(person))
         since = person.as_built_at
         return ClaimedBadge(named, as_built, person.barred(), provenance, person.seal, since, earlier)
 
