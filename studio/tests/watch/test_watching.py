@@ -77,6 +77,7 @@ def test_a_pipe_is_judged_as_a_film_and_reported_as_one(film: Path, pipe: Path) 
     assert found["end"] == {"why": "source", "text": ""} and found["cover"]["share"] > 0.9
     assert abs(found["input"]["fps"] - 30) < 0.5
     assert found["sealed"] == list(MEANS)
+    assert found["input"]["decoder"].startswith("FFmpeg ")
     assert events[0] == {"event": "begun", "width": 1280, "height": 720}
     Draft202012Validator(json.loads(report_schema())).validate(found)
 
