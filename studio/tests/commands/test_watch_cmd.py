@@ -119,7 +119,7 @@ def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monk
 
 def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[str]) -> None:
     """Catches: a prompt that is not shown; words of a stranger's stream that steer the terminal."""
-    assert plain("a\x1b[2J\nb\x9bc") == "a [2J b c"
+    assert plain("a\x1b[2J\nb\x9bc") == r"a\u001b[2J\nb\u009bc"
     prompt = {"event": "prompt", "number": 2, "of": 6, "move": "left", "text": "Move it 20 cm to your left."}
     assert line_of(prompt) == "2 of 6: Move it 20 cm to your left."
     door = {"event": "waiting", "address": "http://0.0.0.0:8080/", "token": "abc", "here": False}
@@ -131,7 +131,7 @@ def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[s
             show(status | {"reasons": reasons})
         show(status | {"verdict": "accept", "reasons": []})
     lines = capsys.readouterr().err.splitlines()
-    assert [line.split("  ")[-1] for line in lines] == ["reject: first [2J", "accept: "]
+    assert [line.split("  ")[-1] for line in lines] == [r"reject: first\u001b[2J", "accept: "]
 
 
 @pytest.fixture(scope="module")
