@@ -13,15 +13,15 @@ import pytest
 from click.testing import CliRunner
 
 from kit.programs import needs
-from kit.signing import certificate, certified_key, new_key, pem_of_certificates, time_authority
-from moireid.attest import check, held_against, load_signing_key
+from kit.signing import certificate, certified_key, new_key, pem_of_certificates, public_pem_of, time_authority
+from moireid.attest import RegistryAnswer, check, held_against, load_signing_key
 from moireid.attest.envelope import opened
 from moireid.attest.signing_keys import SigningKey, load_certificates
 from moireid.attest.timestamp import ask_for_stamp, read_stamp
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
-from moireid.provenance import Exclusion
+from moireid.provenance import AuthorityKey, BadgeHolder, Exclusion
 from moireid.registry import open_registry
 
 Sign = Callable[..., str]
@@ -136,13 +136,14 @@ def test_a_verdict_from_before_a_theft_keeps_its_worth(
     store, runner = f"sqlite:///{tmp_path / 'people.sqlite3'}", CliRunner()
     with open_registry(store, create=True) as registry:
         registry.enroll(ada)
+        asked = {"fingerprint": registry.fingerprint, "head": registry.head(), "expires": None}
     certified_key(tmp_path / "key.pem", "p256")
     key = load_signing_key(tmp_path / "key.pem")
-    verdict = tmp_path / "verdict.json"
-    verdict.write_text(
-        sign(key, lambda signature: ask_for_stamp(url, signature), badge={"id": ada.id, "name": ada.name})
-    )
-    command = ["attest", "check", str(verdict), "--authority", str(root), "--registry", store]
+    verdict, pub = tmp_path / "verdict.json", tmp_path / "pub.pem"
+    pub.write_bytes(public_pem_of(key.private))
+    changes = {"badge": {"id": ada.id, "name": ada.name}, "registry": asked, "claim_source": "registry"}
+    verdict.write_text(sign(key, lambda signature: ask_for_stamp(url, signature), **changes))
+    command = ["attest", "check", str(verdict), "--authority", str(root), "--key", str(pub), "--registry", store]
     now = runner.invoke(moireid, command)
     assert now.exit_code == 0 and "it still counts" in now.output, now.output
 
@@ -152,10 +153,11 @@ def test_a_verdict_from_before_a_theft_keeps_its_worth(
         registry.revoke(ada.id, "lost on the train")
     since = (datetime.now(UTC) + timedelta(days=days)).date().isoformat()
     barred = Exclusion("revoked", datetime.now(UTC).isoformat(), "lost on the train", since)
-    read = check(verdict.read_bytes(), authorities=load_certificates(root))
-    assert held_against(read, barred).holds == holds
-    unstamped = check(sign(key).encode())
-    assert unstamped.holds and [fault.part for fault in held_against(unstamped, barred).faults] == ["badge"]
+    answer = RegistryAnswer(BadgeHolder(ada.name, barred), (AuthorityKey(asked["fingerprint"], "00" * 32, None),))
+    read = check(verdict.read_bytes(), key=key.public, authorities=load_certificates(root))
+    assert held_against(read, answer).holds == holds
+    unstamped = check(sign(key, **changes).encode(), key=key.public)
+    assert unstamped.holds and [fault.part for fault in held_against(unstamped, answer).faults] == ["badge"]
 
     if source == "bundle":
         published = runner.invoke(moireid, ["registry", "publish", "--registry", store, "--out", str(tmp_path / "b")])

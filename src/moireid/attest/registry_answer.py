@@ -87,7 +87,8 @@ def _record_faults(report: dict[str, Any], answer: RegistryAnswer) -> list[Broke
         faults.append(Broken("badge", words))
     # Reports of older versions have no line.
     if not holder.erased and badge.get("line") is not None and not _same(badge["line"], holder.line or ""):
-        words = f"The registry has the line {holder.line!r} below the name, and the report {badge['line'][:80]!r}."
+        own = "no line" if holder.line is None else f"the line {holder.line[:80]!r}"
+        words = f"The registry has {own} below the name, and the report {badge['line'][:80]!r}."
         faults.append(Broken("badge", words))
     asked = report["registry"]
     if asked is None:
