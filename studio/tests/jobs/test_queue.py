@@ -130,7 +130,7 @@ def test_identify_and_claims(visit: Visit, tiny: Path, ada: Badge) -> None:
     answer = visit.ask("POST", "/api/identify", "verifier", **film_form(tiny)).json()
     assert (answer["finding"], answer["found_id"], answer["found_name"]) == ("inconclusive", None, None)
     answer = visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, claim="Ada Lovelace"))
-    assert answer.status_code == 200 and answer.json()["badge"] == {"id": None, "name": ada.name}
+    assert answer.status_code == 200 and answer.json()["badge"] == {"id": None, "name": ada.name, "line": None}
     answer = visit.ask("POST", "/api/verify", "admin", **film_form(tiny, claim="Ada Lovelace"))
     assert answer.status_code == 200 and answer.json()["badge"]["id"] == ada.id
     for claim in ("no one", "' OR 1=1 --", "%", "<b>"):
