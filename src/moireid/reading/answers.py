@@ -84,7 +84,7 @@ def checked_identification(found: dict[str, Any], film: object) -> None:
     """Raise MediaError where what `identify` found breaks a rule of its schema, or of a report's if it has one."""
     _check(found, "identified", film)
     # Without a report there are reasons alone.
-    _check(found, "report" if "verdict" in found else "reasons", film)
+    _check(found, "identification" if "verdict" in found else "reasons", film)
 
 
 def _check(document: dict[str, Any], name: str, film: object) -> None:
@@ -96,4 +96,7 @@ def _check(document: dict[str, Any], name: str, film: object) -> None:
 def _schemas() -> dict[str, str]:
     report = json.loads(report_schema())
     reasons = {"properties": {"reasons": report["properties"]["reasons"]}, "$defs": report["$defs"]}
-    return {"report": report_schema(), "reasons": json.dumps(reasons), "identified": json.dumps(IDENTIFIED)}
+    # Here the reasons are of the finding, and not of the report's verdict.
+    identification = {name: rule for name, rule in report.items() if name not in ("if", "then")}
+    made = {"reasons": reasons, "identified": IDENTIFIED, "identification": identification}
+    return {"report": report_schema()} | {name: json.dumps(schema) for name, schema in made.items()}
