@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import threading
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -159,3 +160,22 @@ def test_a_bundle_is_asked_in_place_of_a_registry(tmp_path: Path, short: Path, m
         check = mo.verify(short, claim="Ada Lovelace", bundle=str(tmp_path / "people.bundle"), pictures=False)
     assert check.document["claim_source"] == "bundle"
     assert mo.identify(short, bundle=tmp_path / "people.bundle").verdict in ("nobody", "inconclusive")
+
+
+@pytest.mark.parametrize(
+    "result", [{"finding": "found", "found_id": 5, "reasons": []}, {"finding": "found"}, [1], None]
+)
+def test_an_answer_that_no_film_shows_is_refused(
+    tmp_path: Path, short: Path, monkeypatch: pytest.MonkeyPatch, result: Any
+) -> None:
+    """Catches: `mo.identify` that passes on what a taken-over process answers, or ends in a traceback by it."""
+
+    class Hostile:
+        sealed = ()
+
+        def read(self, order: Any, progress: Any, answer: Any = None) -> dict[str, Any]:
+            return {"result": result}
+
+    monkeypatch.setattr("moireid.api.checks.film_reader", lambda films, unsealed: nullcontext(Hostile()))
+    with mo.Registry(tmp_path / "people.sqlite3", create=True) as registry, pytest.raises(mo.MediaError):
+        mo.identify(short, registry=registry)

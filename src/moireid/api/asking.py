@@ -1,6 +1,7 @@
 """How a registry, a bundle or a file is asked: for the badge of a claim, and for all people who may be found.
 
-The process that reads the film learns the claimed badge alone.  Holders are looked up once the film is judged.
+The commands ask so, too.  The process that reads the film learns the claimed badge alone.  Holders are looked up once
+the film is judged.  A registry's packages are loaded only where one is asked.
 """
 
 from __future__ import annotations
@@ -9,45 +10,107 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
-from moireid.api.places import Place, opened, warn_of
 from moireid.badge import Badge, load_badge
 from moireid.files import AnyPath, as_path
 from moireid.provenance import ClaimedBadge, Standing
-from moireid.registry import People, Registry, claimed, claimed_by_file, holder_of
-from moireid.registry.bundle.held import Bundle, BundlePeople
 from moireid.verifier.report.circumstances import Circumstances, read_id
-from moireid.verifier.session.claim import with_badge_notes
-from moireid.verifier.session.identify import EnrolledPeople
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from moireid.api.places import Place
+    from moireid.reading.film_orders import IdentifyingOrder
+    from moireid.reading.film_reader import Reader
+    from moireid.reading.film_reports import Progress
+    from moireid.registry import Registry
+    from moireid.verifier.session.identify import EnrolledPeople
 
 #: From a report's JSON to the circumstances of its check.
 LookUp = Callable[[Mapping[str, Any]], Circumstances]
 
 
+@dataclass(frozen=True)
+class AskingTerms:
+    """How a registry or bundle is asked.
+
+    trust: the fingerprint of the one authority that counts; note: takes what a user should know of it; require: raises
+    an error where more is asked of a registry than holds.
+    """
+
+    trust: str | None
+    note: Callable[[Standing], object]
+    require: Callable[[Registry], object] = lambda registry: None
+
+
+@dataclass(frozen=True)
+class ClaimContext:
+    """A claimed badge, with the standing of the registry or bundle that was asked, and a look-up of reports there."""
+
+    found: ClaimedBadge
+    look_up: LookUp
+
+    @property
+    def standing(self) -> Standing | None:
+        """None if neither was asked."""
+        return self.found.provenance.standing
+
+    def stated(self) -> dict[str, Any]:
+        """What a report says of the claim, which this process states, and not the one that reads the film."""
+        return {
+            "registry": self.standing.to_json() if self.standing else None,
+            "claim_source": self.found.provenance.source,
+            "badge": self.found.to_json(),
+        }
+
+    def known(self, document: Mapping[str, Any], claim: str | None) -> Circumstances:
+        """How the check of a report was made; claim: as it was given."""
+        return replace(self.look_up(document), claim=claim, barred=self.found.barred)
+
+
 @contextmanager
-def claim_of_badge(badge: Badge | AnyPath, registry: Place, trust: str | None) -> Iterator[tuple[ClaimedBadge, LookUp]]:
+def claim_of_badge(badge: Badge | AnyPath, registry: Place, terms: AskingTerms) -> Iterator[ClaimContext]:
     """The badge itself; with a registry that holds it, the registry's own record of it."""
     own = badge if isinstance(badge, Badge) else load_badge(badge)
     if registry is None:
-        yield ClaimedBadge(own), lambda document: Circumstances(datetime.now(UTC))
+        yield ClaimContext(ClaimedBadge(own), lambda document: Circumstances(datetime.now(UTC)))
         return
-    with _asked(registry, trust) as (held, standing):
-        yield _standing(claimed_by_file(held, own), standing), lambda document: _known_by(held, standing, document)
+    from moireid.registry import claimed_by_file
+
+    yield _claim_of(registry, terms, lambda held: claimed_by_file(held, own))
 
 
 @contextmanager
-def claim_of_name(claim: str, registry: Place, trust: str | None) -> Iterator[tuple[ClaimedBadge, LookUp]]:
+def claim_of_name(claim: str, registry: Place, terms: AskingTerms) -> Iterator[ClaimContext]:
     """The badge that a name or an id means in a registry."""
-    with _asked(registry, trust) as (held, standing):
-        yield _standing(claimed(held, claim), standing), lambda document: _known_by(held, standing, document)
+    from moireid.registry import claimed
+
+    yield _claim_of(registry, terms, lambda held: claimed(held, claim))
+
+
+def _claim_of(registry: Place, terms: AskingTerms, find: Callable[[Registry], ClaimedBadge]) -> ClaimContext:
+    """A registry's answer, which is closed while the film is read, and opened again to look the report up."""
+    with _asked(registry, terms) as (held, standing):
+        found = find(held)
+    # Another one may be there by then, and the user may remember none.
+    again = replace(terms, trust=terms.trust or standing.fingerprint, note=lambda standing: None)
+
+    def look_up(document: Mapping[str, Any]) -> Circumstances:
+        with _asked(registry, again) as (held, _):
+            return _known_by(held, standing, document)
+
+    return ClaimContext(replace(found, provenance=replace(found.provenance, standing=standing)), look_up)
 
 
 @contextmanager
-def claim_in_bundle(claim: str, bundle: AnyPath, trust: str | None) -> Iterator[tuple[ClaimedBadge, LookUp]]:
+def claim_in_bundle(claim: str, bundle: AnyPath, terms: AskingTerms) -> Iterator[ClaimContext]:
     """The badge that a name or an id means in a bundle."""
-    with Bundle(as_path(bundle), trust) as held:
-        warn_of(held.standing)
+    from moireid.registry.bundle.held import Bundle
+
+    with Bundle(as_path(bundle), terms.trust) as held:
+        terms.note(held.standing)
 
         def look_up(document: Mapping[str, Any]) -> Circumstances:
             # If the claimed seal opened, the holder is known already.
@@ -56,7 +119,7 @@ def claim_in_bundle(claim: str, bundle: AnyPath, trust: str | None) -> Iterator[
             known = Circumstances(datetime.now(UTC), read=read, standing=held.standing, registry=str(bundle))
             return replace(known, looked_up=held.opens_soon)
 
-        yield held.claimed(claim), look_up
+        yield ClaimContext(held.claimed(claim), look_up)
 
 
 @dataclass(frozen=True)
@@ -74,20 +137,36 @@ class SearchScope:
     note: Callable[[dict[str, Any], str], dict[str, Any]]
     look_up: LookUp
 
-    def answer(self, question: Any) -> Any:
-        """The answer to a question of the process that reads the film; None to what is none."""
-        match question:
-            case {"holds": str(badge_id)}:
-                return self.enrolled.holds(badge_id)
-            case {"alike": dict(parts)}:
-                return self.enrolled.alike({int(place): str(part) for place, part in parts.items()})
-        return None
+    def search(
+        self, order: IdentifyingOrder, reader: Reader, progress: Progress
+    ) -> tuple[dict[str, Any], Circumstances]:
+        """What a film shows of them, as JSON, and how it was looked up.  Raises: MoireIdError as `identified_film`."""
+        from moireid.reading.film_reports import identified_film
+
+        answer = partial(answer_to, enrolled=self.enrolled, film=order.video)
+        outcome = identified_film(order, reader, progress, answer)
+        found_id = outcome["found_id"]
+        name = None if found_id is None else self.name(found_id)
+        document = outcome | {"found_name": name, "registry": self.standing.to_json()}
+        document = document if found_id is None else self.note(document, found_id)
+        return document, self.look_up(document)
+
+
+def answer_to(question: object, enrolled: EnrolledPeople, film: Path) -> Any:
+    """The answer to a question of the process that reads the film.  Raises: MediaError if it is none."""
+    from moireid.reading.answers import RegistryQuestion, checked
+
+    asked = checked(question, RegistryQuestion, film)
+    return enrolled.holds(asked.holds) if asked.holds is not None else enrolled.alike(asked.alike or {})
 
 
 @contextmanager
-def people_of_registry(registry: Place, trust: str | None) -> Iterator[SearchScope]:
+def people_of_registry(registry: Place, terms: AskingTerms) -> Iterator[SearchScope]:
     """Everyone in a registry."""
-    with _asked(registry, trust) as (held, standing):
+    from moireid.registry import People
+    from moireid.verifier.session.claim import with_badge_notes
+
+    with _asked(registry, terms) as (held, standing):
         people = People(held)
 
         def note(document: dict[str, Any], found_id: str) -> dict[str, Any]:
@@ -102,10 +181,13 @@ def people_of_registry(registry: Place, trust: str | None) -> Iterator[SearchSco
 
 
 @contextmanager
-def people_of_bundle(bundle: AnyPath, trust: str | None) -> Iterator[SearchScope]:
+def people_of_bundle(bundle: AnyPath, terms: AskingTerms) -> Iterator[SearchScope]:
     """Everyone in a bundle: each identity that is read is tried on every seal, however many there are."""
-    with Bundle(as_path(bundle), trust) as held:
-        warn_of(held.standing)
+    from moireid.registry.bundle.held import Bundle, BundlePeople
+    from moireid.verifier.session.claim import with_badge_notes
+
+    with Bundle(as_path(bundle), terms.trust) as held:
+        terms.note(held.standing)
         people = BundlePeople(held)
 
         def name(badge_id: str) -> str | None:
@@ -126,18 +208,19 @@ def people_of_bundle(bundle: AnyPath, trust: str | None) -> Iterator[SearchScope
 
 
 @contextmanager
-def _asked(registry: Place, trust: str | None) -> Iterator[tuple[Registry, Standing]]:
+def _asked(registry: Place, terms: AskingTerms) -> Iterator[tuple[Registry, Standing]]:
+    from moireid.api.places import opened
+
     with opened(registry) as held:
-        standing = held.standing(trust)
-        warn_of(standing)
+        standing = held.standing(terms.trust)
+        terms.note(standing)
+        terms.require(held)
         yield held, standing
-
-
-def _standing(found: ClaimedBadge, standing: Standing) -> ClaimedBadge:
-    return replace(found, provenance=replace(found.provenance, standing=standing))
 
 
 def _known_by(registry: Registry, standing: Standing, document: Mapping[str, Any]) -> Circumstances:
     """What a registry says about a report: who holds the badge that was read, and which authority signed it."""
+    from moireid.registry import holder_of
+
     read = holder_of(registry, read_id(document))
     return Circumstances(datetime.now(UTC), read=read, standing=standing, registry=registry.shown_url)

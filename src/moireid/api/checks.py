@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import replace
 
 from moireid.api.asking import (
-    LookUp,
+    AskingTerms,
+    ClaimContext,
     claim_in_bundle,
     claim_of_badge,
     claim_of_name,
@@ -19,13 +19,11 @@ from moireid.api.asking import (
     people_of_registry,
 )
 from moireid.api.film_check import FilmCheck
-from moireid.api.places import Place
+from moireid.api.places import Place, warn_of
 from moireid.attest.film_credentials import with_carried
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.files import AnyPath, as_path
-from moireid.names import line_of
-from moireid.provenance import ClaimedBadge
 from moireid.reading.film_orders import IdentifyingOrder, JudgingOrder
 from moireid.reading.film_reader import film_reader
 from moireid.reading.film_reports import judged_film
@@ -120,8 +118,9 @@ def verify(
     """
     video = as_path(film)
     known_camera = _camera(camera, focal_px)
-    asked = _claimed(claim, badge, registry, bundle, trust)
-    with film_reader([video], unsealed=unsealed) as reader, asked as (found, look_up):
+    claimed = _claimed(claim, badge, registry, bundle, trust)
+    with film_reader([video], unsealed=unsealed) as reader, claimed as context:
+        found = context.found
         wanted = Claim.of(
             found,
             focal_px=focal_px,
@@ -133,30 +132,24 @@ def verify(
         )
         order = JudgingOrder(video, wanted, found.barred, overlap, pictures=pictures)
         made = judged_film(order, reader, progress or _quiet)
-        standing = found.provenance.standing
-        line = found.provenance.line or line_of(found.badge.print)
-        own = {
-            "registry": standing.to_json() if standing else None,
-            "claim_source": found.provenance.source,
-            "badge": {"id": found.badge.id, "name": found.badge.name, "line": line},
-        }
-        document = with_carried(made.report | own, video)
-        known = replace(look_up(document), claim=claim, barred=found.barred)
+        document = with_carried(made.report | context.stated(), video)
+        known = context.known(document, claim)
     return FilmCheck(document, known, made.pictures, made.signals)
 
 
 def _claimed(
     claim: str | None, badge: Badge | AnyPath | None, registry: Place, bundle: AnyPath | None, trust: str | None
-) -> AbstractContextManager[tuple[ClaimedBadge, LookUp]]:
+) -> AbstractContextManager[ClaimContext]:
     """Where the claimed badge is looked up.  Raises: SpecError unless there is one claim and one place."""
     if bundle is not None and (registry is not None or claim is None):
         raise SpecError("bundle replaces registry, and needs claim; leave the other one out")
     if trust is not None and registry is None and claim is None:
         raise SpecError("trust is of a registry, and none is asked with badge alone; add registry, or leave it out")
+    terms = AskingTerms(trust, warn_of)
     if claim is not None and badge is None:
-        return claim_of_name(claim, registry, trust) if bundle is None else claim_in_bundle(claim, bundle, trust)
+        return claim_of_name(claim, registry, terms) if bundle is None else claim_in_bundle(claim, bundle, terms)
     if badge is not None and claim is None:
-        return claim_of_badge(badge, registry, trust)
+        return claim_of_badge(badge, registry, terms)
     raise SpecError("give either claim, a name or an id, or badge, a Badge or the path of its badge.json")
 
 
@@ -202,16 +195,11 @@ def identify(
     video = as_path(film)
     if bundle is not None and registry is not None:
         raise SpecError("bundle replaces registry; leave one of them out")
-    known_camera = _camera(camera, focal_px)
-    people = people_of_registry(registry, trust) if bundle is None else people_of_bundle(bundle, trust)
+    known_camera, terms = _camera(camera, focal_px), AskingTerms(trust, warn_of)
+    people = people_of_registry(registry, terms) if bundle is None else people_of_bundle(bundle, terms)
     with film_reader([video], unsealed=unsealed) as reader, people as scope:
         order = IdentifyingOrder(video, scope.layouts, focal_px, known_camera)
-        outcome = reader.read(order, progress or _quiet, scope.answer)["result"]
-        found_id = outcome["found_id"]
-        found_name = None if found_id is None else scope.name(found_id)
-        own = {"found_name": found_name, "registry": scope.standing.to_json(), "sealed": list(reader.sealed)}
-        document = outcome | own if found_id is None else scope.note(outcome | own, found_id)
-        known = scope.look_up(document)
+        document, known = scope.search(order, reader, progress or _quiet)
     return FilmCheck(document, known, Pictures())
 
 

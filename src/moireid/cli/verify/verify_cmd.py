@@ -11,10 +11,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,35 +27,14 @@ from moireid.cli.verify.verify_options import ClaimWish, VerifyOptions, check_wi
 from moireid.cli.witness_options import require, witness_check
 
 if TYPE_CHECKING:
-    from moireid.provenance import ClaimedBadge, Standing
+    from moireid.api.asking import ClaimContext
+    from moireid.provenance import ClaimedBadge
     from moireid.reading.film_orders import JudgingOrder
     from moireid.reading.film_reader import Reader
-    from moireid.registry import Registry
     from moireid.verifier import Claim
     from moireid.verifier.report.circumstances import Circumstances
     from moireid.verifier.report.headline import Headline
     from moireid.verifier.report.report_page import Pictures
-
-
-#: From a report's JSON to the circumstances of the check.
-LookUp = Callable[[Mapping[str, Any]], "Circumstances"]
-
-
-@dataclass(frozen=True)
-class ClaimContext:
-    """A claimed badge, with the standing of the registry or bundle that was asked, and a look-up of reports there."""
-
-    found: ClaimedBadge
-    look_up: LookUp
-
-    @property
-    def standing(self) -> Standing | None:
-        """None if neither was asked."""
-        return self.found.provenance.standing
-
-    def known(self, document: Mapping[str, Any], claim: str | None) -> Circumstances:
-        """How the check of a report was made; claim: as it was typed."""
-        return replace(self.look_up(document), claim=claim, barred=self.found.barred)
 
 
 def files_read(wish: ClaimWish) -> list[Path | None]:
@@ -69,76 +48,15 @@ def files_read(wish: ClaimWish) -> list[Path | None]:
 
 
 def asked_of(wish: ClaimWish) -> AbstractContextManager[ClaimContext]:
-    """The claimed badge, from a bundle, a registry or a file alone; stays open while something is looked up."""
+    """The claimed badge, from a bundle, a registry or a file alone; a bundle stays open for the look-up."""
+    from moireid.api.asking import AskingTerms, claim_in_bundle, claim_of_badge, claim_of_name
+
+    terms = AskingTerms(wish.trust, report_standing, partial(require, wish.witness_check))
     if wish.bundle_path is not None:
-        return _of_bundle(wish.bundle_path, wish.claim or "", wish.trust)
-    if wish.badge_json is not None and wish.registry_url is None:
-        return _of_file(wish.badge_json)
-    return _of_registry(wish)
-
-
-@contextmanager
-def _of_file(path: Path) -> Iterator[ClaimContext]:
-    from moireid.badge import load_badge
-    from moireid.provenance import ClaimedBadge
-    from moireid.verifier.report.circumstances import Circumstances
-
-    yield ClaimContext(ClaimedBadge(load_badge(path)), lambda document: Circumstances(datetime.now(UTC)))
-
-
-@contextmanager
-def _of_registry(wish: ClaimWish) -> Iterator[ClaimContext]:
-    """The badge of a claim; for a file, the registry's own badge if the registry holds it."""
-    from moireid.badge import load_badge
-    from moireid.registry import claimed, claimed_by_file, open_registry
-
-    badge = load_badge(wish.badge_json) if wish.badge_json is not None else None
-    with open_registry(wish.registry_url, create=False) as registry:
-        standing = registry.standing(wish.trust)
-        report_standing(standing)
-        require(wish.witness_check, registry)
-        found = claimed(registry, wish.claim or "") if badge is None else claimed_by_file(registry, badge)
-
-    def look_up(document: Mapping[str, Any]) -> Circumstances:
-        with open_registry(wish.registry_url, create=False) as registry:
-            # Another one may be there by now, and the user may remember none.
-            registry.standing(wish.trust or standing.fingerprint)
-            require(wish.witness_check, registry)
-            return known_by(registry, standing, document)
-
-    yield ClaimContext(replace(found, provenance=replace(found.provenance, standing=standing)), look_up)
-
-
-@contextmanager
-def _of_bundle(path: Path, claim: str, trust: str | None) -> Iterator[ClaimContext]:
-    from moireid.registry.bundle.held import Bundle
-    from moireid.verifier.report.circumstances import Circumstances, read_id
-
-    with Bundle(path, trust) as bundle:
-        report_standing(bundle.standing)
-
-        def look_up(document: Mapping[str, Any]) -> Circumstances:
-            # If the claimed seal opened, the holder is known already.
-            other = read_id(document) if document["identity"]["verdict"] == "mismatch" else None
-            read = bundle.holder_of(other) if bundle.opens_soon else None
-            return Circumstances(
-                datetime.now(UTC),
-                read=read,
-                standing=bundle.standing,
-                looked_up=bundle.opens_soon,
-                registry=str(path),
-            )
-
-        yield ClaimContext(bundle.claimed(claim), look_up)
-
-
-def known_by(registry: Registry, standing: Standing, document: Mapping[str, Any]) -> Circumstances:
-    """What a registry says about a report: who holds the badge that was read, and which authority signed it."""
-    from moireid.registry import holder_of
-    from moireid.verifier.report.circumstances import Circumstances, read_id
-
-    read = holder_of(registry, read_id(document))
-    return Circumstances(datetime.now(UTC), read=read, standing=standing, registry=registry.shown_url)
+        return claim_in_bundle(wish.claim or "", wish.bundle_path, terms)
+    if wish.badge_json is not None:
+        return claim_of_badge(wish.badge_json, wish.registry_url, terms)
+    return claim_of_name(wish.claim or "", wish.registry_url, terms)
 
 
 Progress = Callable[[int, int | None], None]
@@ -169,7 +87,7 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
     )
 
 
-def judged(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, reader: Reader, progress: Progress) -> Outcome:
+def judged(wish: VerifyOptions, asked: ClaimContext, scores: Scores, reader: Reader, progress: Progress) -> Outcome:
     """The outcome of a film.
 
     Convention: claim, registry, and how the film was read are stated by this process; what reads the film only reports
@@ -178,13 +96,8 @@ def judged(wish: VerifyOptions, found: ClaimedBadge, scores: Scores, reader: Rea
     from moireid.attest.film_credentials import with_carried
     from moireid.reading.film_reports import judged_film
 
-    made, standing = judged_film(_order(wish, found, scores), reader, progress), found.provenance.standing
-    own = {
-        "registry": standing.to_json() if standing else None,
-        "claim_source": found.provenance.source,
-        "badge": found.to_json(),
-    }
-    document = made.report | own
+    made = judged_film(_order(wish, asked.found, scores), reader, progress)
+    document = made.report | asked.stated()
     if not wish.published:
         document = with_carried(document, wish.video)
     return Outcome(document, lambda: (made.pictures, made.signals))
@@ -312,7 +225,7 @@ def verify_command(**given: Any) -> None:
             check_belongs(receipt, asked.found, wish.video)
         plan_pages(wish.report_folder, overwrite=wish.overwrite, kept=kept)
         with progress_bar("reading the film") as progress:
-            outcome = judged(wish, asked.found, scores, reader, progress)
+            outcome = judged(wish, asked, scores, reader, progress)
         outcome = replace(outcome, document=attached(outcome.document, receipts))
         known = asked.known(outcome.document, wish.claim)
     document = write_pages_of(outcome, signing, known, wish)
