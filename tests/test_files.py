@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from moireid.errors import SpecError
-from moireid.files import planned, whole_file, write_text
+from moireid.files import planned, read_regular, whole_file, write_text
 
 
 def tree(folder: Path) -> dict[str, bytes]:
@@ -148,3 +148,9 @@ def test_outputs_that_cannot_be_are_refused(tmp_path: Path) -> None:
             with pytest.raises(SpecError, match=words):
                 planned([path], overwrite=overwrite)
     assert tree(tmp_path) == {"file": b"mine"}
+
+
+def test_a_name_with_the_letter_0_is_no_path() -> None:
+    """Catches: a ValueError of the system, which ends a command as an error of moireid."""
+    with pytest.raises(SpecError, match="holds the letter 0"):
+        read_regular("badge\0.json")

@@ -30,9 +30,11 @@ AnyPath = str | os.PathLike[str]
 
 def as_path(given: AnyPath) -> Path:
     """The path that a caller gave as text or as a path.  Raises: SpecError for what is neither."""
-    if isinstance(given, (str, os.PathLike)) and isinstance(named := os.fspath(given), str):
-        return Path(named)
-    raise SpecError(f"{given!r:.80} is no path; give a str or a pathlib.Path")
+    if not isinstance(given, (str, os.PathLike)) or not isinstance(named := os.fspath(given), str):
+        raise SpecError(f"{given!r:.80} is no path; give a str or a pathlib.Path")
+    if "\0" in named:
+        raise SpecError(f"{named!r:.80} is no path, as it holds the letter 0; give the name of a file")
+    return Path(named)
 
 
 def open_regular(path: AnyPath) -> BufferedReader[FileIO]:

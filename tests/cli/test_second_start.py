@@ -65,7 +65,7 @@ def test_a_film_may_have_a_name_that_is_no_text(tmp_path: Path, film: Path) -> N
     assert (done.returncode, b"in a stranger" in done.stderr, b"cannot be read" in done.stderr) == (2, False, True)
 
 
-@pytest.mark.parametrize("after_s", [0.2, 0.4, 0.6, 0.8])
+@pytest.mark.parametrize("after_s", [0.0, 0.02, 0.2, 0.4, 0.6, 0.8])
 def test_an_interrupt_shows_no_traceback(tmp_path: Path, film: Path, after_s: float) -> None:
     """Catches: an interrupt within the second start, while packages are loaded, that shows lines of Python."""
     (script := tmp_path / "moireid").write_text(PROGRAM)

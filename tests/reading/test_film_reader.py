@@ -84,6 +84,14 @@ def test_no_secret_of_the_command_is_in_the_memory_of_its_reader(film: Path) -> 
 
 
 @linux
+@pytest.mark.parametrize("answer", [{"signals": [[]]}, {"files": []}, {"plots": {}}, {"frame_s": [0]}, {"result": [1]}])
+def test_an_answer_of_another_type_ends_the_reading_at_once(reader: SealedReader, answer: Any) -> None:
+    """Catches: lists kept in the place of a text until all is read, which take thirty times their size in memory."""
+    with pytest.raises(MediaError, match=f"no {next(iter(answer))}"):
+        read(reader, HostileOrder("answer", json.dumps(answer)))
+
+
+@linux
 def test_nothing_is_waited_for_without_an_end(
     reader: SealedReader, film: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

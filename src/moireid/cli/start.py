@@ -36,24 +36,29 @@ def run() -> None:
     main()
 
 
-def _run_again() -> None:
-    """The second start."""
+def _run_again(handle: int) -> None:
+    """The second start; handle: of what the first one wrote."""
     import signal
 
     # Nothing is done yet that would be tidied up, and no line of Python is to be shown.
     quiet = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if quiet:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     from moireid.reading.film_work import read
 
     # Without a copy, films are read by a process that is made later.
     with contextlib.suppress(OSError):
         EarlyCopy.waiting = EarlyCopy(read)
-    resume(int(sys.argv[1]))
+    resume(handle)
     if quiet:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     run()
 
 
 if __name__ == "__main__":
-    _run_again()
+    # Started by a person, it starts as `moireid` does.
+    if len(sys.argv) == 2 and sys.argv[1].isdecimal():
+        _run_again(int(sys.argv[1]))
+    else:
+        main()

@@ -21,7 +21,7 @@ from typing import Any, Protocol
 
 from moireid import errors
 from moireid.errors import MediaError, MoireIdError
-from moireid.reading.answers import Count, checked
+from moireid.reading.answers import Count, checked, malformed
 from moireid.reading.film_orders import FilmOrder
 from moireid.sandbox.early_copy import EarlyCopy
 from moireid.sandbox.file_access import Reach, reach
@@ -40,8 +40,14 @@ PROCESSOR_BYTES = 16 << 20
 ANSWER_BYTES = 8 << 20
 #: Largest file that a process with a folder may write there: a capture record.
 WRITTEN_BYTES = 64 << 20
-#: What a process may answer.
-ANSWERS = frozenset({"result", "files", "plots", "frame_s", "signals"})
+#: What a process may answer, and as which JSON: other values would take up to thirty times their size in memory.
+ANSWERS: dict[str, type | tuple[type, ...]] = {
+    "result": dict,
+    "files": dict,
+    "plots": list,
+    "frame_s": (float, int, type(None)),
+    "signals": str,
+}
 #: Time for a film of no size, and for each megabyte of it, s; a film of 100 kbit/s takes 10 s a megabyte.
 LEAST_S, MEGABYTE_S = 60.0, 60.0
 #: Longest time without a message, s; reading a chapter's end takes seconds.
@@ -117,6 +123,8 @@ class SealedReader:
             if "ask" in message and answer is not None:
                 return answer(message["ask"])
             for key in message.keys() & ANSWERS:
+                if not isinstance(message[key], ANSWERS[key]):
+                    raise malformed(", ".join(map(str, self._films)), f"no {key}")
                 # What was answered counts once, so that no process fills this one's memory.
                 found.setdefault(key, message[key])
             return None

@@ -45,6 +45,7 @@ def restart(module: str) -> None:
         # No script; -m or -c is in one word with other flags, or with what it starts.
         return
     import fcntl
+    import signal
 
     variables = kept_environment(dict(os.environ)) | {"PYTHONPATH": os.pathsep.join(import_path())}
     try:
@@ -57,9 +58,11 @@ def restart(module: str) -> None:
         command = [sys.executable, *flags, "-P", "-m", module, str(handle)]
         for stream in filter(None, (sys.stdout, sys.stderr)):
             stream.flush()
+        # An interrupt waits until the second start can end by it without a traceback.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         os.execve(sys.executable, command, variables)
     except OSError:
-        return
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 def resume(handle: int) -> None:

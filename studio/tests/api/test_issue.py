@@ -259,7 +259,9 @@ def test_an_event_is_understood_row_by_row_and_issued_as_one_archive(visit: Visi
     job = moved.headers["location"].rsplit("/", 1)[1]
     assert done(visit, job)["state"] == "done"
     files = packed(visit, job)
-    assert all(re.fullmatch(r"event/([a-z0-9-]+/)?[a-z]+\.(pdf|png|json|csv)", name) for name in files), list(files)
+    assert all(re.fullmatch(r"event/([a-z0-9-]+/)?[a-z]+\.(pdf|png|webp|json|csv)", name) for name in files), list(
+        files
+    )
     rows = list(csv.DictReader(io.StringIO(files["event/summary.csv"].decode())))
     assert [row["name"] for row in rows] == HOSTILE[:5]
     for row in rows:
