@@ -74,7 +74,7 @@ def test_another_name_of_a_trusted_authority_does_not_hold(tmp_path: Path, sign:
 
 
 def test_a_name_without_an_authority_is_refused(tmp_path: Path, sign: Sign) -> None:
-    """Catches: a name that counts by the word of whoever made the certificate."""
+    """Catches: a name that counts by the word of the one who made the certificate."""
     (tmp_path / "verdict.json").write_text(sign(SigningKey(KEYS["desk"], (DESK,))))
     for option in ("--certificate-identity", "--certificate-authority"):
         done = CliRunner().invoke(moireid, ["attest", "check", str(tmp_path / "verdict.json"), option, "x"])

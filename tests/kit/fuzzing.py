@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import random
+import resource
 import shutil
 import subprocess
 import sys
@@ -69,7 +70,9 @@ def _keys(document: object) -> list[Any]:
 def run_engine(name: str, options: list[str]) -> None:
     """Run the engine in this process, which ends with it."""
     reader = READERS[name]
-    limits = [f"-max_len={MOST_BYTES}", f"-timeout={MOST_S}", f"-rss_limit_mb={MOST_MB}"]
+    # The engine's own limit counts what the process had before it became this program.
+    resource.setrlimit(resource.RLIMIT_DATA, (MOST_MB << 20, MOST_MB << 20))
+    limits = [f"-max_len={MOST_BYTES}", f"-timeout={MOST_S}", "-rss_limit_mb=0"]
     # By its first argument the engine starts itself again.
     again = f"{sys.executable} -m kit.fuzzing {name} {ENGINE}"
     atheris.Setup([again, *limits, *options], lambda content: reader.takes(content) and None, custom_mutator=odd_json)

@@ -220,7 +220,7 @@ def shown(ada: Badge, films: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     return {
         "✓ Genuine, and Ada Lovelace's": badge_film(ada, folder / "ada.mp4"),
         "✗ Genuine, but held by no one in this registry": badge_film(grace, folder / "grace.mp4"),
-        "? Cannot tell: the badge can hardly be seen": tiny_film(films / "genuine_1.0m.mp4", folder / "other.mp4"),
+        "? Cannot tell: the film is too short": tiny_film(films / "genuine_1.0m.mp4", folder / "other.mp4"),
     }
 
 
