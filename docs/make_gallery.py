@@ -98,13 +98,14 @@ def main() -> None:
         work = Path(folder)
         words += [_badge(work, name, *entry) for name, entry in PRINTED.items()]
         words += ["</div>\n", "## Moving\n", _moving(work)]
-        words += ["## Where it is worn\n", SCENE_WORDS]
+        words += ["## Where it is worn\n", SCENE_WORDS, PHOTOGRAPH_WORDS]
         words += ["## Verdicts\n", "Thick: where the law puts the fringes. Thin: where they were seen.\n"]
         words += [_verdict(work, name, text) for name, text in VERDICTS.items()]
         _side_by_side(work)
         _report(work)
         _worn(work)
         _scenes(work)
+        _photograph(work)
     (OUT / "gallery.md").write_text("\n".join(words) + "\n", encoding="utf-8")
     _rays()
     _law()
@@ -173,6 +174,25 @@ air beneath the sheet, haze, and a lamp in its ribs. Such films are accepted.
 moireid simulate ada/badge.json --out film.mp4 --scene worn --build usual:3 --motion sway --distance 0.8
 ```
 """
+
+
+PHOTOGRAPH_WORDS = """Light followed through every lens, from a lamp to the print and back to the camera; holder, cord
+and jumper are modelled. `--rays` and `--error` choose between time and noise.
+
+![A badge in a holder on a red cord, before a blue knitted jumper](gallery/photograph.webp)
+
+```text
+moireid render ada/badge.json --out photograph.png --rays 512
+```
+"""
+
+
+def _photograph(work: Path) -> None:
+    """The badge of a speaker as it is worn, path-traced: some minutes of work."""
+    badge_json, picture = work / "worn-conference" / "badge.json", work / "photograph.png"
+    _run(f"moireid render {badge_json} --out {picture} --rays 512")
+    with Image.open(picture) as made:
+        made.save(OUT / "photograph.webp", quality=80, method=6)
 
 
 def _scenes(work: Path) -> None:

@@ -154,7 +154,7 @@ class MitsubaRenderer:
                 surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
                 # A face between glass and glass, with one refractive index on both sides: it bends no ray.
                 surfaces |= {"within": clear(mi, 1.0)} if scene.need.bounces else {}
-                for part, made in _grating_meshes(mi, scene, number, segments, surfaces).items():
+                for part, made in grating_parts(mi, scene, number, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
             if scene.light is not None:
                 described |= lamps(mi, scene.lens, scene.light)
@@ -226,7 +226,7 @@ def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
     }
 
 
-def _grating_meshes(
+def grating_parts(
     mi: Any, scene: Scene, number: int, segments: int, surfaces: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """The page's lines under one grating, the sheet over it, and its sides; each part has a surface of its own."""
