@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -34,6 +35,30 @@ def test_the_badge_and_its_page_are_those_of_the_command(wish: dict[str, str], t
     assert mo.load_badge(printed.files["badge.json"]) == badge == mo.load_badge(tmp_path / "theirs" / "badge.json")
     for name in ("preview.png", "preview.webp"):
         assert printed.files[name].read_bytes() == (tmp_path / "theirs" / name).read_bytes(), name
+
+
+@pytest.mark.parametrize(
+    ("wish", "options"),
+    [
+        ({"code": "pitch", "payload": "308628"}, ["--code", "pitch", "--payload", "308628"]),
+        ({"form": "vector", "payload": PAYLOAD}, ["--form", "vector", "--payload", PAYLOAD]),
+        (
+            {"front": "mask", "gap_mm": 2.0, "payload": PAYLOAD},
+            ["--front", "mask", "--gap", "2", "--payload", PAYLOAD],
+        ),
+    ],
+)
+def test_lines_are_drawn_as_the_command_draws_them(wish: dict[str, Any], options: list[str], tmp_path: Path) -> None:
+    """Catches: a way of drawing that Python does not reach, or that is lost on the way."""
+    done = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "ada"), "--mount", "none", *options])
+    assert done.exit_code == 0, done.output
+    assert mo.design("Ada", **wish) == mo.load_badge(tmp_path / "ada" / "badge.json")
+
+
+def test_a_gap_is_a_masks() -> None:
+    """Catches: a spacer that is ignored because the badge has a sheet."""
+    with pytest.raises(mo.SpecError, match="gap_mm is the spacer of a mask"):
+        mo.design("Ada", gap_mm=2.0)
 
 
 def test_sizes_and_distances_are_numbers() -> None:

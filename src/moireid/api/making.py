@@ -40,6 +40,9 @@ def design(
     front: str = Request.front,
     markers: str = Request.markers,
     pattern: str | None = Request.pattern,
+    code: str = "spacing",
+    form: str = Request.form,
+    gap_mm: float | None = None,
 ) -> Badge:
     """Design a badge; nothing is written.
 
@@ -82,6 +85,12 @@ def design(
         What a film finds the badge by.
     pattern : {"silk", "cells"}, optional
         Whether lines bend from cell to cell; None for what suits the badge.
+    code : {"spacing", "pitch"}
+        How lines carry the identity: by their places, or by their pitch.
+    form : {"dots", "vector"}
+        How lines are drawn: on the printer's grid, or free of it.
+    gap_mm : float, optional
+        Thickness of a mask's spacer, mm.
 
     Returns
     -------
@@ -107,6 +116,8 @@ def design(
     Convention: lengths in mm of the page, distances in m.
     Source: `moireid.issuing.plan_badge`, as the command uses it.
     """
+    if gap_mm is not None and front != "mask":
+        raise SpecError("gap_mm is the spacer of a mask; give front='mask' with it, or leave it out")
     request = Request(
         clean_name(name),
         printer_dpi=printer_dpi,
@@ -117,6 +128,9 @@ def design(
         markers=markers,
         pattern=pattern,
         lens_thickness_mm=lens_thickness_mm,
+        family=code,
+        form=form,
+        gap_mm=Request.gap_mm if gap_mm is None else gap_mm,
     )
     wear = Wear(
         format,
@@ -130,7 +144,7 @@ def design(
         None,
         None,
     )
-    chosen = payload_from_hex(payload) if isinstance(payload, str) else payload
+    chosen = payload_from_hex(payload, family=code) if isinstance(payload, str) else payload
     request = wear.fit(request, payload_bytes=None if chosen is None else len(chosen))
     order = IssueOrder(request, wear, "none", MountFigures(), chosen)
     with ExitStack() as stack:
