@@ -75,3 +75,10 @@ def test_unknown_columns_are_named_with_the_nearest_known_one(tmp_path: Path) ->
     (note,) = json.loads(done.stdout)["notes"]
     assert "columns 'titel', 'lien' (did you mean line?), 'portait' (did you mean portrait?); " in note
     assert "colour'" not in note and note in done.stderr
+
+
+def test_a_refused_list_still_names_its_unknown_columns(tmp_path: Path) -> None:
+    """Catches: a list that is refused for cells of a misspelt column, whose name no message mentions."""
+    done = printed(tmp_path, "name,portait,payload\nAda,a.png,zz\n")
+    assert done.exit_code == 2
+    assert done.stderr.index("did you mean portrait?") < done.stderr.index("'zz'")

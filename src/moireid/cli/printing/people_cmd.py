@@ -85,7 +85,7 @@ def print_people(order: PrintOrder, people_csv: Path) -> None:
         else:
             faults[one.person.row] = fault
     skipped = dict(sorted(faults.items()))
-    _report_faults(skipped, people_csv, some=bool(good), skip=order.skip_bad)
+    _report_faults(skipped, people_csv, listed.notes, some=bool(good), skip=order.skip_bad)
     badges = badges_of(good)
     parts = plan_parts(badges[0], wanted.mount or "none", wanted.figures)
     found = _List(order, people_csv, parts, listed.notes, good, skipped)
@@ -112,16 +112,19 @@ def _look_fault(order: PrintOrder, path: Path, one: DesignResult) -> SpecError |
     return None
 
 
-def _report_faults(faults: RowFaults, path: Path, *, some: bool, skip: bool) -> None:
+def _report_faults(faults: RowFaults, path: Path, notes: Sequence[str], *, some: bool, skip: bool) -> None:
     """Say on stderr what is wrong with each row.
 
-    Parameters: some: whether other rows are good; skip: whether the rows are to be left out.
+    Parameters: notes: on reading the list, which may name the cause; some: whether other rows are good; skip: whether
+    the rows are to be left out.
     Raises: SpecError unless there is none, or the rows are to be left out and some are good.
     """
     if skip and some:
         for fault in faults.values():
             say(f"skipped: {fault}")
         return
+    for note in notes if faults else ():
+        say(f"note: {note}")
     if len(faults) == 1:
         raise next(iter(faults.values()))
     for fault in list(faults.values())[:SHOWN]:
