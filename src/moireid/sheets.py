@@ -7,12 +7,10 @@ What sellers do not list is the radius of the lenses.  A sheet for print focuses
 thinnest sheets of a pitch would need cylinders of less than half a circle's width for that, and are taken as half
 circles.
 
-Source of the table: no maker's data sheet was at hand.  The four labels without a thickness in their name are the
-published prototype's sheet (Qing et al., Moiré Video Authentication, 2026) and its shape scaled to other pitches; they
-are no products, and stay what they were, since badges were printed for them.  All others are products as resellers list
-them: gauge in mils (thousandths of an inch) or mm, with the viewing angle that the seller states.  Sheets of PET, PETG
-and acrylic have indices of 1.49 to 1.60 (Weissman, Lenticular Imaging: Theory and Practice); the index of each is that
-of its plastic.
+Source of the table: `materials.toml` has each sheet with its source.  Four labels without a thickness in their name are
+the published prototype's sheet (Qing et al., Moiré Video Authentication, 2026) and its shape scaled to other pitches;
+they are no products, and stay what they were, since badges were printed for them.  Sheets of PET, PETG and acrylic have
+indices of 1.49 to 1.60 (Weissman, Lenticular Imaging: Theory and Practice); the index of each is that of its plastic.
 """
 
 from __future__ import annotations
@@ -27,22 +25,23 @@ from numpy.typing import NDArray
 from moireid.badge import Lens
 from moireid.errors import SpecError
 from moireid.lenticule import RAYS, trace_mm, view_law
+from moireid.materials import Material, materials
 from moireid.optics import passed_share, slab_shift_mm
 
-MM_PER_INCH, MM_PER_MIL = 25.4, 0.0254
+MM_PER_INCH = 25.4
 #: Half circles meet at a right angle to the sheet; their radius is half a pitch, and a little more, as sheets stretch.
 LEAST_RADIUS_RATIO = 0.5025
 #: Refractive indices: PET and PETG sheet as their makers list it; PMMA.
 PET_INDEX, PETG_INDEX, ACRYLIC_INDEX = 1.575, 1.57, 1.49
-RESELLERS = "as listed by resellers"
-PROTOTYPE = "Qing et al. 2026, and its shape at other pitches"
+PLASTICS = {"PET": PET_INDEX, "PETG": PETG_INDEX, "acrylic": ACRYLIC_INDEX}
 
 
 @dataclass(frozen=True)
 class Product:
     """One sheet as sold: lines per inch, thickness from the lenses' tops to the back, refractive index, material.
 
-    angle_deg: the viewing angle that the seller states, None if none; source: where the figures come from.
+    angle_deg: the viewing angle that the seller states, None if none; source: where the figures come from; sold:
+    whether it is a product, not the shape of the published prototype.
     """
 
     lines_per_inch: float
@@ -51,6 +50,7 @@ class Product:
     material: str
     angle_deg: float | None
     source: str
+    sold: bool
 
     @property
     def pitch_mm(self) -> float:
@@ -58,20 +58,18 @@ class Product:
         return MM_PER_INCH / self.lines_per_inch
 
 
-PRODUCTS = {
-    "40lpi": Product(40.0, 1.25, 1.56, "PETG", None, PROTOTYPE),
-    "50lpi": Product(50.0, 1.00, 1.56, "PETG", None, PROTOTYPE),
-    "60lpi": Product(60.0, 0.84, 1.56, "PETG", None, PROTOTYPE),
-    "75lpi": Product(75.0, 0.67, 1.56, "PETG", None, PROTOTYPE),
-    "20lpi-2mm": Product(20.0, 2.0, PETG_INDEX, "PETG", 47.0, RESELLERS),
-    "30lpi-47mil": Product(30.0, 47 * MM_PER_MIL, PETG_INDEX, "PETG", 49.0, RESELLERS),
-    "40lpi-33mil": Product(40.0, 33 * MM_PER_MIL, PETG_INDEX, "PETG", 49.0, RESELLERS),
-    "40lpi-2mm": Product(40.0, 2.0, ACRYLIC_INDEX, "acrylic", 25.0, RESELLERS),
-    "60lpi-1.2mm": Product(60.0, 1.2, PETG_INDEX, "PETG", 26.0, RESELLERS),
-    "62lpi-27mil": Product(62.0, 27 * MM_PER_MIL, PETG_INDEX, "PETG", 44.0, RESELLERS),
-    "75lpi-18mil": Product(75.0, 18 * MM_PER_MIL, PET_INDEX, "PET", 49.0, RESELLERS),
-    "100lpi-14mil": Product(100.0, 14 * MM_PER_MIL, PET_INDEX, "PET", 42.0, RESELLERS),
-}
+def _product(row: Material) -> Product:
+    """The optics of a row that has a label.  Raises: SpecError where the index of its plastic is not known."""
+    index = row.refractive_index or PLASTICS.get(row.plastic or "")
+    if row.lines_per_inch is None or row.thick_mm is None or row.plastic is None or index is None:
+        raise SpecError(f"lens sheet {row.label} lacks the plastic's index; add it to the table of materials")
+    return Product(row.lines_per_inch, row.thick_mm, index, row.plastic, row.angle_deg, row.source, row.sold)
+
+
+#: Lens sheets by their labels: all rows of the table of materials that have one.
+PRODUCTS = {one.label: _product(one) for one in materials() if one.label is not None}
+#: The sheet of boards, and of what is printed or measured where none is named (docs/decisions/default-sheets.md).
+DEFAULT_LENS = "62lpi-27mil"
 
 
 def sheet_lens(pitch_mm: float, thickness_mm: float, refractive_index: float) -> Lens:

@@ -23,8 +23,8 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Commands that most people need": (
         *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "render", "serve"),
     ),
-    "Your first badge; lens sheets, printers and cameras": (
-        *("first-badge", "pitch-test", "calibrate", "calibrate-camera"),
+    "Your first badge; what to buy; lens sheets, printers and cameras": (
+        *("first-badge", "materials", "pitch-test", "calibrate", "calibrate-camera"),
     ),
     "The registry, and access to the studio": ("registry", "witness", "token", "verdicts", "worker"),
     "What you set once": ("config",),
@@ -40,6 +40,7 @@ OWN = {
     "attest": "moireid.cli.attest.attest_cmd:attest_group",
     "simulate": "moireid.cli.simulate_cmd:simulate_command",
     "render": "moireid.cli.render_cmd:render_command",
+    "materials": "moireid.cli.printing.materials_cmd:materials_command",
     "first-badge": "moireid.cli.first_badge_cmd:first_badge_command",
     "pitch-test": "moireid.cli.pitch_cmd:pitch_test_command",
     "calibrate": "moireid.cli.pitch_cmd:calibrate_command",

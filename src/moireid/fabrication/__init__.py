@@ -10,6 +10,7 @@ assembly/           assembly.pdf: how the parts go together
 solid_parts.py      the parts of a mount as build123d solids
 package.py          all files of one badge, planned before and checked after; which mounts can be made for it
 event.py            sheets and folders for many people
+shopping/           what to buy for badges, and how lens sheets are cut
 """
 
 from typing import TYPE_CHECKING

@@ -110,13 +110,14 @@ def print_command(
     Exit code 0: all is made; 1: made without the rows that --skip-bad left out; 2: bad input, and nothing is made.
 
     \b
-    Labels for --lens, nominal and as resellers list them; measure yours:
-    40lpi 1.25 mm, 50lpi 1.00 mm   the published prototype's shape, at
-    60lpi 0.84 mm, 75lpi 0.67 mm   four pitches
-    20lpi-2mm     47 degrees       60lpi-1.2mm   26 degrees, for depth
-    30lpi-47mil   49 degrees       62lpi-27mil   44 degrees
-    40lpi-33mil   49 degrees       75lpi-18mil   49 degrees
-    40lpi-2mm     25, for depth    100lpi-14mil  42 degrees
+    Labels for --lens, with the viewing angle; moireid materials says where
+    the figures are from, and what to buy. Measure your sheet's thickness.
+    62lpi-27mil   44 degrees       20lpi-2mm     47 degrees
+    75lpi-18mil   49 degrees       30lpi-47mil   49 degrees
+    100lpi-14mil  42 degrees       40lpi-33mil   49 degrees
+    60lpi-1.2mm   26 degrees       40lpi-2mm     25 degrees
+    The published prototype's shape, which no one sells, at four pitches:
+    40lpi 1.25 mm, 50lpi 1.00 mm, 60lpi 0.84 mm, 75lpi 0.67 mm
     """
     from moireid.designer.request import parse_scale
 
@@ -238,6 +239,8 @@ def _make(order: PrintOrder, plan: IssuePlan, registry: Registry | None) -> None
             }
         )
         return
+    from moireid.fabrication.shopping.needs import front_words
+
     entered = ", entered in the registry" if registry else ""
     echo(f"Badge {badge.id} for {badge.name}{entered}:")
     for path in files.values():
@@ -245,3 +248,5 @@ def _make(order: PrintOrder, plan: IssuePlan, registry: Registry | None) -> None
     if order.explain:
         echo_lines(shown_rows(rows))
     echo("Print badge.pdf at 100 % and follow assembly.pdf.")
+    echo(f"On the card: {front_words(badge)}.")
+    echo(f"What to buy: moireid materials --badge {files['badge.json']}")

@@ -35,6 +35,16 @@ def font_file(*, bold: bool = False) -> Path:
     return Path(spec.origin).parent / "mpl-data/fonts/ttf" / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf")
 
 
+def register_fonts() -> None:
+    """Give reportlab the files of the fonts `REGULAR` and `BOLD`."""
+    from reportlab.pdfbase import pdfmetrics
+    from reportlab.pdfbase.ttfonts import TTFont
+
+    for name, bold in ((REGULAR, False), (BOLD, True)):
+        if name not in pdfmetrics.getRegisteredFontNames():
+            pdfmetrics.registerFont(TTFont(name, str(font_file(bold=bold))))
+
+
 class PdfPage:
     """A reportlab canvas that takes page millimetres, origin top left.
 
@@ -51,13 +61,9 @@ class PdfPage:
         scale: tuple[float, float] = (1.0, 1.0),
         dot_mm: float | None = None,
     ) -> None:
-        from reportlab.pdfbase import pdfmetrics
-        from reportlab.pdfbase.ttfonts import TTFont
         from reportlab.pdfgen.canvas import Canvas
 
-        for name, bold in ((REGULAR, False), (BOLD, True)):
-            if name not in pdfmetrics.getRegisteredFontNames():
-                pdfmetrics.registerFont(TTFont(name, str(font_file(bold=bold))))
+        register_fonts()
         self.height_mm = round(page_mm[1] / dot_mm) * dot_mm if dot_mm else page_mm[1]
         size = (page_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM)
         # invariant leaves out the date, so that the same badge gives the same bytes.

@@ -1,0 +1,430 @@
+"""moireid materials: what to buy for badges, and how to cut it; without badges, the table of products."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from moireid.cli.common import (
+    FiniteRange,
+    FolderPath,
+    SettingOption,
+    echo,
+    friendly,
+    json_option,
+    overwrite_option,
+    say,
+    show_json,
+)
+from moireid.cli.printing.print_options import FORMATS, ORIENTATIONS
+from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.fabrication.shopping.needs import ShoppingList
+    from moireid.materials import Material
+
+SUMMARY = "summary.csv"
+#: A lens sheet where none is given, mm across the lenses and along them: A4, its lenses along the longer side.
+ASSUMED_MM = (210.0, 297.0)
+#: Width of what is written on a terminal.
+WIDE = 100
+
+
+@dataclass(frozen=True)
+class _Order:
+    """The badge, its format's name (None for another size), for how many, its mount, and files that were read."""
+
+    badge: Badge
+    form: str | None
+    people: int
+    mount: str | None
+    kept: tuple[Path, ...] = ()
+
+
+@click.command("materials")
+@click.option(
+    "--format", "format_name", type=click.Choice(FORMATS), help="The badges' format, with the sheet that suits it."
+)
+@click.option("--people", type=int, metavar="N", help="How many badges.  [default: 1]")
+@click.option(
+    "--badge",
+    "badge_file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="A badge.json instead of --format: for a template, a size or a sheet of your own.",
+)
+@click.option(
+    "--event",
+    type=click.Path(path_type=Path),
+    metavar="FOLDER|CSV",
+    help="The folder that --people made, or its list of people (CSV) with --format.",
+)
+@click.option("--lens", cls=SettingOption, metavar="LABEL|FILE", help="Another lens sheet than the format's.")
+@click.option("--orientation", type=click.Choice(ORIENTATIONS), show_default="as the format is", help="Wide or high.")
+@click.option(
+    "--mount",
+    type=click.Choice(["lanyard", "clip", "stand", "holder", "none"]),
+    show_default="none where holders of that size are sold, else lanyard",
+    help="What holds the badges; with none, holders are bought.",
+)
+@click.option(
+    "--made",
+    type=click.Choice(["printed", "acrylic"]),
+    default="printed",
+    show_default=True,
+    help="Whether mounts are 3D-printed or cut from acrylic.",
+)
+@click.option(
+    "--spare",
+    "spare_percent",
+    type=FiniteRange(0, 100),
+    default=5.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="So much more of everything that is bought.",
+)
+@click.option(
+    "--sheet-size",
+    "sheet_text",
+    show_default="210x297",
+    metavar="WxH",
+    help="Size of a lens sheet in mm: first across the lenses, then along them.",
+)
+@click.option(
+    "--trim", "trim_mm", type=float, default=3.0, show_default=True, metavar="MM", help="Cut off at each edge."
+)
+@click.option(
+    "--cut-width",
+    "cut_mm",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="MM",
+    help="What a cut takes away: 0 for a knife, some mm for a saw.",
+)
+@click.option(
+    "--price",
+    "price_texts",
+    multiple=True,
+    metavar="KEY=AMOUNT",
+    help="Price of one unit of a line, such as lens-sheet=4.50; may be given several times.",
+)
+@click.option(
+    "--out", "folder", type=FolderPath(), help="Folder for shopping list (PDF, CSV) and cutting plan (PDF, DXF)."
+)
+@overwrite_option
+@json_option
+@friendly
+def materials_command(
+    format_name: str | None,
+    people: int | None,
+    badge_file: Path | None,
+    event: Path | None,
+    lens: str | None,
+    orientation: str | None,
+    mount: str | None,
+    made: str,
+    spare_percent: float,
+    sheet_text: str | None,
+    trim_mm: float,
+    cut_mm: float,
+    price_texts: tuple[str, ...],
+    folder: Path | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """List what to buy for badges, how much of it, and how to cut the lens sheets.
+
+    \b
+    moireid materials --format a6 --people 40 --out shopping
+    moireid materials --event conference --out shopping
+    moireid materials                              the table of products
+
+    The cutting plan has straight cuts from edge to edge, as a paper cutter makes them, and turns no piece: on a badge
+    the lenses run as the plan shows. Ask the shop which way the lenses run on its sheets, and give the size so.
+
+    Every product names the source of its figures, and what no source states: such a figure is to be asked for.
+    Prices are yours to fill in, by --price or in the CSV file.
+    """
+    if badge_file is None and event is None and format_name is None:
+        if people is not None or folder is not None or price_texts:
+            raise SpecError("give --format, --badge or --event with it, so that it is known which badges are made")
+        _show_table(as_json)
+        return
+    from moireid.fabrication.shopping.cutting import StockSheet
+    from moireid.fabrication.shopping.needs import ShoppingWish, shopping_list
+
+    if (
+        sum(given is not None for given in (badge_file, event)) + (badge_file is not None and format_name is not None)
+        > 1
+    ):
+        raise SpecError("give one of --format, --badge and --event (a list of people goes with --format)")
+    prices = _prices(price_texts)
+    across_mm, along_mm = ASSUMED_MM if sheet_text is None else _sheet_sides(sheet_text)
+    sheet = StockSheet(across_mm, along_mm, trim_mm, cut_mm)
+    order = _order(format_name, people, badge_file, event, lens, orientation)
+    mount = mount or order.mount or _usual_mount(order.form)
+    parts, note = _parts(order, mount)
+    wish = ShoppingWish(order.people, sheet, spare_percent / 100, order.form, made, prices)
+    found = shopping_list(order.badge, parts, wish)
+    files: dict[str, Path] = {}
+    if folder is not None:
+        from moireid.fabrication.shopping.written import write_shopping
+
+        files = write_shopping(found, folder, overwrite=overwrite, kept=order.kept)
+    notes = [*filter(None, [note]), *found.notes, *_sheet_notes(found, assumed=sheet_text is None)]
+    if as_json:
+        show_json(_document(found, files, notes))
+        return
+    for words in notes:
+        say(f"note: {words}")
+    _show_list(found, files)
+
+
+def _prices(texts: tuple[str, ...]) -> dict[str, float]:
+    """Prices by key.  Raises: SpecError for what is no KEY=AMOUNT."""
+    prices = {}
+    for text in texts:
+        key, equals, amount = text.partition("=")
+        try:
+            prices[key.strip()] = float(amount)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise SpecError(f"price {text[:60]!r} is not understood; give KEY=AMOUNT, such as lens-sheet=4.50")
+    return prices
+
+
+def _sheet_sides(text: str) -> tuple[float, float]:
+    """'210x297' as (210, 297).  Raises: SpecError where it is not two positive numbers."""
+    from moireid.designer.request import parse_size_mm
+
+    return parse_size_mm(text)
+
+
+def _order(
+    format_name: str | None,
+    people: int | None,
+    badge_file: Path | None,
+    event: Path | None,
+    lens: str | None,
+    orientation: str | None,
+) -> _Order:
+    """Which badges are made, and how many.  Raises: SpecError for options that contradict each other."""
+    from moireid.badge import load_badge
+
+    if event is not None and people is not None:
+        raise SpecError("--event says how many people come; leave --people out")
+    of_file = badge_file is not None or (event is not None and event.is_dir())
+    if of_file and (format_name or orientation):
+        raise SpecError("the badges that are made already have their size; leave --format and --orientation out")
+    if badge_file is not None:
+        badge = load_badge(badge_file)
+        return _Order(badge, _format_of(badge), 1 if people is None else people, None, (badge_file,))
+    if event is not None and event.is_dir():
+        return _order_of_event(event)
+    count = 1 if people is None else people
+    kept: tuple[Path, ...] = ()
+    if event is not None:
+        from moireid.designer.people import read_people
+
+        if format_name is None:
+            raise SpecError("give --format with a list of people, so that the size of the badges is known")
+        count, kept = len(read_people(event).people), (event,)
+    return _Order(_designed(format_name, lens, orientation), format_name, count, None, kept)
+
+
+def _designed(format_name: str | None, lens: str | None, orientation: str | None) -> Badge:
+    """A badge of that format, as `print-your-badge` designs it."""
+    from moireid.designer import Request, design_badge
+    from moireid.issuing import Wear
+
+    wear = Wear(format_name, orientation, None, lens, None, None, (), None, None, None)
+    return design_badge(wear.fit(Request("Everybody")), bytes(8))
+
+
+def _format_of(badge: Badge) -> str | None:
+    """The format of that size, in whichever orientation; None for another size."""
+    from moireid.designer.formats import FORMATS as KNOWN
+
+    x0, y0, x1, y1 = badge.outline_mm
+    size = sorted((x1 - x0, y1 - y0))
+    return next((name for name, one in KNOWN.items() if max(map(_apart, sorted(one.size_mm), size)) < 0.01), None)
+
+
+def _apart(one: float, other: float) -> float:
+    return abs(one - other)
+
+
+def _order_of_event(folder: Path) -> _Order:
+    """The badges in a folder of `print-your-badge --people`.  Raises: SpecError where it is none."""
+    from moireid.badge import load_badge
+    from moireid.designer.people import read_list
+    from moireid.files import MOST_TABLE_BYTES, read_regular
+
+    summary = folder / SUMMARY
+    try:
+        data = read_regular(summary, MOST_TABLE_BYTES)
+    except OSError as error:
+        raise SpecError(
+            f"{folder} is no folder of an event, as its {SUMMARY} cannot be read ({error.strerror}); give the folder "
+            "that print-your-badge --people made"
+        ) from error
+    rows = read_list(data, source=str(summary), needed="folder").rows
+    if not rows:
+        raise SpecError(f"{summary} lists no one; give the folder that print-your-badge --people made")
+    first = folder / Path(rows[0][1].get("folder", "")).name / "badge.json"
+    badge = load_badge(first)
+    made = rows[0][1].get("mount", "none").partition(" or ")[0]
+    return _Order(badge, _format_of(badge), len(rows), "lanyard" if made == "acrylic" else made, (summary, first))
+
+
+def _usual_mount(form: str | None) -> str:
+    """No mount where holders of that size are sold; else the lanyard's."""
+    from moireid.materials import materials_for
+
+    return "none" if form is not None and materials_for("holder", form=form) else "lanyard"
+
+
+def _parts(order: _Order, mount: str) -> tuple[Any, str | None]:
+    """The mount's parts, and a note where another mount is taken."""
+    from moireid.fabrication.process_figures import MountFigures
+    from moireid.issuing import Wear
+
+    wear = Wear(order.form, None, None, None, None, None, (), None, None, None)
+    return wear.parts(order.badge, mount, MountFigures())
+
+
+def _sheet_notes(found: ShoppingList, *, assumed: bool) -> list[str]:
+    """What to know about the sheets: a size that is assumed, a direction that gives more, articles of that pitch."""
+    from moireid.errors import FabricationError
+    from moireid.fabrication.shopping.cutting import plan_cutting
+
+    if found.cutting is None:
+        return []
+    notes, plan = [], found.cutting
+    if assumed:
+        notes.append(
+            f"lens sheets of {ASSUMED_MM[0]:g} x {ASSUMED_MM[1]:g} mm are assumed, as no source states which sizes are "
+            "sold; ask your shop for size and direction of the lenses, and give them as --sheet-size"
+        )
+    try:
+        turned = plan_cutting(plan.wanted, plan.sheet.turned)
+    except FabricationError:
+        turned = plan
+    if turned.sheet_count < plan.sheet_count:
+        size = f"{plan.sheet.along_mm:g}x{plan.sheet.across_mm:g}"
+        notes.append(
+            f"sheets whose lenses run along the other side would be {turned.sheet_count}, not {plan.sheet_count}: if "
+            f"your shop has them, give --sheet-size {size}"
+        )
+    from moireid.materials import materials_for
+    from moireid.sheets import MM_PER_INCH
+
+    lines = MM_PER_INCH / found.badge.lens.pitch_mm
+    for row in materials_for("lens sheet"):
+        if row.maker and row.lines_per_inch is not None and abs(row.lines_per_inch / lines - 1) < 0.01:
+            notes.append(
+                f"also sold: {row.words} ({row.source}); not stated: {row.unstated}. Measure its thickness and print "
+                "badges for it with --lens-thickness"
+            )
+    return notes
+
+
+def _document(found: ShoppingList, files: dict[str, Path], notes: list[str]) -> dict[str, Any]:
+    """What --json prints."""
+    plan, mount = found.cutting, found.mount
+    return {
+        "people": found.wish.people,
+        "format": found.wish.form,
+        "spare_share": found.wish.spare_share,
+        "lines": [
+            {
+                "key": line.key,
+                "what": line.what,
+                "quantity": line.quantity,
+                "unit": line.unit,
+                "unit_price": line.unit_price,
+                "total": line.total,
+                "note": line.note,
+                "source": line.source,
+                "not_stated": line.unstated,
+            }
+            for line in found.lines
+        ],
+        "total": found.total,
+        "mount": None
+        if mount is None
+        else {"hours_each": mount.hours, "grams_each": mount.grams, "hours": found.hours},
+        "cutting": None
+        if plan is None
+        else {
+            "sheet_mm": [plan.sheet.across_mm, plan.sheet.along_mm],
+            "sheets": plan.sheet_count,
+            "pieces_to_a_sheet": plan.most_pieces,
+            "waste_share": plan.waste_share,
+        },
+        "notes": notes,
+        "files": {name: str(path) for name, path in files.items()},
+    }
+
+
+def _show_list(found: ShoppingList, files: dict[str, Path]) -> None:
+    """The list as a table, and where the files are."""
+    from moireid.fabrication.shopping.list_files import heading_lines
+
+    for words in heading_lines(found):
+        echo(words)
+    echo()
+    amounts = [line.amount for line in found.lines]
+    width = max(map(len, amounts))
+    for line, amount in zip(found.lines, amounts, strict=True):
+        price = "" if line.total is None else f"  {line.total:,.2f}"
+        _show_wrapped(f"{amount:>{width}}  ", f"{line.what}{price}")
+        _show_wrapped(" " * (width + 2), f"[{line.key}] {line.note}")
+    echo()
+    for path in files.values():
+        echo(f"  {path}")
+    if not files:
+        echo("Give --out FOLDER for the list as PDF and CSV, and for the cutting plan as PDF and DXF.")
+
+
+def _show_wrapped(lead: str, words: str) -> None:
+    """Text in lines as wide as a terminal, below its lead."""
+    for line in textwrap.wrap(words, WIDE, initial_indent=lead, subsequent_indent=" " * len(lead)):
+        echo(line)
+
+
+def _show_table(as_json: bool) -> None:
+    """All products, by kind, with their sources."""
+    from msgspec import to_builtins
+
+    from moireid.materials import materials
+
+    rows = materials()
+    if as_json:
+        show_json({"materials": [to_builtins(row) for row in rows]})
+        return
+    for kind in dict.fromkeys(row.kind for row in rows):
+        echo(f"{kind[0].upper()}{kind[1:]}")
+        for row in rows:
+            if row.kind == kind:
+                _show_row(row)
+    echo("For a shopping list: moireid materials --format a6 --people 40 --out shopping")
+
+
+def _show_row(row: Material) -> None:
+    """One product: what to ask for, its source, and what no source states."""
+    lead = f"  {row.label or '':<14}"
+    shape = "" if row.sold else " (no product: a shape that older badges have)"
+    sizes = "" if not row.sizes_mm else "; " + ", ".join(f"{wide:g} x {high:g} mm" for wide, high in row.sizes_mm)
+    price = "" if row.price is None else f"; {row.price:g} {row.currency} for {row.per_pack or 1}"
+    _show_wrapped(lead, f"{row.words}{sizes}{price}{shape}")
+    _show_wrapped(" " * len(lead), f"source: {row.source}")
+    if row.unstated:
+        _show_wrapped(" " * len(lead), f"not stated: {row.unstated}")
