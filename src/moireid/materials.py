@@ -74,7 +74,7 @@ class Material(Struct, frozen=True, forbid_unknown_fields=True):
     def words(self) -> str:
         """What to ask a shop for."""
         if self.label is None:
-            return " ".join(filter(None, (self.maker, self.article)))
+            return ": ".join(filter(None, (self.maker, self.article)))
         thick = f"{self.thick_mm:.3g} mm" + (f" ({self.thickness_mil:g} mil)" if self.thickness_mil else "")
         angle = "" if self.angle_deg is None else f", viewing angle {self.angle_deg:g} degrees"
         return f"Lenticular sheet, {self.lines_per_inch:g} LPI, {thick}, {self.plastic}{angle}"

@@ -58,7 +58,8 @@ class ListLine:
     @property
     def amount(self) -> str:
         """Quantity and unit, for people."""
-        return f"{self.quantity:,.4g} {self.unit}" if self.quantity < 1000 else f"{self.quantity:,.0f} {self.unit}"
+        unit = self.unit.removesuffix("s") if self.quantity == 1 else self.unit
+        return f"{self.quantity:,.4g} {unit}" if self.quantity < 1000 else f"{self.quantity:,.0f} {unit}"
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,9 @@ def shopping_list(badge: Badge, parts: Parts, wish: ShoppingWish) -> ShoppingLis
             lines.append(_line("filament", _only("filament").words, grams, "g", note, _only("filament")))
     if parts.printed in ("lanyard", "holder") or parts.printed == "none":
         found = _only("lanyard")
-        lines.append(_line("lanyard", found.words, count, "lanyards", "one for each badge", found))
+        note = "one for each badge"
+        note += "" if parts.printed == "none" else "; with two hooks where the mount has two slots"
+        lines.append(_line("lanyard", found.words, count, "lanyards", note, found))
     notes += [f"{what} is not made: {why}" for what, why in parts.left_out.items()]
     priced = _with_prices(lines, wish.prices or {})
     return ShoppingList(badge, wish, priced, cutting, mount, tuple(notes))
