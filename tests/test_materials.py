@@ -1,4 +1,4 @@
-"""The table of materials: its schema, its sources."""
+"""The table of materials: its schema, its sources, and that defaults are products."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from moireid.cli.printing.print_cmd import print_command
+from moireid.designer.formats import FORMATS
 from moireid.errors import SpecError
-from moireid.materials import TABLE, materials, materials_for, read_materials
+from moireid.materials import TABLE, materials, materials_for, read_materials, sheet_labelled
 from moireid.sheets import PLASTICS, PRODUCTS
 
 
@@ -25,6 +26,13 @@ def test_each_row_states_its_source_and_what_is_missing() -> None:
             for figure, word in ((row.thick_mm, "thickness"), (row.angle_deg, "angle"), (row.plastic, "plastic")):
                 assert figure is not None or word in (row.unstated or ""), (row.words, word)
             assert row.sizes_mm or "sheet sizes" in (row.unstated or ""), row.words
+
+
+def test_the_default_sheet_of_each_format_is_a_product() -> None:
+    """Catches: a default that no one sells, as the shape of the published prototype."""
+    for name, form in FORMATS.items():
+        row = sheet_labelled(form.lens)
+        assert row is not None and row.sold and row.angle_deg is not None, name
 
 
 def test_labels_keep_their_optics() -> None:

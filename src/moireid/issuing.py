@@ -122,6 +122,7 @@ class Wear:
         """
         from moireid.designer.formats import format_named, in_format, turned, within_reach
         from moireid.designer.request import parse_range_m, parse_size_mm
+        from moireid.sheets import DEFAULT_LENS
 
         if self.size_text is not None and (self.format_name is not None or self.orientation is not None):
             raise SpecError("--size is for a badge of no format; give it without --format and --orientation")
@@ -137,7 +138,9 @@ class Wear:
             name = self.format_name or "board"
             chosen: dict[str, Any] = {"orientation": self.orientation, "lens": self.lens, "range_m": range_m}
             return in_format(request, name, payload_bytes=payload_bytes, **chosen)
-        request = replace(request, size_mm=size_mm, lens=self.lens or request.lens, range_m=range_m or request.range_m)
+        # A mask is of any pitch, and no array is a product.
+        usual = DEFAULT_LENS if request.front == "lens" else request.lens
+        request = replace(request, size_mm=size_mm, lens=self.lens or usual, range_m=range_m or request.range_m)
         # Each of three fields is smaller than one over the whole board, and an array's fringes are finer.
         smaller = look is not None or request.axes == "hex" or request.front == "array"
         return within_reach(request, payload_bytes) if smaller and range_m is None else request

@@ -61,7 +61,7 @@ def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
     """Catches: a step that waits for a film and is done without it; one that may be left out and blocks; no advice."""
     found = advance(open_folder(tmp_path, {}, {}), steps_of(*works))
     assert found.did == ("first",) and found.next_step.name == "second" and found.refused is None
-    assert found.ask == [f"Put a film into {tmp_path}, of 50 lenses to the inch, about 1 mm thick on A4."]
+    assert found.ask == [f"Put a film into {tmp_path}, of 62 lenses to the inch, about 0.69 mm thick on A4."]
     (tmp_path / "film.mp4").write_text("one")
     found = advance(open_folder(tmp_path, {}, {}), steps_of(*works))
     assert found.did == ("second", "third") and found.next_step is None

@@ -173,7 +173,7 @@ def test_any_other_name_is_printed(run: Run, name: str) -> None:
         (["--size", "12x160"], "board"),
         (["--size", "infx160"], "146x160"),
         (["--size", "999x999"], "a4"),
-        (["--printer-dpi", "100"], "300 dpi"),
+        (["--printer-dpi", "100"], "400 dpi"),
         (["--printer-dpi", "0"], "--printer-dpi"),
         (["--lens", "55lpi"], "40lpi"),
         (["--paper", "a3"], "letter"),

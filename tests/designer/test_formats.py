@@ -20,7 +20,9 @@ from moireid.designer.reach import CALL, PHONE, read_of, verdict_reach_m
 from moireid.designer.request import FringeBorder
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.event import places_mm
+from moireid.issuing import Wear
 from moireid.profiles import PAPERS_MM
+from moireid.sheets import DEFAULT_LENS
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 #: A laptop's camera has 720 lines where designs count on 1080.
@@ -93,8 +95,10 @@ def test_a_user_may_choose_lens_and_range_of_a_format() -> None:
 
 
 def test_the_board_is_todays_default() -> None:
-    """Catches: a format of the default's name that is another badge."""
-    assert design_badge(in_format(Request("A"), "board"), PAYLOAD) == design_badge(Request("A"), PAYLOAD)
+    """Catches: a format of the default's name that is another badge; one of no format on a sheet that is not sold."""
+    wish = Wear(None, None, None, None, None, None, (), None, None, None).fit(Request("A"))
+    assert design_badge(in_format(Request("A"), "board"), PAYLOAD) == design_badge(wish, PAYLOAD)
+    assert wish.lens == DEFAULT_LENS and replace(wish, lens="50lpi") == Request("A")
 
 
 def test_what_is_no_format_is_refused_with_those_that_are() -> None:

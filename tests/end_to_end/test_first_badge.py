@@ -37,7 +37,7 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
     bars; air that is put down to the sheet; a step that is asked for twice; a name or identity in the record; a file
     that is written and not protected in a folder of others."""
     folder = tmp_path / "first"
-    assert call(folder, "--name", "Ada Lovelace")["next"]["name"] == "sheet"
+    assert call(folder, "--name", "Ada Lovelace", "--lens", "50lpi")["next"]["name"] == "sheet"
     chart = load_badge(folder / "pitch-test.json")
     luma = photographed_chart(chart, PhotoCase("50lpi", LENS_SCALE, 0.4, 1.0, 4.0), GROWTH_UM)
     cv2.imwrite(str(folder / "sheet-photo.jpg"), luma, [cv2.IMWRITE_JPEG_QUALITY, 92])

@@ -58,7 +58,7 @@ def design(
     size_mm : (float, float), optional
         Width and height, mm, for a badge of no format.
     lens : str or Path, optional
-        A label such as "50lpi", or the file of a lens profile; None for what suits the format.
+        A label such as "62lpi-27mil", or the file of a lens profile; None for what suits the format.
     lens_thickness_mm : float, optional
         Thickness of the sheet by a calliper, mm; None for that of its label.
     range_m : (float, float), optional

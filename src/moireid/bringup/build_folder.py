@@ -22,6 +22,7 @@ from moireid.errors import SpecError
 from moireid.files import open_regular, planned, read_regular, whole_file, write_text
 from moireid.models import check_format, parse_json, read_model
 from moireid.profiles import lens_named
+from moireid.sheets import DEFAULT_LENS
 
 FORMAT, STATE = 1, "first-badge.json"
 #: Files that a builder makes, by their names without suffix.
@@ -94,7 +95,7 @@ class Wish(Struct, frozen=True):
     """
 
     name: str = "First Badge"
-    lens: str = "50lpi"
+    lens: str = DEFAULT_LENS
     printer_dpi: int = 1200
     paper: Literal["a4", "letter"] = "a4"
     thickness_mm: Annotated[float, Meta(gt=0)] | None = None

@@ -37,7 +37,9 @@ MEDIA = click.Path(path_type=Path, dir_okay=False)
 @click.command("first-badge")
 @click.argument("folder", type=FolderPath())
 @click.option("--name", metavar="NAME", help="Who will wear it.  [default: First Badge]")
-@click.option("--lens", metavar="LABEL", help="What the sheet is sold as; see print-your-badge.  [default: 50lpi]")
+@click.option(
+    "--lens", metavar="LABEL", help="What the sheet is sold as; see print-your-badge.  [default: 62lpi-27mil]"
+)
 @click.option("--printer-dpi", type=click.IntRange(72, 9600), metavar="DPI", help="[default: 1200]")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), help="[default: a4]")
 @click.option(

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 @click.option(
     "--lens",
     cls=SettingOption,
-    default="50lpi",
+    default="62lpi-27mil",
     show_default=True,
     metavar="LABEL|FILE",
     help="What the sheet is sold as: a label of print-your-badge, or a lens profile (.json).",

@@ -1,7 +1,7 @@
 """Formats of badges that common holders fit: the board's size, the sheet that suits it, and its reading distances.
 
-Small boards have finer sheets: a cell is then still covered by enough lenses, and a thin sheet fits the holder.  Its
-fringes move less, so a film needs a little more motion.
+Each has a sheet that is sold (`materials.toml`).  Small boards have finer sheets: a cell is then still covered by
+enough lenses, and a thin sheet fits the holder.  Its fringes move less, so a film needs a little more motion.
 
 The frame of a format gives the width of its white margin and the size of its markers.  The heights of head and foot are
 set by a template (`moireid.artwork`), within what markers and fringes need.
@@ -16,6 +16,7 @@ from typing import Literal
 from moireid.designer.design import design_badge
 from moireid.designer.request import FringeBorder, Request
 from moireid.errors import DesignError, SpecError
+from moireid.sheets import DEFAULT_LENS
 
 Orientation = Literal["landscape", "portrait"]
 ORIENTATIONS: tuple[Orientation, ...] = ("landscape", "portrait")
@@ -50,17 +51,17 @@ FORMATS = {
     "4x3in": BadgeFormat(
         (101.6, 76.2), "75lpi-18mil", (0.3, 0.75), FringeBorder(4.0, 11.0), 3.0, "a pouch of 4 x 3 inches"
     ),
-    "a6": BadgeFormat((148.0, 105.0), "62lpi-27mil", (0.4, 1.05), FringeBorder(5.0, 15.0), 4.0, "an A6 pouch"),
+    "a6": BadgeFormat((148.0, 105.0), DEFAULT_LENS, (0.4, 1.05), FringeBorder(5.0, 15.0), 4.0, "an A6 pouch"),
     "a5": BadgeFormat(
-        (210.0, 148.0), "50lpi", (0.6, 1.5), FringeBorder(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"
+        (210.0, 148.0), DEFAULT_LENS, (0.6, 1.5), FringeBorder(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"
     ),
     # For a laptop's camera of 720p, which has two thirds of the pixels that designs count on: all must suffice for
     # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 22 px followed.
     "webcam": BadgeFormat(
-        (150.0, 120.0), "50lpi", (0.4, 0.9), FringeBorder(4.0, 22.0), 4.0, "a hand or a stand, for calls"
+        (150.0, 120.0), DEFAULT_LENS, (0.4, 0.9), FringeBorder(4.0, 22.0), 4.0, "a hand or a stand, for calls"
     ),
     "board": BadgeFormat(
-        (146.0, 160.0), "50lpi", (0.8, 2.5), FringeBorder(), 0.0, "a board of its own, for cameras farther away"
+        (146.0, 160.0), DEFAULT_LENS, (0.8, 2.5), FringeBorder(), 0.0, "a board of its own, for cameras farther away"
     ),
 }
 

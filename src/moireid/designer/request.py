@@ -54,7 +54,8 @@ class Request:
     name : str
         Who will wear it; at most 200 characters.
     lens : str
-        Label of a lens sheet such as "50lpi", or the path of a lens profile.
+        Label of a lens sheet, or the path of a lens profile.  The default is the published prototype's sheet, on which
+        films of the tests and benches are; commands, studio and `moireid.design` take the format's, which is sold.
     printer_dpi : int
         Dots to the inch of the printer.
     paper : str

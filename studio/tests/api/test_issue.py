@@ -27,6 +27,7 @@ from moireid.badge import Badge, badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
 from moireid.registry.signing.signer_process import own_signer
+from moireid.sheets import DEFAULT_LENS
 from moireid_studio.pages.preview_law import preview_law
 from moireid_studio.store.job import Job
 
@@ -102,7 +103,7 @@ def test_a_check_shows_the_budget_the_choice_and_the_law_and_issues_nothing(visi
     answer = visit.ask("POST", "/issue", "issuer", data={"name": "Check Me", "do": "check"})
     assert answer.status_code == 200
     shown = Markup(answer.text)
-    badge, law = design_badge(Request("Check Me"), bytes.fromhex(shown.fields["drawn"])), shown.law
+    badge, law = design_badge(Request("Check Me", lens=DEFAULT_LENS), bytes.fromhex(shown.fields["drawn"])), shown.law
     assert law is not None and json.loads(law) == json.loads(json.dumps(preview_law(badge)))
     for words in (badge.id, "64 bits", "0.8 to 2.5 m", "in practically every film", "mount.stl", "reference row"):
         assert words in html.unescape(answer.text)
@@ -191,7 +192,7 @@ def test_issuing_makes_one_archive_and_the_record_together(visit: Visit) -> None
 def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> None:
     """Catches: a second badge of a name issued without a word; a badge whose id another holds; a revoked one."""
     registry = visit.studio.registry
-    first = design_badge(Request("Two Of Us"), payload_for_name("Two Of Us"))
+    first = design_badge(Request("Two Of Us", lens=DEFAULT_LENS), payload_for_name("Two Of Us"))
     registry.enroll(first)
     count = registry.count()
     wish = {"name": "Two Of Us", "do": "issue"}

@@ -76,6 +76,7 @@ def test_a_builder_is_led_from_the_form_to_the_record(page: Page, tmp_path: Path
     page.locator("main").get_by_role("link", name="First badge").click()
     look(page, pictures, "first-1-begin")
     page.get_by_label("Who will wear it").fill("Ada Lovelace")
+    page.get_by_label("Lens sheet, as it is sold").select_option("50lpi")
     page.get_by_role("button", name="Begin").click()
     headed(page, "Next: photograph the pitch test")
     look(page, pictures, "first-2-sheet")

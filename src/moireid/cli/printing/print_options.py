@@ -253,7 +253,7 @@ wear_options = gathered(
         click.option(
             "--lens",
             cls=SettingOption,
-            show_default="50lpi, or the format's",
+            show_default="62lpi-27mil, or the format's",
             metavar="LABEL|FILE",
             help="The lenticular sheet: a label from the list above, or a lens profile (.json) of moireid calibrate.",
         ),

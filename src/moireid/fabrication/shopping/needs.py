@@ -23,6 +23,7 @@ from moireid.fabrication.shopping.cutting import CuttingPlan, LensPiece, StockSh
 from moireid.fabrication.shopping.mount_times import MountTime, mount_times
 from moireid.fabrication.sight import sheet_pieces
 from moireid.materials import Kind, Material, materials, materials_for, sheet_labelled
+from moireid.profiles import PAPERS_MM, find_printer
 
 MOST_PEOPLE = 10_000
 #: Of everything that is bought, so much more.
@@ -174,7 +175,7 @@ def lens_pieces(badge: Badge, count: int) -> list[LensPiece]:
         # The side across the lenses comes first.
         size = (round(math.dist(corners[0], corners[1]), 3), round(math.dist(corners[1], corners[2]), 3))
         sizes[size] = sizes.get(size, 0) + 1
-    names = ["piece"] if len(sizes) == 1 else [f"piece {letter}" for letter in "ABCDEFGH"[: len(sizes)]]
+    names = ["piece"] if len(sizes) == 1 else [f"piece {k}" for k in range(1, len(sizes) + 1)]
     return [LensPiece(name, *size, number * count) for name, (size, number) in zip(names, sizes.items(), strict=True)]
 
 
@@ -224,8 +225,8 @@ def _card_lines(badge: Badge, count: int, wish: ShoppingWish) -> list[ListLine]:
     to_a_page = len(places_mm(badge))
     pages = math.ceil(wish.people / to_a_page)
     paper, tape = _only("paper"), _only("tape")
-    name = str((badge.print or {}).get("paper", "a4")).upper()
-    dpi = (badge.print or {}).get("dpi", 1200)
+    name = next((name.upper() for name, size in PAPERS_MM.items() if size == badge.page_mm), "of the page's size")
+    dpi = find_printer(badge).dpi
     boards = "1 badge" if to_a_page == 1 else f"{to_a_page} badges"
     note = f"{boards} on a page; print at {paper.settings}, {dpi} dpi"
     what = f"{paper.words}, {name}"

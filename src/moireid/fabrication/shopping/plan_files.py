@@ -21,13 +21,15 @@ from moireid.profiles import PAPERS_MM
 
 #: Scales of a page: 1 to so much.
 SCALES = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0, 15.0, 20.0)
-LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM = 22.0, 44.0, 12.0, 22.0
+LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM = 22.0, 44.0, 12.0, 32.0
 TITLE_POINTS, TEXT_POINTS, SMALL_POINTS = 13.0, 8.5, 6.5
 LINE_MM = 4.4
 #: On the page, mm: between the strokes that show the lenses, and from a sheet's edge to the numbers at it.
 LENSES_MM, NUMBER_MM = 6.0, 1.6
 #: Distances at an edge are written no closer than this, mm on the page.
 LEAST_APART_MM = 2.8
+#: Figures below a sheet: rows of them, a row's height, and the width of a figure, mm on the page.
+ROWS, ROW_MM, FIGURE_MM = 3, 6.4, 8.4
 PIECE_GREY, LENS_GREY = 0.93, 0.82
 CUT_MM, SECOND_MM = 0.5, 0.25
 LAYERS = {"SHEET": 8, "CUT-1": 1, "CUT-2": 5, "PIECE": 3, "NOTE": 8}
@@ -63,7 +65,7 @@ def _draw_page(page: PdfPage, plan: CuttingPlan, sheet: CutSheet, number: int, p
     title = f"Sheet {last}" if sheet.count == 1 else f"Sheets {before + 1:,} to {last:,}, all cut alike"
     page.text(LEFT_MM, 14.0, title, points=TITLE_POINTS, font=BOLD, align="left")
     shown = "at true scale" if scale == 1 else f"at a scale of 1 : {scale:g}"
-    sizes = "; ".join(f"{one.name} {one.across_mm:.1f} x {one.along_mm:.1f}" for one in plan.wanted)
+    sizes = "; ".join(f"{one.name} {_mm(one.across_mm)} x {_mm(one.along_mm)}" for one in plan.wanted)
     pieces = "1 piece" if len(sheet.pieces) == 1 else f"{len(sheet.pieces)} pieces"
     lines = (
         f"{stock.across_mm:g} x {stock.along_mm:g} mm, {pieces}. Drawn {shown}; all figures are mm, across the lenses "
@@ -109,7 +111,7 @@ class _Drawing:
         several = len(self.plan.wanted) > 1
         for k, (name, rect) in enumerate(self.sheet.pieces, start=1):
             left, upper, right, lower = self.box(rect)
-            words = f"{name[-1]}{k}" if several else f"{k}"
+            words = f"{name.split()[-1]}.{k}" if several else f"{k}"
             points = min(11.0, 0.5 * min(right - left, lower - upper) * POINTS_PER_MM)
             page.text((left + right) / 2, (upper + lower) / 2 + 0.35 * points / POINTS_PER_MM, words, points=points)
         self._write_sizes()
@@ -123,7 +125,7 @@ class _Drawing:
         seen = set()
         for name, rect in self.sheet.pieces:
             left, _, right, lower = self.box(rect)
-            words = f"{rect[2] - rect[0]:.1f} x {rect[3] - rect[1]:.1f}"
+            words = f"{_mm(rect[2] - rect[0])} x {_mm(rect[3] - rect[1])}"
             if name not in seen and self.page.text_width_mm(words, SMALL_POINTS) < right - left - 2:
                 self.page.text((left + right) / 2, lower - 1.5, words, points=SMALL_POINTS)
             seen.add(name)
@@ -146,21 +148,24 @@ class _Drawing:
             last = place
             page.text(x0 - NUMBER_MM, place + 0.8, f"{y:.1f}", points=SMALL_POINTS, align="right")
             page.text(x1 + NUMBER_MM, place + 0.8, _numbers(across[y]), points=SMALL_POINTS, align="left", font=BOLD)
-        last = -float("inf")
+        # Cuts of different strips may be close to each other: their figures go below one another.
+        ends = [-float("inf")] * ROWS
         for x in sorted(along):
             place = self.at(x, 0)[0]
-            if place - last < 3 * LEAST_APART_MM:
+            row = next((k for k, end in enumerate(ends) if place - end >= FIGURE_MM), None)
+            if row is None:
                 continue
-            last = place
-            page.text(place, y1 + NUMBER_MM + 1.8, f"{x:.1f}", points=SMALL_POINTS)
-            page.text(place, y1 + NUMBER_MM + 5.0, _numbers(along[x]), points=SMALL_POINTS, font=BOLD)
-        page.text(
-            x0,
-            y1 + NUMBER_MM + 10.5,
-            "Next to the sheet: distance from its lower or left edge, and numbers of cuts (bold).",
-            points=SMALL_POINTS,
-            align="left",
-        )
+            ends[row] = place
+            top = y1 + NUMBER_MM + row * ROW_MM
+            page.text(place, top + 1.8, f"{x:.1f}", points=SMALL_POINTS)
+            page.text(place, top + 4.6, _numbers(along[x]), points=SMALL_POINTS, font=BOLD)
+        words = "Next to the sheet: distance from its lower or left edge, and numbers of cuts (bold)."
+        page.text(x0, y1 + NUMBER_MM + ROWS * ROW_MM + 3.0, words, points=SMALL_POINTS, align="left")
+
+
+def _mm(length: float) -> str:
+    """A length to a hundredth, without zeros at its end."""
+    return f"{length:.2f}".rstrip("0").rstrip(".")
 
 
 def _numbers(found: list[int]) -> str:

@@ -54,7 +54,7 @@ class Wish(BaseModel):
         None, description="Landscape or portrait; else as its format is made: all are landscape but the board."
     )
     lens: LensLabel | None = Field(
-        None, description="Lenticular sheet, lenses per inch; else the format's, of the board 50lpi."
+        None, description="Lenticular sheet, lenses per inch; else the format's, of the board 62lpi-27mil."
     )
     lens_thickness_mm: float | None = Field(
         None, gt=0, le=20, allow_inf_nan=False, description="Thickness of the sheet by a calliper, mm."

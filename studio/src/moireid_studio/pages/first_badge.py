@@ -16,7 +16,7 @@ from pydantic import BaseModel, Field
 from moireid.bringup.build_folder import BADGE_FILMS, CAMERA_FILM, SHEET_FILM, SHEET_PHOTO, Wish
 from moireid.designer.request import clean_name, parse_scale
 from moireid.errors import MoireIdError
-from moireid.sheets import PRODUCTS
+from moireid.sheets import DEFAULT_LENS, PRODUCTS
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.build_jobs import SLOTS, check_here, last_job, receive_media, remove_build, start_round
 from moireid_studio.forms import ShortRoute, picture_fields
@@ -85,7 +85,7 @@ class BeginFields(BaseModel):
     """What a build is begun for."""
 
     name: str = ""
-    lens: LensLabel = "50lpi"
+    lens: LensLabel = DEFAULT_LENS
     printer_dpi: int = Field(1200, ge=72, le=9600)
     paper: Literal["a4", "letter"] = "a4"
     thickness_mm: float | None = Field(None, gt=0, le=20, allow_inf_nan=False)
