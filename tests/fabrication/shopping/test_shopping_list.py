@@ -18,8 +18,8 @@ from moireid.errors import FabricationError, SpecError
 from moireid.fabrication.package import Parts, plan_parts
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.shopping.cutting import StockSheet
-from moireid.fabrication.shopping.list_files import list_csv, time_words
-from moireid.fabrication.shopping.mount_times import hours_of, mount_times
+from moireid.fabrication.shopping.list_files import list_csv
+from moireid.fabrication.shopping.mount_times import hours_of, mount_times, time_words
 from moireid.fabrication.shopping.needs import ShoppingWish, lens_pieces, shopping_list
 from moireid.fabrication.shopping.written import write_shopping
 from moireid.fabrication.sight import sheet_rects

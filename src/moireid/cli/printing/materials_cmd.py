@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import textwrap
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,26 +12,23 @@ from moireid.cli.common import (
     FiniteRange,
     FolderPath,
     SettingOption,
-    echo,
     friendly,
     json_option,
     overwrite_option,
     say,
     show_json,
 )
+from moireid.cli.printing.materials_view import list_document, show_list, show_table
 from moireid.cli.printing.print_options import FORMATS, ORIENTATIONS
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.fabrication.shopping.needs import ShoppingList
-    from moireid.materials import Material
 
 SUMMARY = "summary.csv"
 #: A lens sheet where none is given, mm across the lenses and along them: A4, its lenses along the longer side.
 ASSUMED_MM = (210.0, 297.0)
-#: Width of what is written on a terminal.
-WIDE = 100
 
 
 @dataclass(frozen=True)
@@ -154,8 +150,9 @@ def materials_command(
     if badge_file is None and event is None and format_name is None:
         if people is not None or folder is not None or price_texts:
             raise SpecError("give --format, --badge or --event with it, so that it is known which badges are made")
-        _show_table(as_json)
+        show_table(as_json)
         return
+    from moireid.designer.request import parse_size_mm
     from moireid.fabrication.shopping.cutting import StockSheet
     from moireid.fabrication.shopping.needs import ShoppingWish, shopping_list
 
@@ -165,25 +162,26 @@ def materials_command(
     ):
         raise SpecError("give one of --format, --badge and --event (a list of people goes with --format)")
     prices = _prices(price_texts)
-    across_mm, along_mm = ASSUMED_MM if sheet_text is None else _sheet_sides(sheet_text)
+    across_mm, along_mm = ASSUMED_MM if sheet_text is None else parse_size_mm(sheet_text)
     sheet = StockSheet(across_mm, along_mm, trim_mm, cut_mm)
     order = _order(format_name, people, badge_file, event, lens, orientation)
     mount = mount or order.mount or _usual_mount(order.form)
     parts, note = _parts(order, mount)
     wish = ShoppingWish(order.people, sheet, spare_percent / 100, order.form, made, prices)
     found = shopping_list(order.badge, parts, wish)
+    notes = [*filter(None, [note]), *found.notes, *_sheet_notes(found, assumed=sheet_text is None)]
+    found = replace(found, notes=tuple(notes))
     files: dict[str, Path] = {}
     if folder is not None:
         from moireid.fabrication.shopping.written import write_shopping
 
         files = write_shopping(found, folder, overwrite=overwrite, kept=order.kept)
-    notes = [*filter(None, [note]), *found.notes, *_sheet_notes(found, assumed=sheet_text is None)]
     if as_json:
-        show_json(_document(found, files, notes))
+        show_json(list_document(found, files))
         return
     for words in notes:
         say(f"note: {words}")
-    _show_list(found, files)
+    show_list(found, files)
 
 
 def _prices(texts: tuple[str, ...]) -> dict[str, float]:
@@ -198,13 +196,6 @@ def _prices(texts: tuple[str, ...]) -> dict[str, float]:
         if not equals:
             raise SpecError(f"price {text[:60]!r} is not understood; give KEY=AMOUNT, such as lens-sheet=4.50")
     return prices
-
-
-def _sheet_sides(text: str) -> tuple[float, float]:
-    """'210x297' as (210, 297).  Raises: SpecError where it is not two positive numbers."""
-    from moireid.designer.request import parse_size_mm
-
-    return parse_size_mm(text)
 
 
 def _order(
@@ -334,97 +325,3 @@ def _sheet_notes(found: ShoppingList, *, assumed: bool) -> list[str]:
                 "badges for it with --lens-thickness"
             )
     return notes
-
-
-def _document(found: ShoppingList, files: dict[str, Path], notes: list[str]) -> dict[str, Any]:
-    """What --json prints."""
-    plan, mount = found.cutting, found.mount
-    return {
-        "people": found.wish.people,
-        "format": found.wish.form,
-        "spare_share": found.wish.spare_share,
-        "lines": [
-            {
-                "key": line.key,
-                "what": line.what,
-                "quantity": line.quantity,
-                "unit": line.unit,
-                "unit_price": line.unit_price,
-                "total": line.total,
-                "note": line.note,
-                "source": line.source,
-                "not_stated": line.unstated,
-            }
-            for line in found.lines
-        ],
-        "total": found.total,
-        "mount": None
-        if mount is None
-        else {"hours_each": mount.hours, "grams_each": mount.grams, "hours": found.hours},
-        "cutting": None
-        if plan is None
-        else {
-            "sheet_mm": [plan.sheet.across_mm, plan.sheet.along_mm],
-            "sheets": plan.sheet_count,
-            "pieces_to_a_sheet": plan.most_pieces,
-            "waste_share": plan.waste_share,
-        },
-        "notes": notes,
-        "files": {name: str(path) for name, path in files.items()},
-    }
-
-
-def _show_list(found: ShoppingList, files: dict[str, Path]) -> None:
-    """The list as a table, and where the files are."""
-    from moireid.fabrication.shopping.list_files import heading_lines
-
-    for words in heading_lines(found):
-        echo(words)
-    echo()
-    amounts = [line.amount for line in found.lines]
-    width = max(map(len, amounts))
-    for line, amount in zip(found.lines, amounts, strict=True):
-        price = "" if line.total is None else f"  {line.total:,.2f}"
-        _show_wrapped(f"{amount:>{width}}  ", f"{line.what}{price}")
-        _show_wrapped(" " * (width + 2), f"[{line.key}] {line.note}")
-    echo()
-    for path in files.values():
-        echo(f"  {path}")
-    if not files:
-        echo("Give --out FOLDER for the list as PDF and CSV, and for the cutting plan as PDF and DXF.")
-
-
-def _show_wrapped(lead: str, words: str) -> None:
-    """Text in lines as wide as a terminal, below its lead."""
-    for line in textwrap.wrap(words, WIDE, initial_indent=lead, subsequent_indent=" " * len(lead)):
-        echo(line)
-
-
-def _show_table(as_json: bool) -> None:
-    """All products, by kind, with their sources."""
-    from msgspec import to_builtins
-
-    from moireid.materials import materials
-
-    rows = materials()
-    if as_json:
-        show_json({"materials": [to_builtins(row) for row in rows]})
-        return
-    for kind in dict.fromkeys(row.kind for row in rows):
-        echo(f"{kind[0].upper()}{kind[1:]}")
-        for row in rows:
-            if row.kind == kind:
-                _show_row(row)
-    echo("For a shopping list: moireid materials --format a6 --people 40 --out shopping")
-
-
-def _show_row(row: Material) -> None:
-    """One product: what to ask for, its source, and what no source states."""
-    lead = f"  {row.label or '':<14}"
-    shape = "" if row.sold else " (no product: a shape that older badges have)"
-    sizes = "" if not row.sizes_mm else "; " + ", ".join(f"{wide:g} x {high:g} mm" for wide, high in row.sizes_mm)
-    price = "" if row.price is None else f"; {row.price:g} {row.currency} for {row.per_pack or 1}"
-    _show_wrapped(lead, f"{row.words}{sizes}{price}{shape}")
-    _show_wrapped(" " * len(lead), f"source: {row.source}")
-    if row.unstated:
-        _show_wrapped(" " * len(lead), f"not stated: {row.unstated}")

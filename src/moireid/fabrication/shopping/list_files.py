@@ -12,6 +12,7 @@ from typing import Any
 from xml.sax.saxutils import escape
 
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, register_fonts
+from moireid.fabrication.shopping.mount_times import time_words
 from moireid.fabrication.shopping.needs import ListLine, ShoppingList
 from moireid.profiles import PAPERS_MM
 
@@ -49,9 +50,7 @@ def heading_lines(found: ShoppingList) -> list[str]:
     if found.cutting is not None:
         plan = found.cutting
         sheets = "1 lens sheet" if plan.sheet_count == 1 else f"{plan.sheet_count:,} lens sheets"
-        lines.append(
-            f"{sheets} of {plan.sheet.across_mm:g} x {plan.sheet.along_mm:g} mm; cutting-plan.pdf has the cuts."
-        )
+        lines.append(f"{sheets} of {plan.sheet.across_mm:g} x {plan.sheet.along_mm:g} mm.")
     if found.mount is not None and found.hours is not None:
         lines.append(
             f"One mount prints for {time_words(found.mount.hours)} and takes {found.mount.grams:.3g} g; all of them "
@@ -62,14 +61,6 @@ def heading_lines(found: ShoppingList) -> list[str]:
         rest = f", without {', '.join(without)}, which have no price" if without else ""
         lines.append(f"Total {found.total:,.2f}{rest}.")
     return lines
-
-
-def time_words(hours: float) -> str:
-    """Hours as "3 h 35 min", or as days where they are many."""
-    if hours >= 48:
-        return f"{hours:,.0f} h ({hours / 24:.1f} days)"
-    minutes = round(60 * hours)
-    return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def write_list_csv(found: ShoppingList, path: Path) -> None:
@@ -112,6 +103,8 @@ def write_list_pdf(found: ShoppingList, path: Path) -> None:
     ]
     story += [Spacer(1, 4 * POINTS_PER_MM), table, Spacer(1, 4 * POINTS_PER_MM)]
     story += [Paragraph(escape(f"Note: {note}."), small) for note in found.notes]
+    if found.cutting is not None:
+        story.append(Paragraph("cutting-plan.pdf shows how the lens sheets are cut.", small))
     story.append(Paragraph("Prices that are empty were not given: fill them in from your shop's offer.", small))
     width, height = (side * POINTS_PER_MM for side in PAPERS_MM["a4"])
     margin = MARGIN_MM * POINTS_PER_MM

@@ -33,6 +33,14 @@ def hours_of(words: str) -> float:
     return sum(int(number) * SECONDS[unit] for number, unit in found) / 3600
 
 
+def time_words(hours: float) -> str:
+    """Hours as "3 h 35 min", or as days where they are many."""
+    if hours >= 48:
+        return f"{hours:,.0f} h ({hours / 24:.1f} days)"
+    minutes = round(60 * hours)
+    return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
 @cache
 def mount_times() -> dict[tuple[str, str], MountTime]:
     """By format and kind of mount; a mount that cannot be made for a format has no entry."""

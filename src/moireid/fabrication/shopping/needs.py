@@ -20,7 +20,7 @@ from moireid.fabrication.assembly.assembly_words import screw_length_mm
 from moireid.fabrication.event import places_mm
 from moireid.fabrication.package import Parts
 from moireid.fabrication.shopping.cutting import CuttingPlan, LensPiece, StockSheet, plan_cutting, with_spare
-from moireid.fabrication.shopping.mount_times import MountTime, mount_times
+from moireid.fabrication.shopping.mount_times import MountTime, mount_times, time_words
 from moireid.fabrication.sight import sheet_pieces
 from moireid.materials import Kind, Material, materials, materials_for, sheet_labelled
 from moireid.profiles import PAPERS_MM, find_printer
@@ -244,6 +244,8 @@ def _holder_lines(wish: ShoppingWish, count: int) -> list[ListLine]:
         return []
     width, high = found[0].sizes_mm[0]
     note = f"for a card of {width:g} x {high:g} mm with a lens sheet on it; try one before you buy all"
+    if (printed := mount_times().get((wish.form, "holder"))) is not None:
+        note += f"; printed (--mount holder), each takes {time_words(printed.hours)} and {printed.grams:.3g} g"
     return [_line("holder", found[0].words, count, "holders", note, found[0])]
 
 
