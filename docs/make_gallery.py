@@ -73,7 +73,14 @@ WORN = {
     "newsroom": '"Nellie Bly" --payload 5d171902d4d237dc --line "Reporter · Example News" --line "until 31 Dec 2026"',
     "court": '"Amal Example" --payload 0f38c1a2b3d4e5f6 --line "Interpreter" --line "District Court 4"',
     "webcam": '"Emmy Noether" --payload f002052e53c33d71 --line "Example University"',
+    "banner": '"Chien-Shiung Wu" --payload 84d1f06b92c37ae5 --line "Speaker"',
+    "campus": '"Σοφία Νικολάου" --payload 3a91c05e77d2b846 --line "Φυσική" --line "Example University"',
+    "minimal": '"محمد بن سلمان" --payload 2b7e151628aed2a6 --line "مهندس"',
+    "stripes": '"नरेन्द्र क्षत्रिय" --payload c26e19d85b03f74a --line "संवाददाता"',
+    "gala": '"Maria Sibylla Merian" --payload 308628aabbccdd01 --line "Guest of honour"',
 }
+#: Those that show a portrait.
+WITH_PORTRAIT = ("newsroom", "plain", "campus", "stripes")
 #: The logo that they wear.
 LOGO = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 216 60"><circle cx="30" cy="30" r="27" fill="#0f766e"/>'
@@ -145,7 +152,7 @@ def _worn(work: Path) -> None:
     shown = []
     for template, wish in WORN.items():
         size = "--format webcam" if template == "webcam" else "--format a6 --orientation portrait"
-        portrait = f"--portrait {work / 'face.png'}" if template in ("newsroom", "plain") else ""
+        portrait = f"--portrait {work / 'face.png'}" if template in WITH_PORTRAIT else ""
         out = work / f"worn-{template}"
         _run(
             f"print-your-badge {wish} {size} --template {template} --logo {work / 'logo.svg'} {portrait} --out {out} "
@@ -157,10 +164,13 @@ def _worn(work: Path) -> None:
             small = picture.convert("RGB")
             small.thumbnail((STYLE_PX, STYLE_PX), Image.Resampling.LANCZOS)
             small.save(STYLES / f"style-{template}.webp", quality=70, method=6)
-    row = Image.new("RGB", (sum(one.width + 14 for one in shown) - 14, 330), "white")
-    for k, one in enumerate(shown):
-        row.paste(one, (sum(before.width + 14 for before in shown[:k]), 0))
-    row.quantize(128).save(OUT / "templates.png", optimize=True)
+    rows = [shown[:5], shown[5:]]
+    wide = max(sum(one.width + 14 for one in row) - 14 for row in rows)
+    sheet = Image.new("RGB", (wide, 330 * len(rows) + 14), "white")
+    for number, row in enumerate(rows):
+        for k, one in enumerate(row):
+            sheet.paste(one, (sum(before.width + 14 for before in row[:k]), number * 344))
+    sheet.quantize(128).save(OUT / "templates.png", optimize=True)
     shutil.copyfile(work / "worn-conference" / "preview.webp", OUT / "worn.webp")
 
 

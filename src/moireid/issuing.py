@@ -107,6 +107,7 @@ class Wear:
     logo: Path | None
     portrait: Path | None
     colour: str | None
+    typeface: str | None = None
 
     @property
     def files(self) -> list[Path]:
@@ -158,11 +159,11 @@ class Wear:
 
         content = content_of(self.logo, self.portrait, self.colour)
         plain = (axes == "hex" or self.format_name in (None, "board")) and content == Artwork()
-        if self.template is None and plain:
+        if self.template is None and self.typeface is None and plain:
             return None
         own = "webcam" if self.format_name == "webcam" else "plain"
         corner_mm = format_named(self.format_name or "board").corner_mm
-        return Look(template_named(self.template or own), content, corner_mm)
+        return Look(template_named(self.template or own), content, corner_mm, self.typeface)
 
     def parts(self, badge: Badge, mount: str | None, figures: MountFigures) -> tuple[Parts, str | None]:
         """The parts of the mount, and a note if a format gets another mount than the one asked for.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
 from moireid.designer.request import FringeBorder
 from moireid.errors import SpecError
 from moireid.fabrication.page.dress import check_look
-from moireid.fabrication.page.page_words import set_words, width_mm
+from moireid.fabrication.page.page_words import set_words
 from moireid.verifier.tracking.borders import REACH_MM
 from moireid.verifier.tracking.print_template import FREE_MODULES
 
@@ -62,11 +63,10 @@ def assert_within(piece: ArtPiece, badge: Badge) -> None:
     """All rows lie in the piece's room, in letters that can be read."""
     x0, y0, x1, y1 = piece.rect_mm
     for row in set_words(piece, badge.id):
-        wide = width_mm(row.words, row.points, bold=row.bold)
-        left = row.x_mm - {"left": 0.0, "center": wide / 2, "right": wide}[row.align]
-        assert x0 - 1e-6 <= left and left + wide <= x1 + 1e-6
+        left, _, right, _ = row.box_mm
+        assert x0 - 1e-6 <= left and right <= x1 + 1e-6
         assert y0 - 1e-6 <= row.baseline_mm - 0.73 * row.points / 72 * 25.4 and row.baseline_mm <= y1 + 1e-6
-        assert row.points >= (4.0 if piece.kind == "words" else 2.5)
+        assert row.points >= (piece.least_points if piece.kind == "words" else 2.5) - 1e-9
 
 
 def test_what_must_stay_clear_is_what_the_verifier_reads() -> None:
@@ -151,9 +151,17 @@ def test_a_qr_code_on_a_colour_has_white_around_it(apart: bool) -> None:
 def test_words_that_would_be_too_small_are_refused() -> None:
     """Catches: a line in letters that no one can read."""
     known = template_named("plain")
-    badge = with_lines(badge_for(known, "cr80", "landscape"), ["Senior " * 11] * 4)
-    with pytest.raises(SpecError, match=r"has no room on this badge.*shorten it"):
-        check_look(badge, Look(known, Artwork()))
+    badge = badge_for(known, "cr80", "landscape")
+    with pytest.raises(SpecError, match=r"has no room on this badge.*give fewer or shorter lines"):
+        check_look(with_lines(badge, ["Senior " * 11] * 4), Look(known, Artwork()))
+    known = template_named("conference")
+    badge = badge_for(known, "cr80", "landscape")
+    line = "MEMBERS OF THE MANAGEMENT COMMITTEE FOR MOMENTUM AND MAGNETISM MEASUREMENTS"
+    with pytest.raises(SpecError, match=r"shorten it to at most (\d+) letters") as refused:
+        check_look(with_lines(badge, [line, "Example News"]), Look(known, Artwork()))
+    found = re.search(r"at most (\d+) letters", str(refused.value))
+    assert found is not None and 20 < int(found[1]) < len(line)
+    check_look(with_lines(badge, [line[: int(found[1])], "Example News"]), Look(known, Artwork()))
 
 
 def test_lines_are_checked_and_kept_in_the_badge() -> None:

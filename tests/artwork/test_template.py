@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from moireid.artwork.template import TEMPLATES, BadgeTemplate, template_named, template_of
+from moireid.artwork.template import TEMPLATES, TYPEFACES, BadgeTemplate, template_named, template_of
 from moireid.cli.printing import print_options
 from moireid.errors import SpecError
+from moireid.fabrication.text import fonts
 
 OWN = """
 colour = "teal"
@@ -28,7 +29,8 @@ unit = "mm"
 
 def test_every_shipped_template_serves_landscape_and_portrait_boards() -> None:
     """Catches: a template that names an unknown piece or area, and one that the command does not offer."""
-    assert print_options.TEMPLATES == TEMPLATES
+    assert print_options.TEMPLATES == TEMPLATES and len(TEMPLATES) == 10
+    assert print_options.TYPEFACES == TYPEFACES == fonts.TYPEFACES
     for name in TEMPLATES:
         assert set(template_named(name).sides) == {"landscape", "portrait"}
 
@@ -72,7 +74,7 @@ def place(**keys: object) -> BadgeTemplate:
         ({"points": 900}, "place.1.points must be a number from 4 to 72, got 900"),
         ({"points": True}, "points must be a number"),
         ({"bleed": 1}, "bleed must be true or false"),
-        ({"ground": "gold"}, 'ground must be one of accent, none, tint, got "gold"'),
+        ({"ground": "gold"}, 'ground must be one of accent, none, paper, tint, got "gold"'),
         ({"align": ["left"]}, "align must be one of center, left, right, got"),
     ],
 )

@@ -14,6 +14,7 @@ PACKAGES = {
     "janus": "janus",
     "openssl": "openssl",
     "pdftoppm": "poppler-utils",
+    "pdftotext": "poppler-utils",
     "prusa-slicer": "prusa-slicer",
 }
 

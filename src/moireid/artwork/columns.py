@@ -7,6 +7,7 @@ files of this machine.  Where a cell is empty, the look of the whole list is use
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from moireid.artwork.content import Artwork, content_of, with_lines
@@ -31,7 +32,7 @@ def look_in(cells: Mapping[str, str], look: Look, folder: Path) -> Look:
     colour = cells.get("colour") or cells.get("color")
     own = content_of(_path(cells.get("logo"), folder), _path(cells.get("portrait"), folder), colour)
     content = Artwork(own.logo or given.logo, own.portrait or given.portrait, own.colour or given.colour)
-    return Look(look.template, content, look.corner_mm)
+    return replace(look, content=content)
 
 
 def dressed(

@@ -5,9 +5,10 @@ Convention: a piece's rectangle is the room that it has; words are set within it
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from moireid.artwork.backgrounds import background_rects, border_rects
 from moireid.artwork.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, overlap
 from moireid.artwork.colours import INK, PAPER, Colour, letters_on, readable, tint
 from moireid.artwork.content import Artwork, lines_of
@@ -25,20 +26,30 @@ WORDS = {"name", "words", "lines", "line1", "line2", "line3", "line4", "id"}
 #: A picture next to words takes at most this share of the row's width; the gap between pieces is this share of the
 #: row's height, within bounds.
 PICTURE_SHARE, GAP_SHARE, MOST_GAP_MM, LEAST_GAP_MM = 0.4, 0.2, 5.0, 1.5
-#: Pieces keep this share of their place's height to its upper and lower edge; more within a ground or between rules.
-AIR_SHARE, INSET_SHARE = 0.06, 0.15
+#: Pieces keep this share of their place's height to its upper and lower edge; more on a shade, and within a ground or
+#: between rules.  On a shade they keep `SHADE_MM` to the white around markers.
+AIR_SHARE, SHADE_SHARE, INSET_SHARE, SHADE_MM = 0.06, 0.10, 0.15, 1.0
 RULE_MM = 0.5
+#: Smaller letters are not read fluently from `READ_FROM_M`: their x-height, 0.54 of 7 points, is there 0.19 degrees
+#: high.  Source: Legge and Bigelow, Journal of Vision 11(5):8, 2011: reading slows below an x-height of 0.2 degrees.
+#: A badge that is filmed from nearer is read from nearer, and its words may be smaller in proportion.
+LEAST_POINTS, READ_FROM_M, NEAREST_M = 7.0, 0.4, 0.3
 #: Of a room that is both head and upper, or both foot and lower, the outer one's share.
 OUTER_SHARE = 0.36
 
 
 @dataclass(frozen=True)
 class Look:
-    """How one badge looks: its template and content; corner_mm: radius of the board's corners as it is worn."""
+    """How one badge looks: its template and content.
+
+    corner_mm: radius of the board's corners as it is worn; typeface: one of `template.TYPEFACES`, None for the
+    template's.
+    """
 
     template: BadgeTemplate
     content: Artwork
     corner_mm: float = 0.0
+    typeface: str | None = None
 
     @property
     def accent(self) -> Colour:
@@ -59,7 +70,8 @@ class ArtPiece:
     """One piece on the page.
 
     kind: "ground" (filled), "words" (name, if any, and lines), "id", "picture" or "qr"; name: set large and bold;
-    lines: below it; points: most height of the name's letters; picture: RGBA.
+    lines: below it; points: most height of the name's letters; picture: RGBA; typeface: of words;
+    least_points: smaller words are refused.
     """
 
     kind: str
@@ -70,6 +82,14 @@ class ArtPiece:
     align: str = "center"
     points: float = 48.0
     picture: Image.Image | None = None
+    typeface: str = "sans"
+    least_points: float = LEAST_POINTS
+
+
+def least_points(badge: Badge) -> float:
+    """The least size of words that are read from as near as the badge is filmed."""
+    near_m = badge.range_m[0] if badge.range_m else READ_FROM_M
+    return LEAST_POINTS * min(max(near_m, NEAREST_M), READ_FROM_M) / READ_FROM_M
 
 
 def pieces_of(badge: Badge, look: Look) -> list[ArtPiece]:
@@ -80,7 +100,8 @@ def pieces_of(badge: Badge, look: Look) -> list[ArtPiece]:
     side = _side(badge, look)
     places = [(number, place) for number, place in enumerate(side.places, start=1) if _worn(badge, look, place)]
     areas = _shared_out(areas_of(badge), {place.area for _, place in places})
-    pieces: list[ArtPiece] = []
+    pieces = [ArtPiece("ground", rect, tint(look.accent)) for rect in background_rects(badge, side.background)]
+    pieces += [ArtPiece("ground", rect, look.accent) for rect in border_rects(badge, side.border)]
     for number, place in places:
         for piece in _placed(badge, look, place, areas, f"place {number} of template {look.template.name}"):
             pieces += _on_white(badge, piece, pieces) if piece.kind == "qr" else [piece]
@@ -139,10 +160,14 @@ def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], wher
             "more head or foot, or take a larger format"
         )
     back = _ground(badge, place, rect, look.accent)
-    ground = {"accent": look.accent, "tint": tint(look.accent)}.get(place.ground, PAPER)
+    behind = PAPER if _side(badge, look).background == "none" else tint(look.accent)
+    ground = {"accent": look.accent, "tint": tint(look.accent), "paper": PAPER}.get(place.ground, behind)
     framed = place.ground != "none" or place.rule != "none"
-    inset = (INSET_SHARE if framed else AIR_SHARE if set(shown) & {"name", "words"} else 0.0) * (rect[3] - rect[1])
-    across = inset if place.ground != "none" and not place.bleed else 0.0
+    inset = INSET_SHARE if framed else 0.0
+    if not framed and set(shown) & {"name", "words"}:
+        inset = AIR_SHARE if behind == PAPER else SHADE_SHARE
+    inset *= rect[3] - rect[1]
+    across = inset if place.ground != "none" and not place.bleed else 0.0 if behind == PAPER else SHADE_MM
     room = (rect[0] + across, rect[1] + inset, rect[2] - across, rect[3] - inset)
     row = _row(badge, look, place, shown, room, ground) if shown else []
     for piece in row:
@@ -182,7 +207,8 @@ def _ground(badge: Badge, place: Place, rect: Rect, accent: Colour) -> list[ArtP
         check_clear(badge, (board[0], y0, board[2], y1), "a ground that reaches to the board's sides")
     back = []
     if place.ground != "none":
-        back.append(ArtPiece("ground", (x0, y0, x1, y1), accent if place.ground == "accent" else tint(accent)))
+        colour = {"accent": accent, "paper": PAPER}.get(place.ground, tint(accent))
+        back.append(ArtPiece("ground", (x0, y0, x1, y1), colour))
     if place.rule in ("above", "both"):
         back.append(ArtPiece("ground", (x0, y0, x1, y0 + RULE_MM), accent))
     if place.rule in ("below", "both"):
@@ -223,8 +249,7 @@ def _piece(badge: Badge, look: Look, place: Place, what: str, rect: Rect, ground
     if what in ("logo", "portrait"):
         return ArtPiece("picture", rect, picture=look.content.picture(what))
     style: dict[str, Any] = {"align": place.align, "points": place.points, "colour": letters_on(ground)}
-    if ground == PAPER:
-        style["colour"] = INK
+    style |= {"typeface": look.typeface or look.template.typeface, "least_points": least_points(badge)}
     if what == "id":
         return ArtPiece("id", rect, **style)
     if what == "name":
@@ -281,7 +306,9 @@ def shown_pieces(badge: Badge, look: Look) -> set[str]:
     shown = {what for place in places for what in place.what if look.shows(badge, what)}
     # A line with a place of its own is printed in the accent colour.
     accent = bool(shown & {"line1", "line2", "line3", "line4"})
-    accent = accent or any(place.ground != "none" or place.rule != "none" for place in places)
+    side = _side(badge, look)
+    accent = accent or any(place.ground in ("accent", "tint") or place.rule != "none" for place in places)
+    accent = accent or side.background != "none" or side.border != "none"
     return shown | ({"colour"} if accent else set())
 
 
@@ -290,7 +317,7 @@ def _instead(badge: Badge, look: Look, what: str) -> str:
     able = [
         name
         for name in TEMPLATES
-        if name != look.template.name
-        and what in shown_pieces(badge, Look(template_named(name), look.content, look.corner_mm))
+        if name != look.template.name and what in shown_pieces(badge, replace(look, template=template_named(name)))
     ]
-    return f"; {' and '.join(able)} {'show' if len(able) > 1 else 'shows'} one" if able else ""
+    names = " and ".join([", ".join(able[:-1]), able[-1]] if len(able) > 1 else able)
+    return f"; {names} {'show' if len(able) > 1 else 'shows'} one" if able else ""

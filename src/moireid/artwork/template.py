@@ -18,12 +18,25 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 from msgspec.structs import force_setattr
 
+from moireid.artwork.backgrounds import Background, Border
 from moireid.artwork.colours import Colour, colour_named
 from moireid.errors import SpecError
 from moireid.files import read_regular
 from moireid.models import parse_json, read_model
 
-TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam")
+TEMPLATES = (
+    "plain",
+    "conference",
+    "newsroom",
+    "court",
+    "webcam",
+    "banner",
+    "campus",
+    "minimal",
+    "stripes",
+    "gala",
+)
+TYPEFACES = ("sans", "serif", "slab")
 MOST_FILE_BYTES, MOST_PLACES = 100_000, 24
 #: Largest figure of a place's rectangle, by its unit.
 MOST_AT = {"share": 1.0, "mm": 1000.0}
@@ -51,7 +64,7 @@ class Place(Struct, frozen=True, forbid_unknown_fields=True, rename={"needs": "w
     at: tuple[At, At, At, At] | None = None
     unit: Literal["share", "mm"] = "share"
     align: Literal["left", "center", "right"] = "center"
-    ground: Literal["none", "accent", "tint"] = "none"
+    ground: Literal["none", "accent", "tint", "paper"] = "none"
     bleed: bool = False
     rule: Literal["none", "above", "below", "both"] = "none"
     points: Annotated[float, Meta(ge=4, le=72)] = 48.0
@@ -74,29 +87,40 @@ class Place(Struct, frozen=True, forbid_unknown_fields=True, rename={"needs": "w
 
 
 class Side(Struct, frozen=True, forbid_unknown_fields=True, rename={"places": "place"}):
-    """A template for one orientation; head, foot: shares of the board's height above and below the fringes."""
+    """A template for one orientation.
+
+    head, foot: shares of the board's height above and below the fringes; background, border: what is around the
+    pieces, and never over what is read (`backgrounds`).
+    """
 
     places: Annotated[tuple[Place, ...], Meta(min_length=1, max_length=MOST_PLACES)]
     head: Height = 0.0
     foot: Height = 0.0
+    background: Background = "none"
+    border: Border = "none"
 
 
 class TemplateFile(Struct, forbid_unknown_fields=True):
-    """What a template's file holds; words: about it, for people; colour: of its accents, where a person has none."""
+    """What a template's file holds; words: about it, for people; colour: of its accents, where a person has none.
+
+    typeface: of all words.
+    """
 
     words: Any = None
     colour: str = "#1f2a37"
+    typeface: Literal["sans", "serif", "slab"] = "sans"
     landscape: Side | None = None
     portrait: Side | None = None
 
 
 @dataclass(frozen=True)
 class BadgeTemplate:
-    """A template; colour: of its accents, where a person has none; sides by orientation."""
+    """A template; colour: of its accents, where a person has none; sides by orientation; typeface: of all words."""
 
     name: str
     colour: Colour
     sides: dict[Orientation, Side]
+    typeface: str = "sans"
 
     def side(self, width_mm: float, height_mm: float) -> Side:
         """The side for a board; a square one is landscape.  Raises: SpecError where the template has none for it."""
@@ -153,4 +177,4 @@ def template_of(document: object, name: str) -> BadgeTemplate:
         sides["portrait"] = file.portrait
     if not sides:
         raise SpecError(f"template {name} has neither [landscape] nor [portrait]; add one")
-    return BadgeTemplate(name, colour_named(file.colour), sides)
+    return BadgeTemplate(name, colour_named(file.colour), sides, file.typeface)

@@ -3,6 +3,7 @@
 process_figures.py  figures of printer, laser and card: fits, kerf, plates on sale
 sight.py            what a camera must see of the badge, and a check that no part of a mount hides it
 solids.py           STEP, STL and 3MF files, each checked after writing; interference, walls and overhangs
+text/               words of any script as glyphs, in a PDF and in a picture
 page/               the printed page, the pitch test sheet and the preview
 printed/            the mount to 3D-print
 acrylic/            the mount to laser-cut

@@ -225,8 +225,9 @@ mount_options = gathered(
 #: Names of `designer.formats.FORMATS`, repeated here because importing that package would slow down `--help`.
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
 ORIENTATIONS = ("landscape", "portrait")
-#: As `looks.template.TEMPLATES`.
-TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam")
+#: As `artwork.template.TEMPLATES`.
+TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam", "banner", "campus", "minimal", "stripes", "gala")
+TYPEFACES = ("sans", "serif", "slab")
 PICTURE = click.Path(path_type=Path, dir_okay=False)
 
 
@@ -269,6 +270,12 @@ wear_options = gathered(
             show_default="plain; with --format webcam: webcam",
             metavar="NAME|FILE",
             help=f"Where name, lines and pictures go: {', '.join(TEMPLATES)}; or a .toml or .json file of your own.",
+        ),
+        click.option(
+            "--typeface",
+            type=click.Choice(TYPEFACES),
+            show_default="the template's",
+            help="Of name, lines and identity. All have Latin, Greek and Cyrillic; other scripts go with them.",
         ),
         click.option(
             "--line", "lines", multiple=True, metavar="TEXT", help="A line below the name; may be given several times."

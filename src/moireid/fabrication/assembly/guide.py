@@ -16,11 +16,12 @@ from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker, Step
 from moireid.fabrication.assembly.exploded import Part, draw_exploded, plain_parts
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
-from moireid.fabrication.page.lettering import PICTURE_DPI, name_picture, printable, set_name
+from moireid.fabrication.page.lettering import set_name
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.sight import sheet_pieces
+from moireid.fabrication.text.shaping import shape_line
 from moireid.files import whole_file
-from moireid.profiles import PAPERS_MM, Printer
+from moireid.profiles import PAPERS_MM
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.plates import AcrylicPlan
@@ -31,8 +32,8 @@ LEFT_MM, TOP_MM, LINE_MM, POINTS = 22.0, 28.0, 4.6, 9.0
 PICTURE_MM, STEP_GAP_MM, MOST_STEP_MM = 42.0, 5.0, 29.0
 #: From a step's top to the first baseline of its words.
 TITLE_MM = 10.0
-#: A longer name is set smaller.
-NAME_MM = (150.0, 12.0)
+#: A name that is wider is set smaller, mm.
+NAME_MM = 150.0
 #: The section is drawn so many times life size.
 STACK_SCALE = 12.0
 #: On the plate: gap between pieces, distance of the lines that sketch lenses, and length of the scale bar.
@@ -116,14 +117,9 @@ def _draw_lists(sheet: PdfPage, build: BuildPlan) -> None:
 
 def _draw_name(sheet: PdfPage, name: str) -> None:
     """Whose badge it is, as the badge itself is lettered."""
-    shown = set_name(name)
-    if shown.font and not printable(shown.words):
-        picture = name_picture(shown.words, shown.font, NAME_MM, 16.0, PICTURE_DPI)
-        dot_mm = Printer(PICTURE_DPI).dot_mm
-        sheet.picture(picture, (LEFT_MM, TOP_MM + 1 - picture.height * dot_mm), dot_mm)
-    elif shown.words:
-        points = min(18.0, 18.0 * NAME_MM[0] / sheet.text_width_mm(shown.words, 18.0, BOLD))
-        sheet.text(LEFT_MM, TOP_MM, shown.words, points=points, font=BOLD, align="left")
+    line = shape_line(set_name(name).words, bold=True)
+    points = min(18.0, NAME_MM * POINTS_PER_MM / max(line.width_em, 1e-9))
+    sheet.line(LEFT_MM, TOP_MM, line, points=points)
 
 
 def _heading(sheet: PdfPage, heading: str, y: float) -> float:

@@ -1,8 +1,9 @@
 """The printed page.
 
 canvas.py      the canvas of every PDF, in mm
-lettering.py   which font can set a name, in any script
-page_words.py  size and line breaks of words in a given room
+lettering.py   which letters of a name are printed here, and what is said of the others
+line_breaks.py where words break into rows, and how a word that is too long is divided
+page_words.py  size and rows of words in a given room
 pdf.py         badge.pdf: its shapes in mm, the board at true scale, and the page of a line mask
 smooth_page.py  lines that bend, as stairs of dots or as outlines
 dress.py       the badge's artwork on the page and in the preview: words, pictures, QR code

@@ -5,7 +5,6 @@ Convention: page mm with the origin top left become PDF points with the origin b
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
@@ -17,6 +16,9 @@ from PIL import Image
 
 from moireid.artwork.colours import Colour
 from moireid.badge import Rect
+from moireid.fabrication.text.fonts import plot_fonts
+from moireid.fabrication.text.pdf_text import draw_line
+from moireid.fabrication.text.shaping import ShapedLine
 
 POINTS_PER_MM = 72.0 / 25.4
 REGULAR, BOLD = "MoireidSans", "MoireidSans-Bold"
@@ -26,13 +28,8 @@ HAIRLINE_MM, PATH_LINE_MM = 0.1, 0.15
 
 @cache
 def font_file(*, bold: bool = False) -> Path:
-    """A font that covers Latin, Greek, Cyrillic and more: the DejaVu Sans that matplotlib ships.
-
-    Found without importing matplotlib, which would cost a quarter of a second.
-    """
-    spec = importlib.util.find_spec("matplotlib")
-    assert spec is not None and spec.origin is not None
-    return Path(spec.origin).parent / "mpl-data/fonts/ttf" / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf")
+    """The font of instructions, which has arrows and signs: the DejaVu Sans that matplotlib ships."""
+    return plot_fonts() / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf")
 
 
 def register_fonts() -> None:
@@ -191,6 +188,11 @@ class PdfPage:
             "right": self.canvas.drawRightString,
         }
         draw[align](*self._points(*self.place(x, y)), words)
+
+    def line(self, x: float, y: float, line: ShapedLine, *, points: float, colour: Colour | None = None) -> None:
+        """Write a line of glyphs whose baseline begins at a place; black, if no colour is given."""
+        self._fill_with(0.0, colour)
+        draw_line(self.canvas, line, points, *self._points(*self.place(x, y)))
 
     def text_width_mm(self, words: str, points: float, font: str = REGULAR) -> float:
         """Width of a line of text, mm."""

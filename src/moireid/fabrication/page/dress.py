@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont, ImageOps
+from PIL import Image, ImageDraw
 
 from moireid.artwork.colours import Colour
 from moireid.artwork.content import Artwork, lines_of
@@ -17,9 +17,10 @@ from moireid.artwork.placing import ArtPiece, Look, pieces_of, unworn
 from moireid.artwork.template import template_named
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
-from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage, font_file
-from moireid.fabrication.page.lettering import PICTURE_DPI, line_note
-from moireid.fabrication.page.page_words import SetWords, set_words
+from moireid.fabrication.page.canvas import POINTS_PER_MM, PdfPage
+from moireid.fabrication.page.lettering import line_note
+from moireid.fabrication.page.page_words import MM_PER_POINT, SetWords, set_words
+from moireid.fabrication.text.raster import line_mask
 
 #: Longer sides at which a picture is searched for markers, px: from near, and far away.
 SEEN_PX = (640, 320, 160, 80)
@@ -100,7 +101,7 @@ def draw_piece(sheet: PdfPage, badge: Badge, piece: ArtPiece) -> None:
         _picture(sheet, piece.picture, piece.rect_mm)
     else:
         for line in set_words(piece, badge.id):
-            _write(sheet, line, piece.colour)
+            write_line(sheet, line, piece.colour)
 
 
 def qr_rects(badge: Badge, rect: Rect) -> list[Rect]:
@@ -120,20 +121,6 @@ def qr_rects(badge: Badge, rect: Rect) -> list[Rect]:
     return rects
 
 
-def mask_of(line: SetWords) -> Image.Image:
-    """Where the letters of a line that is set as a picture are, 255 in a letter."""
-    assert line.picture is not None
-    return ImageOps.invert(line.picture)
-
-
-def corner_of(line: SetWords) -> tuple[float, float]:
-    """Upper left corner of a line that is set as a picture, mm."""
-    assert line.picture is not None
-    width = line.picture.width / PICTURE_DPI * 25.4
-    left = {"left": 0.0, "center": width / 2, "right": width}[line.align]
-    return line.x_mm - left, line.ink_mm[0]
-
-
 def _picture(sheet: PdfPage, picture: Image.Image, rect: Rect) -> None:
     from reportlab.lib.utils import ImageReader
 
@@ -143,19 +130,9 @@ def _picture(sheet: PdfPage, picture: Image.Image, rect: Rect) -> None:
     sheet.canvas.drawImage(ImageReader(picture), *place, *size, mask="auto")
 
 
-def _write(sheet: PdfPage, line: SetWords, colour: Colour) -> None:
-    if line.picture is not None:
-        solid = Image.new("RGBA", line.picture.size, tuple(round(255 * part) for part in colour))
-        solid.putalpha(mask_of(line))
-        left, top = corner_of(line)
-        size = [side / PICTURE_DPI * 25.4 for side in solid.size]
-        _picture(sheet, solid, (left, top, left + size[0], top + size[1]))
-        return
-    font = BOLD if line.bold else REGULAR
-    sheet.text(line.x_mm, line.baseline_mm, line.words, points=line.points, font=font, align=line.align, colour=colour)
-
-
-ANCHORS = {"left": "ls", "center": "ms", "right": "rs"}
+def write_line(sheet: PdfPage, line: SetWords, colour: Colour | None = None) -> None:
+    """Write one row on a sheet, as text; black, if no colour is given."""
+    sheet.line(line.x_mm, line.baseline_mm, line.line, points=line.points, colour=colour)
 
 
 def dress_picture(picture: Image.Image, badge: Badge, look: Look, px_per_mm: float) -> None:
@@ -168,7 +145,7 @@ def paint_piece(picture: Image.Image, badge: Badge, piece: ArtPiece, px_per_mm: 
     """Draw one piece."""
     if piece.kind in ("words", "id"):
         for line in set_words(piece, badge.id):
-            _paint_words(picture, badge, line, piece.colour, px_per_mm)
+            paint_line(picture, badge, line, _counts(piece.colour), px_per_mm)
     elif piece.kind == "picture":
         assert piece.picture is not None
         _paste_picture(picture, piece.picture, _pixels(badge, piece.rect_mm, px_per_mm))
@@ -179,17 +156,15 @@ def paint_piece(picture: Image.Image, badge: Badge, piece: ArtPiece, px_per_mm: 
             draw.rectangle((x0, y0, max(x1 - 1, x0), max(y1 - 1, y0)), fill=_counts(piece.colour))
 
 
-def _paint_words(picture: Image.Image, badge: Badge, line: SetWords, colour: Colour, px_per_mm: float) -> None:
-    if line.picture is not None:
-        left, top = corner_of(line)
-        wide, high = (side / PICTURE_DPI * 25.4 for side in line.picture.size)
-        x0, y0, x1, y1 = _pixels(badge, (left, top, left + wide, top + high), px_per_mm)
-        mask = mask_of(line).resize((max(x1 - x0, 1), max(y1 - y0, 1)), Image.Resampling.LANCZOS)
-        picture.paste(_counts(colour), (x0, y0), mask)
-        return
-    font = ImageFont.truetype(str(font_file(bold=line.bold)), line.points / 72 * 25.4 * px_per_mm)
+def paint_line(
+    picture: Image.Image, badge: Badge, line: SetWords, fill: tuple[int, int, int] | int, px_per_mm: float
+) -> None:
+    """Draw one row into a picture of the board; fill: the colour of its letters."""
     x, y = ((place - badge.outline_mm[k]) * px_per_mm for k, place in enumerate((line.x_mm, line.baseline_mm)))
-    ImageDraw.Draw(picture).text((x, y), line.words, fill=_counts(colour), font=font, anchor=ANCHORS[line.align])
+    found = line_mask(line.line, line.points * MM_PER_POINT * px_per_mm, x, y)
+    if found is not None:
+        mask, corner = found
+        picture.paste(fill, (*corner, corner[0] + mask.width, corner[1] + mask.height), mask)
 
 
 def _paste_picture(picture: Image.Image, piece: Image.Image, pixels: tuple[int, int, int, int]) -> None:

@@ -20,25 +20,19 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.artwork.placing import ArtPiece
 from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Point, Rect
 from moireid.dots import INSET_DOTS, ink_growth_mm, nearest_dot
 from moireid.errors import SpecError
-from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
-from moireid.fabrication.page.lettering import (
-    LINE_HEIGHT,
-    PICTURE_DPI,
-    lines_for,
-    name_note,
-    name_picture,
-    printable,
-    set_name,
-)
+from moireid.fabrication.page.canvas import POINTS_PER_MM, PdfPage
+from moireid.fabrication.page.lettering import name_note
+from moireid.fabrication.page.page_words import SetWords, set_words
 from moireid.fabrication.page.smooth_page import draw_smooth_lines
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import AnyPath, as_path, whole_file
 from moireid.frames import Axis, own_rect
 from moireid.layers import is_smooth
-from moireid.profiles import FORMS, Printer, find_printer
+from moireid.profiles import FORMS, find_printer
 
 CROP_MARK_MM = 6.0
 CROP_GAP_MM = 2.0
@@ -306,38 +300,23 @@ def on_dots(line: Rect, axis: Axis, dot_mm: float) -> Rect:
     return (edges[0], edges[1], edges[2], edges[3])
 
 
-def _write_name(sheet: PdfPage, badge: Badge) -> None:
-    """The name between the upper markers, the id between the lower ones; a name too long is broken and set smaller."""
-    centers, half = lettering_places(badge)
-    room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
-    middle = (centers[0][0] + centers[1][0]) / 2
-    label = f"moireid {badge.id}"
-    # It refuses a name of which nothing can be printed.
+def lettering_rows(badge: Badge) -> list[SetWords]:
+    """Name and id of a badge without artwork: the name between the upper markers, the id between the lower ones.
+
+    Raises: FabricationError for a name of which nothing can be printed; SpecError as `set_words`.
+    """
     name_note(badge.name)
-    name = set_name(badge.name)
-    if name.font and not printable(name.words):
-        grey = name_picture(name.words, name.font, room_mm, NAME_POINTS, PICTURE_DPI)
-        # A printer would screen grey edges into dots of its own.
-        picture = grey.point([0] * 128 + [255] * 128)
-        x, y = sheet.place(middle, centers[0][1])
-        dot_mm = Printer(PICTURE_DPI).dot_mm
-        corner = (x - picture.width / 2 * dot_mm, y - picture.height / 2 * dot_mm)
-        sheet.picture(picture, corner, dot_mm)
-    elif name.words:
-        _write_lines(sheet, name.words, (middle, centers[0][1]), room_mm, NAME_POINTS, BOLD)
-    _write_lines(sheet, label, (middle, centers[3][1]), room_mm, SMALL_POINTS + 1, REGULAR)
+    centers, half = lettering_places(badge)
+    middle = (centers[0][0] + centers[1][0]) / 2
+    aside = (centers[1][0] - centers[0][0]) / 2 - half - 3.0
+    rooms = [(middle - aside, y - half, middle + aside, y + half) for y in (centers[0][1], centers[3][1])]
+    name = ArtPiece("words", rooms[0], name=badge.name, points=NAME_POINTS)
+    return [*set_words(name, badge.id), *set_words(ArtPiece("id", rooms[1]), badge.id)]
 
 
-def _write_lines(
-    sheet: PdfPage, words: str, middle: tuple[float, float], room_mm: tuple[float, float], points: float, font: str
-) -> None:
-    """Words about a place, as large as `points` or as their room allows."""
-    line_mm = LINE_HEIGHT * points / POINTS_PER_MM
-    lines, share = lines_for(words, lambda line: sheet.text_width_mm(line, points, font), room_mm, line_mm)
-    for k, line in enumerate(lines):
-        # A letter's middle is 0.35 of the size above the baseline.
-        down = (k - (len(lines) - 1) / 2) * line_mm * share + 0.35 * points * share / POINTS_PER_MM
-        sheet.text(middle[0], middle[1] + down, line, points=points * share, font=font)
+def _write_name(sheet: PdfPage, badge: Badge) -> None:
+    for row in lettering_rows(badge):
+        sheet.line(row.x_mm, row.baseline_mm, row.line, points=row.points)
 
 
 def draw_scale_bars(sheet: PdfPage, block: Rect) -> None:

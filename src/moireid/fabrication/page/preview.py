@@ -15,14 +15,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageChops, ImageDraw, ImageFilter, ImageOps
+from PIL import Image, ImageChops, ImageDraw, ImageFilter
 
 from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
-from moireid.fabrication.page.canvas import font_file
-from moireid.fabrication.page.dress import dress_picture, look_of
-from moireid.fabrication.page.lettering import name_picture, set_name
-from moireid.fabrication.page.pdf import lettering_places, marker_squares
+from moireid.fabrication.page.dress import dress_picture, look_of, paint_line
+from moireid.fabrication.page.pdf import lettering_rows, marker_squares
 from moireid.files import whole_file
 from moireid.frames import bounds_of, own_rect
 from moireid.layers import is_smooth
@@ -52,7 +50,8 @@ def draw_preview(badge: Badge, look: Look | None = None) -> Image.Image:
     (picture,) = draw_fringes(badge)
     look = look_of(badge, look)
     if look is None:
-        _write_names(picture, badge)
+        for row in lettering_rows(badge):
+            paint_line(picture, badge, row, INK, PX_PER_MM)
         return picture
     picture = picture.convert("RGB")
     dress_picture(picture, badge, look, PX_PER_MM)
@@ -206,28 +205,6 @@ def rays_landed_mm(lens: Lens, tangent: NDArray[np.float64], rays: int) -> NDArr
         through = across * (lens.open_fraction or 0.0)
         return np.asarray(through + slab_shift_mm(lens.thickness_mm, lens.refractive_index, tangent))
     return np.asarray(landing_mm(lens, across, tangent, np.zeros((1, 1))))
-
-
-def _write_names(picture: Image.Image, badge: Badge) -> None:
-    """The name and id at the places where `pdf.py` sets them."""
-    board, (centers, half) = badge.outline_mm, lettering_places(badge)
-    room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
-    label = f"moireid {badge.id}" if badge.id else "moireid"
-    name = set_name(badge.name)
-    for words, center, points, font in (
-        (name.words, centers[0], 20.0, name.font or font_file(bold=True)),
-        (label, centers[3], 8.0, font_file()),
-    ):
-        if not words:
-            continue
-        letters = name_picture(words, font, room_mm, points, PX_PER_MM * 25.4)
-        corner = [
-            round(place - size / 2)
-            for place, size in zip(
-                ((board[2] - board[0]) / 2 * PX_PER_MM, (center[1] - board[1]) * PX_PER_MM), letters.size, strict=True
-            )
-        ]
-        picture.paste(INK, (corner[0], corner[1]), ImageOps.invert(letters))
 
 
 FRAMES, FRAME_MS, SWING = 16, 100, 0.22

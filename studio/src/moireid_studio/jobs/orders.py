@@ -34,7 +34,9 @@ else:
 Mount = Literal["lanyard", "clip", "stand", "holder", "none"]
 #: Names of `designer.formats.FORMATS`, and of `artwork.template.TEMPLATES`.
 FormatName = Literal["cr80", "a7", "4x3in", "a6", "a5", "webcam", "board"]
-TemplateName = Literal["plain", "conference", "newsroom", "court", "webcam"]
+TemplateName = Literal[
+    "plain", "conference", "newsroom", "court", "webcam", "banner", "campus", "minimal", "stripes", "gala"
+]
 Orientation = Literal["landscape", "portrait"]
 #: As the answer to the pictures says.
 PictureId = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
