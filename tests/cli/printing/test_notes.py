@@ -11,6 +11,7 @@ from PIL import Image
 
 from moireid.cli.printing.print_cmd import print_command
 from moireid.fabrication.page import lettering
+from moireid.fabrication.text import fonts
 
 
 @pytest.fixture
@@ -45,10 +46,16 @@ def test_a_portrait_that_the_template_does_not_show_is_told(tmp_path: Path) -> N
 
 def test_a_line_that_is_printed_in_part_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: signs that no font has, left out of a line without a word."""
-    monkeypatch.setattr(lettering, "system_fonts", lambda: ())
+    monkeypatch.setattr(fonts, "system_fonts", lambda bold: ())
+    monkeypatch.setattr(fonts, "_found", {})
+    monkeypatch.setattr(fonts, "shipped_fonts", lambda typeface, bold: (fonts.own_font("NotoSans", bold=bold),))
     lettering.set_name.cache_clear()
     found = notes(printed("Ada", "--format", "a6", "--line", "Guest \N{MICROPHONE}", out=tmp_path / "a"))
-    assert any("leaves out of 'Guest" in note and note.endswith("(microphone), and shows 'Guest'") for note in found)
+    assert any(
+        "leaves out of 'Guest" in note
+        and "(microphone), and shows 'Guest'; to print all of it, install Noto Emoji" in note
+        for note in found
+    )
 
 
 @pytest.mark.slow

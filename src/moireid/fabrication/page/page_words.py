@@ -11,6 +11,7 @@ from moireid.artwork.placing import LEAST_POINTS, READ_FROM_M, ArtPiece
 from moireid.errors import SpecError
 from moireid.fabrication.page.lettering import set_name
 from moireid.fabrication.page.line_breaks import divided, rows_of
+from moireid.fabrication.text.direction import begins_at_the_right
 from moireid.fabrication.text.shaping import ShapedLine, shape_line
 
 MM_PER_POINT = 25.4 / 72
@@ -110,12 +111,15 @@ def set_words(piece: ArtPiece, badge_id: str | None) -> list[SetWords]:
         rows = _rows_in(name, lines, _Setting(room, piece.typeface, piece.points, piece.least_points))
     spare = room[1] - _height_of(rows)
     above, below = _beyond(rows)
+    # Words that are read from the right begin there, where others begin at the left.
+    mirrored = piece.align == "left" and begins_at_the_right(piece.name or "".join(piece.lines[:1]))
+    align = "right" if mirrored else piece.align
     y = y0 + min(max(spare / 2, above), spare - below)
     placed = []
     for row in rows:
         y += row.gap_mm + row.above_mm
         spare = room[0] - row.line.width_em * row.points * MM_PER_POINT
-        x = x0 + {"left": 0.0, "center": spare / 2, "right": spare}[piece.align]
+        x = x0 + {"left": 0.0, "center": spare / 2, "right": spare}[align]
         placed.append(SetWords(row.line, row.points, x, y))
         y += row.below_mm
     return placed

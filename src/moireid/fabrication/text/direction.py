@@ -37,6 +37,12 @@ def bidi_levels(words: str) -> list[int]:
     return levels[1:]
 
 
+def begins_at_the_right(words: str) -> bool:
+    """Whether a line is read from right to left, by its first letter that has a direction (UAX 9, P2)."""
+    kinds = (unicodedata.bidirectional(letter) for letter in words)
+    return next((kind != "L" for kind in kinds if kind in ("L", "R", "AL")), False)
+
+
 def _resolve_brackets(letters: list[dict[str, Any]], base: str) -> None:
     """Give both brackets of a pair the direction of what is within them.  Source: UAX 9, N0."""
     strong = {"L": "L", "R": "R", "AL": "R", "EN": "R", "AN": "R"}
