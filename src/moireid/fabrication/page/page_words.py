@@ -104,7 +104,7 @@ def set_words(piece: ArtPiece, badge_id: str | None) -> list[SetWords]:
     x0, y0, x1, y1 = piece.rect_mm
     room = (x1 - x0, y1 - y0)
     if piece.kind == "id":
-        rows = _id_rows(badge_id, room, piece.typeface)
+        rows = _id_rows(badge_id, room, piece.typeface, min(piece.least_points, LEAST_ID_POINTS))
     else:
         name = set_name(piece.name).words if piece.name else ""
         lines = tuple(filter(None, (set_name(line).words for line in piece.lines)))
@@ -222,7 +222,7 @@ def _broken(words: str, points: float, setting: _Setting, *, bold: bool) -> list
     return None
 
 
-def _id_rows(badge_id: str | None, room: tuple[float, float], typeface: str) -> list[_Row]:
+def _id_rows(badge_id: str | None, room: tuple[float, float], typeface: str, least: float) -> list[_Row]:
     """The identity in one, two or three rows, whichever comes out largest."""
     digits = badge_id or ""
     half = (len(digits) + 1) // 2
@@ -236,7 +236,7 @@ def _id_rows(badge_id: str | None, room: tuple[float, float], typeface: str) -> 
         points = min(ID_POINTS, ID_SHARE * room[1] / MM_PER_POINT, room[0] / wide, room[1] / high)
         if points > 1.02 * largest:
             best, largest = rows, points
-    if largest < LEAST_ID_POINTS:
+    if largest < least:
         raise SpecError(
             f"the identity would be {largest:.1f} points high in {room[0]:.0f} x {room[1]:.0f} mm; give the template's "
             "id more room"

@@ -311,7 +311,7 @@ def lettering_rows(badge: Badge) -> list[SetWords]:
     aside = (centers[1][0] - centers[0][0]) / 2 - half - 3.0
     rooms = [(middle - aside, y - half, middle + aside, y + half) for y in (centers[0][1], centers[3][1])]
     name = ArtPiece("words", rooms[0], name=badge.name, points=NAME_POINTS)
-    return [*set_words(name, badge.id), *set_words(ArtPiece("id", rooms[1]), badge.id)]
+    return [*set_words(name, badge.id), *set_words(ArtPiece("id", rooms[1], least_points=0.0), badge.id)]
 
 
 def _write_name(sheet: PdfPage, badge: Badge) -> None:
