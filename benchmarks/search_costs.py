@@ -105,7 +105,6 @@ def rows(wish: Wish) -> Iterator[Row]:
         "close": finder.either_way,
         "close, faded print": partial(finder.either_way, faint=True),
         "quick": finder.quick,
-        "glance": finder.glance,
         "tile": partial(finder.enlarged, box=tiles_of(size)[0]),
     }
     with wish.kept_folder() as folder:

@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from moireid.verifier.kernel import fitting, page
+from moireid.verifier.kernel import fitting, page, squares
 from moireid.verifier.kernel.library import picture_struct
 from moireid.verifier.kernel.page import PagePrint, Points, row_means, values_at
 from moireid.verifier.tracking.registration import RULES
@@ -53,18 +53,43 @@ def hostile_warp(rng):
     return near + rng.normal(size=(3, 3)) * 10.0 ** rng.uniform(-6, 0)
 
 
+def find_squares(rng, picture, room):
+    """Squares of any code, in memory of the least size."""
+    side, classes = int(rng.integers(1, squares.MOST_CELLS + 1)), int(rng.integers(1, 5))
+    words = rng.integers(0, 2 ** min(side**2, 62), (classes, 4)).astype(np.uint64)
+    codes = squares.SquareCodes(words, side, int(rng.integers(0, 65)), int(rng.integers(0, 40)))
+    squares.memory_for = lambda width: room.array((squares_room(width),), np.uint8, at_end=bool(rng.integers(2)))
+    least_px = float(rng.choice([-1.0, 0.0, 2.0, 9.0, np.nan, np.inf]))
+    window, steps = int(rng.choice([1, 3, 5, 7, 9, 11, 13, 15])), int(rng.integers(1, squares.MOST_STEPS + 1))
+    codes.find(picture, window=window, steps=steps, least_px=least_px, most=int(rng.integers(1, 4)))
+
+
+def squares_room(width):
+    size = squares.library().kernel_squares_room
+    size.restype = ctypes.c_int64
+    return size(ctypes.c_int32(width))
+
+
 def fuzz(seed: int, calls: int) -> None:
     """Call everything, with figures drawn by the seed."""
-    rng, fence = np.random.default_rng(seed), Fenced()
+    rng, fence, room = np.random.default_rng(seed), Fenced(), Fenced()
     for _ in range(calls):
         height, width = int(rng.integers(2, 64)), int(rng.integers(2, 90))
         stride, at_end = width + int(rng.integers(0, 6)), bool(rng.integers(2))
         # The last row of a padded plane may end with its last pixel.
         flat = fence.array((height * stride,), np.uint8, at_end=at_end)
         coded = flat.reshape(height, stride)[:, stride - width :] if at_end else flat.reshape(height, stride)[:, :width]
-        coded[...] = rng.integers(0, 256, coded.shape)
+        # Blocks of all sizes, as noise alone has no quadrangles.
+        block = int(rng.choice([1, 2, 5, 9]))
+        blocks = rng.choice([0, 30, 200, 255], (height // block + 1, width // block + 1)).astype(np.uint8)
+        coded[...] = (
+            blocks.repeat(block, 0).repeat(block, 1)[:height, :width]
+            if block > 1
+            else rng.integers(0, 256, coded.shape)
+        )
         levels = rng.choice([np.arange(256), rng.uniform(0, 255, 256), np.zeros(256)]).astype(np.float32)
         picture = picture_struct(coded, levels)
+        find_squares(rng, picture, room)
         patches = int(rng.integers(1, 9))
         first = np.concatenate([[0], np.cumsum(rng.integers(1, 90, patches))]).tolist()
         points = Points(rng.uniform(-1.2, 1.2, (first[-1], 2)))
@@ -102,5 +127,5 @@ def fuzz(seed: int, calls: int) -> None:
 
 if __name__ == "__main__":
     trapping = ctypes.CDLL(sys.argv[1])
-    page.library = fitting.library = lambda: trapping
+    page.library = fitting.library = squares.library = lambda: trapping
     fuzz(int(sys.argv[2]), int(sys.argv[3]))

@@ -176,3 +176,90 @@ def smeared_means(planes, places, motion, steps):
         for part, whole in zip(places, motion, strict=True)
     )
     return [cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).mean(axis=0) for plane in planes]
+
+
+#: Directions in which a component's extreme points are kept, around the clock.
+WAYS = np.array([(-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0)])
+
+
+def dark_pixels(coded, window, steps):
+    """Which pixels (height, width) are below the mean of the window around them by more than `steps`."""
+    half = window // 2
+    sums = cv2.boxFilter(np.pad(coded, half, mode="edge").astype(np.float64), -1, (window, window), normalize=False)[
+        half : half + coded.shape[0], half : half + coded.shape[1]
+    ]
+    return np.rint(sums) > window**2 * (coded.astype(float) + steps)
+
+
+def _area(points):
+    x, y = points.T.astype(float)
+    return float(x @ np.roll(y, -1) - np.roll(x, -1) @ y) / 2
+
+
+def _quadrangle(rows, columns, least_px):
+    """Corners (4, 2) of a component, from its pixels; None if it is no quadrangle or too small."""
+    if np.ptp(rows) + np.ptp(columns) + 2 < 2 * least_px:
+        return None
+    ends = []
+    for across, down in WAYS:
+        far = across * columns + down * rows
+        at = np.flatnonzero(far == far.max())
+        # The first row that is as far; where a whole run is, its middle.
+        at = at[rows[at] == rows[at].min()]
+        if across == 0:
+            row = np.sort(columns[at])
+            first = row[: int(np.argmax(np.diff(row, append=row[-1] + 2) > 1)) + 1]
+            ends.append(((first[0] + first[-1]) // 2, rows[at[0]]))
+        else:
+            ends.append((columns[at[0]], rows[at[0]]))
+    ends = np.array(ends)
+    slanted, upright = ends[0::2], ends[1::2]
+    quad = slanted if _area(slanted) >= _area(upright) else upright
+    sides = np.linalg.norm(quad - np.roll(quad, -1, axis=0), axis=1)
+    perimeter = float(sides.sum())
+    if _area(quad) < 0.8 * _area(ends) or perimeter + 4 < 4 * least_px or sides.min() < perimeter / 16:
+        return None
+    return quad.astype(float)
+
+
+def _word(coded, quad, codes, steps):
+    """The number of the word that a quadrangle shows; None for none."""
+    side = codes.cells + 2
+    # The closed form of the kernel keeps a horizon away; so does this.
+    if abs(_area(quad[[1, 2, 3]]) * 2) <= 0.5:
+        return None
+    unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
+    warp = cv2.getPerspectiveTransform(unit, quad.astype(np.float32))
+    if min(warp[2] @ (1, 0, 1), warp[2] @ (0, 1, 1), warp[2] @ (1, 1, 1)) <= 0.1:
+        return None
+    column, row, k = np.meshgrid(np.arange(side), np.arange(side), np.arange(4))
+    places = np.stack([column + 0.4 + 0.2 * (k % 2), row + 0.4 + 0.2 * (k // 2)], axis=-1).reshape(-1, 2) / side
+    at = mapped(warp, places).astype(np.float32).reshape(-1, 1, 2)
+    values = cv2.remap(coded.astype(np.float32), at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    seen = values.reshape(side, side, 4).mean(axis=2)
+    code = seen[1:-1, 1:-1]
+    border = np.delete(seen.ravel(), np.arange(side**2).reshape(side, side)[1:-1, 1:-1].ravel())
+    middle = (border.mean() + code.max()) / 2
+    if code.max() < border.mean() + steps or (border > middle).sum() > codes.most_wrong_border:
+        return None
+    word = sum(1 << place for place in np.flatnonzero(code > middle).tolist())
+    wrong = [(word ^ int(one)).bit_count() for one in codes.words.ravel()]
+    return int(np.argmin(wrong)) if min(wrong) <= codes.most_wrong else None
+
+
+def squares(coded, codes, *, window, steps, least_px):
+    """Squares that show a word, as {word: corners}, the runs of dark pixels, and the quadrangles that were read."""
+    dark = dark_pixels(coded, window, steps)
+    runs = int((np.diff(dark.astype(int), axis=1, prepend=0) > 0).sum())
+    count, labels = cv2.connectedComponents(dark.astype(np.uint8), connectivity=8)
+    found, read = [], 0
+    for label in range(1, count):
+        quad = _quadrangle(*np.nonzero(labels == label), least_px)
+        if quad is None:
+            continue
+        read += 1
+        word = _word(coded, quad, codes, steps)
+        if word is not None:
+            perimeter = np.linalg.norm(quad - np.roll(quad, -1, axis=0), axis=1).sum()
+            found.append((word, quad + (quad - quad.mean(axis=0)) * 4 / perimeter))
+    return found, runs, read

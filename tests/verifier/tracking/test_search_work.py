@@ -144,7 +144,7 @@ def test_a_film_without_a_badge_is_searched_less_and_less(ada, room, monkeypatch
     """Catches: every frame searched; a search that stops for good; the first frame unsearched; frames not counted."""
     looks: list[int] = []
     view = SceneTracker(ada)
-    monkeypatch.setattr(view._finder, "_found_by", counted(view._finder, looks))
+    count_looks(monkeypatch, view._finder, looks)
     every = []
     for index, picture in enumerate(room + room[::-1]):
         before = len(looks)
@@ -156,14 +156,18 @@ def test_a_film_without_a_badge_is_searched_less_and_less(ada, room, monkeypatch
     assert view.unsearched_s == pytest.approx((gaps.max() - 1) / FPS) and view.unsearched_s < MAX_UNSEARCHED_S
 
 
-def counted(finder: MarkerFinder, looks: list[int]):
-    found_by = finder._found_by
+def count_looks(monkeypatch, finder: MarkerFinder, looks: list[int]):
+    """Note each look of a finder, by OpenCV and by the kernel."""
 
-    def counting(*given):
-        looks.append(1)
-        return found_by(*given)
+    def noted(look):
+        def noting(*given):
+            looks.append(1)
+            return look(*given)
 
-    return counting
+        return noting
+
+    for name in ("_found_by", "_clear_in"):
+        monkeypatch.setattr(finder, name, noted(getattr(finder, name)))
 
 
 def test_a_glance_waits_for_a_sharp_frame_but_not_for_ever(ada):
@@ -205,7 +209,7 @@ def test_a_badge_half_out_of_the_picture_is_looked_for_at_its_place_alone(cut, m
     for _ in range(5):
         assert not push(0.0)
     looks: list[int] = []
-    monkeypatch.setattr(view._finder, "_found_by", counted(view._finder, looks))
+    count_looks(monkeypatch, view._finder, looks)
     before, frames = view.unsearched, 45
     for _ in range(frames):
         assert not push(0.0)

@@ -5,9 +5,10 @@
     rows.c                  brightness along strips of the page
     smear.c                 prints that moved while they were exposed
     poses.c                 poses of a plane
+    squares.c               clear square markers: a threshold, dark components, their codes
     freestanding.c          what compilers expect of a C library
     library.py              finds the library, checks its version, and how arrays are handed over
-    page.py, fitting.py     the same for NumPy arrays
+    page.py, fitting.py, squares.py   the same for NumPy arrays
 
 Python checks all sizes, C reads and writes only within them and allocates nothing.  The NumPy versions of the same
 equations are in the tests, as references.

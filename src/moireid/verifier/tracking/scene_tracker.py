@@ -80,7 +80,7 @@ class SceneTracker:
         self._corners_mm = marker_corners_mm(badge.markers)
         self._motion = PageMotion(badge)
         self._mirrored, self._glance_s, self._whole_s, self._tile = False, 0.0, 0.0, 0
-        self._purses = Purses((self._finder, self._registrar, self._registrar.printer))
+        self._purses = Purses((self._finder, self._registrar, self._registrar.printer), self._finder.quick_share)
         #: Pages that the last look saw, registered or not; and a lost badge's that reaches out of the picture.
         self._may_be: list[Array] = []
         self._cut: Array | None = None
@@ -143,7 +143,7 @@ class SceneTracker:
         if self._lost():
             found, luma = self._sought(frame, luma)
         else:
-            found = self._registered(luma, self._finder.glance(luma))
+            found = self._registered(luma, self._finder.quick(luma)[0])
         self.trackers[0].spent(time.perf_counter() - clock)
         for page in found:
             tracker = self._tracker_for(page, frame, alone=len(found) == 1)

@@ -19,11 +19,14 @@ from numpy.typing import NDArray
 #: Work of decoding, a pixel, and of a marker search: a pixel and window of the threshold, a pixel and window at which
 #: the thresholded picture changes along its row, and a square whose bits are read.  Measured by
 #: `benchmarks/search_costs.py`; of decoding, on films of a low bit rate, where it costs least.  In a full room a search
-#: takes 0.8 to 1.4 of this, in white noise 0.5 to 1.1; a quick look at an even wall 1.9.
+#: takes 0.8 to 1.4 of this, in white noise 0.5 to 1.1.
 DECODED_NS, WINDOW_NS, CHANGE_NS, SQUARE_NS = 1.5, 0.95, 43.0, 130e3
 #: Work of reading the notches along one outline; and work of a search for frames over that of a marker search by the
 #: same windows.  Measured as above: a search takes 0.9 to 1.35 of this, on white noise 0.2.
 OUTLINE_NS, OUTLINED = 400e3, 1.6
+#: Work of a quick look for markers: a pixel, a run of dark ones, and a quadrangle whose cells are read.  Measured as
+#: above: a look at a full room or an even wall takes 0.9 to 1.1 of this.
+CLEAR_NS, RUN_NS, READ_NS = 0.9, 30.0, 2e3
 #: Work of drawing a template, a fine sample; of smearing it, a sample, and a sample and step; of its solver, a sample;
 #: of a step of registration, a sample; and of correlating, a pixel.
 #: Measured as above, on markers of 50 to 100 px.
@@ -84,15 +87,15 @@ class Purses:
     smeared: the smeared print of a page that the last frame showed; gone: of one that it did not; near: markers around
     the last place; glance: clear markers in the whole picture; wide: the whole picture closely, and a part of it
     enlarged.  Where no badge was seen for some seconds, only the last two are spent.
-    Source: the shares are set by hand.  That of glances pays two or three a second in a room full of things, at 30
-        frames a second; a page in view and smeared needs most.
+    Source: the shares are set by hand.  That of glances, which is given, pays two or three a second in a room full of
+        things, at 30 frames a second; a page in view and smeared needs most.
     """
 
-    def __init__(self, tools: Sequence[Tool]) -> None:
-        """Parameters: tools: whose work is paid."""
+    def __init__(self, tools: Sequence[Tool], glances: float) -> None:
+        """Parameters: tools: whose work is paid; glances: share for quick looks, as they cost."""
         self._tools = tools
         self.smeared, self.gone, self.near = Purse(0.20), Purse(0.05), Purse(0.10)
-        self.glance, self.wide = Purse(0.25), Purse(0.10)
+        self.glance, self.wide = Purse(glances), Purse(0.10)
 
     def earn(self, pixels: int) -> None:
         """Earn for a frame of so many pixels."""
@@ -115,6 +118,11 @@ def search_work_ns(picture: NDArray[np.uint8], parameters: cv2.aruco.DetectorPar
     least, most = parameters.adaptiveThreshWinSizeMin, parameters.adaptiveThreshWinSizeMax
     windows = range(least, most + 1, parameters.adaptiveThreshWinSizeStep)
     return picture.size * _outlined_ns(picture, windows, parameters.adaptiveThreshConstant) + SQUARE_NS * squares
+
+
+def clear_work_ns(picture: NDArray[np.uint8], runs: int, read: int) -> float:
+    """Work of one quick look for markers.  Parameters: runs, read: as `FoundSquares`."""
+    return CLEAR_NS * picture.size + RUN_NS * runs + READ_NS * read
 
 
 def outline_work_ns(picture: NDArray[np.uint8], windows: Sequence[int], counts: float, read: int) -> float:

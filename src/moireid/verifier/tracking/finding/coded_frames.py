@@ -54,7 +54,7 @@ ENLARGE_AGAIN_PX = 1.9
 class FrameFinder(PageFinder):
     """Finds pages by the coded frame of one layout; a search is given the threshold's windows and counts."""
 
-    least_px = LEAST_SIDE_PX
+    least_px, quick_share = LEAST_SIDE_PX, 0.25
 
     def __init__(self, frame: CodedFrame) -> None:
         x0, y0, x1, y1 = frame.rect_mm

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import cv2
@@ -17,11 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.kernel.library import picture_struct
+from moireid.verifier.kernel.squares import SquareCodes
 from moireid.verifier.picture import Box, Picture
 from moireid.verifier.tracking.finding.page_finder import EitherWay, Grey, PageFinder, PicturePart
-from moireid.verifier.tracking.finding.page_groups import moved_page, pages_of
+from moireid.verifier.tracking.finding.page_groups import MOST_OF_ONE, moved_page, pages_of
 from moireid.verifier.tracking.patches import marker_corners_mm
-from moireid.verifier.tracking.search_work import search_work_ns
+from moireid.verifier.tracking.search_work import clear_work_ns, search_work_ns
 
 #: The neighbourhood is enlarged twofold if its markers are smaller than this, px.
 ENLARGE_BELOW_PX = 24.0
@@ -30,12 +32,12 @@ FAINT_EVERY = 3
 #: Least difference of faded print from its surroundings, and least standard deviation within a marker, counts: at a
 #: contrast of 5 % in good light, black and white differ by 7 counts.
 FAINT_COUNTS, FAINT_SD_COUNTS = 1.5, 2.0
-#: A glance searches markers of at least this side by one threshold, with this window and difference in counts.  The
-#: difference is above most noise, because outlines of noise take most time in a search.
-GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS = 14.0, 9, 18.0
-#: A quick look does the same for markers of this side.  On drawn rooms it finds pages of 13 px in four frames of five
-#: and of 16 px in all, as a whole search does, at a third of its cost.
+#: A quick look is by the kernel: one threshold with this window and difference in counts, for markers of this side.
 QUICK_PX, QUICK_WINDOW_PX, QUICK_COUNTS = 9.0, 13, 10.0
+#: Share of a code's number of cells that may be bright in its dark border, as OpenCV has it.
+BORDER_SHARE = 0.35
+#: What the kernel takes for a picture's values; it compares what was coded.
+LEVELS = np.arange(256, dtype=np.float32)
 #: Windows of the threshold in an enlarged picture, px: least, most, step; more windows find few more markers.
 SMALL_WINDOWS_PX = (7, 27, 10)
 #: Pixels per cell when bits of small and faint markers are read, and the margin left out, where cells are blurred.
@@ -58,7 +60,7 @@ class MarkerFinder(PageFinder):
     By `near`, a page with two markers follows once more, with the tilt that it had then.
     """
 
-    least_px, most_enlarged_px2 = 16, 10**6
+    least_px, most_enlarged_px2, quick_share = 16, 10**6, 0.10
 
     def __init__(self, markers: Markers) -> None:
         known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
@@ -71,6 +73,7 @@ class MarkerFinder(PageFinder):
             adaptiveThreshWinSizeMin=least, adaptiveThreshWinSizeMax=most, adaptiveThreshWinSizeStep=step, **FINELY
         )
         super().__init__(markers, marker_corners_mm(markers).reshape(-1, 2), self._searcher(), faint, small)
+        self._codes = _codes(self._dictionaries, markers.ids)
 
     def _searcher(self, **settings: Any) -> cv2.aruco.ArucoDetector:
         """OpenCV's detector with our settings and these."""
@@ -86,15 +89,36 @@ class MarkerFinder(PageFinder):
             setattr(parameters, name, value)
         return cv2.aruco.ArucoDetector(self._dictionaries, parameters)
 
-    def glance(self, luma: Picture | Grey) -> list[Array]:
-        """As `pages`, but only for clear markers of at least `GLANCE_PX`; much faster."""
-        coarse = self._searcher(**_one_threshold(luma.shape, GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS))
-        return self._found_by(coarse, self._whole(luma))[0]
-
     def quick(self, luma: Picture | Grey) -> EitherWay:
-        """As `either_way`, but only for clear markers of at least `QUICK_PX`; three times as fast."""
-        quick = self._searcher(**_one_threshold(luma.shape, QUICK_PX, QUICK_WINDOW_PX, QUICK_COUNTS), **FINELY)
-        return self._found_by(quick, self._whole(luma))
+        """As `either_way`, but only for clear markers of at least `QUICK_PX`; ten times as fast."""
+        return self._clear_in(self._whole(luma))[0]
+
+    def near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> EitherWay:
+        """As `PageFinder.near`; by the kernel, if it finds three markers, or all that the page has in the picture."""
+        box = self._neighbourhood(luma.shape, page)
+        middles = cv2.perspectiveTransform(self._corners_mm.mean(axis=1).reshape(-1, 1, 2), page).reshape(-1, 2)
+        inside = int(np.all((middles >= 0) & (middles < luma.shape[1::-1]), axis=1).sum())
+        if not faint and min(box[2] - box[0], box[3] - box[1]) >= self.least_px:
+            pages, count = self._clear_in(self._part(luma, box), page)
+            if count >= min(max(inside, 2), 3):
+                return pages
+        return super().near(luma, page, faint=faint)
+
+    def _clear_in(self, part: PicturePart, before: Array | None = None) -> tuple[EitherWay, int]:
+        """Pages with clear markers in a part of a picture, by the kernel, and the number of markers found."""
+        picture = part.picture if part.picture.strides[1] == 1 else np.ascontiguousarray(part.picture)
+        found = self._codes.find(
+            picture_struct(picture, LEVELS),
+            window=QUICK_WINDOW_PX,
+            steps=int(part.steps(QUICK_COUNTS)),
+            least_px=QUICK_PX,
+            most=MOST_OF_ONE,
+        )
+        self.work_ns += clear_work_ns(picture, found.runs, found.read)
+        number, turn = np.divmod(found.word, 4)
+        which, ways = number % len(self._markers.ids), number // len(self._markers.ids)
+        quads = [np.roll(quad, -int(by), axis=0) for quad, by in zip(found.corners, turn, strict=True)]
+        return self._pages_of(quads, which.tolist(), ways.tolist(), part, before), len(quads)
 
     def _found_by(self, how: cv2.aruco.ArucoDetector, part: PicturePart, before: Array | None = None) -> EitherWay:
         parameters = how.getDetectorParameters()
@@ -102,21 +126,32 @@ class MarkerFinder(PageFinder):
             parameters.adaptiveThreshConstant = part.steps(parameters.adaptiveThreshConstant)
             parameters.minOtsuStdDev *= part.contrast
             how = cv2.aruco.ArucoDetector(self._dictionaries, parameters)
-        corners, identities, others, which = how.detectMarkersMultiDict(part.picture)
+        corners, identities, others, ways = how.detectMarkersMultiDict(part.picture)
         self.work_ns += search_work_ns(part.picture, parameters, len(corners) + len(others))
-        quads: tuple[list[Array], list[Array]] = ([], [])
-        index: tuple[list[int], list[int]] = ([], [])
         if identities is None:
             return [], []
-        for quad, identity, way in zip(corners, np.ravel(identities), np.ravel(which), strict=True):
-            if int(identity) not in self._markers.ids:
-                continue
-            places = part.whole_px(quad.reshape(4, 2))
+        ours = [k for k, identity in enumerate(np.ravel(identities)) if int(identity) in self._markers.ids]
+        which = [self._markers.ids.index(int(np.ravel(identities)[k])) for k in ours]
+        quads = [corners[k].reshape(4, 2) for k in ours]
+        return self._pages_of(quads, which, [int(np.ravel(ways)[k]) for k in ours], part, before)
+
+    def _pages_of(
+        self, corners: list[Array], which: list[int], ways: list[int], part: PicturePart, before: Array | None
+    ) -> EitherWay:
+        """Pages of markers in a part of a picture, straight and mirrored.
+
+        Parameters: corners (M, (4, 2)): from the marker's first one, clockwise in the part; which: numbers on the page;
+            ways: 1 for those that are mirrored, else 0; before: as `_found_by`.
+        """
+        quads: tuple[list[Array], list[Array]] = ([], [])
+        index: tuple[list[int], list[int]] = ([], [])
+        for quad, number, way in zip(corners, which, ways, strict=True):
+            places = part.whole_px(quad)
             if way == 1:
                 # A mirror swaps left and right, also of the marker's corners.
                 places = np.column_stack([part.width - 1 - places[:, 0], places[:, 1]])[[1, 0, 3, 2]]
             quads[way].append(places)
-            index[way].append(self._markers.ids.index(int(identity)))
+            index[way].append(number)
         straight, turned = (
             pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm)
             for found, ids in zip(quads, index, strict=True)
@@ -129,15 +164,20 @@ class MarkerFinder(PageFinder):
         return float(np.linalg.norm(first[1] - first[0])) < ENLARGE_BELOW_PX
 
 
-def _one_threshold(shape: tuple[int, ...], least_px: float, window_px: int, counts: float) -> dict[str, Any]:
-    """Settings for markers of at least some side, and a single threshold."""
-    return {
-        "adaptiveThreshConstant": counts,
-        "adaptiveThreshWinSizeMin": window_px,
-        "adaptiveThreshWinSizeMax": window_px,
-        # OpenCV takes the least perimeter as a share of the picture's longer side.
-        "minMarkerPerimeterRate": 4 * least_px / max(shape),
-    }
+def _codes(dictionaries: Sequence[cv2.aruco.Dictionary], ids: Sequence[int]) -> SquareCodes:
+    """The page's markers as the kernel reads them: of each dictionary, each id, each by quarter turns.
+
+    Convention: by turn t, the marker's first corner is the t-th of the square, clockwise.
+    """
+    words = []
+    for dictionary, identity in itertools.product(dictionaries, ids):
+        bits = cv2.aruco.Dictionary.getBitsFromByteList(
+            dictionary.bytesList[identity : identity + 1], dictionary.markerSize
+        )
+        turned = [np.rot90(bits, -turn).ravel() for turn in range(4)]
+        words.append([sum(int(bit) << place for place, bit in enumerate(code)) for code in turned])
+    cells = dictionaries[0].markerSize
+    return SquareCodes(np.array(words, np.uint64), cells, 1, int(BORDER_SHARE * cells**2))
 
 
 def _mirrored(dictionary: cv2.aruco.Dictionary) -> cv2.aruco.Dictionary:

@@ -60,6 +60,8 @@ class PageFinder(ABC):
     #: Shortest side of a part that is searched, px; and most pixels of one that is enlarged around a page.
     least_px: ClassVar[float]
     most_enlarged_px2: ClassVar[float] = math.inf
+    #: Share of decoding that quick looks at the whole picture may cost.
+    quick_share: ClassVar[float]
 
     def __init__(self, fiducial: Fiducial, outline_mm: Array, usual: Any, faint: Any, small: Any) -> None:
         """Parameters: outline_mm (N, 2): of the print; usual, faint, small: how to search it, also faded or small."""
@@ -103,10 +105,6 @@ class PageFinder(ABC):
         """Pages within some pixels of where one is expected; none of squares, as registration finds these by itself."""
         return []
 
-    def glance(self, luma: Picture | Grey) -> list[Array]:
-        """As `pages`, but only for clear print; much faster."""
-        return self.quick(luma)[0]
-
     @abstractmethod
     def quick(self, luma: Picture | Grey) -> EitherWay:
         """As `either_way`, but only for clear print; faster."""
@@ -133,14 +131,16 @@ class PageFinder(ABC):
         return self._found_by(how, PicturePart(crop, luma.shape[1], (x0, y0), scale), before)
 
     def _whole(self, luma: Picture | Grey) -> PicturePart:
-        """The whole picture, as it was coded if differences are all that counts; turning it into counts costs a fifth
-        of decoding.  Faint print needs the finer counts.
+        return self._part(luma, (0, 0, luma.shape[1], luma.shape[0]))
+
+    def _part(self, luma: Picture | Grey, box: Box) -> PicturePart:
+        """A part of the picture, as it was coded if differences are all that counts; turning a whole one into counts
+        costs a fifth of decoding.  Faint print needs the finer counts.
         """
         picture = as_picture(luma)
         if not picture.contrast:
-            return PicturePart(picture.whole, luma.shape[1])
-        whole = picture.coded((0, 0, luma.shape[1], luma.shape[0]))
-        return PicturePart(whole, luma.shape[1], contrast=picture.contrast)
+            return PicturePart(picture.part(box), luma.shape[1], box[:2])
+        return PicturePart(picture.coded(box), luma.shape[1], box[:2], contrast=picture.contrast)
 
     def _neighbourhood(self, shape: tuple[int, ...], page: Array, margin: float = NEIGHBOURHOOD) -> Box:
         corners = cv2.perspectiveTransform(self._outline_mm.reshape(-1, 1, 2), page).reshape(-1, 2)
