@@ -28,6 +28,7 @@ KEYS: dict[str, str] = {
     "lens": "the lens sheet: a label of print-your-badge, or a lens profile (.json)",
     "paper": "a4 or letter",
     "printer-dpi": "the printer's dots per inch",
+    "public-url": "the address by which other people reach your studio, for links that you send them",
 }
 
 

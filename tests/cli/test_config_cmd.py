@@ -126,7 +126,7 @@ def test_the_file_is_its_users_alone_and_hides_no_password_in_show(settings: Pat
 def test_each_setting_is_an_option_of_that_name_and_in_the_help() -> None:
     """Catches: a key that no command reads; one that the help leaves out."""
     helped = done("config", "--help")
-    found = {param.key for name in ("print", "pitch-test", "enroll") for param in _settings_of(name)}
+    found = {param.key for name in ("print", "pitch-test", "enroll", "serve") for param in _settings_of(name)}
     assert set(KEYS) == found | {"registry"} and all(f"\n  {key} " in helped for key in KEYS)
 
 

@@ -102,6 +102,7 @@ def studio(
     data: str = "studio",
     state: str | None = None,
     storage: str | None = None,
+    public_url: str | None = None,
     **limits: Any,
 ) -> Iterator[Visit]:
     """A studio at work (or only open), with these badges enrolled; its keys lie where MOIREID_KEYS says."""
@@ -110,7 +111,8 @@ def studio(
         for badge in badges:
             registry.enroll(badge)
     limits = {"stop_s": 0.5} | limits
-    given = Settings(url, folder / data, auth, replace(Limits(), **limits), state=state, storage=storage)
+    more: dict[str, Any] = {"state": state, "storage": storage, "public_url": public_url}
+    given = Settings(url, folder / data, auth, replace(Limits(), **limits), **more)
     app = create_app(given)
     visit = Visit(app, folder / data)
     if work:

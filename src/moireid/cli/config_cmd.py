@@ -12,7 +12,7 @@ from moireid.cli.common import PAPER, PRINTER_DPI, echo, friendly, json_option, 
 from moireid.errors import SpecError
 
 #: What the options of these names take.
-TYPES: dict[str, Any] = {"paper": PAPER, "printer-dpi": PRINTER_DPI}
+TYPES: dict[str, Any] = {"paper": PAPER, "printer-dpi": PRINTER_DPI, "public-url": click.STRING}
 
 
 @click.group("config")
@@ -30,6 +30,7 @@ def config_group() -> None:
     lens         the lens sheet of print and pitch-test: a label, or a profile
     paper        a4 or letter
     printer-dpi  the printer's dots per inch
+    public-url   the address by which other people reach your studio (serve)
     """
 
 

@@ -57,7 +57,8 @@ class Settings:
     keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
     jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec
     address, None for the folder; level: the least level that a film or a live check must reach to be accepted
-    (`check_level`), whatever a visitor asks for.
+    (`check_level`), whatever a visitor asks for; public_url: the address by which other people reach the studio, with a
+    slash at its end, None for the one by which each visitor has reached it.
     """
 
     registry_url: str | None = None
@@ -69,6 +70,7 @@ class Settings:
     state: str | None = None
     storage: str | None = None
     level: CheckLevel = "record"
+    public_url: str | None = None
 
 
 def default_data() -> Path:

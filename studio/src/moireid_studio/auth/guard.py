@@ -56,7 +56,7 @@ HEADERS = {
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
-def _parts(address: str) -> SplitResult:
+def address_parts(address: str) -> SplitResult:
     """The parts of an address; a broken one, such as "//[", has no parts and so matches nothing."""
     try:
         return urlsplit(address)
@@ -95,12 +95,12 @@ class Guard:
     def _refused(self, scope: Scope, headers: Headers) -> str | None:
         """Why a request does not pass, or None."""
         host = headers.get("host", "")
-        if self.loopback_only and not is_loopback(_parts(f"//{host}").hostname or ""):
+        if self.loopback_only and not is_loopback(address_parts(f"//{host}").hostname or ""):
             return "This studio runs without tokens, so it is reached as localhost or 127.0.0.1 alone."
         if scope["type"] == "http" and scope["method"] in SAFE:
             return None
         site, origin = headers.get("sec-fetch-site"), headers.get("origin")
-        if origin is not None and _parts(origin).netloc.lower() != host.lower():
+        if origin is not None and address_parts(origin).netloc.lower() != host.lower():
             return "This request was sent by another site; open the studio's own page."
         if site is not None and site not in ("same-origin", "none"):
             return "This request was sent by another site; open the studio's own page."

@@ -10,8 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
-from moireid.cli.common import FiniteRange, echo, friendly, json_option, registry_option, say, show_json, trust_option
+from moireid.cli.common import (
+    FiniteRange,
+    SettingOption,
+    echo,
+    friendly,
+    json_option,
+    registry_option,
+    say,
+    show_json,
+    trust_option,
+)
 from moireid.errors import SpecError
 from moireid.extras import missing_extra
 
@@ -75,6 +86,13 @@ unsealed_option = click.option(
     metavar="NUMBER",
     help="The port to listen on; 0 takes any free one.",
 )
+@click.option(
+    "--public-url",
+    cls=SettingOption,
+    metavar="URL",
+    help="The address by which other people reach the studio, such as https://studio.example.org, for links that you "
+    "send them. Without it, links begin with the address by which you have opened the studio.",
+)
 @registry_option
 @trust_option
 @keep_verdicts_option
@@ -131,6 +149,7 @@ unsealed_option = click.option(
 def serve_command(
     host: str,
     port: int,
+    public_url: str | None,
     registry_url: str | None,
     trust: str | None,
     keep_verdicts: float,
@@ -155,6 +174,7 @@ def serve_command(
     """
     try:
         from moireid_studio.app import create_app
+        from moireid_studio.http.addresses import checked_address
         from moireid_studio.http.connections import ask_for_files
         from moireid_studio.http.logs import begin as begin_log
         from moireid_studio.http.server import serve
@@ -165,6 +185,8 @@ def serve_command(
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
+    if no_auth and click.get_current_context().get_parameter_source("public_url") is ParameterSource.COMMANDLINE:
+        raise SpecError("--no-auth answers this machine alone, so no one else could open --public-url; leave one out")
     # Without tokens the films are those of the one user of this machine, as on the command line.
     check_sealed(allowed=unsealed or no_auth)
     if scheduler is not None:
@@ -177,7 +199,17 @@ def serve_command(
     )
     folder = data or default_data()
     settings = Settings(
-        registry_url, folder, not no_auth, limits, trust, keep_verdicts, state=state, storage=storage, level=level
+        registry_url,
+        folder,
+        not no_auth,
+        limits,
+        trust,
+        keep_verdicts,
+        state=state,
+        storage=storage,
+        level=level,
+        # What is set for all commands does not concern a studio that only this machine reaches.
+        public_url=None if no_auth or public_url is None else checked_address(public_url),
     )
     ask_for_files()
     with _signing():

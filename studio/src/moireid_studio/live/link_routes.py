@@ -22,6 +22,7 @@ from moireid_studio.auth.guard import Visitor, anyone, require
 from moireid_studio.challenge.challenge import FACE
 from moireid_studio.challenge.clock import MOVES
 from moireid_studio.forms import ShortRoute
+from moireid_studio.http.addresses import address_for
 from moireid_studio.jobs.claims import sealed
 from moireid_studio.links import KEEP_DAYS, LASTS_MIN, MOST_PICTURES, MOST_WAITING, Links, OneTimeLink
 from moireid_studio.live.routes import claimed_now
@@ -84,7 +85,7 @@ def make(
     """Make a link, and show it, this once."""
     if not asks.strip() or not asks.strip().isprintable():
         raise Refusal(422, "fields", "Say in one line who asks; the other person reads it.")
-    studio, ids = studio_of(request), visitor.may("issuer")
+    studio, ids, address = studio_of(request), visitor.may("issuer"), address_for(request)
     found = claimed_now(studio, claim.strip(), ids=ids)
     if found.badge.id is None:
         raise Refusal(422, "no_id", "This badge has no identity, so no one can be asked for it.")
@@ -96,8 +97,7 @@ def make(
     if made is None:
         raise Refusal(503, "busy", f"{MOST_WAITING} of your links wait to be used; remove some, or wait for them.")
     secret, link = made
-    address = f"{request.base_url}check#{secret}"
-    return _page(request, "link_made.html.j2", shown=_shown(studio, link), address=address)
+    return _page(request, "link_made.html.j2", shown=_shown(studio, link), address=address, secret=secret)
 
 
 @router.get("/{link_id}")

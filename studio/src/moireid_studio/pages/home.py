@@ -18,6 +18,7 @@ from moireid.verifier.report.report_page import template as report_template
 from moireid_studio.auth.guard import COOKIE, anyone, visitor_of
 from moireid_studio.auth.tokens import SESSION_H, Role
 from moireid_studio.forms import ShortRoute
+from moireid_studio.http.addresses import address_for
 from moireid_studio.problems import Refusal, plain
 from moireid_studio.store.database import is_away
 from moireid_studio.studio import studio_of
@@ -94,7 +95,7 @@ def home(request: Request) -> Response:
 def help_page(request: Request) -> Response:
     """How to film, what a verdict says, and the API."""
     limits = studio_of(request).settings.limits
-    return render(request, "help.html.j2", limits=limits, here_url=str(request.base_url))
+    return render(request, "help.html.j2", limits=limits, here_url=address_for(request).url)
 
 
 @router.get("/login")
