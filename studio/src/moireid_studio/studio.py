@@ -18,7 +18,8 @@ from moireid.errors import RegistryError, SpecError
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.engine import read_url
-from moireid.registry.seen import seen_path
+from moireid.registry.log import Head
+from moireid.registry.seen import recall, seen_path
 from moireid.registry.signing.client import signer_address
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.connections import MOST_SILENT, SilentSockets
@@ -138,6 +139,10 @@ class Studio:
         shown = self.registry.shown_url
         text = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
         return plain(text)
+
+    def remembered_head(self) -> Head | None:
+        """The last entry of the registry's log that was seen before; None where nothing could be remembered."""
+        return recall().heads.get(self.registry.fingerprint)
 
     def audit(self, expected_head: str) -> Audit:
         """Audit the registry; only one audit runs at a time, because each reads everything.

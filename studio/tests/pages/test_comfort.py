@@ -44,7 +44,7 @@ def test_every_failure_has_the_studios_own_page(visit: Visit, monkeypatch: pytes
         (500, visit.ask("GET", "/registry")),
     ):
         assert answer.status_code == status
-        assert '<nav aria-label="Studio">' in answer.text and 'role="alert"' in answer.text, status
+        assert '<nav id="menu" aria-label="Studio" popover>' in answer.text and 'role="alert"' in answer.text, status
         assert "default-src 'none'" in answer.headers["content-security-policy"], status
         assert "Traceback" not in answer.text and "no number" not in answer.text
 

@@ -70,7 +70,8 @@ def listed(request: Request, visitor: Verifier, claim: str = "", about: str = ""
     film = _film_of(studio, about, visitor)
     rows = [_shown(studio, link) for link in studio.links.of_asker(visitor.id, SHOWN)]
     claim = claim[:CLAIM_LIMIT] or (film.claim if film else "")
-    return _page(request, "links.html.j2", rows=rows, claim=claim, asks=visitor.note[:LONGEST_ASKS], about=film)
+    more = {"asks": visitor.note[:LONGEST_ASKS], "about": film, "count": studio.registry.count()}
+    return _page(request, "links.html.j2", rows=rows, claim=claim, **more)
 
 
 @router.post("")

@@ -187,8 +187,9 @@ def enroll_keep(
 
 
 def _form(request: Request, claim: str, *, problem: str | None = None, status: int = 200) -> Response:
-    most_mb = studio_of(request).settings.limits.upload_bytes >> 20
-    return render(request, "enroll.html.j2", status=status, claim=claim, problem=problem, most_mb=most_mb)
+    studio = studio_of(request)
+    shown = {"most_mb": studio.settings.limits.upload_bytes >> 20, "count": studio.registry.count()}
+    return render(request, "enroll.html.j2", status=status, claim=claim, problem=problem, **shown)
 
 
 def _measured(

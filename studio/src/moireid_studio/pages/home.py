@@ -26,24 +26,70 @@ from moireid_studio.studio import studio_of
 
 @dataclass(frozen=True)
 class Place:
-    """An entry of the navigation, shown to the roles that may open it; without roles, to everyone."""
+    """An entry of the navigation, shown to the roles that may open it; without roles, to everyone.
+
+    words: what it is for; door: what the first page calls it, where it is one of the large doors there.
+    """
 
     path: str
     label: str
+    words: str
     roles: tuple[Role, ...] = ()
+    door: str = ""
 
 
 NAVIGATION = (
-    Place("/issue", "Issue", ("issuer",)),
-    Place("/enroll", "Enroll", ("issuer",)),
-    Place("/first-badge", "First badge", ("issuer",)),
-    Place("/verify", "Verify", ("verifier",)),
-    Place("/live", "Live", ("verifier",)),
-    Place("/call", "Call", ("verifier",)),
-    Place("/links", "Links", ("verifier",)),
-    Place("/registry", "Registry", ("issuer", "verifier")),
-    Place("/verdicts", "Verdicts", ("admin",)),
-    Place("/help", "Help"),
+    Place(
+        "/issue",
+        "Issue",
+        "Design a badge for a person, or for everyone at an event, and download what to print.",
+        ("issuer",),
+        "Issue a badge",
+    ),
+    Place(
+        "/enroll",
+        "Enroll",
+        "Film a finished badge once, so that a copy built anew can be recognised.",
+        ("issuer",),
+        "Enroll a badge",
+    ),
+    Place(
+        "/first-badge",
+        "First badge",
+        "Build your first badge step by step, and learn what your sheet, printer and camera are.",
+        ("issuer",),
+    ),
+    Place(
+        "/verify",
+        "Verify",
+        "Drop a film, name the person, and read the verdict with its reasons.",
+        ("verifier",),
+        "Verify a film",
+    ),
+    Place(
+        "/live",
+        "Live",
+        "Let a person move the badge before the camera, and get a verdict within seconds.",
+        ("verifier",),
+    ),
+    Place(
+        "/call",
+        "Call",
+        "Is the person in a video call the one they say? Share the call with this page, and read sentences aloud.",
+        ("verifier",),
+        "Check a call",
+    ),
+    Place(
+        "/links",
+        "Links",
+        "Send someone a link that works once: they follow prompts before their own camera, and you read the verdict.",
+        ("verifier",),
+    ),
+    Place(
+        "/registry", "Registry", "Look up who holds which badge, revoke one, and audit the log.", ("issuer", "verifier")
+    ),
+    Place("/verdicts", "Verdicts", "See which verdicts this studio gave, when, and who asked.", ("admin",)),
+    Place("/help", "Help", "How to film, what a verdict says and does not say, and the API."),
 )
 
 _environment = jinja2.Environment(

@@ -35,8 +35,10 @@ from moireid.smooth_lines import LineField
 
 #: The camera of the preview goes this far to each side of straight ahead, as a tangent (22 degrees).
 REACH = 0.4
-#: Nearest and farthest camera of the preview, mm; the nearest one still sees the whole badge.
-NEAR_MM, FAR_MM = 500.0, 3000.0
+#: Nearest and farthest camera of a badge that states none, m.
+RANGE_M = (0.8, 2.5)
+#: From so many of the board's longer sides away, the whole badge is still seen.
+NEAREST_SIDES = 3.0
 #: Steps of the table: straight lines between them are within 0.001 rad of the law (a test checks it).
 STEP_X, STEP_Y = 0.02, 0.05
 #: Rows of a field whose lines bend, and places along them, mm: straight lines between them are within 0.05 turns.
@@ -57,11 +59,10 @@ def preview_law(badge: Badge, look: Look | None = None) -> dict[str, Any]:
     the address of a picture, None where that is name and id alone; it covers markers and words.
     """
     x0, y0, x1, y1 = badge.outline_mm
-    size = (x1 - x0, y1 - y0)
     return {
         "board_mm": _rounded([x0, y0, x1, y1]),
         "lens": {"pitch_mm": badge.lens.pitch_mm, "thickness_mm": badge.lens.thickness_mm},
-        "camera": {"reach": REACH, "near_mm": max(NEAR_MM, 3 * max(size)), "far_mm": FAR_MM, "at_mm": 1000.0},
+        "camera": _camera(badge),
         "gratings": [_grating(badge, grating) for grating in badge.gratings],
         "markers": [
             {"black": _rounded(black), "white": [_rounded(rect) for rect in white]}
@@ -70,6 +71,16 @@ def preview_law(badge: Badge, look: Look | None = None) -> dict[str, Any]:
         "words": _words(badge),
         "worn": _worn(badge, look),
     }
+
+
+def _camera(badge: Badge) -> dict[str, float]:
+    """How far the camera goes, and where it begins: over the range in which the badge is read, from its middle, mm."""
+    near_m, far_m = badge.range_m or RANGE_M
+    x0, y0, x1, y1 = badge.outline_mm
+    least_mm = NEAREST_SIDES * max(x1 - x0, y1 - y0)
+    near_mm = max(1000 * near_m, least_mm)
+    at_mm = max(500 * (near_m + far_m), near_mm)
+    return {"reach": REACH, "near_mm": near_mm, "far_mm": max(1000 * far_m, at_mm), "at_mm": at_mm}
 
 
 def _worn(badge: Badge, look: Look | None) -> str | None:

@@ -49,14 +49,16 @@ def search(request: Request, visitor: Reader, search: Annotated[str, Query(max_l
 @router.get("/audit")
 def audit_form(request: Request, visitor: Issuer) -> Response:
     """What an audit is, and the button that begins one."""
-    return render(request, "audit.html.j2", seen=None, head="")
+    known = studio_of(request).remembered_head()
+    return render(request, "audit.html.j2", seen=None, head="" if known is None else str(known), remembered=known)
 
 
 @router.post("/audit")
 def audit(request: Request, visitor: Issuer, head: Annotated[str, Form(max_length=200)] = "") -> Response:
     """Hold every signature and the whole log against each other."""
-    seen = studio_of(request).audit(head)
-    return render(request, "audit.html.j2", seen=seen, head=head.strip())
+    studio = studio_of(request)
+    seen = studio.audit(head)
+    return render(request, "audit.html.j2", seen=seen, head=head.strip(), remembered=studio.remembered_head())
 
 
 @router.get("/{badge_id}")

@@ -118,10 +118,10 @@ export class Preview {
     });
     const shown = [...new Set(moved.filter(Boolean))].join(" and ");
     const motion = shown ? `the fringes of the first row have moved ${shown}` : "no fringe has moved";
-    this.words.textContent = `Seen ${from}, ${metres.toFixed(1)} m away: ${motion}.`;
+    this.words.textContent = `Seen ${from}, ${metres.toFixed(2)} m away: ${motion}.`;
     this.sliders[0].setAttribute("aria-valuetext", sides[0] || "straight ahead");
     this.sliders[1].setAttribute("aria-valuetext", sides[1] || "straight ahead");
-    this.sliders[2].setAttribute("aria-valuetext", `${metres.toFixed(1)} metres`);
+    this.sliders[2].setAttribute("aria-valuetext", `${metres.toFixed(2)} metres`);
   }
 }
 

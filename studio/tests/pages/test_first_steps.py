@@ -1,0 +1,120 @@
+"""What a visitor sees first: doors, empty pages, and words for who does not know the registry's log.
+
+Each test names the wrong implementation it catches.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from kit.payloads import payload_for_name
+from kit.webbing import OpenStudio, Visit, studio
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.designer.formats import FORMATS, in_format
+from moireid.registry.seen import recall
+from moireid_studio.pages.preview_law import NEAREST_SIDES, preview_law
+
+DOOR = re.compile(r'<a class="card door" href="([^"]+)">')
+
+
+@pytest.fixture(scope="module")
+def visit(open_studio: OpenStudio, ada: Badge) -> Visit:
+    return open_studio(ada, work=False)
+
+
+@pytest.fixture(scope="module")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
+    """A studio in whose registry no one is."""
+    folder = tmp_path_factory.mktemp("empty")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with studio(folder, work=False) as opened:
+            yield opened
+
+
+@pytest.mark.parametrize(
+    ("role", "doors"),
+    [
+        ("admin", ["/issue", "/enroll", "/verify", "/call"]),
+        ("issuer", ["/issue", "/enroll"]),
+        ("verifier", ["/verify", "/call"]),
+        (None, []),
+    ],
+)
+def test_the_first_page_has_the_doors_that_open_and_names_all_other_pages(
+    visit: Visit, role: str | None, doors: list[str]
+) -> None:
+    """Catches: ten pages of one rank, of which a newcomer must read all; a door that is shut; a page without a way."""
+    page = visit.ask("GET", "/", role).text
+    assert DOOR.findall(page) == doors
+    assert all(visit.ask("GET", door, role).status_code == 200 for door in doors)
+    main = page[page.index("<main") :]
+    places = re.findall(r'<a href="(/[^"]*)"', page[page.index("<nav") : page.index("</nav")])
+    assert all(f'href="{place}"' in main for place in places if place != "/login")
+
+
+@pytest.mark.parametrize("path", ["/registry", "/links", "/enroll"])
+def test_a_page_that_needs_a_badge_offers_to_issue_the_first_one(empty: Visit, visit: Visit, path: str) -> None:
+    """Catches: a page that says that there is nothing, and not what to do; the same words where there is something."""
+    assert '<a class="button" href="/issue">Issue the first badge</a>' in empty.ask("GET", path).text
+    assert "Issue the first badge" not in visit.ask("GET", path).text
+
+
+def test_empty_lists_say_what_to_do_first(empty: Visit, visit: Visit) -> None:
+    """Catches: "None yet."; a button that this visitor may not use."""
+    verdicts, links = empty.ask("GET", "/verdicts").text, visit.ask("GET", "/links").text
+    assert 'href="/verify">Verify a film</a>' in verdicts and 'href="/live">Check a person live</a>' in verdicts
+    assert '<a href="#claim">make the first one</a>' in links
+    assert "First make a list with a line for each person" in visit.ask("GET", "/issue/event").text
+    verifier = empty.ask("GET", "/links", "verifier").text
+    assert "An issuer of this studio issues the first one" in verifier and "Issue the first badge" not in verifier
+    assert '<a class="button second" href="/registry">Show all</a>' in visit.ask("GET", "/registry?search=nobody").text
+
+
+def test_the_audit_offers_the_entry_that_the_studio_remembers(visit: Visit) -> None:
+    """Catches: a field for a term that no visitor knows, which is empty although the studio has what it asks for."""
+    head = str(recall().heads[visit.studio.registry.fingerprint])
+    page = visit.ask("GET", "/registry/audit").text
+    assert f'id="head" name="head" value="{head}"' in page and "noted earlier" not in page
+    assert f"remembers entry <strong>{head.partition(':')[0]}</strong> as the last one" in page
+    sound = visit.ask("POST", "/registry/audit", data={"head": head}).text
+    assert "The registry is sound" in sound and f"<code>{head}</code>" in sound
+    # One that was written down elsewhere counts, whatever the studio remembers.
+    other = f"{head.partition(':')[0]}:{'0' * 64}"
+    found = html.unescape(visit.ask("POST", "/registry/audit", data={"head": other}).text)
+    assert "The registry is not sound" in found and f'value="{other}"' in found and head in found
+
+
+def test_the_audit_of_a_studio_that_remembers_nothing(
+    visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: "None" in the field of a studio that may not write what it has seen."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "file" / "seen.sqlite3"))
+    page = visit.ask("GET", "/registry/audit").text
+    assert 'id="head" name="head" value=""' in page and "remembers none yet" in page
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_preview_opens_at_the_middle_of_the_formats_reach(name: str) -> None:
+    """Catches: a card seen from 1 m, farther than it is read; a camera so near that the table of the law ends."""
+    badge = design_badge(in_format(Request("Ada"), name), payload_for_name("Ada"))
+    assert badge.range_m is not None
+    camera, (near, far) = preview_law(badge)["camera"], badge.range_m
+    sides = [badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1)]
+    assert camera["at_mm"] == pytest.approx(500 * (near + far))
+    assert camera["far_mm"] == pytest.approx(1000 * far)
+    assert camera["near_mm"] == pytest.approx(max(1000 * near, NEAREST_SIDES * max(sides)))
+    assert camera["near_mm"] < camera["at_mm"] < camera["far_mm"]
+
+
+def test_a_preview_of_a_range_nearer_than_the_board_is_wide(ada: Badge) -> None:
+    """Catches: a slider whose end is before its beginning."""
+    camera = preview_law(design_badge(Request("Ada", range_m=(0.3, 0.4)), payload_for_name("Ada")))["camera"]
+    assert camera["near_mm"] <= camera["at_mm"] <= camera["far_mm"]
