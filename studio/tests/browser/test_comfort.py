@@ -241,6 +241,42 @@ def test_a_slow_camera_is_named_and_another_can_be_chosen(page: Page, pictures: 
     expect(page.locator("#result")).to_be_visible()
 
 
+#: Two seconds of a check whose socket is a stub: `judging` ms to judge a picture, `way` ms for all else.
+PACED = """async ({ judging, way, coding }) => {
+    const { Check } = await import("/static/check.js");
+    window.WebSocket = class { static OPEN = 1; readyState = 1; send() {} close() {} };
+    let now = 1000;
+    performance.now = () => now;
+    const check = new Check("/", {}, { lost: () => {} });
+    check.coding = Array(24).fill(coding);
+    for (let number = 1; number <= 25; number++) {
+        check.away.push(now);
+        now += judging + way;
+        check.receive({ event: "taken", frames: number, judging_ms: judging });
+    }
+    return check.cause();
+}"""
+
+
+@pytest.mark.parametrize(
+    ("judging", "way", "coding", "words"),
+    [
+        (90, 5, 10, "Judging one takes 90 ms: the processor of the studio's machine is busy"),
+        (90, 200, 10, "Judging one takes 90 ms: the processor of the studio's machine is busy"),
+        (12, 5, 70, "This device needs 70 ms to code one: its processor is busy"),
+        (12, 200, 10, "is 200 ms on its way: the connection is slow"),
+        (12, 5, 10, "so this device gives too few: its processor is busy"),
+    ],
+)
+def test_the_advice_to_a_slow_check_is_of_what_is_slow(
+    page: Page, judging: int, way: int, coding: int, words: str
+) -> None:
+    """Catches: "use a faster connection" on this very machine, whose processor is busy."""
+    page.goto("/live")
+    cause = page.evaluate(PACED, {"judging": judging, "way": way, "coding": coding})
+    assert words in cause and ("connection" in cause) == ("connection" in words)
+
+
 def test_a_link_leads_a_person_through_and_the_asker_reads_it(page: Page, browser: Browser, pictures: Path) -> None:
     """Catches: a link that nobody can follow; a result that does not come; a second opening that is not told."""
     page.goto("/links")

@@ -14,10 +14,11 @@ from typing import Any
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.finding_words import RIVALS, SHOW, Findings, sorted_findings
 from moireid.verifier.report.headline import Headline, headline_of
+from moireid_studio.challenge.load import load_advice
 
 AGAIN = "Begin again, with the badge and the face in good light. If the result is the same, do not take it for live."
 MOVE = "Begin again, and move the badge sideways by 20 cm or more, several times."
-SLOWLY = "Begin again over a faster connection, or with a smaller picture, and move the badge slowly."
+SLOWLY = "Begin again, and move the badge slowly."
 PROMPTS = "Begin again, and start the challenge: who follows its prompts shows more than a film."
 CHANGE = "Begin again, and move the badge to and fro at changing speed, and turn it as well."
 #: Advice by the code that makes a check inconclusive.
@@ -69,6 +70,8 @@ def live_headline_of(event: Mapping[str, Any], name: str, known: Circumstances) 
         if poor is not None:
             return replace(film, title=f"Cannot tell: {TILE[poor['code']]}", text=poor["text"], advice=PIN)
         advice = ADVICE.get(found.open[0]["code"] if found.open else "", SHOW)
+        if advice == SLOWLY:
+            advice = " ".join(filter(None, (SLOWLY, load_advice(event.get("load")))))
         return replace(film, text="This check neither proves nor disproves the badge.", advice=advice)
     return _refused_prompt(film, found)
 

@@ -102,7 +102,9 @@ def _session(talk: Talk, start: Start) -> None:
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:
             if isinstance(message, LivePicture):
-                luma = picture(message.jpeg)
+                before_s = check.load.judged_s
+                with check.load.judging(pictures=0):
+                    luma = picture(message.jpeg)
                 if start.in_call and size is not None and luma is not None and luma.shape != size:
                     talk.send(check.moved())
                     return
@@ -113,7 +115,8 @@ def _session(talk: Talk, start: Start) -> None:
                 size, taken = luma.shape, taken + 1
                 for event in check.push(luma, message.claimed_s, message.arrival_s):
                     talk.send(event)
-                talk.send({"event": "taken", "frames": taken})
+                judging_ms = round(1000 * (check.load.judged_s - before_s), 1)
+                talk.send({"event": "taken", "frames": taken, "judging_ms": judging_ms})
             elif isinstance(message, Ask):
                 prompts = message.prompts
                 check.ask(message.arrival_s)

@@ -149,7 +149,7 @@ function look() {
 function quality() {
   const poor = [], rate = check.rate();
   if (box.w < least) poor.push(`The tile is ${Math.round(box.w)} px wide; enlarge it to ${least} px or more, or pin the person.`);
-  if (rate !== null && rate < POOR_RATE) poor.push(`Only ${Math.round(rate)} pictures a second are judged; 24 are wanted. Close other programs.`);
+  if (rate !== null && rate < POOR_RATE) poor.push(`Only ${Math.round(rate)} pictures a second are judged; 24 are wanted. ${check.cause()}`);
   if (document.hidden) poor.push("This page is hidden, and browsers slow it down then; put it next to the call.");
   $("poor").hidden = !poor.length;
   $("poor").textContent = poor.join(" ");
