@@ -12,6 +12,8 @@ ENGINE ?= podman
 BIN := .venv/bin
 # Not in .venv: what checks its output makes every `import jsonschema` take a second.
 PARTS_VERSION := 7.5.0
+THREE_VERSION := 0.187.0
+ESBUILD_VERSION := 0.28.2
 UV_VERSION := 0.13.8
 # More workers than most machines have spare cores: many tests wait for a process, a browser or a clock.
 # What Python compiled is kept: the workers, and the programs that tests start, read it instead of compiling anew.
@@ -22,7 +24,7 @@ SERVER := cad postgres face c2pa cluster s3
 # For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
 RESOLVE := $(BIN)/uv pip compile --generate-hashes --no-emit-index-url --no-emit-find-links --no-emit-package moireid --universal --python-version 3.11
 
-.PHONY: setup demo test test-all lint docs gallery schemas lock parts audit wheel platform-wheels wheels debs release clean
+.PHONY: setup demo test test-all lint docs gallery schemas lock three parts audit wheel platform-wheels wheels debs release clean
 
 setup: .venv/.ready
 
@@ -87,6 +89,14 @@ parts:
 	$(BIN)/uv pip install --quiet --python build/parts/bin/python --require-hashes -r build/parts/requirements.lock
 	$(BIN)/uv tool run --quiet --from cyclonedx-bom==$(PARTS_VERSION) cyclonedx-py environment --pyproject $(OF) --output-reproducible --output-file $(TO) build/parts/bin/python
 	build/parts/bin/python .ci/parts.py $(TO) requirements.lock
+
+# The library by which the studio draws in 3D, as one file; it needs node, and `make lock` afterwards notes it.
+three:
+	mkdir -p build/three && cp .ci/three.js build/three/
+	cd build/three && npm install --no-audit --no-fund three@$(THREE_VERSION) esbuild@$(ESBUILD_VERSION)
+	cd build/three && npx esbuild three.js --bundle --minify --format=esm --legal-comments=eof --outfile=bundled.js
+	cp build/three/bundled.js studio/src/moireid_studio/static/three.js
+	cp build/three/node_modules/three/LICENSE studio/src/moireid_studio/static/three.LICENSE
 
 # What a container image is built of, without a network (Containerfile).  The second asks a container engine.
 wheels: setup

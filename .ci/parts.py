@@ -2,6 +2,8 @@
 
     python .ci/parts.py LIST LOCK      by the Python of the environment of which the list was made
 
+Of the studio, also the library of others that its pages bring (`make three`).
+
 Of each package: the SHA-256 of each file of that version, of which one is installed, as the lock file has them.  Nested
 in it: each shared library that its wheel for this platform brings, with the SHA-256 that the wheel states; and FFmpeg,
 which PyAV and OpenCV each bring, by what their libraries report when they are asked.
@@ -11,6 +13,7 @@ from __future__ import annotations
 
 import base64
 import ctypes
+import hashlib
 import importlib.metadata
 import json
 import re
@@ -22,6 +25,8 @@ Part = dict[str, Any]
 #: Where a wheel's tool (auditwheel, delocate, delvewheel) puts libraries of others.
 LIBRARIES = re.compile(r"(^|/)[^/]+\.(libs|dylibs)/[^/]+\Z")
 FFMPEG = "https://ffmpeg.org/"
+#: The library of the studio's pages, from where the list is.
+THREE = Path("src/moireid_studio/static/three.js")
 
 
 def locked(lock: Path) -> dict[tuple[str, str], list[str]]:
@@ -93,6 +98,22 @@ def versions(name: str) -> tuple[str | None, dict[str, str]]:
     return None, {}
 
 
+def three(library: Path) -> Part:
+    """The library that draws in 3D, as it states its version, with the SHA-256 of the bundled file."""
+    content = library.read_bytes()
+    (revision,) = re.findall(r'revision:"([0-9]+)"', content.decode())
+    version = f"0.{revision}.0"
+    return {
+        "type": "library",
+        "bom-ref": "three",
+        "name": "three",
+        "version": version,
+        "purl": f"pkg:npm/three@{version}",
+        "licenses": [{"license": {"acknowledgement": "declared", "id": "MIT"}}],
+        "hashes": hashed(hashlib.sha256(content).hexdigest()),
+    }
+
+
 def main() -> None:
     path, lock = map(Path, sys.argv[1:])
     parts, digests = json.loads(path.read_text(encoding="utf-8")), locked(lock)
@@ -101,6 +122,9 @@ def main() -> None:
         part["hashes"] = hashed(*digests[name, part["version"]])
         if inside := [*ffmpeg(part), *libraries(part)]:
             part["components"] = inside
+    if (library := path.parent / THREE).is_file():
+        # It is a part of the studio itself, and of none of its packages.
+        parts["metadata"]["component"]["components"] = [three(library)]
     text = json.dumps(parts, indent=2, sort_keys=True)
     # A digest a line: there are thousands.
     text = re.sub(r'\{\s+("alg": "SHA-256"),\s+("content": "\w+")\s+\}', r"{\1, \2}", text)

@@ -13,7 +13,6 @@ from starlette.responses import FileResponse
 
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.enrolment import compare_with_record, keep_figures
-from moireid.fabrication.package import MOVING
 from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
 from moireid.verifier.session.known_figures import CaptureComparison
@@ -25,6 +24,9 @@ from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
 from moireid_studio.store.storage import StorageError, StoredPicture
 from moireid_studio.studio import Studio
+
+#: The parts of a mount in 3D; where a badge has several, the first is shown.
+MODELS = ("mount.glb", "stack.glb")
 
 
 def pictures_of(studio: Studio, order: BadgeOrder, visitor: Visitor) -> dict[str, StoredPicture]:
@@ -91,15 +93,12 @@ def package_of(job: Job) -> FileResponse:
         )
 
 
-def preview_of(job: Job) -> bytes:
-    """The moving preview of the badge that a finished job has made, an animated WebP.
-
-    Raises: Refusal 404 where there is none (yet).
-    """
+def file_of(job: Job, name: str) -> bytes:
+    """A file of the badge that a finished job has made.  Raises: Refusal 404 where there is none (yet)."""
     with _package(job) as path, zipfile.ZipFile(path) as packed:
-        if job.kind != "badge" or job.result is None:
+        if job.kind != "badge" or job.result is None or name not in job.result["files"]:
             raise _gone()
-        return packed.read(f"badge-{job.result['id']}/{MOVING}")
+        return packed.read(f"badge-{job.result['id']}/{name}")
 
 
 @contextmanager

@@ -14,7 +14,8 @@ WORDS = {
     f"{folder}/{entry.name}": entry.read_text(encoding="utf-8")
     for folder in ("templates", "static")
     for entry in WEB.joinpath(folder).iterdir()
-    if entry.name.endswith((".j2", ".js"))
+    # The library of others has no words for visitors.
+    if entry.name.endswith((".j2", ".js")) and entry.name != "three.js"
 }
 
 

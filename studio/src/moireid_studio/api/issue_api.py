@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
+from moireid.fabrication.package import MOVING
 from moireid_studio.api.films import JobId, JobStatus, add_job_routes, status_of
 from moireid_studio.api.schema import form, picture_form
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.checks import received
 from moireid_studio.forms import ShortRoute, picture_fields
-from moireid_studio.issue_jobs import keep, package_of, pictures_of, preview_of, start_badge, start_capture
+from moireid_studio.issue_jobs import file_of, keep, package_of, pictures_of, start_badge, start_capture
 from moireid_studio.jobs.orders import BadgeOrder, checked
 from moireid_studio.pictures import at_hand, keep_pictures, read_picture
 from moireid_studio.problems import Refusal, plain, problem_responses
@@ -25,6 +26,7 @@ router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=probl
 Issuer = Annotated[Visitor, require("issuer")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
 KINDS = ("badge", "event", "capture", "build")
+FILES = {"assembly.pdf": "application/pdf", "mount.glb": "model/gltf-binary", "stack.glb": "model/gltf-binary"}
 
 
 class LinkPoint(BaseModel):
@@ -171,7 +173,21 @@ def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
 )
 def preview(request: Request, job_id: JobId, visitor: Issuer) -> Response:
     """The moving preview of the badge that a job has made."""
-    return Response(preview_of(studio_of(request).jobs.find(job_id, visitor.id, "badge")), media_type="image/webp")
+    found = studio_of(request).jobs.find(job_id, visitor.id, "badge")
+    return Response(file_of(found, MOVING), media_type="image/webp")
+
+
+@router.get(
+    "/jobs/{job_id}/{name}",
+    responses=problem_responses(404) | {200: {"content": {kind: {} for kind in FILES.values()}}},
+    response_class=Response,
+)
+def one_file(
+    request: Request, job_id: JobId, visitor: Issuer, name: Literal["assembly.pdf", "mount.glb", "stack.glb"]
+) -> Response:
+    """One of the files of a badge that a job has made: how it is built, or the parts of its mount in 3D."""
+    found = studio_of(request).jobs.find(job_id, visitor.id, "badge")
+    return Response(file_of(found, name), media_type=FILES[name])
 
 
 @router.post(

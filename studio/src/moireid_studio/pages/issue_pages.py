@@ -20,7 +20,7 @@ from moireid.errors import MoireIdError, SpecError
 from moireid.names import line_of
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import Fields, picture_fields
-from moireid_studio.issue_jobs import start_badge, start_event
+from moireid_studio.issue_jobs import MODELS, start_badge, start_event
 from moireid_studio.jobs.lists import FOR_ALL, MOST_AT_AN_EVENT, picture_key, understood
 from moireid_studio.jobs.orders import BadgeOrder, CheckedOrder, Wish, checked, read_fields
 from moireid_studio.pages.home import render
@@ -195,7 +195,9 @@ def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
         problem = studio.sentence(job.problem[1]) if job.problem else None
         return render(request, "making.html.j2", job=job, again=again, problem=problem)
     minutes = round(studio.settings.limits.keep_s / 60)
-    return render(request, "issued.html.j2", job=job, made=job.result, minutes=minutes)
+    made = job.result or {}
+    model = next((name for name in MODELS if name in made.get("files", ())), None)
+    return render(request, "issued.html.j2", job=job, made=made, minutes=minutes, model=model)
 
 
 @dataclass
