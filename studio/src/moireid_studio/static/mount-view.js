@@ -14,9 +14,9 @@ class MountView {
     this.canvas = root.querySelector("canvas");
     this.renderer = new three.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
     this.scene = new three.Scene();
-    const sun = new three.DirectionalLight(0xffffff, 2.2);
+    const sun = new three.DirectionalLight(0xffffff, 1.8);
     sun.position.set(1, 2, 3);
-    this.scene.add(scene, sun, new three.AmbientLight(0xffffff, 1.4));
+    this.scene.add(scene, sun, new three.AmbientLight(0xffffff, 0.9));
     this.parts = [];
     scene.traverse((one) => { if (one.isMesh) this.parts.push(one); });
     this.camera = new three.PerspectiveCamera(FIELD_DEG, 1, 0.001, 100);
@@ -39,14 +39,20 @@ class MountView {
     this.places = this.parts.map((one) => one.position.getComponent(this.along));
   }
 
-  /** Show it as at first: at an angle, as large as it fits. */
+  /** Show it as at first: at an angle. */
   begin() {
+    this.fit(new this.three.Vector3(0.4, 0.45, 0.8));
+  }
+
+  /** Show the whole as large as it fits, seen from a direction. */
+  fit(from) {
     const { Box3, Vector3 } = this.three, box = new Box3().setFromObject(this.scene);
     const middle = box.getCenter(new Vector3()), radius = box.getSize(new Vector3()).length() / 2;
-    const away = radius / Math.sin((FIELD_DEG * Math.PI) / 360);
+    const narrow = Math.min(this.canvas.clientWidth / this.canvas.clientHeight, 1) || 1;
+    const away = radius / Math.sin((FIELD_DEG * Math.PI) / 360) / narrow;
     Object.assign(this.controls, { minDistance: radius / 4, maxDistance: 4 * away });
     this.controls.target.copy(middle);
-    this.camera.position.set(-0.45, -0.55, 0.7).normalize().multiplyScalar(away).add(middle);
+    this.camera.position.copy(from).normalize().multiplyScalar(away).add(middle);
     this.camera.near = radius / 100;
     this.camera.far = 10 * away;
     this.controls.update();
@@ -75,7 +81,7 @@ class MountView {
       const place = this.places[number] + (share * this.ranks[number] * this.step) / one.parent.getWorldScale(new this.three.Vector3()).x;
       one.position.setComponent(this.along, place);
     });
-    this.show();
+    this.fit(this.camera.position.clone().sub(this.controls.target));
   }
 
   listen(root) {
