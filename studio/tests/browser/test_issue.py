@@ -212,7 +212,7 @@ def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(p
     expect(page.locator("[data-words]")).to_contain_text("from the left")
     page.get_by_label("Distance").focus()
     page.keyboard.press("End")
-    expect(page.locator("[data-words]")).to_contain_text("3.0 m away")
+    expect(page.locator("[data-words]")).to_contain_text("2.50 m away")
 
     page.emulate_media(reduced_motion="reduce")
     page.reload()
