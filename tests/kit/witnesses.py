@@ -13,8 +13,8 @@ from pathlib import Path
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from moireid.registry.checkpoints.merkle import consistency_proof, leaf_hash, root_of
 from moireid.registry.checkpoints.note import ED25519, VerifierKey
+from moireid.registry.merkle import consistency_proof, leaf_hash, root_of
 from moireid.registry.witness.request import AddRequest
 from moireid.registry.witness.server import WitnessServer
 from moireid.registry.witness.state import Witness

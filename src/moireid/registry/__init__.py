@@ -6,6 +6,7 @@ engine.py       the registry's URL, connections, SQLite's settings; database err
 keys.py         the authority's key pair, signatures by kind of thing signed, and actors' commitments
 canonical.py    documents as bytes: one spelling for signing, compressed for storing
 record.py       the Record, its signed text, and the check of its signature on reading
+merkle.py       the Merkle tree of RFC 6962: roots, and proofs of inclusion and consistency
 log.py          the log's entries, their chain, the head, and changes of key
 schema.py       the tables and their queries
 seen.py         which authority and which head this user saw last

@@ -24,7 +24,7 @@ from moireid.registry.bundle import bundle_file
 from moireid.registry.bundle.bundle_file import BundleContent, made_content, read_bundle_file
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
-from moireid.registry.checkpoints.merkle import leaf_hash, root_of
+from moireid.registry.merkle import leaf_hash, root_of
 from moireid.registry.schema import badges, log
 
 BUILT = AsBuilt("", 0.03, 1e-4, 0.5, 0.01, 1e-4, 1e-5, 0.98, 0.01)

@@ -17,8 +17,8 @@ from kit.registries import badge_of, run, tamper, url_of
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.registry import open_registry
-from moireid.registry.checkpoints.merkle import consistent
 from moireid.registry.checkpoints.sources import checkpoints_from
+from moireid.registry.merkle import consistent
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 from kit.witnesses import Log, leaves_of
 from moireid.errors import SpecError
 from moireid.registry.checkpoints.cosignature import cosigned_at
-from moireid.registry.checkpoints.merkle import consistency_proof
+from moireid.registry.merkle import consistency_proof
 from moireid.registry.witness.request import MOST_STEPS, SIZE_TYPE, AddRequest
 from moireid.registry.witness.state import Witness
 

@@ -29,9 +29,9 @@ from moireid.registry.bundle.bundle_file import (
 )
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
-from moireid.registry.checkpoints.merkle import leaf_hash
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, pages, select_rotations
+from moireid.registry.merkle import leaf_hash
 from moireid.registry.record import BadgeState, Record
 from moireid.registry.schema import badges, select_records
 

@@ -1,6 +1,5 @@
 """Checks by others that show when a registry was put back to an earlier state.
 
-merkle.py       the Merkle tree of RFC 6962: roots, and proofs of inclusion and consistency
 note.py         signed notes: a text with signatures below it; public keys of those who sign
 checkpoint.py   checkpoints: a log's size and root as a signed note
 cosignature.py  signatures of witnesses on checkpoints, and how many of them a reader asks for

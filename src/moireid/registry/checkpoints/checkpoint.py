@@ -20,11 +20,11 @@ from sqlalchemy import Connection, select
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
-from moireid.registry.checkpoints.merkle import Tree, consistency_proof, leaf_hash, root_of
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
 from moireid.registry.ledger import Ledger, pages
 from moireid.registry.log import GENESIS, Head, followed
+from moireid.registry.merkle import Tree, consistency_proof, leaf_hash, root_of
 from moireid.registry.record import Fault
 from moireid.registry.schema import log
 

@@ -16,9 +16,9 @@ from sqlalchemy import select
 from moireid.errors import RegistryError
 from moireid.registry.checkpoints.checkpoint import Checkpoint, leaf_of
 from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.checkpoints.merkle import Tree
 from moireid.registry.ledger import PAGE, Ledger
 from moireid.registry.log import Head
+from moireid.registry.merkle import Tree
 from moireid.registry.record import Fault
 from moireid.registry.schema import log
 

@@ -16,11 +16,11 @@ from sqlalchemy import select
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex
 from moireid.registry.checkpoints.checkpoint import Checkpoint, checkpoint_from, entry_hashes, leaf_of, sign_checkpoint
-from moireid.registry.checkpoints.merkle import included, inclusion_proof, leaf_hash
 from moireid.registry.checkpoints.newest import check_newest
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import Line, LogEntry, entry_hash
+from moireid.registry.merkle import included, inclusion_proof, leaf_hash
 from moireid.registry.record import Fault, Record
 from moireid.registry.schema import log
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from moireid.registry.checkpoints.checkpoint import Checkpoint, leaf_of
-from moireid.registry.checkpoints.merkle import Tree
 from moireid.registry.keys import Authority
 from moireid.registry.log import Head
+from moireid.registry.merkle import Tree
 from moireid.registry.record import Fault
 
 

@@ -25,8 +25,8 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey,
 from moireid.errors import SpecError
 from moireid.registry.checkpoints.checkpoint import TreeHead, tree_head
 from moireid.registry.checkpoints.cosignature import cosignature_line
-from moireid.registry.checkpoints.merkle import consistent
 from moireid.registry.checkpoints.note import COSIGNATURE, VerifierKey, checked_name, parted, signatures_of
+from moireid.registry.merkle import consistent
 from moireid.registry.witness.request import SIZE_TYPE, AddRequest
 
 #: How long one step waits for another, seconds.

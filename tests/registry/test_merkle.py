@@ -8,7 +8,7 @@ import itertools
 
 import pytest
 
-from moireid.registry.checkpoints.merkle import (
+from moireid.registry.merkle import (
     Tree,
     consistency_proof,
     consistent,
