@@ -19,7 +19,7 @@ SEAL_ROUNDS = 1000
 class Standing:
     """A registry as a check found it.
 
-    fingerprint: of its authority, 32 hex digits; head: its log's last entry, SEQUENCE:HASH; expires: until when a
+    fingerprint: of its authority, 32 hex digits; head: the end of its log, NUMBER:ROOT; expires: until when a
     bundle of it counts, None for the registry itself; new: nothing of this authority was seen before, and no one
     confirmed that it is the right one; remembered: this state could be kept, so that an earlier one will be noticed.
     """

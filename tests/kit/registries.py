@@ -21,7 +21,14 @@ from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.registry import Registry
 
-TABLES = {"badges": "id", "log": "seq", "actors": "commitment", "authority": "one", "schema_version": "version"}
+TABLES = {
+    "badges": "id",
+    "log": "seq",
+    "nodes": "level, place",
+    "actors": "commitment",
+    "authority": "one",
+    "schema_version": "version",
+}
 
 
 def url_of(path: Path, **options: object) -> str:

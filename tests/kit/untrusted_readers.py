@@ -27,7 +27,7 @@ from moireid.designer.people import read_list
 from moireid.errors import MoireIdError, RegistryError
 from moireid.profiles import load_lens_profile
 from moireid.registry.audit import audit
-from moireid.registry.bundle.bundle_file import STATES, Header
+from moireid.registry.bundle.bundle_file import Header
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
@@ -105,7 +105,6 @@ def signed_bundle(content: bytes) -> bytes:
         people=1,
         length=len(content),
         sha256=sha256_hex(content),
-        version=STATES,
     )
     return header.sealed_file(SIGNER, content)
 

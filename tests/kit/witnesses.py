@@ -14,7 +14,7 @@ from pathlib import Path
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from moireid.registry.checkpoints.note import ED25519, VerifierKey
-from moireid.registry.merkle import consistency_proof, leaf_hash, root_of
+from moireid.registry.merkle import ReadNodes, all_nodes, consistency_proof, leaf_hash, root_at
 from moireid.registry.witness.request import AddRequest
 from moireid.registry.witness.server import WitnessServer
 from moireid.registry.witness.state import Witness
@@ -26,6 +26,17 @@ def leaves_of(count: int, branch: int | None = None, name: str = "") -> list[byt
         leaf_hash(f"{number} {name if branch is not None and number >= branch else ''}".encode())
         for number in range(count)
     ]
+
+
+def reading(leaves: Sequence[bytes]) -> ReadNodes:
+    """The nodes over these leaves, as `merkle` looks them up."""
+    nodes = all_nodes(leaves)
+    return lambda places: nodes
+
+
+def root_of(leaves: Sequence[bytes]) -> bytes:
+    """The root of these leaves."""
+    return root_at(reading(leaves), len(leaves))
 
 
 class Log:
@@ -44,7 +55,7 @@ class Log:
     def request(self, leaves: Sequence[bytes], old: int, proof: Sequence[bytes] | None = None) -> bytes:
         """The request for these leaves, with the right proof if none is given."""
         if proof is None:
-            proof = consistency_proof(leaves, old) if 0 < old <= len(leaves) else []
+            proof = consistency_proof(reading(leaves), len(leaves), old) if 0 < old <= len(leaves) else []
         return AddRequest(old, proof, self.note(leaves)).to_bytes()
 
 

@@ -5,11 +5,16 @@ from __future__ import annotations
 import shutil
 
 import pytest
+from sqlalchemy import delete
 
 from kit.registries import badge_of, rows_of, tamper, url_of
+from kit.witnesses import root_of
 from moireid.errors import RegistryError
 from moireid.registry import Registry, audit, open_registry
-from moireid.registry.log import Head, entry_hash
+from moireid.registry.log import Head, entry_hash, leaf_of
+from moireid.registry.log_tree import grow
+from moireid.registry.merkle import Tree
+from moireid.registry.schema import nodes
 
 
 @pytest.fixture
@@ -39,9 +44,13 @@ def test_sound_registry(registry, ids, url):
     entries = rows_of(url, "SELECT * FROM log ORDER BY seq")
     assert [entry["action"] for entry in entries] == ["init", "enroll", "enroll", "as_built", "revoke"]
     assert [entry["subject"] for entry in entries[1:]] == [ids["Ada"], ids["Bo"], ids["Ada"], ids["Bo"]]
-    assert seen.head == registry.head() == f"5:{entries[-1]['hash']}"
+    leaves = [leaf_of(entry["hash"]) for entry in entries]
+    assert seen.head == registry.head() == f"5:{root_of(leaves).hex()}"
     for entry in entries:
-        assert found(registry, f"{entry['seq']}:{entry['hash']}") == []
+        seq = entry["seq"]
+        assert found(registry, f"{seq}:{root_of(leaves[:seq]).hex()}") == []
+        # Such an entry contains no other: its hash is no head.
+        assert found(registry, f"{seq}:{entry['hash']}") == [("head_expected", str(seq))]
 
 
 def test_empty_registry(registry):
@@ -72,7 +81,7 @@ LOG: list[tuple[str, set[tuple[str, str | None]]]] = [
     ("UPDATE log SET record_sha256 = 'x' WHERE seq = 5", {("entry_hash", "5"), ("record_stale", "Bo")}),
     ("UPDATE log SET previous = 'x' WHERE seq = 3", {("entry_chain", "3")}),
     ("UPDATE log SET signature = 'x' WHERE seq = 3", {("entry_signature", "3")}),
-    ("UPDATE log SET hash = 'x' WHERE seq = 3", {("entry_hash", "3"), ("entry_chain", "4")}),
+    ("UPDATE log SET hash = 'x' WHERE seq = 3", {("entry_hash", "3"), ("tree_node", "4"), ("head_hash", None)}),
     ("UPDATE log SET hash = 'x' WHERE seq = 5", {("entry_hash", "5"), ("head_hash", None)}),
     (
         "UPDATE log SET seq = 9 WHERE seq = 3",
@@ -82,6 +91,10 @@ LOG: list[tuple[str, set[tuple[str, str | None]]]] = [
     ("DELETE FROM log WHERE seq = 1", {("entry_missing", "2")}),
     ("DELETE FROM log", {("log_cut", None), ("record_unlogged", "Ada"), ("record_unlogged", "Bo")}),
     ("DELETE FROM log WHERE seq = 5", {("log_cut", None), ("record_stale", "Bo")}),
+    ("UPDATE nodes SET hash = :zeros WHERE level = 1 AND place = 1", {("tree_node", "4")}),
+    ("UPDATE nodes SET hash = 'x' WHERE level = 2", {("tree_node", "4")}),
+    ("UPDATE nodes SET level = 9 WHERE level = 1 AND place = 0", {("tree_node", "2")}),
+    ("DELETE FROM nodes", {("tree_node", "2"), ("tree_node", "4")}),
     ("UPDATE authority SET head_hash = 'x'", {("head_signature", None)}),
     ("UPDATE authority SET head_seq = 4", {("head_signature", None)}),
     ("UPDATE authority SET head_signature = ''", {("head_signature", None)}),
@@ -92,7 +105,7 @@ LOG: list[tuple[str, set[tuple[str, str | None]]]] = [
 @pytest.mark.parametrize(("change", "codes"), RECORDS + LOG, ids=lambda case: case if isinstance(case, str) else "")
 def test_each_kind_of_tampering_is_found(url, registry, ids, change, codes):
     """Catches: a part that is not checked; one fault that buries the others, or breeds more."""
-    assert tamper(url, change, junk=b"junk") >= 1
+    assert tamper(url, change, junk=b"junk", zeros="00" * 32) >= 1
     expected = {(code, ids.get(str(subject), subject)) for code, subject in codes}
     assert set(found(registry)) == expected
 
@@ -166,16 +179,19 @@ def test_registry_made_anew_under_another_key_is_found_by_a_noted_head(registry,
         assert other.fingerprint != registry.fingerprint
 
 
-def test_chain_made_anew_without_the_key_is_found(url, registry, ids):
+def test_log_made_anew_without_the_key_is_found(url, registry, ids):
     """Catches: trusting hashes alone: anyone can compute those, and here somebody has, from entry 3 on."""
-    entries = rows_of(url, "SELECT * FROM log ORDER BY seq")
-    before = entries[1]["hash"]
-    for entry in entries[2:]:
-        changed = entry | {"previous": before, "time": "2001-01-01T00:00:00Z"}
-        before = changed["hash"] = entry_hash(changed)
-        tamper(url, "UPDATE log SET time = :time, previous = :previous, hash = :hash WHERE seq = :seq", **changed)
-    codes = [("entry_signature", "3"), ("entry_signature", "4"), ("entry_signature", "5"), ("head_hash", None)]
-    assert found(registry) == codes
+    for entry in rows_of(url, "SELECT * FROM log ORDER BY seq")[2:]:
+        changed = entry | {"time": "2001-01-01T00:00:00Z"}
+        changed["hash"] = entry_hash(changed)
+        tamper(url, "UPDATE log SET time = :time, hash = :hash WHERE seq = :seq", **changed)
+    codes = [("entry_signature", "3"), ("entry_signature", "4"), ("entry_signature", "5")]
+    assert found(registry) == [*codes, ("tree_node", "4"), ("head_hash", None)]
+    # Nodes that fit them lead to another root than the signed one.
+    with registry._ledger.engine.begin() as connection:
+        connection.execute(delete(nodes))
+        grow(connection, Tree())
+    assert found(registry) == [*codes, ("head_hash", None)]
 
 
 def test_public_key_put_in_another_ones_place_is_found(url, registry, ids, tmp_path):

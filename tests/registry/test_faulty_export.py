@@ -9,7 +9,7 @@ import pytest
 
 from kit.registries import state_of, url_of
 from moireid.errors import RegistryError
-from moireid.registry import import_registry, merge, open_registry
+from moireid.registry import engine, import_registry, merge, open_registry
 
 
 def test_file_cut_anywhere_changes_nothing(three_exported, url, tmp_path):
@@ -120,7 +120,7 @@ def test_database_that_fails_halfway_keeps_the_old_state(full, exported, target,
     """Catches: an import in several transactions."""
     with open_registry(target, create=True) as copy:
         before = state_of(target)
-        monkeypatch.setattr(merge, "CHUNK", 1)
+        monkeypatch.setattr(engine, "CHUNK", 1)
         copied = merge._copy
 
         def failing(there, here, table, key, *condition):

@@ -8,6 +8,7 @@ import itertools
 
 import pytest
 
+from kit.witnesses import reading, root_of
 from moireid.registry.merkle import (
     Tree,
     consistency_proof,
@@ -15,7 +16,6 @@ from moireid.registry.merkle import (
     included,
     inclusion_proof,
     leaf_hash,
-    root_of,
 )
 
 # The inputs and results that the logs of Certificate Transparency are tested with.
@@ -58,7 +58,7 @@ def test_roots_are_those_of_certificate_transparency(size):
 )
 def test_inclusion_proofs_are_those_of_certificate_transparency(place, size, proof):
     """Catches: a proof from the root down, or of the wrong half."""
-    assert [step.hex() for step in inclusion_proof(LEAVES[:size], place)] == proof
+    assert [step.hex() for step in inclusion_proof(reading(LEAVES[:size]), size, place)] == proof
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_inclusion_proofs_are_those_of_certificate_transparency(place, size, pro
 )
 def test_consistency_proofs_are_those_of_certificate_transparency(first, second, proof):
     """Catches: a proof that repeats the old root where the RFC leaves it out."""
-    assert [step.hex() for step in consistency_proof(LEAVES[:second], first)] == proof
+    assert [step.hex() for step in consistency_proof(reading(LEAVES[:second]), second, first)] == proof
 
 
 def test_every_proof_of_small_trees_holds_and_no_other_does():
@@ -77,7 +77,7 @@ def test_every_proof_of_small_trees_holds_and_no_other_does():
     other = hashlib.sha256(b"other").digest()
     for size in range(1, 19):
         for place in range(size):
-            proof = inclusion_proof(leaves[:size], place)
+            proof = inclusion_proof(reading(leaves[:size]), size, place)
             assert included(leaves[place], place, size, proof, roots[size])
             wrong = [proof[:-1], [*proof, other], *([*proof[:k], other, *proof[k + 1 :]] for k in range(len(proof)))]
             assert not any(
@@ -87,7 +87,7 @@ def test_every_proof_of_small_trees_holds_and_no_other_does():
             assert not included(other, place, size, proof, roots[size])
             assert not any(included(leaves[place], at, size, proof, roots[size]) for at in (place + 1, place - 1, -1))
     for first, second in itertools.combinations_with_replacement(range(1, 19), 2):
-        proof = consistency_proof(leaves[:second], first)
+        proof = consistency_proof(reading(leaves[:second]), second, first)
         assert consistent(first, roots[first], second, roots[second], proof)
         wrong = [[*proof, other], *([*proof[:k], other, *proof[k + 1 :]] for k in range(len(proof)))]
         wrong += [proof[:-1]] if proof else []
@@ -95,14 +95,14 @@ def test_every_proof_of_small_trees_holds_and_no_other_does():
         assert not consistent(first, other, second, roots[second], proof)
         assert not consistent(first, roots[first], second, other, proof)
     assert not consistent(0, roots[0], 5, roots[5], [])
-    assert not consistent(5, roots[5], 3, roots[3], consistency_proof(leaves[:5], 3))
+    assert not consistent(5, roots[5], 3, roots[3], consistency_proof(reading(leaves[:5]), 5, 3))
 
 
 def test_a_forked_log_has_no_proof():
     """Catches: a tree of which an early leaf can be changed while the old root still passes."""
     old, new = LEAVES[:5], [*LEAVES[:3], leaf_hash(b"another"), *LEAVES[4:]]
-    assert not consistent(5, root_of(old), 8, root_of(new), consistency_proof(new, 5))
-    assert not consistent(5, root_of(old), 8, root_of(new), consistency_proof(LEAVES, 5))
+    assert not consistent(5, root_of(old), 8, root_of(new), consistency_proof(reading(new), 8, 5))
+    assert not consistent(5, root_of(old), 8, root_of(new), consistency_proof(reading(LEAVES), 8, 5))
 
 
 def test_a_growing_tree_gives_each_root():
@@ -117,4 +117,4 @@ def test_a_growing_tree_gives_each_root():
 def test_what_is_not_in_the_tree_has_no_proof(call, number):
     """Catches: a negative place that counts from the end."""
     with pytest.raises(IndexError):
-        call(LEAVES, number)
+        call(reading(LEAVES), 8, number)

@@ -74,7 +74,8 @@ def test_it_can_be_written_and_grows_as_a_new_one(old):
 
 def test_what_is_asked_for_by_both_has_the_same_indexes(old_file, tmp_path):
     """Catches: a column or an index that a new registry has and an old one lacks, so that it is slow for ever."""
-    open_registry(url_of(old_file), create=False).close()
+    with open_registry(url_of(old_file), create=False) as registry:
+        registry.enroll(badge_of("Di"))
     fresh = tmp_path / "fresh.sqlite3"
     open_registry(url_of(fresh), create=True).close()
 

@@ -152,14 +152,14 @@ def test_empty_file_is_no_registry_until_it_is_made_one(path):
 
 
 @pytest.mark.parametrize(
-    ("change", "found"), [("UPDATE schema_version SET version = 6", "6"), ("DELETE FROM schema_version", "none")]
+    ("change", "found"), [("UPDATE schema_version SET version = 7", "7"), ("DELETE FROM schema_version", "none")]
 )
 @pytest.mark.parametrize("create", [False, True])
 def test_other_schema_version_is_refused(url, change, found, create):
     """Catches: reading tables of a later version by the rules of this one."""
     open_registry(url, create=True).close()
     tamper(url, change)
-    with pytest.raises(RegistryError, match=f"schema version {found}, and this moireid reads version 5"):
+    with pytest.raises(RegistryError, match=f"schema version {found}, and this moireid reads version 6"):
         open_registry(url, create=create)
 
 
@@ -181,7 +181,7 @@ def test_schema_version_is_written_once(path):
     for _ in range(2):
         open_registry(url_of(path), create=True).close()
     with sqlite3.connect(path) as raw:
-        assert raw.execute("SELECT version FROM schema_version").fetchall() == [(5,)]
+        assert raw.execute("SELECT version FROM schema_version").fetchall() == [(6,)]
 
 
 # Faults of the database.

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
-from sqlalchemy import text
+from sqlalchemy import create_engine, text, update
 
 from kit.registries import badge_of, code_of
 from moireid.cli.main import moireid
@@ -20,7 +20,10 @@ from moireid.idcodes import specimen_of
 from moireid.registry import import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.keys import ENTRY, Signer, key_of, new_key
-from moireid.registry.log import Head, entry_hash, head_row, rotation_row
+from moireid.registry.log import entry_hash, head_row, rotation_row
+from moireid.registry.log_tree import grow
+from moireid.registry.merkle import Tree
+from moireid.registry.schema import authority
 from moireid.registry.seen import forget
 from moireid.registry.signing.signer_process import own_signer
 
@@ -86,16 +89,19 @@ def test_who_trusted_the_old_key_follows_and_notices_a_step_back(path: Path, tmp
 def taken_over(path: Path, key: Signer, to: Signer | None = None) -> str:
     """The registry's file as a thief of its old key goes on with it: its one change of key is hidden."""
     with closing(sqlite3.connect(path)) as database, database:
-        head = Head(*database.execute("SELECT head_seq, head_hash FROM authority").fetchone())
+        (size,) = database.execute("SELECT head_seq FROM authority").fetchone()
         database.execute("UPDATE log SET subject = 'gone' WHERE action = 'rotate'")
         if to is not None:
-            row, head = rotation_row(key, to, head, "00" * 32)
+            row = rotation_row(key, to, size, "00" * 32)
             places = ", ".join("?" * len(row))
             database.execute(f"INSERT INTO log ({', '.join(row)}) VALUES ({places})", list(row.values()))
-        last = to or key
-        values = (last.authority.public_hex, *head_row(last, head).values())
-        database.execute("UPDATE authority SET public_key = ?, head_seq = ?, head_hash = ?, head_signature = ?", values)
         database.execute("DELETE FROM badges")
+        database.execute("DELETE FROM nodes")
+    last, engine = to or key, create_engine(f"sqlite:///{path}")
+    with engine.begin() as connection:
+        values = {"public_key": last.authority.public_hex} | head_row(last, grow(connection, Tree()))
+        connection.execute(update(authority).values(values))
+    engine.dispose()
     with open_registry(f"sqlite:///{path}", create=False) as registry:
         registry.enroll(badge_of("Queen"))
     return f"sqlite:///{path}"

@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 from dataclasses import replace
+from hashlib import sha256
 
 import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
@@ -17,7 +18,7 @@ from moireid.errors import RegistryError
 from moireid.registry import keys as keys_module
 from moireid.registry import open_registry
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
-from moireid.registry.keys import ENTRY, HEAD, RECORD, new_key
+from moireid.registry.keys import ENTRY, HEAD, RECORD, ROOT, new_key
 
 # Keys.
 
@@ -128,18 +129,24 @@ def test_signature_can_be_checked_without_moireid(url, registry):
     key.verify(bytes.fromhex(row["signature"]), b"moireid registry record 1\n" + text)
     entry = rows_of(url, "SELECT * FROM log ORDER BY seq")[-1]
     assert entry["record_sha256"] == sha256_hex(text) and (entry["action"], entry["seq"]) == ("enroll", 2)
-    head = f"2:{entry['hash']}"
+    said = {key: entry[key] for key in ("action", "actor", "record_sha256", "seq", "subject", "time")}
+    content = json.dumps(said, separators=(",", ":"), sort_keys=True).encode()
+    assert entry["hash"] == sha256_hex(b"moireid registry log entry 3\n" + content) and entry["previous"] == ""
+    leaves = [sha256(b"\0" + bytes.fromhex(row["hash"])).digest() for row in rows_of(url, "SELECT hash FROM log")]
+    root = sha256(b"\1" + leaves[0] + leaves[1])
+    head = f"2:{root.hexdigest()}"
     assert registry.head() == head
-    key.verify(bytes.fromhex(top["head_signature"]), b"moireid registry log head 1\n" + head.encode())
+    key.verify(bytes.fromhex(top["head_signature"]), b"moireid registry log head 2\n" + head.encode())
 
 
 def test_signatures_of_one_kind_are_none_of_another():
     """Catches: signing without a domain, so that a log entry's signature could be shown for a record."""
     signer, _ = new_key()
-    for domain in (RECORD, ENTRY, HEAD):
+    domains = (RECORD, ENTRY, HEAD, ROOT)
+    for domain in domains:
         signature = signer.sign(domain, b"x")
-        assert [signer.authority.signed(other, b"x", signature) for other in (RECORD, ENTRY, HEAD)] == [
-            other == domain for other in (RECORD, ENTRY, HEAD)
+        assert [signer.authority.signed(other, b"x", signature) for other in domains] == [
+            other == domain for other in domains
         ]
         assert not signer.authority.signed(domain, b"y", signature)
         for wrong in (signature.upper(), signature[:-2], "", "zz", None, 7, bytes.fromhex(signature)):

@@ -10,7 +10,7 @@ import pytest
 
 from kit.registries import badge_of, state_of, stop_clock, tamper, url_of
 from moireid.errors import RegistryError, SpecError
-from moireid.registry import Import, Registry, import_registry, ledger, open_registry
+from moireid.registry import Import, Registry, import_registry, open_registry, schema
 
 # Export.
 
@@ -19,7 +19,7 @@ def test_export_is_plain_json_with_everything_in_it(full, exported):
     """Catches: a file that only we can read; figures lost on the way; something private in it."""
     document = json.loads(exported.read_text(encoding="utf-8"))
     assert list(document) == ["format", "version", "authority", "records", "actors", "log"]
-    assert (document["format"], document["version"]) == ("moireid registry", 4)
+    assert (document["format"], document["version"]) == ("moireid registry", 5)
     assert document["authority"]["fingerprint"] == full.fingerprint
     head = document["authority"]["head"]
     assert f"{head['seq']}:{head['hash']}" == full.head()
@@ -71,7 +71,7 @@ def test_export_is_one_state(url, full, tmp_path, monkeypatch):
     """Catches: records of one moment and a log of another, where somebody enrolls between two pages."""
     if url.startswith("sqlite"):
         url = url.replace("people.sqlite3", "people.sqlite3?timeout=0.05")
-    monkeypatch.setattr(ledger, "PAGE", 2)
+    monkeypatch.setattr(schema, "PAGE", 2)
     monkeypatch.setattr("moireid.registry.export_file.STEP", 1)
     refused = []
 

@@ -1,9 +1,10 @@
 """The audit: the whole log and all records, checked against each other and against the authority's key.
 
-1. The log: each entry follows from the one before, its hash is that of its content, and it bears the signature of the
-   key that the authority had then; a change of key bears those of both.
-2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain, and the log still begins as
-   the checkpoints that others keep say; if witnesses must have signed one of those, enough did.
+1. The log: the entries are numbered without a gap, the hash of each is that of its content, and it bears the signature
+   of the key that the authority had then; a change of key bears those of both.  The tree over them is computed anew,
+   and each stored node is the one that the entries give.
+2. The head is signed and is the root of that tree; a head noted elsewhere was that of the log's first entries, and the
+   log still begins as the checkpoints that others keep say; if witnesses must have signed one of those, enough did.
 3. Each record bears the signature, and is the newest version in the log; none is without an entry.
 4. Each record that the log enters is there, unless a later entry says that the person was erased.
 5. Each set of measured figures that a log entry put in the place of another is followed by that other on record.
@@ -32,7 +33,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from sqlalchemy import exists, func, select
+from sqlalchemy import Connection, exists, func, select
 
 from moireid.errors import RegistryError
 from moireid.registry.checkpoints.checkpoint import Checkpoint
@@ -40,22 +41,37 @@ from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.watch import Watch
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.keys import Authority, commitment
-from moireid.registry.ledger import Ledger, last_entry
+from moireid.registry.ledger import Ledger
 from moireid.registry.log import (
+    BEGINNING,
     ERASE,
     ERASE_ACTOR,
-    GENESIS,
     REFINED,
     REPLACED,
     Head,
+    Link,
     authority_after,
     check_entry,
     check_head,
+    leaf_of,
 )
+from moireid.registry.log_tree import LogTree
 from moireid.registry.look_alikes import folded_skeleton, skeleton
+from moireid.registry.merkle import Place, Tree
 from moireid.registry.record import Fault, record_of
 from moireid.registry.rollback import CODES
-from moireid.registry.schema import actors, authority, badges, log, select_records
+from moireid.registry.schema import (
+    CHAINED_VERSION,
+    actors,
+    authority,
+    badges,
+    last_entry,
+    log,
+    nodes,
+    schema_version,
+    select_nodes,
+    select_records,
+)
 
 PAGE = 500
 #: Findings beyond this many are counted, not kept: a table torn to pieces must not fill the memory.
@@ -187,7 +203,7 @@ def audit(
         tally.report(str(refused["code"]), str(refused["finding"]))
     witnessed = None if quorum is None else _audit_witnesses(since, quorum, tally)
     head = _audit_log(ledger, expected, watch, tally, former[0] if former else ledger.authority)
-    for fault, entry in watch.findings(head):
+    for fault, entry in watch.findings(head, tally.counts["entries"]):
         tally.report(fault.code, fault.text, entry)
     who = _audit_actors(ledger, tally)
     _audit_records(ledger, tally)
@@ -234,25 +250,33 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
 
     Returns: the head, or None if the head is not valid.
     """
-    last, passed = Head(0, GENESIS), expected is None
-    for row in _pages(ledger, tally):
-        watch.entry(row.hash)
-        try:
-            last = check_entry(row, last, then)
-            then = authority_after(row, then)
-        except Fault as fault:
-            tally.report(fault.code, fault.text, row.seq)
-            # Go on from this entry's own number and hash, so that one fault gives only one finding.
-            last = Head(row.seq, row.hash)
-        _note_actor(row, tally)
-        if row.action in ("enroll", "import") and row.holder is None and not row.erased:
-            tally.report(
-                "record_missing", f"log entry {row.seq} enters id {row.subject}, but it has no record", row.subject
-            )
-        if expected is not None and row.seq == expected.seq:
-            passed = True
-            if row.hash != expected.hash:
-                tally.report("head_expected", f"log entry {row.seq} is not the one that was noted elsewhere", row.seq)
+    last, tree, stored, passed = BEGINNING, Tree(), _NodeCheck(ledger), expected is None
+    for rows in _pages(ledger, tally):
+        made = dict[Place, bytes]()
+        for row in rows:
+            made |= tree.add(leaf_of(row.hash))
+            watch.entry(tree)
+            try:
+                last = check_entry(row, last, then)
+                then = authority_after(row, then)
+            except Fault as fault:
+                tally.report(fault.code, fault.text, row.seq)
+                # Go on from this entry's own number and hash, so that one fault gives only one finding.
+                last = Link(row.seq, row.hash)
+            _note_actor(row, tally)
+            if row.action in ("enroll", "import") and row.holder is None and not row.erased:
+                tally.report(
+                    "record_missing", f"log entry {row.seq} enters id {row.subject}, but it has no record", row.subject
+                )
+            if expected is not None and row.seq == expected.seq:
+                passed = True
+                # A head from before the tree is the hash of an entry that contains the one before it.
+                if expected.hash not in (tree.root().hex(), row.previous and row.hash):
+                    text = f"the log's first {row.seq} entries are not those that were noted elsewhere"
+                    tally.report("head_expected", text, row.seq)
+        # After a gap, which is reported, no node is at its place.
+        if last.seq == tree.size:
+            stored.check(made, tally)
     if expected is not None and not passed:
         tally.report(
             "rolled_back",
@@ -262,16 +286,61 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
         )
     if then.public_hex != ledger.authority.public_hex:
         tally.report("rotation", f"the log ends under authority {then.fingerprint}, which is not the registry's")
-    try:
-        with ledger.snapshot() as connection:
-            top = connection.execute(select(authority)).first()
-            end = connection.execute(last_entry()).first()
-        if top is None or top.public_key != ledger.authority.public_hex:
-            raise Fault("public_key", "the registry has come under another authority since it was opened")
-        return check_head(top, None if end is None else Head(end.seq, end.hash), ledger.authority)
-    except Fault as fault:
-        tally.report(fault.code, fault.text)
-        return None
+    with ledger.snapshot() as connection:
+        try:
+            head = _check_end(ledger, connection, last, tree)
+            stored.check_number(connection, tally)
+            return head
+        except Fault as fault:
+            tally.report(fault.code, fault.text)
+            return None
+
+
+def _check_end(ledger: Ledger, connection: Connection, last: Link, tree: Tree) -> Head:
+    """The signed head.  Raises: Fault if it is not valid, or not that of the entries that were looked at.
+
+    Parameters: last: of these; tree: over them.  Others may have written meanwhile.
+    """
+    top = connection.execute(select(authority)).first()
+    end = connection.execute(last_entry()).first()
+    if top is None or top.public_key != ledger.authority.public_hex:
+        raise Fault("public_key", "the registry has come under another authority since it was opened")
+    head, chained = check_head(top, None if end is None else Link(end.seq, end.hash), ledger.authority)
+    signed = LogTree(connection, head, chained=chained)
+    if not chained and last.seq == tree.size and signed.consistency(tree.size, tree.root()) is None:
+        raise Fault("head_hash", "the tree over the log's entries is not the one that the signed head names")
+    return head
+
+
+class _NodeCheck:
+    """Compares the stored nodes of the log's tree with those that its entries give."""
+
+    def __init__(self, ledger: Ledger) -> None:
+        self._ledger = ledger
+        # A registry from before the tree has none until it is written to.
+        self._stored = ledger.rows(select(schema_version.c.version)) != [(CHAINED_VERSION,)]
+        self._wrong = set[Place]()
+
+    def check(self, made: Mapping[Place, bytes], tally: _Tally) -> None:
+        """Report each node that differs; where one below it does, that one alone."""
+        if not self._stored or not made:
+            return
+        found = {(row.level, row.place): row.hash for row in self._ledger.rows(select_nodes(made))}
+        for (level, place), node in made.items():
+            if found.get((level, place)) == node.hex():
+                continue
+            self._wrong.add((level, place))
+            if not self._wrong & {(level - 1, 2 * place), (level - 1, 2 * place + 1)}:
+                first, end = (place << level) + 1, (place + 1) << level
+                text = f"the stored node of the log's tree over entries {first} to {end} is not the one that they give"
+                tally.report("tree_node", text, end)
+
+    def check_number(self, connection: Connection, tally: _Tally) -> None:
+        """Report nodes that no entry makes: they would be in the way of those to come."""
+        size = connection.scalar(select(func.max(log.c.seq))) or 0
+        number = connection.scalar(select(func.count()).select_from(nodes)) if self._stored else 0
+        if number is not None and number > sum(size >> level for level in range(1, size.bit_length())):
+            tally.report("tree_node", "the log's tree has stored nodes that no entry makes")
 
 
 def _note_actor(row: AnyRow, tally: _Tally) -> None:
@@ -310,8 +379,8 @@ def _former(ledger: Ledger) -> list[Authority]:
         return []
 
 
-def _pages(ledger: Ledger, tally: _Tally) -> Iterator[AnyRow]:
-    """The rows of the log in order, each with `holder`, the id of the record that it is about, if there is one.
+def _pages(ledger: Ledger, tally: _Tally) -> Iterator[list[AnyRow]]:
+    """The rows of the log in order, page by page, each with `holder`, the id of the record that it is about, if any.
 
     Also `erased`: whether a later entry says that the person was erased.
     """
@@ -322,9 +391,8 @@ def _pages(ledger: Ledger, tally: _Tally) -> Iterator[AnyRow]:
     query = query.order_by(log.c.seq).limit(PAGE)
     rows = ledger.rows(query)
     while rows:
-        for row in rows:
-            tally.counts["entries"] += 1
-            yield row
+        tally.counts["entries"] += len(rows)
+        yield rows
         tally.step()
         rows = ledger.rows(query.where(log.c.seq > rows[-1].seq))
 

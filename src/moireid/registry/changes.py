@@ -7,7 +7,7 @@ set may come in unseen, or any copy would agree with one of them: figures take t
 if the caller found that they agree with those in use (`refines`); a log entry says which.  A badge has at most
 `MOST_SETS` sets.
 
-A person or an actor is erased on their request: the data are deleted, the chain stays, and a log entry says so.
+A person or an actor is erased on their request: the data are deleted, the log stays, and an entry says so.
 For a person, the row is deleted: name, badge, reason of a revocation, measured figures, and the salt.  The log keeps
 the badge's identity, which is a random number, and hashes against which no one can test names without that salt.  The
 signed entry `erase` stays as a marker.  The identity is never issued again.

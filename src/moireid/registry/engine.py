@@ -11,10 +11,11 @@ import os
 import re
 import sqlite3
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from platformdirs import user_data_path
 from sqlalchemy import Connection, Engine, Row, Select, create_engine, event
@@ -199,6 +200,18 @@ def translated(url: URL) -> Iterator[None]:
         kind = getattr(foreign, "sqlite_errorcode", 0) & 0xFF
         hint = _HINTS.get(kind, "check the URL and that the database can be reached")
         raise RegistryError(f"registry {show_url(url)} cannot be used ({_first_line(foreign)}); {hint}") from error
+
+
+#: Rows that are written or looked up at a time.
+CHUNK = 500
+Item = TypeVar("Item")
+
+
+def chunks(items: Iterable[Item]) -> Iterator[list[Item]]:
+    """Items in lists of at most `CHUNK`."""
+    items = iter(items)
+    while chunk := list(islice(items, CHUNK)):
+        yield chunk
 
 
 def clean(engine: Engine) -> bool:

@@ -3,7 +3,8 @@
 The file is one object: `format` and `version`, `authority` (public key, its fingerprint, the signed head), `records`
 (the columns of the table, with the badge and the measured figures as JSON), `log` (the entries from the first on),
 `actors` (the names of the entries' actors).  Version 1 had no actors and no salts; version 2 had no suspensions, days
-of expiry or days of compromise; version 3 had one set of measured figures.  A badge is written in its canonical
+of expiry or days of compromise; version 3 had one set of measured figures; up to version 4 each entry contained the
+hash of the one before it, in `previous`, and the head was the last one's.  A badge is written in its canonical
 spelling.  If a tool spells the document differently, for example indented, it is still the same badge, and its
 signature stays valid.
 
@@ -26,19 +27,21 @@ from moireid.files import open_regular, planned, whole_file
 from moireid.registry.canonical import canonical_json, pack
 from moireid.registry.engine import AnyRow, sqlite_file, translated, writing
 from moireid.registry.keys import Authority
-from moireid.registry.ledger import Ledger, pages
-from moireid.registry.log import GENESIS, Head, authority_after, check_entry, check_head
+from moireid.registry.ledger import Ledger
+from moireid.registry.log import BEGINNING, authority_after, check_entry, leaf_of
+from moireid.registry.log_tree import grow
 from moireid.registry.look_alikes import folded_skeleton, skeleton
-from moireid.registry.record import DOCUMENTS, record_of
-from moireid.registry.schema import actors, authority, badges, log, select_records
+from moireid.registry.merkle import Tree
+from moireid.registry.record import DOCUMENTS, Fault, record_of
+from moireid.registry.schema import actors, authority, badges, log, pages, select_records
 
-FORMAT, VERSION = "moireid registry", 4
+FORMAT, VERSION = "moireid registry", 5
 #: Documents, which are copied as they are stored, and derived columns.
 NOT_FIELDS = ("badge", *DOCUMENTS, "newest", "skeleton", "folded")
 #: Columns that a version of the format did not have.
 _STATES = ("suspended_at", "suspended_reason", "expires", "compromised_since")
 _SETS = ("as_built_reason", "as_built_earlier")
-_ABSENT = {1: ("salt", "actor", *_STATES, *_SETS), 2: (*_STATES, *_SETS), 3: _SETS, 4: ()}
+_ABSENT = {1: ("salt", "actor", *_STATES, *_SETS), 2: (*_STATES, *_SETS), 3: _SETS, 4: (), 5: ()}
 #: Number of records between two reports of progress.
 STEP = 500
 
@@ -66,7 +69,7 @@ def export_json(
 
 def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]:
     """The lines of the file, and whether each is a record.  Raises: Fault if the registry is not sound."""
-    top = connection.execute(select(authority)).one()
+    top, signed = connection.execute(select(authority)).one(), ledger.tree_in(connection)
     header = {
         "format": FORMAT,
         "version": VERSION,
@@ -85,12 +88,14 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
         yield (",\n" if number else "\n") + canonical_json(dict(row._mapping)), False
     yield '\n],\n"log":[', False
     former = ledger.rotations(connection)
-    last, then = Head(0, GENESIS), former[0].old if former else ledger.authority
+    last, tree, then = BEGINNING, Tree(), former[0].old if former else ledger.authority
     for row in pages(connection, select(log), log.c.seq):
         yield (",\n" if last.seq else "\n") + canonical_json(dict(row._mapping)), False
         last = check_entry(row, last, then)
+        tree.add(leaf_of(last.hash))
         then = authority_after(row, then)
-    check_head(top, last if last.seq else None, ledger.authority)
+    if not signed.is_over(last, tree):
+        raise Fault("head_hash", "the log's entries are not those of its signed head")
     yield "\n]\n}\n", False
 
 
@@ -212,6 +217,7 @@ def load(path: Path, copy: Ledger) -> None:
             values = {"one": 1, "public_key": own.public_key, "head_seq": own.head.seq}
             values |= {"head_hash": own.head.hash, "head_signature": own.head.signature}
             connection.execute(insert(authority).values(values))
+            grow(connection, Tree())
     except OSError as error:
         raise RegistryError(f"export {path} cannot be read ({error.strerror}); give the path of one") from error
     except ValueError as error:

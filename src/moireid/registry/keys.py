@@ -6,7 +6,7 @@ in `keys` of the user's data folder.  Nothing ever writes a private key to a reg
 
 An actor is the person or account that does something to the registry: an account of this machine, or the holder of a
 studio's token.  The log holds an actor as a commitment: SHA-256 of the text and of a salt that is drawn once for this
-actor.  Text and salt are in the table `actors`, from which they can be erased without a change to the log's chain.
+actor.  Text and salt are in the table `actors`, from which they can be erased without a change to the log.
 Without the salt no one can test names against the commitment.
 
 Convention: every signature covers a domain (a line with the kind of thing signed and its version) and then the content.
@@ -37,9 +37,12 @@ SIGNER_VARIABLE = "MOIREID_SIGNER"
 
 RECORD = b"moireid registry record 1\n"
 ENTRY = b"moireid registry log entry 1\n"
-#: Precedes the text of an entry that names its actor, in the entry's hash.
+#: Precede the text of an entry that names its actor: with the hash of the entry before, and without.
 ACTED = b"moireid registry log entry 2\n"
+TREE_ENTRY = b"moireid registry log entry 3\n"
+#: Of heads: the hash of the last entry, which is signed no more, and the root over all entries.
 HEAD = b"moireid registry log head 1\n"
+ROOT = b"moireid registry log head 2\n"
 #: Notes (checkpoints, bundles) have a common format, in which nothing precedes the text.  Its first line, such as
 #: `moireid/registry/...`, does what a domain does.
 NOTE = b""

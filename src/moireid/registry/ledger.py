@@ -1,7 +1,7 @@
 """The ledger: a database with its authority, and the transactions that write to both tables and log.
 
 Every write goes through `Ledger.writing`: it locks the head, checks it against the log, and gives a `Transaction`.
-That signs each record, chains an entry to the log and moves the head, all of it or nothing.
+That signs each record, adds an entry to the log and its tree, and moves the head, all of it or nothing.
 """
 
 from __future__ import annotations
@@ -12,35 +12,44 @@ from copy import copy
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import Column, Connection, Engine, and_, delete, insert, select, update
+from sqlalchemy import Connection, Engine, and_, delete, insert, select, update
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.provenance import Standing
 from moireid.registry import schema
-from moireid.registry.engine import AnyRow, AnySelect, connect, show_url, snapshot, sqlite_file, translated, writing
+from moireid.registry.engine import (
+    AnyRow,
+    AnySelect,
+    chunks,
+    connect,
+    show_url,
+    snapshot,
+    sqlite_file,
+    translated,
+    writing,
+)
 from moireid.registry.keys import Authority, Signs, actor_row, new_salt
 from moireid.registry.log import (
     ERASE,
     NO_RECORD,
     ROTATED,
     Head,
+    Link,
     Rotation,
     check_head,
-    followed,
     head_row,
     linked,
     next_rows,
     rotation_of,
 )
-from moireid.registry.opening import prepare
+from moireid.registry.log_tree import LogTree, grow, store_nodes
+from moireid.registry.merkle import Tree
+from moireid.registry.opening import add_nodes, prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.rollback import LogState, check_successors, compared, standing_of
 from moireid.registry.seen import Memory, recall, remember
 from moireid.registry.signing.client import load_signer
-
-#: Rows fetched at a time when all are read.
-PAGE = 500
 
 
 def open_ledger(url: URL, *, create: bool, make_authority: bool, actor: str) -> Ledger:
@@ -75,7 +84,7 @@ class Ledger:
         self.trust: str | None = None
         #: Whether it is compared with what was seen before, and whether its state could be remembered.
         self.checked, self.remembered = True, True
-        #: The last entry that witnesses have seen, if a reader asks for that (`checkpoints/coverage.py`); else None.
+        #: The head that witnesses have seen, if a reader asks for that (`checkpoints/coverage.py`); else None.
         self.witnessed: Head | None = None
         self._signer: Signs | None = None
         self._authority: Authority | None = None
@@ -138,11 +147,9 @@ class Ledger:
 
     def _state(self, connection: Connection) -> LogState:
         """Its state in a transaction.  Raises: RegistryError if the head is not as signed."""
-        head = self.head_in(connection)
+        tree = self.tree_in(connection)
         turned = self.rotations(connection)
-        return LogState(
-            self.called, self.place, self.authority, head, turned, lambda seen: _leads(connection, seen, head)
-        )
+        return LogState(self.called, self.place, self.authority, tree.head, turned, tree.leads_from)
 
     def remember(self) -> None:
         """Remember its present state, whatever was seen at this place before: it was made here."""
@@ -166,17 +173,25 @@ class Ledger:
     def head(self) -> Head:
         """The log's head.  Raises: RegistryError if its signature is wrong, or it is not the end of the log."""
         with self.snapshot() as connection:
-            return self.head_in(connection)
+            return self.tree_in(connection).head
 
-    def head_in(self, connection: Connection, *, lock: bool = False) -> Head:
-        """As `head`, within a transaction; with `lock`, other writers wait until it ends."""
+    def tree_in(self, connection: Connection, *, lock: bool = False) -> LogTree:
+        """The tree up to the log's head, within a transaction; with `lock`, other writers wait until it ends.
+
+        Raises: RegistryError as `head`.
+        """
         query = select(schema.authority)
         row = connection.execute(query.with_for_update() if lock else query).first()
         if row is None or row.public_key != self.authority.public_hex:
             raise self._other_authority()
-        last = connection.execute(last_entry()).first()
+        last = connection.execute(schema.last_entry()).first()
         with self.reported():
-            return check_head(row, None if last is None else Head(last.seq, last.hash), self.authority)
+            end = None if last is None else Link(last.seq, last.hash)
+            head, chained = check_head(row, end, self.authority)
+            tree = LogTree(connection, head, chained=chained)
+            if end is not None:
+                tree.check_end(end)
+        return tree
 
     def rotations(self, connection: Connection | None = None) -> list[Rotation]:
         """All changes of the authority's key, oldest first, each signed by the key before and the one after.
@@ -212,7 +227,7 @@ class Ledger:
         """
         memory, after = recall(self.place), copy(self)
         with self.reported(), writing(self.engine) as connection:
-            transaction = Transaction(self, connection, self.head_in(connection, lock=True), actor)
+            transaction = Transaction(self, connection, self.tree_in(connection, lock=True), actor)
             if not older:
                 compared(self._state(connection), memory, self.trust)
             yield transaction
@@ -235,12 +250,13 @@ class Ledger:
             own = self._authority.public_hex if self._authority else None
             if (row.public_key if row else None) != own:
                 raise self._other_authority()
-            last = connection.execute(last_entry()).first()
+            last = connection.execute(schema.last_entry()).first()
             if (last is not None and last.seq > 1) or connection.execute(select(schema.badges.c.id).limit(1)).first():
                 raise RegistryError(
                     f"registry {self.shown} holds records of authority {self.authority.fingerprint}, and this export "
                     f"is of {successor.fingerprint}; import it into an empty registry"
                 )
+            add_nodes(connection)
             for table in (schema.authority, schema.actors, schema.log, schema.badges):
                 connection.execute(delete(table))
             yield connection
@@ -265,10 +281,12 @@ class Ledger:
 class Transaction:
     """Records entered and changed, and the log of it, in one transaction of the database."""
 
-    def __init__(self, ledger: Ledger, connection: Connection, head: Head, actor: str) -> None:
+    def __init__(self, ledger: Ledger, connection: Connection, tree: LogTree, actor: str) -> None:
         self.ledger = ledger
         self.connection = connection
-        self.head = head
+        #: The log as the transaction found it.
+        self.tree = tree
+        self._growing: Tree | None = None
         #: The public key by which the registry goes on, if that is another one.
         self.successor: str | None = None
         self._actor = actor
@@ -304,11 +322,25 @@ class Transaction:
         self._log([(action, subject, NO_RECORD)])
 
     def _log(self, done: list[tuple[str, str, str]]) -> None:
-        """Chain entries to the log and move the head."""
         signer = self.ledger.signer()
-        rows, self.head = next_rows(signer, self.head, done, self.committed())
+        self.append(next_rows(signer, self.growing().size, done, self.committed()), signer)
+
+    def append(self, rows: list[dict[str, Any]], signer: Signs, **values: str) -> Head:
+        """Add entries to the log, and move the head, which `signer` signs; values: other columns of `authority`."""
+        tree = self.growing()
         self.connection.execute(insert(schema.log), rows)
-        self.connection.execute(update(schema.authority).values(head_row(signer, self.head)))
+        head = grow(self.connection, tree)
+        self.connection.execute(update(schema.authority).values(head_row(signer, head) | values))
+        return head
+
+    def growing(self) -> Tree:
+        """The tree to which entries are added; its nodes are stored first, if the log is from before the tree."""
+        if self._growing is None:
+            self._growing = self.tree.growing()
+            if self.tree.chained:
+                add_nodes(self.connection)
+                store_nodes(self.connection, self.tree.computed)
+        return self._growing
 
     def committed(self) -> str:
         """The actor as the log holds them, with a salt of their own from their first entry on."""
@@ -325,9 +357,9 @@ class Transaction:
 def erased_among(connection: Connection, ids: Sequence[str]) -> list[str]:
     """Those of some ids whose holders were erased."""
     found: list[str] = []
-    for begin in range(0, len(ids), PAGE):
-        some = schema.log.c.subject.in_(ids[begin : begin + PAGE])
-        found += connection.scalars(select(schema.log.c.subject).where(some, schema.log.c.action == ERASE))
+    for some in chunks(ids):
+        query = select(schema.log.c.subject).where(schema.log.c.subject.in_(some), schema.log.c.action == ERASE)
+        found += connection.scalars(query)
     return found
 
 
@@ -345,40 +377,11 @@ def _salted(record: Record) -> Record:
     return record if record.salt is not None else replace(record, salt=new_salt())
 
 
-def _leads(connection: Connection, seen: Head, head: Head) -> bool:
-    """Whether the log leads from an earlier head to its present one, entry by entry.
-
-    Raises: Fault if there is a gap, or an entry after the earlier head was changed.
-    """
-    if seen == head:
-        return True
-    last = Head(seen.seq, connection.scalar(select(schema.log.c.hash).where(schema.log.c.seq == seen.seq)) or "")
-    if last != seen:
-        return False
-    for row in pages(connection, select(schema.log).where(schema.log.c.seq > seen.seq), schema.log.c.seq):
-        last = followed(dict(row._mapping), last)
-    return last == head
-
-
-def last_entry() -> AnySelect:
-    """The sequence number and hash of the log's last entry."""
-    return select(schema.log.c.seq, schema.log.c.hash).order_by(schema.log.c.seq.desc()).limit(1)
-
-
 def select_rotations() -> AnySelect:
     """The log's entries that gave it another key, in order."""
     # The sign after the colon ends the range, so that the index serves it.
     begins = and_(schema.log.c.subject >= ROTATED, schema.log.c.subject < ROTATED[:-1] + ";")
     return select(schema.log).where(begins).order_by(schema.log.c.seq)
-
-
-def pages(connection: Connection, query: AnySelect, key: Column[Any]) -> Iterator[AnyRow]:
-    """The rows of a query in the order of its unique column `key`, fetched page by page within one transaction."""
-    page = query.order_by(key).limit(PAGE)
-    rows = list(connection.execute(page))
-    while rows:
-        yield from rows
-        rows = list(connection.execute(page.where(key > rows[-1]._mapping[key.name])))
 
 
 def _look_for_file(url: URL, *, create: bool) -> None:

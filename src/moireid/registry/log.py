@@ -1,13 +1,17 @@
-"""The log: everything done to the registry, each entry chained to the one before and signed.
+"""The log: everything done to the registry, each entry signed, and all of them under one signed root.
 
-An entry's hash is SHA-256 of its canonical JSON, which contains the hash of the entry before.  So an entry cannot be
-changed, dropped or inserted without changing all that follow, and each hash is signed.  The head is the sequence number
-and hash of the last entry.  It has its own kind of signature, so the log's end cannot be cut off without a trace.
+An entry's hash is SHA-256 of its canonical JSON.  The hashes are the leaves of a Merkle tree (`log_tree.py`).  The head
+is the number of entries and the root over them, signed: so no entry can be changed, dropped, inserted or moved without
+another root.  The head has its own kind of signature, so the log's end cannot be cut off without a trace.
 The table `authority` holds the head; every writer locks that row first, so writers take turns.
 
-An entry names its actor by a salted commitment (`keys.py`); entries of schema version 2 name none, and are hashed as
-they were.  What an entry says of a record is the hash of its signed text, which holds a salt too: so a record and an
-actor can be erased, and the chain stays as it is.
+Entries from before the tree (formats 1 and 2) also contain the hash of the entry before them; the head was then the
+hash of the last entry, under another kind of signature.  Such entries and heads are checked as they were.  The first
+write to such a log signs its root.
+
+An entry names its actor by a salted commitment (`keys.py`); entries of format 1 name none.  What an entry says of a
+record is the hash of its signed text, which holds a salt too: so a record and an actor can be erased, and the tree
+stays as it is.
 
 An entry "rotate" gives the log another key: it names the old key and the new one, and is signed by both.  The entries
 before it stay as they are, signed by the old key.
@@ -28,13 +32,14 @@ from moireid.errors import RegistryError
 from moireid.provenance import AuthorityKey
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
-from moireid.registry.keys import ACTED, ENTRY, HEAD, Authority, Signs
+from moireid.registry.keys import ACTED, ENTRY, HEAD, ROOT, TREE_ENTRY, Authority, Signs
+from moireid.registry.merkle import leaf_hash
 from moireid.registry.record import Fault
 
-#: Used as the hash of the entry before the first one.
+#: Used as the hash of the entry before the first one, in entries that contain it.
 GENESIS = "0" * 64
-#: What is hashed of an entry.
-HASHED = ("action", "previous", "record_sha256", "seq", "subject", "time")
+#: What is hashed of an entry, whatever its format.
+HASHED = ("action", "record_sha256", "seq", "subject", "time")
 #: The actions of entries that record an erasure; the subject is an id, or an actor's commitment.
 ERASE, ERASE_ACTOR = "erase", "erase_actor"
 #: The actions of entries that put figures in the place of others, which stay on record: for a reason, or as they agree
@@ -48,7 +53,10 @@ ROTATE, ROTATED = "rotate", "key:"
 
 @dataclass(frozen=True)
 class Head:
-    """The last entry of a log, and with it all before: its sequence number (the first is 1) and hash (hex)."""
+    """The end of a log, and with it all before: the number of entries, and the root of the tree over them (hex).
+
+    A head from before the tree has the hash of its last entry, which contains that of the entry before, and so on.
+    """
 
     seq: int
     hash: str
@@ -66,6 +74,18 @@ class Head:
                 "digits"
             )
         return cls(int(match[1]), match[2])
+
+
+@dataclass(frozen=True)
+class Link:
+    """An entry as the next one must follow it: its number and hash (hex); hash: None where it was not looked at."""
+
+    seq: int
+    hash: str | None
+
+
+#: Before the first entry.
+BEGINNING = Link(0, GENESIS)
 
 
 @dataclass(frozen=True)
@@ -87,22 +107,22 @@ Line = Annotated[str, msgspec.Meta(pattern=r"\A[^\x00-\x1f\x7f-\x9f]*\Z")]
 
 
 class LogEntry(msgspec.Struct):
-    """What is hashed of an entry, as others hand it over."""
+    """What is hashed of an entry, as others hand it over; previous: empty from format 3 on."""
 
     seq: Annotated[int, msgspec.Meta(ge=1, lt=10**18)]
     time: Line
     action: str
     subject: str
     record_sha256: str
-    previous: str
+    previous: str = ""
     actor: str | None = None
 
 
 def entry_text(entry: Mapping[str, Any]) -> bytes:
     """The text of an entry that is hashed.  Raises: TypeError or ValueError if a field cannot be JSON."""
-    actor = {} if entry["actor"] is None else {"actor": entry["actor"]}
-    domain = ENTRY if entry["actor"] is None else ACTED
-    return domain + canonical_json({key: entry[key] for key in HASHED} | actor).encode()
+    domain = ENTRY if entry["actor"] is None else ACTED if entry["previous"] else TREE_ENTRY
+    more = {key: entry[key] for key in ("actor", "previous") if entry[key] not in (None, "")}
+    return domain + canonical_json({key: entry[key] for key in HASHED} | more).encode()
 
 
 def entry_hash(entry: Mapping[str, Any]) -> str:
@@ -110,40 +130,47 @@ def entry_hash(entry: Mapping[str, Any]) -> str:
     return sha256_hex(entry_text(entry))
 
 
+def leaf_of(entry_hash: object) -> bytes:
+    """The leaf of an entry, from its hash in hex digits; what is no hash has an empty one, which fits no tree."""
+    try:
+        return leaf_hash(bytes.fromhex(str(entry_hash)))
+    except ValueError:
+        return b""
+
+
 def head_row(signer: Signs, head: Head) -> dict[str, Any]:
     """The columns of `authority` that hold the head, signed."""
-    return {"head_seq": head.seq, "head_hash": head.hash, "head_signature": signer.sign(HEAD, str(head).encode())}
+    return {"head_seq": head.seq, "head_hash": head.hash, "head_signature": signer.sign(ROOT, str(head).encode())}
 
 
-def next_rows(
-    signer: Signs, head: Head, done: Iterable[tuple[str, str, str]], actor: str
-) -> tuple[list[dict[str, Any]], Head]:
-    """Rows of `log` for what was done after `head`, each (action, subject, SHA-256 of the record), and the new head.
+def next_rows(signer: Signs, size: int, done: Iterable[tuple[str, str, str]], actor: str) -> list[dict[str, Any]]:
+    """Rows of `log` for what was done after the first `size` entries: each (action, subject, SHA-256 of the record).
 
     Parameters: actor: the actor's commitment.
     """
     now, rows = utc_now(), []
-    for action, subject, digest in done:
+    for seq, (action, subject, digest) in enumerate(done, size + 1):
         entry: dict[str, Any] = {
-            "seq": head.seq + 1,
+            "seq": seq,
             "time": now,
             "action": action,
             "subject": subject,
             "record_sha256": digest,
             "actor": actor,
-            "previous": head.hash,
+            "previous": "",
         }
         text = entry_text(entry)
-        head = Head(head.seq + 1, sha256_hex(text))
-        rows.append(entry | {"hash": head.hash, "signature": signer.sign_entry(text)})
-    return rows, head
+        rows.append(entry | {"hash": sha256_hex(text), "signature": signer.sign_entry(text)})
+    return rows
 
 
 def first_rows(signer: Signs, actor: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """The row of `authority` and the first row of `log`; that row names the key, so a head confirms the key as well."""
     authority = signer.authority
-    rows, head = next_rows(signer, Head(0, GENESIS), [("init", authority.fingerprint, key_digest(authority))], actor)
-    return {"one": 1, "public_key": authority.public_hex} | head_row(signer, head), rows[0]
+    (row,) = next_rows(signer, 0, [("init", authority.fingerprint, key_digest(authority))], actor)
+    # The root over one entry is its leaf.
+    head = Head(1, leaf_of(row["hash"]).hex())
+    return {"one": 1, "public_key": authority.public_hex} | head_row(signer, head), row
 
 
 def key_digest(authority: Authority) -> str:
@@ -151,11 +178,11 @@ def key_digest(authority: Authority) -> str:
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
-def rotation_row(old: Signs, new: Signs, head: Head, actor: str) -> tuple[dict[str, Any], Head]:
-    """The row of `log` that gives it another key, and the new head."""
+def rotation_row(old: Signs, new: Signs, size: int, actor: str) -> dict[str, Any]:
+    """The row of `log`, after its first `size` entries, that gives it another key."""
     subject = f"{ROTATED}{old.authority.public_hex}:{new.authority.public_hex}"
-    (row,), head = next_rows(old, head, [(ROTATE, subject, key_digest(new.authority))], actor)
-    return row | {"signature": row["signature"] + new.sign_entry(entry_text(row))}, head
+    (row,) = next_rows(old, size, [(ROTATE, subject, key_digest(new.authority))], actor)
+    return row | {"signature": row["signature"] + new.sign_entry(entry_text(row))}
 
 
 def rotation_of(entry: Mapping[str, Any]) -> Rotation:
@@ -194,16 +221,13 @@ def authority_keys(authority: Authority, rotations: Sequence[Rotation]) -> tuple
     return (AuthorityKey(authority.fingerprint, authority.public_hex), *former)
 
 
-def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
-    """Check an entry against the one before it; returns it as the head so far.
+def check_entry(entry: AnyRow, before: Link, authority: Authority) -> Link:
+    """Check an entry against the one before it, and its signature; returns it as the next one must follow it.
 
-    Raises: Fault if its number, chain, hash or signature is wrong, or the first one does not name the key.
+    Raises: Fault if its number, hash or signature is wrong, or the first one does not name the key.
     """
     row: dict[str, Any] = dict(entry._mapping)
-    if row["seq"] != before.seq + 1:
-        raise Fault("entry_missing", f"the log goes from entry {before.seq} to {row['seq']}")
-    if row["previous"] != before.hash:
-        raise Fault("entry_chain", f"log entry {row['seq']} does not follow from the entry before it")
+    _check_order(row, before)
     right = check_signed(row, authority)
     names_key = (row["action"], row["subject"], row["record_sha256"]) == (
         "init",
@@ -212,7 +236,21 @@ def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
     )
     if before.seq == 0 and not names_key:
         raise Fault("first_entry", "the log does not begin with this authority's key")
-    return Head(row["seq"], right)
+    return Link(row["seq"], right)
+
+
+def followed(row: Mapping[str, Any], before: Link) -> Link:
+    """The entry as the next one must follow it, checked as `check_entry` does but for its signature.  Raises: Fault."""
+    _check_order(row, before)
+    return Link(row["seq"], check_hash(row))
+
+
+def _check_order(row: Mapping[str, Any], before: Link) -> None:
+    """Raise Fault unless an entry has the next number, and contains the hash before it if it is of an old format."""
+    if row["seq"] != before.seq + 1:
+        raise Fault("entry_missing", f"log entry {row['seq']} does not follow from entry {before.seq}")
+    if row["previous"] not in ("", before.hash) and before.hash is not None:
+        raise Fault("entry_chain", f"log entry {row['seq']} does not follow from the entry before it")
 
 
 def check_hash(row: Mapping[str, Any]) -> str:
@@ -226,16 +264,6 @@ def check_hash(row: Mapping[str, Any]) -> str:
     return right
 
 
-def followed(entry: Mapping[str, Any], before: Head | None) -> Head:
-    """The log's head after an entry, which must follow from `before`; None: the entry before it is not checked.
-
-    Raises: Fault if it does not, or any of its fields was changed.  Its signature is not checked.
-    """
-    if before is not None and (entry["seq"], entry["previous"]) != (before.seq + 1, before.hash):
-        raise Fault("entry_missing", f"log entry {entry['seq']} does not follow from the one before it")
-    return Head(entry["seq"], check_hash(entry))
-
-
 def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
     """Check an entry by itself; returns its hash.  Raises: Fault if its hash or signature is wrong."""
     what, right = f"log entry {row['seq']}", check_hash(row)
@@ -247,19 +275,21 @@ def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
     return right
 
 
-def check_head(row: AnyRow, last: Head | None, authority: Authority) -> Head:
-    """The head in the row of `authority`, checked against the log's last entry.
+def check_head(row: AnyRow, last: Link | None, authority: Authority) -> tuple[Head, bool]:
+    """The head in the row of `authority`, checked against the log's last entry; and whether it is from before the tree.
 
+    The root is not computed here (`log_tree.py`).
     Raises: Fault if its signature is wrong, or the log ends before or after it.
     """
     head = Head(row.head_seq, row.head_hash)
-    if not authority.signed(HEAD, str(head).encode(), row.head_signature):
+    chained = not authority.signed(ROOT, str(head).encode(), row.head_signature)
+    if chained and not authority.signed(HEAD, str(head).encode(), row.head_signature):
         raise Fault("head_signature", "the log's head does not bear the authority's signature")
     if last is None or last.seq < head.seq:
         ends = "is empty" if last is None else f"ends at entry {last.seq}"
         raise Fault("log_cut", f"the log {ends}, but its signed head is entry {head.seq}: its end was cut off")
     if last.seq > head.seq:
         raise Fault("log_longer", f"the log ends at entry {last.seq}, but its signed head is entry {head.seq}")
-    if last.hash != head.hash:
+    if chained and last.hash != head.hash:
         raise Fault("head_hash", f"log entry {last.seq} is not the one that the signed head names")
-    return head
+    return head, chained

@@ -23,9 +23,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from sqlalchemy import Column, ColumnElement, Connection, Table, delete, func, insert, select
 from sqlalchemy.engine import URL
@@ -36,16 +35,15 @@ from moireid.registry import schema
 from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
 from moireid.registry.canonical import canonical_json
-from moireid.registry.engine import clean
+from moireid.registry.engine import chunks, clean
 from moireid.registry.export_file import load
 from moireid.registry.keys import account
-from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger, pages
+from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger
 from moireid.registry.log import ERASE
+from moireid.registry.log_tree import grow
+from moireid.registry.merkle import Tree
 from moireid.registry.record import REVOKED, SUSPENDED, Record
-from moireid.registry.schema import actors, badges, log, select_records
-
-CHUNK = 500
-Item = TypeVar("Item")
+from moireid.registry.schema import actors, badges, log, pages, select_records
 
 
 @dataclass(frozen=True)
@@ -124,10 +122,10 @@ def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
                 return _follow(there, source, target, actor)
             return _adopt(there, source, target)
         with target.writing(actor, older=True) as transaction:
-            theirs, ours = source.head_in(there), transaction.head
-            if theirs.seq <= ours.seq and _hash_at(transaction.connection, theirs.seq) == theirs.hash:
+            theirs, ours = source.tree_in(there), transaction.tree
+            if ours.consistency(theirs.size, theirs.root) is not None:
                 return Import(0, 0, _count(there))
-            if theirs.seq > ours.seq and _hash_at(there, ours.seq) == ours.hash:
+            if theirs.consistency(ours.size, ours.root) is not None:
                 return _catch_up(there, transaction, resigned=False)
             return _unite(there, source, transaction)
 
@@ -136,6 +134,7 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
     """Make `target`, which must be empty, a copy."""
     with target.clearing(source.authority) as here:
         _copy_log(there, here)
+        grow(here, Tree())
         added = _copy(there, here, badges, badges.c.id)
     return Import(added, 0, 0)
 
@@ -143,8 +142,8 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
 def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Import:
     """Take in the later entries of an authority that has changed its key and so has signed all records anew."""
     with target.writing(actor, older=True) as transaction:
-        ours = transaction.head
-        if source.head_in(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
+        ours = transaction.tree
+        if source.tree_in(there).consistency(ours.size, ours.root) is None:
             raise RegistryError(
                 f"registry {target.shown} holds log entries that this export lacks, and its authority has changed its "
                 "key since; import the export into an empty registry, and enter what is missing there"
@@ -156,17 +155,19 @@ def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Im
 
 def _catch_up(there: Connection, transaction: Transaction, *, resigned: bool) -> Import:
     """Copy the source's later log entries, and the records that they are about; all records if `resigned`."""
-    here, newer = transaction.connection, log.c.seq > transaction.head.seq
+    here, tree = transaction.connection, transaction.growing()
+    newer = log.c.seq > tree.size
     said, gone, before = set(there.scalars(select(log.c.subject).where(newer))), set(_erased_in(there)), _count(here)
     # A registry may hold millions of badges; of these, only what the later entries are about is looked at.
-    known = {found for ids in _chunks(sorted(said | gone)) for found in _held(here, ids)}
+    known = {found for ids in chunks(sorted(said | gone)) for found in _held(here, ids)}
     erased, changed = known & gone, known & said - gone
     if resigned:
         here.execute(delete(badges))
-    for ids in _chunks(sorted(changed | erased)):
+    for ids in chunks(sorted(changed | erased)):
         here.execute(delete(badges).where(badges.c.id.in_(ids)))
     _copy(there, here, badges, badges.c.id, None if resigned else badges.c.id.in_(select(log.c.subject).where(newer)))
     _copy_log(there, here, newer)
+    grow(here, tree)
     kept = before - len(erased)
     return Import(_count(there) - kept, len(changed), kept - len(changed), len(erased))
 
@@ -183,7 +184,7 @@ def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Impor
         if transaction.connection.execute(delete(badges).where(badges.c.id == badge_id)).rowcount:
             transaction.log(ERASE, badge_id)
             erased += 1
-    for rows in _chunks(pages(there, select_records(), badges.c.id)):
+    for rows in chunks(pages(there, select_records(), badges.c.id)):
         ids = [row.id for row in rows]
         held = {record.id: record for record in transaction.records(select_records().where(badges.c.id.in_(ids)))}
         new, gone = [], set(erased_among(transaction.connection, ids))
@@ -258,7 +259,7 @@ def _copy(
     """Copy the rows of a table, or those of a condition, as they are; returns how many."""
     query = select(table) if condition is None else select(table).where(condition)
     copied = 0
-    for rows in _chunks(pages(there, query, key)):
+    for rows in chunks(pages(there, query, key)):
         here.execute(insert(table), [dict(row._mapping) for row in rows])
         copied += len(rows)
     return copied
@@ -270,18 +271,6 @@ def _copy_log(there: Connection, here: Connection, newer: ColumnElement[bool] | 
     for table, key in ((actors, actors.c.commitment), (schema.authority, schema.authority.c.one)):
         here.execute(delete(table))
         _copy(there, here, table, key)
-
-
-def _chunks(items: Iterable[Item]) -> Iterator[list[Item]]:
-    """Items in lists of `CHUNK`."""
-    items = iter(items)
-    while chunk := list(islice(items, CHUNK)):
-        yield chunk
-
-
-def _hash_at(connection: Connection, seq: int) -> str | None:
-    """The hash of a log's entry."""
-    return connection.scalar(select(log.c.hash).where(log.c.seq == seq))
 
 
 def _count(connection: Connection) -> int:

@@ -1,5 +1,9 @@
 """The Merkle tree of RFC 6962 (section 2.1), with SHA-256: roots, and proofs of inclusion and consistency.
 
+A node is the root of a whole subtree of 2^level leaves; node (level, place) covers those from place * 2^level on, and
+level 0 are the leaves.  A range of leaves falls into at most two nodes of each level, so that every root and every
+proof needs a number of nodes that grows with the logarithm of the tree's size.
+
 Convention: the byte 0 is hashed before a leaf's content, and the byte 1 before two nodes, so that no leaf can be taken
 for a node.  Places count from 0.  Hashes of leaves (`leaf_hash`) are handed over, not their contents.
 The maintained package for this, pymerkle, is under the GPL, which this project's licence does not allow.
@@ -9,7 +13,12 @@ Source: RFC 6962, sections 2.1.1 and 2.1.2; the checks of proofs are those of RF
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+#: Level and place of a node.
+Place = tuple[int, int]
+#: Looks up the nodes at some places, each of which it must have.
+ReadNodes = Callable[[Sequence[Place]], Mapping[Place, bytes]]
 
 
 def leaf_hash(content: bytes) -> bytes:
@@ -23,57 +32,109 @@ def node_hash(left: bytes, right: bytes) -> bytes:
 
 
 class Tree:
-    """A tree that grows leaf by leaf and keeps no more than one hash for each of its levels."""
+    """A tree that grows leaf by leaf and keeps no more than one hash for each of its levels.
 
-    def __init__(self) -> None:
-        self.size = 0
-        #: Roots of the whole subtrees that the tree falls into, the largest first.
-        self._peaks: list[bytes] = []
+    Parameters: size: of the tree that it begins as; peaks: the nodes at `subtrees(0, size)`.
+    """
 
-    def add(self, leaf: bytes) -> None:
-        """Add the hash of the next leaf."""
-        size = self.size
-        while size & 1:
+    def __init__(self, size: int = 0, peaks: Iterable[bytes] = ()) -> None:
+        self.size = size
+        self._peaks = list(peaks)
+
+    def add(self, leaf: bytes) -> dict[Place, bytes]:
+        """Add the hash of the next leaf; returns the nodes above the leaves that are whole with it."""
+        place, level, made = self.size, 0, {}
+        while place & 1:
             leaf = node_hash(self._peaks.pop(), leaf)
-            size >>= 1
+            place, level = place >> 1, level + 1
+            made[level, place] = leaf
         self._peaks.append(leaf)
         self.size += 1
+        return made
 
     def root(self) -> bytes:
         """The root of all leaves so far; that of no leaves is the hash of nothing."""
-        if not self._peaks:
-            return hashlib.sha256().digest()
-        root = self._peaks[-1]
-        for peak in reversed(self._peaks[:-1]):
-            root = node_hash(peak, root)
-        return root
+        return _joined(self._peaks)
 
 
-def root_of(leaves: Sequence[bytes]) -> bytes:
-    """The root of these leaves' hashes."""
-    tree = Tree()
-    for leaf in leaves:
-        tree.add(leaf)
-    return tree.root()
+def _joined(peaks: Sequence[bytes]) -> bytes:
+    """The root over the nodes of a range, the largest first."""
+    if not peaks:
+        return hashlib.sha256().digest()
+    root = peaks[-1]
+    for peak in reversed(peaks[:-1]):
+        root = node_hash(peak, root)
+    return root
 
 
-def inclusion_proof(leaves: Sequence[bytes], place: int) -> list[bytes]:
-    """The hashes that lead from the leaf at `place` to the root.  Raises: IndexError if there is no such leaf."""
-    if not 0 <= place < len(leaves):
-        raise IndexError(f"there is no leaf {place} among {len(leaves)}")
-    if len(leaves) == 1:
-        return []
-    split = _split(len(leaves))
-    if place < split:
-        return [*inclusion_proof(leaves[:split], place), root_of(leaves[split:])]
-    return [*inclusion_proof(leaves[split:], place - split), root_of(leaves[:split])]
+def all_nodes(leaves: Iterable[bytes]) -> dict[Place, bytes]:
+    """All nodes of the tree over these leaves' hashes."""
+    tree, found = Tree(), dict[Place, bytes]()
+    for place, leaf in enumerate(leaves):
+        found[0, place] = leaf
+        found |= tree.add(leaf)
+    return found
 
 
-def consistency_proof(leaves: Sequence[bytes], size: int) -> list[bytes]:
-    """The hashes that show that the first `size` leaves were kept.  Raises: IndexError if there are not so many."""
-    if not 0 < size <= len(leaves):
-        raise IndexError(f"there are no first {size} among {len(leaves)} leaves")
-    return _subproof(leaves, size, whole=True)
+def subtrees(begin: int, end: int) -> list[Place]:
+    """The nodes of the leaves from `begin` to before `end`, where the tree splits off such a range; largest first."""
+    found = []
+    while begin < end:
+        level = (end - begin).bit_length() - 1
+        found.append((level, begin >> level))
+        begin += 1 << level
+    return found
+
+
+def root_at(read: ReadNodes, size: int) -> bytes:
+    """The root of the first `size` leaves."""
+    return _hashes(read, [(0, size)])[0]
+
+
+def inclusion_proof(read: ReadNodes, size: int, place: int) -> list[bytes]:
+    """The hashes that lead from the leaf at `place` to the root of `size` leaves.
+
+    Raises: IndexError if there is no such leaf.
+    """
+    if not 0 <= place < size:
+        raise IndexError(f"there is no leaf {place} among {size}")
+    begin, end, ranges = 0, size, []
+    while end - begin > 1:
+        split = begin + _split(end - begin)
+        if place < split:
+            ranges.append((split, end))
+            end = split
+        else:
+            ranges.append((begin, split))
+            begin = split
+    return _hashes(read, ranges[::-1])
+
+
+def consistency_proof(read: ReadNodes, size: int, first: int) -> list[bytes]:
+    """The hashes that show that the first leaves of `size` are those of before.
+
+    Raises: IndexError if there are not so many.
+    """
+    if not 0 < first <= size:
+        raise IndexError(f"there are no first {first} among {size} leaves")
+    begin, end, ranges = 0, size, []
+    while first < end:
+        split = begin + _split(end - begin)
+        if first <= split:
+            ranges.append((split, end))
+            end = split
+        else:
+            ranges.append((begin, split))
+            begin = split
+    # Where the old tree is one node of the new one, its root is known.
+    return _hashes(read, ([(begin, end)] if begin else []) + ranges[::-1])
+
+
+def _hashes(read: ReadNodes, ranges: Sequence[tuple[int, int]]) -> list[bytes]:
+    """The roots over ranges of leaves, all nodes of which are read at once."""
+    places = [subtrees(*one) for one in ranges]
+    nodes = read([place for some in places for place in some])
+    return [_joined([nodes[place] for place in some]) for some in places]
 
 
 def included(leaf: bytes, place: int, size: int, proof: Sequence[bytes], root: bytes) -> bool:
@@ -121,13 +182,3 @@ def consistent(first: int, first_root: bytes, second: int, second_root: bytes, p
 def _split(size: int) -> int:
     """The largest power of two below `size`, which is 2 or more."""
     return 1 << (size - 1).bit_length() - 1
-
-
-def _subproof(leaves: Sequence[bytes], size: int, *, whole: bool) -> list[bytes]:
-    """SUBPROOF of the RFC; whole: these leaves are the beginning of the old tree, whose root is known."""
-    if size == len(leaves):
-        return [] if whole else [root_of(leaves)]
-    split = _split(len(leaves))
-    if size <= split:
-        return [*_subproof(leaves[:split], size, whole=whole), root_of(leaves[split:])]
-    return [*_subproof(leaves[split:], size - split, whole=False), root_of(leaves[:split])]

@@ -2,14 +2,15 @@
 
 A migration runs in one transaction: all of it or nothing.  A step changes tables and derived columns.  It touches no
 signed text, no entry and no signature, so it needs no key, and checkpoints from before stay valid.  A record whose
-signed text would be different in this version stays as it is until it changes.
+signed text would be different in this version stays as it is until it changes.  The last step is taken by the first
+write, which signs the tree's root: until then a registry of the version before can be read where it cannot be written.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from sqlalchemy import Column, Connection, Engine, Table, bindparam, insert, inspect, select, text, update
+from sqlalchemy import Column, Connection, Engine, Table, bindparam, delete, insert, inspect, select, text, update
 from sqlalchemy.exc import IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.schema import CreateColumn
 
@@ -60,6 +61,13 @@ def _to_5(connection: Connection) -> None:
         _add(connection, column)
 
 
+def add_nodes(connection: Connection) -> None:
+    """The table of the tree's nodes, empty; the caller fills it."""
+    schema.nodes.create(connection, checkfirst=True)
+    connection.execute(delete(schema.nodes))
+    connection.execute(update(schema.schema_version).values(version=schema.SCHEMA_VERSION))
+
+
 def _add(connection: Connection, column: Column[object]) -> None:
     table = column.table
     assert isinstance(table, Table)
@@ -79,6 +87,8 @@ def write_skeletons(connection: Connection) -> None:
         connection.execute(change, looks)
 
 
+#: The tables without which a registry cannot be read.
+NEEDED = set(schema.metadata.tables) - {schema.nodes.name}
 #: The step that leads on from a version.
 STEPS: dict[int, Callable[[Connection], None]] = {2: _to_3, 3: _to_4, 4: _to_5}
 
@@ -96,7 +106,7 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
     with engine.connect() as connection:
         names, public_key = look(connection)
     made = False
-    if create and (not names or (public_key is None and make_authority and set(schema.metadata.tables) <= names)):
+    if create and (not names or (public_key is None and make_authority and names >= NEEDED)):
         made = _create(engine, actor, make_authority=make_authority)
         with engine.connect() as connection:
             names, public_key = look(connection)
@@ -106,7 +116,7 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
         _bring_up(engine, shown)
         with engine.connect() as connection:
             names, public_key = look(connection)
-    if not set(schema.metadata.tables) <= names:
+    if not names >= NEEDED:
         raise RegistryError(
             f"registry {shown} is a database, but not one of moireid's; give another URL, or an empty database"
         )
@@ -127,7 +137,7 @@ def _bring_up(engine: Engine, shown: str) -> None:
     except SQLAlchemyError as error:
         reason = str(getattr(error, "orig", None) or error).strip().split("\n")[0]
         raise RegistryError(
-            f"registry {shown} is of schema version {found[0]} and must be brought to {schema.SCHEMA_VERSION} once, "
+            f"registry {shown} is of schema version {found[0]} and must be brought to {schema.CHAINED_VERSION} once, "
             f"which failed ({reason}); open it with any command where it may be written and no one else writes",
             found=found,
             supported=schema.SCHEMA_VERSION,
@@ -141,14 +151,14 @@ def _empty(shown: str) -> RegistryError:
 def look(connection: Connection) -> tuple[set[str], str | None]:
     """The names of all tables, and the authority's public key if there is one."""
     names = set(inspect(connection).get_table_names())
-    if not set(schema.metadata.tables) <= names:
+    if not names >= NEEDED:
         return names, None
     return names, connection.scalar(select(schema.authority.c.public_key))
 
 
 def _check_version(found: list[int], shown: str) -> None:
     """Raise unless the one version found is ours."""
-    if found == [schema.SCHEMA_VERSION]:
+    if found in ([schema.SCHEMA_VERSION], [schema.CHAINED_VERSION]):
         return
     version = ", ".join(map(str, found)) or "none"
     if found == [1]:
@@ -191,7 +201,7 @@ def _create(engine: Engine, actor: str, *, make_authority: bool) -> bool:
         used = False
         with engine.connect() as connection:
             names, public_key = look(connection)
-        if not set(schema.metadata.tables) <= names or (make_authority and public_key is None):
+        if not names >= NEEDED or (make_authority and public_key is None):
             raise
     finally:
         if path is not None and not used:

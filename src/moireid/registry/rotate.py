@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sqlalchemy import bindparam, insert, select, update
+from sqlalchemy import bindparam, select, update
 
 from moireid.registry import schema
 from moireid.registry.engine import AnyRow
 from moireid.registry.keys import RECORD, Signs
-from moireid.registry.ledger import Ledger, Transaction, pages
-from moireid.registry.log import head_row, rotation_row
+from moireid.registry.ledger import Ledger, Transaction
+from moireid.registry.log import rotation_row
 from moireid.registry.signing.client import make_key
 
 CHUNK = 1000
@@ -49,10 +49,8 @@ def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> KeyRotation
     try:
         with ledger.writing(actor) as transaction:
             count = _signed_anew(transaction, new, progress)
-            row, head = rotation_row(old, new, transaction.head, transaction.committed())
-            transaction.connection.execute(insert(schema.log), [row])
-            values = {"public_key": new.authority.public_hex} | head_row(new, head)
-            transaction.connection.execute(update(schema.authority).values(values))
+            row = rotation_row(old, new, transaction.growing().size, transaction.committed())
+            head = transaction.append([row], new, public_key=new.authority.public_hex)
             transaction.successor = new.authority.public_hex
     except BaseException:
         # A key that the registry did not take is removed; if that is not known, it stays.
@@ -76,7 +74,7 @@ def _signed_anew(transaction: Transaction, new: Signs, progress: Progress | None
             transaction.connection.execute(statement, signed)
         waiting.clear()
 
-    for row in pages(transaction.connection, schema.select_records(), schema.badges.c.id):
+    for row in schema.pages(transaction.connection, schema.select_records(), schema.badges.c.id):
         waiting.append(row)
         done += 1
         if len(waiting) == CHUNK:

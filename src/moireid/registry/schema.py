@@ -1,15 +1,15 @@
 """The tables, their version, and their queries.
 
-`badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each action, in a
-chain (log.py), `actors` the names of the actors (keys.py), and `authority` a single row: the public key, and the log's
-head, signed.  A later version that changes tables must raise `SCHEMA_VERSION` and add a step to
-`opening.py`; so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys
-and signatures would no longer compare.
+`badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each action (log.py),
+`nodes` the tree over it (log_tree.py), `actors` the names of the actors (keys.py), and `authority` a single row: the
+public key, and the log's head, signed.  A later version that changes tables must raise `SCHEMA_VERSION` and add a step
+to `opening.py`; so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys and
+signatures would no longer compare.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import (
@@ -17,6 +17,7 @@ from sqlalchemy import (
     CheckConstraint,
     Column,
     ColumnElement,
+    Connection,
     Index,
     Integer,
     LargeBinary,
@@ -30,9 +31,12 @@ from sqlalchemy import (
     select,
 )
 
-from moireid.registry.engine import AnySelect
+from moireid.registry.engine import AnyRow, AnySelect
 
-SCHEMA_VERSION = 5
+#: The second is the version before the tree, which is read as it is, and becomes the first when it is written to.
+SCHEMA_VERSION, CHAINED_VERSION = 6, 5
+#: Rows fetched at a time when all are read.
+PAGE = 500
 
 
 class PackedBytes(LargeBinary):
@@ -112,6 +116,15 @@ log = Table(
 # Serves the newest entry of a record, which every reading compares.
 Index("log_by_subject", log.c.subject, log.c.seq)
 
+nodes = Table(
+    "nodes",
+    metadata,
+    Column("level", Integer, primary_key=True, autoincrement=False),
+    Column("place", _number, primary_key=True, autoincrement=False),
+    Column("hash", _text, nullable=False),
+    sqlite_with_rowid=False,
+)
+
 actors = Table(
     "actors",
     metadata,
@@ -131,6 +144,31 @@ authority = Table(
 )
 
 schema_version = Table("schema_version", metadata, Column("version", Integer, primary_key=True, autoincrement=False))
+
+
+def pages(connection: Connection, query: AnySelect, key: Column[Any]) -> Iterator[AnyRow]:
+    """The rows of a query in the order of its unique column `key`, fetched page by page within one transaction."""
+    page = query.order_by(key).limit(PAGE)
+    rows = list(connection.execute(page))
+    while rows:
+        yield from rows
+        rows = list(connection.execute(page.where(key > rows[-1]._mapping[key.name])))
+
+
+def last_entry() -> AnySelect:
+    """The sequence number and hash of the log's last entry."""
+    return select(log.c.seq, log.c.hash).order_by(log.c.seq.desc()).limit(1)
+
+
+def select_nodes(places: Iterable[tuple[int, int]]) -> AnySelect:
+    """The nodes at some places, each level and place.
+
+    Level by level: SQLite searches a list of pairs in the whole table.
+    """
+    levels: dict[int, list[int]] = {}
+    for level, place in places:
+        levels.setdefault(level, []).append(place)
+    return select(nodes).where(or_(*(and_(nodes.c.level == one, nodes.c.place.in_(levels[one])) for one in levels)))
 
 
 def select_records() -> AnySelect:

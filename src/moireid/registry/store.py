@@ -152,7 +152,7 @@ class Registry(RegistryChanges, PublicView):
         Returns
         -------
         str
-            SEQUENCE:HASH.  Noted elsewhere, it shows later whether the registry was put back or only grew.
+            NUMBER:ROOT.  Noted elsewhere, it shows later whether the registry was put back or only grew.
         """
         return str(self._ledger.head())
 

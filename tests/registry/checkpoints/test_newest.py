@@ -37,7 +37,7 @@ def given_to_another(url: str) -> None:
 
 
 def written_anew(url: str) -> None:
-    """Another entry in the place, whose hash fits it; the next one names the old hash."""
+    """Another entry in the place, whose hash fits it; the tree is over the old hash."""
     entry = rows_of(url, "SELECT * FROM log WHERE action = 'revoke'")[0] | {"subject": "ff", "action": "enroll"}
     change = "UPDATE log SET subject = 'ff', action = 'enroll', hash = :hash WHERE action = 'revoke'"
     tamper(url, change, hash=entry_hash(entry))
@@ -66,9 +66,9 @@ def test_a_badge_that_was_put_back_is_not_believed(url: str, revoked: str, hidde
             lambda: People(registry).holds(revoked),
         ]
         for ask in asking:
-            with pytest.raises(RegistryError, match=r"was tampered with or is damaged: log entry [45]"):
+            with pytest.raises(RegistryError, match=r"tampered with or is damaged: (log entry [45]|.*entries from 3)"):
                 ask()
-        # A record that was entered after the gap is on the chain.
+        # A record that was entered after the gap is in the tree.
         assert claimed(registry, "Cy").badge.name == "Cy"
 
 

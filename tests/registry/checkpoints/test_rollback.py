@@ -137,7 +137,7 @@ def test_what_is_shown_is_remembered(path: Path, tmp_path: Path, monkeypatch: py
 
 
 def test_a_log_that_keeps_only_the_seen_entry_is_refused(path: Path) -> None:
-    """Catches: a comparison of the one entry that was seen, after which anything may follow: the chain has a gap."""
+    """Catches: a comparison of the one entry that was seen, after which anything may follow: the log has a gap."""
     import sqlite3
 
     with open_registry(url_of(path), create=True) as registry:
@@ -152,7 +152,7 @@ def test_a_log_that_keeps_only_the_seen_entry_is_refused(path: Path) -> None:
     shutil.copy(seen, path.parent.parent / "seen.sqlite3")
     with sqlite3.connect(path) as tampered:
         tampered.execute("DELETE FROM log WHERE seq = 3")
-    with open_registry(url_of(path), create=False) as registry, pytest.raises(RegistryError, match="does not follow"):
+    with open_registry(url_of(path), create=False) as registry, pytest.raises(RegistryError, match="entry is missing"):
         registry.count()
 
 

@@ -16,12 +16,11 @@ from urllib.parse import urlparse
 
 import pytest
 
-from kit.witnesses import Log, leaves_of, serving, started
+from kit.witnesses import Log, leaves_of, root_of, serving, started
 from moireid.registry.checkpoints.checkpoint import tree_head
 from moireid.registry.checkpoints.cosignature import cosigned_at
 from moireid.registry.checkpoints.note import parted
 from moireid.registry.checkpoints.web import exchange
-from moireid.registry.merkle import root_of
 from moireid.registry.witness import server as served
 from moireid.registry.witness.request import MOST_BYTES, SIZE_TYPE
 

@@ -8,7 +8,7 @@ from contextlib import closing
 
 import pytest
 
-from kit.witnesses import Log, leaves_of
+from kit.witnesses import Log, leaves_of, reading
 from moireid.errors import SpecError
 from moireid.registry.checkpoints.cosignature import cosigned_at
 from moireid.registry.merkle import consistency_proof
@@ -31,7 +31,8 @@ def test_a_log_that_grows_is_signed_each_time(witness, log):
     """Catches: a signature that does not verify; extension lines that are not signed; a first size that is refused."""
     for old, new in ((0, 1), (1, 2), (2, 8), (8, 13), (13, 13)):
         note = log.note(leaves_of(new))
-        answer = witness.answer(AddRequest(old, consistency_proof(leaves_of(new), old) if old else [], note).to_bytes())
+        steps = consistency_proof(reading(leaves_of(new)), new, old) if old else []
+        answer = witness.answer(AddRequest(old, steps, note).to_bytes())
         assert answer.status == 200
         assert cosigned_at(note.rpartition("— ")[0] + answer.text, witness.public) is not None
 

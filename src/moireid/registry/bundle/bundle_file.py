@@ -39,11 +39,12 @@ from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import BadgeState
 
-#: Origins of notes by the bundle's version.  The second is for bundles in which a badge is suspended or has a day of
-#: expiry: programs that know neither refuse it, as they would take such a badge for valid.
-ORIGINS = {1: "moireid/bundle/", 2: "moireid/bundle2/"}
-STATES = 2
-_FIRST = re.compile(rb"moireid bundle ([12]) (\d{6})\n")
+#: Origins of notes by the bundle's version.  The second was for bundles in which a badge is suspended or has a day of
+#: expiry: programs that know neither refuse it, as they would take such a badge for valid.  In the third the head is
+#: the root over the log's entries, in those before the hash of the last one.
+ORIGINS = {1: "moireid/bundle/", 2: "moireid/bundle2/", 3: "moireid/bundle3/"}
+ROOTS = 3
+_FIRST = re.compile(rb"moireid bundle (\d{1,9}) (\d{6})\n")
 #: Lines of the header after its origin, in this order.
 _LINES = ("key", "issued", "expires", "head", "people", "length", "sha256")
 #: Largest bundle: SQLite holds no larger database in memory.
@@ -65,7 +66,7 @@ class Header:
     people: int
     length: int
     sha256: str
-    version: int = 1
+    version: int = ROOTS
 
     def sealed_file(self, signer: Signs, content: bytes) -> bytes:
         """The whole file."""
@@ -88,6 +89,11 @@ def read_bundle_file(path: Path) -> tuple[Header, Authority, bytes]:
     if first is None:
         raise RegistryError(f"{path} is no bundle of a registry; give a file that `moireid registry publish` wrote")
     begin = first.end() + int(first[2])
+    if int(first[1]) not in ORIGINS:
+        raise RegistryError(
+            f"bundle {path} is of format {int(first[1])}, and this moireid reads formats 1 to {ROOTS}; install a newer "
+            "moireid"
+        )
     try:
         header, authority = _header(whole[first.end() : begin].decode(), int(first[1]))
         content = memoryview(whole)[begin:]
@@ -285,6 +291,11 @@ class BundleContent:
         with self._checked():
             ((found,),) = self._rows(tuple[bytes], "SELECT substr(entries, ?, 32) FROM about", 32 * seq - 31)
         return bytes(found).hex() if seq > 0 and len(found) == 32 else None
+
+    def entry_hashes(self) -> Iterator[bytes]:
+        """The hashes of all log entries in order, 32 bytes each."""
+        ((found,),) = self._rows(tuple[bytes], "SELECT entries FROM about")
+        return (found[begin : begin + 32] for begin in range(0, len(found), 32))
 
     def earlier(self, person: BundlePerson) -> list[dict[str, Any]]:
         """The earlier sets of a person's measured figures, as `earlier_without_ids` wrote them."""

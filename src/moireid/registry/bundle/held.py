@@ -20,9 +20,10 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
 from moireid.provenance import AuthorityKey, BadgeHolder, ClaimedBadge, Provenance
-from moireid.registry.bundle.bundle_file import BundleContent, BundlePerson, check_expiry, read_bundle_file
+from moireid.registry.bundle.bundle_file import ROOTS, BundleContent, BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.log import Head, Rotation, authority_keys, linked, rotation_of
 from moireid.registry.look_alikes import by_line, line_alike
+from moireid.registry.merkle import Tree, leaf_hash
 from moireid.registry.record import Fault
 from moireid.registry.rollback import LogState, standing_of
 from moireid.registry.seen import recall
@@ -100,7 +101,8 @@ class Bundle:
         self._content = BundleContent(content, self.path)
         self.opens_soon = self._content.count() <= MOST_SEALS
         # Both were signed together; a bundle in which they differ was made by another program.
-        if self.hash_at(self._head.seq) != self._head.hash:
+        last = self.hash_at(self._head.seq)
+        if last is None or (header.version < ROOTS and last != self._head.hash):
             raise RegistryError(
                 f"bundle {path} cannot be read (its head is not the end of its log); fetch one that this moireid's "
                 "version or an older one wrote"
@@ -200,8 +202,14 @@ class Bundle:
         return None
 
     def _extends(self, seen: Head) -> bool:
-        """Whether an earlier head is in its log, all of which is signed."""
-        return self.hash_at(seen.seq) == seen.hash
+        """Whether its log, all of which is signed, goes on from an earlier head."""
+        if seen == self._head or self.hash_at(seen.seq) == seen.hash:
+            return True
+        tree, before = Tree(), b""
+        for entry in self._content.entry_hashes():
+            tree.add(leaf_hash(entry))
+            before = tree.root() if tree.size == seen.seq else before
+        return before.hex() == seen.hash and tree.root().hex() == self._head.hash
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None if there is no such entry."""

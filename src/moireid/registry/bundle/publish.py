@@ -17,7 +17,6 @@ from moireid.badge import Badge
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
 from moireid.registry.bundle.bundle_file import (
-    STATES,
     TIME,
     BundlePerson,
     Header,
@@ -28,12 +27,12 @@ from moireid.registry.bundle.bundle_file import (
     without_id,
 )
 from moireid.registry.canonical import sha256_hex
-from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
+from moireid.registry.checkpoints.checkpoint import sign_checkpoint
 from moireid.registry.engine import sqlite_file
-from moireid.registry.ledger import Ledger, pages, select_rotations
-from moireid.registry.merkle import leaf_hash
+from moireid.registry.ledger import Ledger, select_rotations
+from moireid.registry.log import Head
 from moireid.registry.record import BadgeState, Record
-from moireid.registry.schema import badges, select_records
+from moireid.registry.schema import badges, pages, select_records
 
 Progress = Callable[[int, int | None], None]
 SALT_BYTES = 16
@@ -63,11 +62,13 @@ def publish(
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     signer = ledger.signer()
     with ledger.snapshot() as connection:
-        head, entries = ledger.head_in(connection), entry_hashes(ledger, connection)
+        tree = ledger.tree_in(connection)
+        entries, head = [bytes.fromhex(entry["hash"]) for entry in tree.entries()], Head(tree.size, tree.root.hex())
+        checkpoint = sign_checkpoint(tree, signer)
         records, layouts = _records(ledger, connection, specimen)
         turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
     people = _people(records, progress)
-    content = made_content(sign_checkpoint(map(leaf_hash, entries), signer).note, entries, turned, layouts, people)
+    content = made_content(checkpoint.note, entries, turned, layouts, people)
     issued = now()
     header = Header(
         key=signer.authority.public_hex,
@@ -77,7 +78,6 @@ def publish(
         people=len(people),
         length=len(content),
         sha256=sha256_hex(content),
-        version=STATES if any(one.suspended_at or one.expires for one in people) else 1,
     )
     with whole_file(path) as temporary:
         temporary.write_bytes(header.sealed_file(signer, content))

@@ -1,8 +1,8 @@
 """Checkpoints, in the format that transparency logs share.
 
-A checkpoint is a signed note (`note.py`) with the size of a registry's log and the root of the tree over it.  The leaf
-of an entry is the entry's hash, which its chain and signature cover already (`registry/log.py`): so a checkpoint covers
-every letter of every entry up to it, and reveals none.
+A checkpoint is a signed note (`note.py`) with the size of a registry's log and the root of the tree over it: what the
+signed head says (`registry/log.py`), in a form that others can keep.  It covers every letter of every entry up to it,
+and reveals none.
 
 Convention: the lines of a checkpoint are origin, size, root in base64, and the date as an extension line, which C2SP
 allows.
@@ -13,20 +13,17 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-from sqlalchemy import Connection, select
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
-from moireid.registry.ledger import Ledger, pages
-from moireid.registry.log import GENESIS, Head, followed
-from moireid.registry.merkle import Tree, consistency_proof, leaf_hash, root_of
+from moireid.registry.ledger import Ledger
+from moireid.registry.log import Head
+from moireid.registry.log_tree import LogTree
 from moireid.registry.record import Fault
-from moireid.registry.schema import log
 
 ORIGIN = "moireid/registry/"
 
@@ -114,34 +111,11 @@ def checkpoint_from(note: str, source: str) -> Checkpoint:
     return Checkpoint(fingerprint, head.size, head.root, dates[0], note)
 
 
-def sign_checkpoint(leaves: Iterable[bytes], signer: Signs) -> Checkpoint:
-    """The checkpoint of a log of these leaves."""
-    tree, fingerprint, date = Tree(), signer.authority.fingerprint, utc_now()
-    for leaf in leaves:
-        tree.add(leaf)
-    root = base64.b64encode(tree.root()).decode()
-    text = f"{ORIGIN}{fingerprint}\n{tree.size}\n{root}\ndate {date}\n"
-    return Checkpoint(fingerprint, tree.size, tree.root(), date, signed_note(text, ORIGIN + fingerprint, signer))
-
-
-def leaf_of(entry_hash: str) -> bytes:
-    """The leaf of a log entry, from its hash in hex digits.  Raises: ValueError if that is none."""
-    return leaf_hash(bytes.fromhex(entry_hash))
-
-
-def entry_hashes(ledger: Ledger, connection: Connection) -> list[bytes]:
-    """The hashes of all entries in order, as a snapshot has them.
-
-    A signature over them states that the log is whole, so each entry up to the signed head is checked against its hash.
-    Raises: Fault if any entry was changed or taken out; the snapshot reports it.
-    """
-    head, last, found = ledger.head_in(connection), Head(0, GENESIS), []
-    for row in pages(connection, select(log), log.c.seq):
-        last = followed(dict(row._mapping), last)
-        found.append(bytes.fromhex(last.hash))
-    if last != head:
-        raise Fault("log_cut", "the log does not lead to its signed head")
-    return found
+def sign_checkpoint(tree: LogTree, signer: Signs) -> Checkpoint:
+    """The checkpoint of a log."""
+    fingerprint, date = signer.authority.fingerprint, utc_now()
+    text = f"{ORIGIN}{fingerprint}\n{tree.size}\n{base64.b64encode(tree.root).decode()}\ndate {date}\n"
+    return Checkpoint(fingerprint, tree.size, tree.root, date, signed_note(text, ORIGIN + fingerprint, signer))
 
 
 @dataclass(frozen=True)
@@ -150,28 +124,42 @@ class SignedState:
 
     checkpoint: Checkpoint
     proofs: list[tuple[int, list[bytes]]]
-    leaves: Sequence[bytes]
+    ledger: Ledger
 
     def proof_from(self, size: int) -> list[bytes]:
-        """The proof that the checkpoint's log goes on from its first `size` entries, at least one."""
-        return consistency_proof(self.leaves, size)
+        """The proof that the checkpoint's log goes on from its first `size` entries, at least one.
+
+        Raises: RegistryError if the log does not lead to the checkpoint any more.
+        """
+        # Not in the transaction of the checkpoint: others write while witnesses are asked.
+        with self.ledger.snapshot() as connection:
+            tree = self.ledger.tree_in(connection)
+            if tree.size > self.checkpoint.size:
+                root = self.checkpoint.root.hex()
+                tree = LogTree(connection, Head(self.checkpoint.size, root), chained=False)
+            proof = tree.consistency(size)
+            if proof is None:
+                raise Fault("tree_node", "the nodes of the log's tree do not lead to its signed head")
+        return proof
 
 
 def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> SignedState:
     """The log signed as it is now, if it goes on from the older checkpoints.  Raises: RegistryError if it does not."""
     signer = ledger.signer()
     with ledger.snapshot() as connection:
-        leaves = [leaf_hash(content) for content in entry_hashes(ledger, connection)]
-    keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations()), ledger.authority)}
-    proofs = [(one.size, _proof(leaves, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
-    return SignedState(sign_checkpoint(leaves, signer), proofs, leaves)
+        tree = ledger.tree_in(connection)
+        keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations(connection)), ledger.authority)}
+        proofs = [(one.size, _proof(tree, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
+        checkpoint = sign_checkpoint(tree, signer)
+    return SignedState(checkpoint, proofs, ledger)
 
 
-def _proof(leaves: list[bytes], older: Checkpoint, ledger: Ledger, authority: Authority) -> list[bytes]:
+def _proof(tree: LogTree, older: Checkpoint, ledger: Ledger, authority: Authority) -> list[bytes]:
     older.check(authority, f"of {older.date}")
-    if older.size > len(leaves) or root_of(leaves[: older.size]) != older.root:
+    proof = tree.consistency(older.size, older.root)
+    if proof is None:
         raise RegistryError(
             f"registry {ledger.shown} does not begin as its checkpoint of {older.date} says, so nothing is signed; "
             "look with `moireid registry audit --since`"
         )
-    return consistency_proof(leaves, older.size)
+    return proof

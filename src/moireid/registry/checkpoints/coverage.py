@@ -11,16 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import select
-
 from moireid.errors import RegistryError
-from moireid.registry.checkpoints.checkpoint import Checkpoint, leaf_of
+from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
-from moireid.registry.ledger import PAGE, Ledger
+from moireid.registry.ledger import Ledger
 from moireid.registry.log import Head
-from moireid.registry.merkle import Tree
-from moireid.registry.record import Fault
-from moireid.registry.schema import log
 
 
 @dataclass(frozen=True)
@@ -43,24 +38,19 @@ def witnessed_part(ledger: Ledger, checkpoint: Checkpoint, quorum: Quorum, sourc
                 code="key_replaced",
             )
         checkpoint.check(keys[checkpoint.fingerprint], source)
-        signers, tree, entry_hash = quorum.signers(checkpoint.note, source), Tree(), ""
-        hashes = select(log.c.hash).where(log.c.seq <= checkpoint.size).order_by(log.c.seq)
-        for entry_hash in connection.execution_options(yield_per=PAGE).scalars(hashes):
-            try:
-                tree.add(leaf_of(entry_hash))
-            except (TypeError, ValueError) as error:
-                raise Fault("entry_hash", f"log entry {tree.size + 1} is damaged") from error
+        signers, tree = quorum.signers(checkpoint.note, source), ledger.tree_in(connection)
+        goes_on = tree.consistency(checkpoint.size, checkpoint.root) is not None
     if tree.size < checkpoint.size:
         raise RegistryError(
             f"{ledger.called} has {tree.size} log entries, and witnesses have seen {checkpoint.size}: it was rolled "
             "back to an earlier state; get its newest copy from those who run it",
             code="rolled_back",
         )
-    if tree.root() != checkpoint.root:
+    if not goes_on:
         raise RegistryError(
             f"{ledger.called} does not begin with the {checkpoint.size} log entries that witnesses have seen: it was "
             "forked; ask those who run it, and look with `moireid registry audit --since`",
             code="forked",
         )
-    ledger.witnessed = Head(tree.size, str(entry_hash))
+    ledger.witnessed = Head(checkpoint.size, checkpoint.root.hex())
     return WitnessedPart(checkpoint.size, signers)

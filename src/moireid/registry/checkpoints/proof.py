@@ -15,12 +15,12 @@ from sqlalchemy import select
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex
-from moireid.registry.checkpoints.checkpoint import Checkpoint, checkpoint_from, entry_hashes, leaf_of, sign_checkpoint
+from moireid.registry.checkpoints.checkpoint import Checkpoint, checkpoint_from, sign_checkpoint
 from moireid.registry.checkpoints.newest import check_newest
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import Line, LogEntry, entry_hash
-from moireid.registry.merkle import included, inclusion_proof, leaf_hash
+from moireid.registry.log import Line, LogEntry, check_hash, entry_hash, leaf_of
+from moireid.registry.merkle import included
 from moireid.registry.record import Fault, Record
 from moireid.registry.schema import log
 
@@ -41,9 +41,12 @@ class ProvenState(msgspec.Struct):
 
 
 class ProofFile(msgspec.Struct):
-    """A proof as it is written; the record whole, as it was signed, and the checkpoint as its note."""
+    """A proof as it is written; the record whole, as it was signed, and the checkpoint as its note.
 
-    format: Literal[1]
+    Format 1 is of entries that contain the hash of the entry before, format 2 of those that do not.
+    """
+
+    format: Literal[1, 2]
     kind: Literal["moireid registry proof"]
     public_key: str
     checkpoint: str
@@ -82,18 +85,23 @@ def proof_of(ledger: Ledger, record: Record) -> str:
     check_newest(ledger, record)
     signer = ledger.signer()
     with ledger.snapshot() as connection:
-        leaves = [leaf_hash(content) for content in entry_hashes(ledger, connection)]
+        tree = ledger.tree_in(connection)
         row = connection.execute(select(log).where(log.c.subject == record.id).order_by(log.c.seq.desc())).first()
-    if row is None:
-        raise RegistryError(f"the record of id {record.id} was erased from registry {ledger.shown} meanwhile")
+        if row is None:
+            raise RegistryError(f"the record of id {record.id} was erased from registry {ledger.shown} meanwhile")
+        steps = tree.inclusion(row.seq, check_hash(dict(row._mapping)))
+        if steps is None:
+            raise Fault("entry_missing", f"log entry {row.seq} is not in the tree of the signed head")
+        checkpoint = sign_checkpoint(tree, signer)
+    outside = OUTSIDE if row.previous else (*OUTSIDE, "previous")
     document = {
-        "format": 1,
+        "format": 1 if row.previous else 2,
         "kind": "moireid registry proof",
         "public_key": signer.authority.public_hex,
-        "checkpoint": sign_checkpoint(leaves, signer).note,
-        "entry": {name: value for name, value in row._mapping.items() if name not in OUTSIDE},
+        "checkpoint": checkpoint.note,
+        "entry": {name: value for name, value in row._mapping.items() if name not in outside},
         "record": json.loads(bytes(record.signed_text)),
-        "proof": [step.hex() for step in inclusion_proof(leaves, row.seq - 1)],
+        "proof": [step.hex() for step in steps],
     }
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from moireid.registry.checkpoints.checkpoint import Checkpoint, leaf_of
+from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.keys import Authority
 from moireid.registry.log import Head
 from moireid.registry.merkle import Tree
@@ -26,23 +26,19 @@ class Watch:
         self._others = [one for one in checkpoints if one.fingerprint not in keys]
         for one in self._own:
             one.check(keys[one.fingerprint], f"of {one.date}")
-        self._authority, self._tree = authority, Tree()
+        self._authority = authority
         self._forked: list[Checkpoint] = []
 
-    def entry(self, entry_hash: str) -> None:
-        """Take the next entry."""
-        if not self._own:
-            return
-        try:
-            self._tree.add(leaf_of(entry_hash))
-        except ValueError:
-            # The audit itself reports such a hash; here it only must not be taken for the right one.
-            self._tree.add(b"")
-        due = [one for one in self._own if one.size == self._tree.size]
-        self._forked += [one for one in due if one.root != self._tree.root()]
+    def entry(self, tree: Tree) -> None:
+        """Look at the tree after another entry."""
+        due = [one for one in self._own if one.size == tree.size]
+        self._forked += [one for one in due if one.root != tree.root()]
 
-    def findings(self, head: Head | None) -> Iterator[tuple[Fault, int | None]]:
-        """The faults, each with the entry that it is about; head: the log's end, None if its signature is not valid."""
+    def findings(self, head: Head | None, size: int) -> Iterator[tuple[Fault, int | None]]:
+        """The faults, each with the entry that it is about.
+
+        Parameters: head: the log's end, None if its signature is not valid; size: entries that were looked at.
+        """
         for one in self._others:
             text = (
                 f"the registry is signed by authority {self._authority.fingerprint}, and the checkpoint of {one.date} "
@@ -55,7 +51,6 @@ class Watch:
                 "something was written in the place of what had been signed"
             )
             yield Fault("forked", text), one.size
-        size = self._tree.size
         for one in self._own:
             if one.size <= size:
                 continue

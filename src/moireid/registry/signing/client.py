@@ -19,11 +19,11 @@ import msgspec
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import sha256_hex
-from moireid.registry.keys import ENTRY, HEAD, NOTE, RECORD, SIGNER_VARIABLE, Authority, Signs, key_of, new_key
+from moireid.registry.keys import ENTRY, NOTE, RECORD, ROOT, SIGNER_VARIABLE, Authority, Signs, key_of, new_key
 from moireid.registry.log import ROTATE, ROTATED, LogEntry, entry_text
 
 #: Kinds by their names in messages; an entry is the fourth, `LOG_ENTRY`.
-DOMAINS = {"record": RECORD, "head": HEAD, "note": NOTE}
+DOMAINS = {"record": RECORD, "root": ROOT, "note": NOTE}
 LOG_ENTRY = "entry"
 NAMES = {domain: name for name, domain in DOMAINS.items()}
 #: Longest content, bytes: a record's text holds digests in the place of documents, and a note is shorter.
@@ -52,15 +52,15 @@ SignerMessage = MakeKey | KnowKey | SignText
 
 
 #: First lines of notes (`checkpoints/checkpoint.py`, `bundle/bundle_file.py`), before the authority's fingerprint.
-NOTE_ORIGINS = ("moireid/registry/", "moireid/bundle/", "moireid/bundle2/")
-_HEAD = re.compile(rb"[1-9]\d{0,17}:[0-9a-f]{64}")
+NOTE_ORIGINS = ("moireid/registry/", "moireid/bundle3/")
+_ROOT = re.compile(rb"[1-9]\d{0,17}:[0-9a-f]{64}")
 _TURN = re.compile(f"{ROTATED}([0-9a-f]{{64}}):([0-9a-f]{{64}})")
 
 
 def of_kind(kind: object, content: bytes, fingerprint: str) -> bool:
     """Whether the content has the form of its kind, for the authority of that fingerprint."""
-    if kind == "head":
-        return _HEAD.fullmatch(content) is not None
+    if kind == "root":
+        return _ROOT.fullmatch(content) is not None
     if kind == "note":
         first = content.partition(b"\n")[0]
         return first in [f"{origin}{fingerprint}".encode() for origin in NOTE_ORIGINS]
@@ -77,13 +77,13 @@ def _is_record(content: bytes) -> bool:
 
 
 def entry_of(content: bytes) -> LogEntry | None:
-    """The log entry whose hashed text (`log.entry_text`) this is; None if it is none."""
+    """The log entry whose hashed text (`log.entry_text`) this is; None if it is none of the present format."""
     try:
         entry = msgspec.json.decode(content.partition(b"\n")[2], type=LogEntry)
     except (ValueError, RecursionError):
         return None
     # Only the canonical spelling is accepted: what is checked here must be what others read.
-    if entry_text(msgspec.structs.asdict(entry)) != content:
+    if entry.previous or entry.actor is None or entry_text(msgspec.structs.asdict(entry)) != content:
         return None
     return entry if (entry.action == ROTATE) is entry.subject.startswith(ROTATED) else None
 
