@@ -14,7 +14,7 @@ from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, random_payload
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError, RegistryError
-from moireid.fabrication.package import PRINTED_FILES, print_badge
+from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
 from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.issuing import IssueOrder, Wear, plan_badge
@@ -55,7 +55,7 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
 
     # The solids, which take ten seconds, are those of the tests of mounts.
     def write_mount(badge: Badge, folder: Path, *, plan: MountPlan, **_: object) -> MountReport:
-        files = [folder / name for name in PRINTED_FILES]
+        files = [folder / name for name in ("mount.stl", "mount.3mf")]
         for path in files:
             path.touch()
         assert plan is not None
@@ -63,9 +63,10 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
 
     plan = plan_badge(order("lanyard"), None)
     monkeypatch.setattr("moireid.fabrication.printed.mount.write_mount", write_mount)
-    monkeypatch.setattr("moireid.fabrication.acrylic.stack_step.write_stack_step", lambda _, path: path.touch())
-    monkeypatch.setattr("moireid.fabrication.acrylic.stack.check_stack", lambda _: [])
-    monkeypatch.setattr("moireid.fabrication.acrylic.stack.write_glb", lambda *given, **_: given[2].touch())
+    for name in ("printed_parts", "acrylic_parts", "check_parts"):
+        monkeypatch.setattr(f"moireid.fabrication.solid_parts.{name}", lambda *_: ())
+    for name in ("write_assembly_step", "write_glb"):
+        monkeypatch.setattr(f"moireid.fabrication.assembly_files.{name}", lambda *given: given[2].touch())
     printed = print_badge(plan.badge, tmp_path / "ada", parts=plan.parts, look=plan.look)
     assert calls == {"design_badge": 1, "plan_mount": 1}
     assert load_badge(printed.files["badge.json"]) == plan.badge

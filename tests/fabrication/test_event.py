@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -219,12 +218,6 @@ def test_one_person_or_many(tmp_path):
     assert absent.exit_code == 2 and "absent.csv" in absent.stderr
 
 
-def statements(step: Path) -> list[str]:
-    """The statements of a STEP file, sorted: the kernel numbers colours in no fixed order, and writes the time."""
-    packed = re.sub(r"#\d+", "#", re.sub(r"\s+", "", step.read_text()))
-    return sorted(line for line in packed.split(";") if not line.startswith("FILE_NAME"))
-
-
 @pytest.mark.slow
 def test_several_processes_make_the_same_files_and_fail_as_one(tmp_path, monkeypatch):
     """Catches: badges given to each other's folders, files that depend on who made them, an error that is lost."""
@@ -234,9 +227,7 @@ def test_several_processes_make_the_same_files_and_fail_as_one(tmp_path, monkeyp
     one, two = ({path.relative_to(root) for path in root.rglob("*")} for root in (tmp_path / "1", tmp_path / "2"))
     assert one == two and len(made[1].folders) == 5
     for name in one:
-        if name.name == "acrylic.step":
-            assert statements(tmp_path / "1" / name) == statements(tmp_path / "2" / name), name
-        elif (tmp_path / "1" / name).is_file():
+        if (tmp_path / "1" / name).is_file():
             assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes(), name
     # One name for all is refused before any work; a folder within a folder that is absent fails in its own process.
     monkeypatch.setattr(event, "folder_name", lambda number, badge, digits: "same")

@@ -50,7 +50,7 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     out = tmp_path / "out"
     outcome = run("Ada", "--out", out, "--front", "mask", "--gap", "6", "--json")
     assert outcome.exit_code == 0, outcome.output
-    assert names(out) == SHEETS | set(PRINTED_FILES) | {"stack.glb"}
+    assert names(out) == SHEETS | set(PRINTED_FILES) | {"mount.glb"}
     notes = [line for line in outcome.stderr.splitlines() if line.startswith("note:")]
     assert (
         len(notes) == 1
@@ -74,7 +74,7 @@ def test_the_acrylic_stack_alone(tmp_path: Path) -> None:
     badge = load_badge(json_badge(tmp_path))
     figures = MountFigures(printed=MountProcess(slot_mm=(16.0, 2.0)))
     printed = package.print_badge(badge, tmp_path / "out", mount="clip", figures=figures)
-    assert names(tmp_path / "out") == SHEETS | set(ACRYLIC_FILES) | {"stack.glb"}
+    assert names(tmp_path / "out") == SHEETS | set(ACRYLIC_FILES) | {"mount.glb"}
     assert list(printed.left_out) == ["printed"] and printed.mount_mass_g is None
     assert printed.mount_figures["frame_mm"] == 1.0 and "press_mm" not in printed.mount_figures
     words = words_of(tmp_path / "out" / "assembly.pdf")
@@ -89,12 +89,12 @@ def json_badge(folder: Path) -> Path:
 
 def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
     """Catches: an old mount next to a new badge that it does not fit, and a stranger's file taken for an old one."""
-    for name in (*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb", "badge.json", "holiday.jpg", "mount.obj"):
+    for name in (*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb", "stack.glb", "badge.json", "holiday.jpg", "mount.obj"):
         (tmp_path / name).write_text("older")
     outcome = run("Ada", "--out", tmp_path, "--mount", "none", "--overwrite", "--json")
     assert outcome.exit_code == 0, outcome.output
     assert names(tmp_path) == SHEETS | {"holiday.jpg", "mount.obj"}
-    removed = {*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb"}
+    removed = {*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb", "stack.glb"}
     assert {Path(path).name for path in json.loads(outcome.stdout)["removed"]} == removed
     assert all(f"{name} was removed" in outcome.stderr for name in removed)
 
@@ -265,7 +265,7 @@ def test_an_event_has_one_mount_for_all(tmp_path: Path) -> None:
     out = tmp_path / "event"
     outcome = run(*small, "--out", out, "--mount", "lanyard")
     assert outcome.exit_code == 0, outcome.output
-    parts = {*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb"}
+    parts = {*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb"}
     assert names(out) == folders | {"badges.pdf", "summary.csv"} | parts
     assert all(names(out / name) == SHEETS for name in folders)
     document = json.loads(outcome.stdout)

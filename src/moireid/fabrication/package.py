@@ -25,18 +25,20 @@ from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview, write_worn
 from moireid.fabrication.process_figures import MountFigures
-from moireid.fabrication.sight import front_mm
 from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders, write_text
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.plates import AcrylicPlan
     from moireid.fabrication.printed.mount import MountPlan, MountReport
+    from moireid.fabrication.solid_parts import SolidPart
 
 #: Kinds of the printed mount, as `printed.mount.SLOTS`; or none.
 MOUNTS = ("lanyard", "clip", "stand", "holder", "none")
 PRINTED_FILES = ("mount.step", "mount.stl", "mount.3mf")
 ACRYLIC_FILES = ("acrylic.dxf", "acrylic.svg", "acrylic.step")
-GLB_FILE = "stack.glb"
+GLB_FILE = "mount.glb"
+#: What the file of that name was called in older versions.
+OLDER_GLB_FILE = "stack.glb"
 
 
 @dataclass(frozen=True)
@@ -132,26 +134,30 @@ def write_parts(
     """
     if not parts.files:
         return None, {}
-    from moireid.fabrication.acrylic.stack import check_stack, write_glb
-    from moireid.fabrication.acrylic.stack_step import write_stack_step
+    from moireid.fabrication.assembly_files import write_assembly_step, write_glb
     from moireid.fabrication.printed.mount import write_mount
+    from moireid.fabrication.solid_parts import acrylic_parts, check_parts, printed_parts
 
+    mounts: dict[str, tuple[SolidPart, ...]] = {}
+    report: MountReport | None = None
     # The drawing is made in milliseconds, the solids take seconds.
     if parts.acrylic:
         say("acrylic.dxf and acrylic.svg")
         _write_drawing(parts.acrylic, parts.figures.acrylic.kerf_mm, folder)
-        say("acrylic.step")
-        write_stack_step(parts.acrylic, folder / "acrylic.step")
-    report: MountReport | None = None
-    if parts.printed != "none":
-        say("mount.step, mount.stl and mount.3mf")
-        report = write_mount(badge, folder, kind=parts.printed, process=parts.figures.printed, plan=parts.mount_plan)
+    if parts.mount_plan:
+        say("mount.stl and mount.3mf")
+        process = parts.figures.printed
+        report = write_mount(badge, folder, kind=parts.printed, process=process, plan=parts.mount_plan)
+        mounts["printed"] = printed_parts(badge, parts.mount_plan, report.bodies, process)
+    if parts.acrylic:
+        mounts["acrylic"] = acrylic_parts(parts.acrylic)
+    for shop, solids in mounts.items():
+        name = {"printed": "mount.step", "acrylic": "acrylic.step"}[shop]
+        say(name)
+        check_parts(solids)
+        write_assembly_step(f"{shop} mount", solids, folder / name)
     say(GLB_FILE)
-    stack = check_stack(parts.acrylic) if parts.acrylic else []
-    bodies = [(body.name, body.used) for body in report.bodies] if report else []
-    process = parts.figures.printed
-    held_mm = (process.card_mm, front_mm(badge, process.film_mm))
-    write_glb(badge, stack, folder / GLB_FILE, mount=bodies, held_mm=held_mm)
+    write_glb(badge, mounts, folder / GLB_FILE)
     return report.mass_g if report else None, _figures_of(parts, report)
 
 
@@ -186,7 +192,7 @@ def _figures_of(parts: Parts, report: MountReport | None) -> dict[str, float]:
 MOVING = "preview.webp"
 _SHEETS = ("badge.pdf", "preview.png", MOVING, "assembly.pdf")
 #: Files that a badge's folder has only with some mounts.
-PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
+PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE, OLDER_GLB_FILE)
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,83 @@
-"""The parts of a mount as solids, for CAD programs that Python drives.
+"""The parts of a mount as build123d solids, each in its place in use, named and coloured; and a check of the places.
 
-Convention: the frame of `sight`, mm; each part is in its place in use.
+Page and lens sheet are among the parts, so that the check finds what has no room or does not touch.
+
+Convention: the frame of `sight`, mm.
 """
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.process_figures import MountFigures
+from moireid.fabrication.process_figures import MountFigures, MountProcess
+from moireid.fabrication.sight import front_mm, half_board_mm, sheet_rects
+from moireid.fabrication.solids import TOUCH_MM3, cad_package, overlap_mm3, solid_of
+
+if TYPE_CHECKING:
+    from moireid.fabrication.acrylic.plates import AcrylicPlan, Contour, Plate
+    from moireid.fabrication.printed.mount import Body, MountPlan
 
 #: The mount to laser-cut, besides the kinds of the printed one.
 ACRYLIC = "acrylic"
+#: Parts that must touch may be this far apart, mm: rounding errors.
+TOUCH_MM = 1e-3
+#: Red, green and blue (sRGB) and opacity by kind of part, 0 to 255.
+COLOURS = {
+    "base": (70, 80, 95, 255),
+    "pad": (225, 220, 205, 255),
+    "page": (245, 245, 240, 255),
+    "sheet": (150, 200, 235, 90),
+    "frame": (40, 90, 160, 255),
+    "lips": (235, 240, 245, 110),
+    "cover": (205, 225, 240, 130),
+    "screw": (150, 150, 155, 255),
+    "tray": (60, 65, 75, 255),
+    "holder": (60, 65, 75, 255),
+    "clip": (200, 90, 50, 255),
+    "stand": (200, 90, 50, 255),
+}
+
+
+@dataclass(frozen=True)
+class SolidPart:
+    """One part in its place.
+
+    name: such as "sheet-0"; shape: build123d.Shape with that label and its kind's colour; touches: names of the parts
+    that it must touch.
+    """
+
+    name: str
+    shape: Any
+    touches: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """Its name without the number."""
+        return kind_of(self.name)
+
+
+def kind_of(name: str) -> str:
+    """The kind of a part, a key of `COLOURS`."""
+    return name.split("-", maxsplit=1)[0]
+
+
+def linear_colour(kind: str) -> tuple[float, float, float, float]:
+    """Red, green and blue of a kind of part, linear, which CAD kernel and glTF count in, and its opacity, 0 to 1.
+
+    Source: IEC 61966-2-1 (sRGB).
+    """
+    *light, opacity = (value / 255 for value in COLOURS[kind])
+    red, green, blue = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in light)
+    return red, green, blue, opacity
 
 
 def mount_solids(badge: Badge, mount: str = "lanyard", figures: MountFigures | None = None) -> dict[str, Any]:
-    """Make the parts of a mount, as `print_badge` writes them to files.
+    """Make the parts of a mount, with page and lens sheets, as `print_badge` writes them to files.
 
     Parameters
     ----------
@@ -24,7 +85,7 @@ def mount_solids(badge: Badge, mount: str = "lanyard", figures: MountFigures | N
         What the mount holds.
     mount : str
         A kind of the printed mount, "lanyard", "clip", "stand" or "holder"; or "acrylic" for the stack to laser-cut,
-        with page, sheet and screws.
+        with its screws.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
 
@@ -45,21 +106,130 @@ def mount_solids(badge: Badge, mount: str = "lanyard", figures: MountFigures | N
     Convention: the board's middle is the origin, x right, y up, z towards the viewer, mm.
     """
     from moireid.fabrication.acrylic.plates import plan_acrylic
-    from moireid.fabrication.acrylic.stack import COLOURS
-    from moireid.fabrication.acrylic.stack_step import stack_parts
-    from moireid.fabrication.printed.mount import KINDS, mount_bodies
-    from moireid.fabrication.solids import cad_package
+    from moireid.fabrication.printed.mount import KINDS, mount_bodies, plan_mount
 
     if mount not in (*KINDS, ACRYLIC):
         raise FabricationError(f"mount {mount!r} is not known; choose one of {', '.join((*KINDS, ACRYLIC))}")
     figures = figures or MountFigures()
-    b3d = cad_package("build123d")
     if mount == ACRYLIC:
-        # Both packages hold shapes of the same kernel.
-        cut = stack_parts(cad_package("cadquery"), plan_acrylic(badge, figures.acrylic))
-        solids = {name: b3d.Solid(part.wrapped) for name, part in cut.items()}
+        parts = acrylic_parts(plan_acrylic(badge, figures.acrylic))
     else:
-        solids = {body.name: body.used for body in mount_bodies(badge, mount, figures.printed)}
-    for name, solid in solids.items():
-        solid.label, solid.color = name, b3d.Color(*(value / 255 for value in COLOURS[name.split("-")[0]]))
-    return solids
+        plan = plan_mount(badge, mount, figures.printed)
+        parts = printed_parts(badge, plan, mount_bodies(badge, mount, figures.printed, plan), figures.printed)
+    return {part.name: part.shape for part in parts}
+
+
+def printed_parts(
+    badge: Badge, plan: MountPlan, bodies: Sequence[Body], process: MountProcess
+) -> tuple[SolidPart, ...]:
+    """The printed bodies with page and lens sheets.
+
+    A tray's springs press page and sheet on its lips.  Their pads, which would reach into the page, are cut off at it.
+    """
+    from moireid.fabrication.printed.tray import TrayPlan
+
+    half_x, half_y = half_board_mm(badge)
+    pressed = isinstance(plan[0], TrayPlan)
+    low = process.depth_clearance_mm if pressed else 0.0
+    card_top = low + process.card_mm
+    sheet_top = card_top + process.adhesive_mm + front_mm(badge, process.film_mm)
+    page = box((-half_x, -half_y, half_x, half_y), low, card_top)
+    carrier, *others = bodies
+    carrying = carrier.used - page if pressed else carrier.used
+    parts = [_part(carrier.name, carrying), *(_part(body.name, body.used) for body in others)]
+    parts.append(_part("page", page, carrier.name))
+    below = ("page",) if process.adhesive_mm == 0 else ()
+    held = (*below, carrier.name) if pressed else below
+    return (*parts, *_sheets(sheet_rects(badge), card_top + process.adhesive_mm, sheet_top, held))
+
+
+def acrylic_parts(plan: AcrylicPlan) -> tuple[SolidPart, ...]:
+    """The stack's parts from behind to the front, each where it was planned."""
+    sheets = _sheets(plan.sheets, plan.card_mm, plan.sheet_top, ("page",))
+    return (
+        _part("base", _plate(plan.base)),
+        _part("page", box(plan.page, 0.0, plan.card_mm), "base"),
+        _part("frame", _plate(plan.frame), "base"),
+        *sheets,
+        _part("cover", _plate(plan.cover), sheets[0].name),
+        *(_part(f"screw-{k}", _screw(plan, place), "cover") for k, place in enumerate(plan.screws)),
+    )
+
+
+def check_parts(parts: Sequence[SolidPart]) -> None:
+    """Check that no two parts share any volume, and that each touches those that it must touch.
+
+    Raises
+    ------
+    FabricationError
+        With the volume that two parts share, or the gap between two that must touch.
+    """
+    bodies = {part.name: solid_of(part.shape) for part in parts}
+    for k, part in enumerate(parts):
+        for other in parts[:k]:
+            if (shared := overlap_mm3(bodies[part.name], bodies[other.name])) > TOUCH_MM3:
+                raise FabricationError(
+                    f"the mount's {part.name} and {other.name} share {shared:.2f} mm³, allowed is none; choose other "
+                    "process figures, and report this if the defaults fail",
+                    overlap_mm3=shared,
+                )
+        for name in part.touches:
+            if (gap_mm := bodies[name].min_gap(bodies[part.name], 10.0)) > TOUCH_MM:
+                raise FabricationError(
+                    f"the mount's {part.name} is {gap_mm:.4f} mm from the {name} that it must touch, allowed are "
+                    f"{TOUCH_MM:g} mm; nothing was kept: report this",
+                    off_mm=gap_mm,
+                )
+
+
+def _part(name: str, shape: Any, *touches: str) -> SolidPart:
+    """A part with its label and colour; a copy, because a shape's label is its own."""
+    b3d = cad_package("build123d")
+    shape = b3d.Solid(shape.solid().wrapped)
+    shape.label, shape.color = name, b3d.Color(*linear_colour(kind_of(name)))
+    return SolidPart(name, shape, touches)
+
+
+def _sheets(rects: Sequence[Rect], low: float, high: float, touches: tuple[str, ...]) -> tuple[SolidPart, ...]:
+    return tuple(_part(f"sheet-{k}", box(rect, low, high), *touches) for k, rect in enumerate(rects))
+
+
+def box(rect: Rect, low: float, high: float) -> Any:
+    """A build123d box over a rectangle, from one height to another, mm."""
+    b3d = cad_package("build123d")
+    return b3d.Solid.make_box(rect[2] - rect[0], rect[3] - rect[1], high - low, b3d.Plane((rect[0], rect[1], low)))
+
+
+def _plate(plate: Plate) -> Any:
+    """A plate whose arcs are arcs."""
+    b3d = cad_package("build123d")
+    outer, *inner = (_wire(b3d, path) for path in (plate.outline, *plate.openings))
+    solid = b3d.Solid.extrude(b3d.Face(outer, inner), b3d.Vector(0, 0, plate.thickness_mm))
+    return solid.moved(b3d.Location((0, 0, plate.low_mm)))
+
+
+def _screw(plan: AcrylicPlan, place: Point) -> Any:
+    """A screw with a button head, as long as the stack is thick."""
+    from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, THREAD_MM
+
+    b3d = cad_package("build123d")
+    low, top = plan.base.low_mm, plan.cover.low_mm + plan.cover.thickness_mm
+    shank = b3d.Solid.make_cylinder(THREAD_MM / 2, top - low, b3d.Plane((*place, low)))
+    return shank.fuse(b3d.Solid.make_cylinder(HEAD_MM / 2, HEAD_HIGH_MM, b3d.Plane((*place, top))))
+
+
+def _wire(b3d: Any, path: Contour) -> Any:
+    """A closed wire of lines and arcs."""
+    edges, vertices = [], path.vertices()
+    for k, (x, y, bulge) in enumerate(vertices):
+        end_x, end_y, _ = vertices[(k + 1) % len(vertices)]
+        if bulge == 0:
+            edges.append(b3d.Edge.make_line((x, y, 0), (end_x, end_y, 0)))
+            continue
+        # The centre is on the chord's bisector, to its left for an arc that turns left by less than a half turn.
+        offset = (1 - bulge * bulge) / (4 * bulge)
+        centre = (x + end_x) / 2 - (end_y - y) * offset, (y + end_y) / 2 + (end_x - x) * offset
+        start, end = (math.degrees(math.atan2(v - centre[1], u - centre[0])) for u, v in ((x, y), (end_x, end_y)))
+        way = b3d.AngularDirection.COUNTER_CLOCKWISE if bulge > 0 else b3d.AngularDirection.CLOCKWISE
+        edges.append(b3d.Edge.make_circle(math.dist(centre, (x, y)), b3d.Plane((*centre, 0)), start, end, way))
+    return b3d.Wire(edges)

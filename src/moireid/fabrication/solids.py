@@ -1,7 +1,7 @@
-"""Writes printed bodies as STEP, STL and 3MF, reads each file back, and refuses what a slicer could not use.
+"""Writes solids as STL and 3MF, reads the files back, and refuses what a slicer could not use.
 
-A CAD kernel writes a broken shape without any error.  So every file is read again: the STEP by the kernel, the STL by
-two packages that share no code with it.  Meshes are checked for interference, overhangs and thin walls.
+A CAD kernel writes a broken shape without any error.  So every file is read again, the STL by two packages that share
+no code with the kernel.  Meshes are checked for interference, overhangs and thin walls.
 
 A 3MF file, a few lines of XML in a zip archive, is written here directly, so that the same badge gives the same bytes.
 It is read back by lib3mf, the format's reference reader, which shares no code with the writer.
@@ -25,15 +25,13 @@ import numpy as np
 from moireid.errors import FabricationError
 from moireid.extras import missing_extra
 
-#: The volume that the kernel may lose by writing a STEP file and reading it again, as a share.
-STEP_VOLUME_SHARE = 1e-6
 #: The volume that flat triangles may change at rounded edges, as a share.
 STL_VOLUME_SHARE = 0.005
 #: The difference of two packages over the volume of one mesh, as a share.
 MANIFOLD_VOLUME_SHARE = 0.001
 BOUNDS_MM = 0.05
-#: Without it, a STEP file would hold the time of writing, and the same badge would never give the same bytes.
-STEP_TIMESTAMP = "2000-01-01T00:00:00"
+#: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference, mm3.
+TOUCH_MM3 = 0.01
 #: Between neighbouring facets of a bend, rad: the knee of `moireid bench fabricate`, 2 um off in a sixth of a second.
 FACET_ANGLE_RAD = 0.1
 
@@ -58,17 +56,6 @@ def cad_package(name: str) -> Any:
         raise missing_extra("a mount, which you may leave out,", name, "cad") from error
 
 
-def export_step(part: Any, path: Path) -> None:
-    """Write a build123d part as STEP, mm.  Raises: FabricationError where the kernel cannot write."""
-    b3d, kernel = cad_package("build123d"), cad_package("OCP.XCAFDoc")
-    # The kernel's settings are the process's: cadquery changes this one where it has written `acrylic.step`.
-    kernel.XCAFDoc_ShapeTool.SetAutoNaming_s(True)
-    try:
-        b3d.export_step(part, path, timestamp=STEP_TIMESTAMP)
-    except RuntimeError as error:
-        raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk") from error
-
-
 def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float = FACET_ANGLE_RAD) -> None:
     """Write a build123d part as binary STL, mm, its facets at most tolerance_mm off the true surface.
 
@@ -80,26 +67,6 @@ def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float =
     b3d = cad_package("build123d")
     if not b3d.export_stl(part, path, tolerance=tolerance_mm, angular_tolerance=angle_rad):
         raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk")
-
-
-def check_step(path: Path, expected: ExpectedSolid) -> None:
-    """Read a STEP file back: it must hold valid closed solids of the expected number, volume and place.
-
-    Raises: FabricationError with what was found, what is allowed and what to do.
-    """
-    b3d = cad_package("build123d")
-    try:
-        solids = b3d.import_step(path).solids()
-    except (ValueError, RuntimeError, OSError) as error:
-        raise refused("STEP file", "cannot be read back", "a readable file") from error
-    if len(solids) != expected.solids:
-        raise refused("STEP file", f"holds {len(solids)} solids", f"exactly {expected.solids}", solids=len(solids))
-    if not all(solid.is_valid and solid.is_manifold for solid in solids):
-        raise refused("STEP file", "holds a solid that is not valid and closed", "a valid closed solid")
-    check_volume("STEP file", sum(solid.volume for solid in solids), expected.volume_mm3, STEP_VOLUME_SHARE)
-    boxes = [solid.bounding_box() for solid in solids]
-    lower = np.min([tuple(box.min) for box in boxes], axis=0)
-    _check_bounds("STEP file", (tuple(lower), tuple(np.max([tuple(box.max) for box in boxes], axis=0))), expected)
 
 
 def check_stl(path: Path, expected: ExpectedSolid) -> int:

@@ -231,13 +231,13 @@ def test_a_figure_of_its_own_is_an_order(ada: Badge) -> None:
     """Catches: an acrylic stack left out although its kerf was given, a printed mount that goes with it, and a
     refusal that keeps one reason to itself."""
     thin = replace(ada, lens=replace(ada.lens, thickness_mm=0.2, radius_mm=1.0))
-    assert plan_parts(thin, "clip").files == ("mount.step", "mount.stl", "mount.3mf", "stack.glb")
+    assert plan_parts(thin, "clip").files == ("mount.step", "mount.stl", "mount.3mf", "mount.glb")
     with pytest.raises(FabricationError, match="too thin for a frame"):
         plan_parts(thin, "clip", mount_figures(["kerf_mm=0.1"]))
     # A hook needs a slot of 3 mm: the printed clip is left out, the stack is made.
     slotted = replace(MountFigures(), printed=MountProcess(slot_mm=(16.0, 2.0)))
     parts = plan_parts(ada, "clip", slotted)
-    assert parts.printed == "none" and parts.files == ("acrylic.dxf", "acrylic.svg", "acrylic.step", "stack.glb")
+    assert parts.printed == "none" and parts.files == ("acrylic.dxf", "acrylic.svg", "acrylic.step", "mount.glb")
     assert "slot_mm of 8x3" in parts.left_out["printed"]
     with pytest.raises(FabricationError, match="slot_mm of 8x3"):
         plan_parts(ada, "clip", mount_figures(["slot_mm=16x2"]))

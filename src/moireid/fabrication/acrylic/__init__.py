@@ -2,6 +2,4 @@
 
 plates.py      base, frame and cover, as closed paths of lines and arcs
 drawings.py    what is cut, and acrylic.dxf and acrylic.svg: written and read back
-stack.py       the plates put together, and stack.glb
-stack_step.py  the same as exact solids: acrylic.step
 """

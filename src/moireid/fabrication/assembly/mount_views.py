@@ -34,7 +34,7 @@ from moireid.fabrication.assembly.exploded import (
 )
 from moireid.fabrication.printed.holders import HolderBody
 from moireid.fabrication.printed.mount import MountPlan
-from moireid.fabrication.printed.snap import SnapPlan, hole_mm
+from moireid.fabrication.printed.snap import SnapPlan
 from moireid.fabrication.printed.tray import TrayPlan, tab_outline
 from moireid.fabrication.process_figures import MountProcess
 
@@ -107,7 +107,10 @@ def _tray(plan: TrayPlan, process: MountProcess) -> Part:
         (-inner, plan.bottom + wall),
         (-inner, half_y),
     )
-    prisms = [Prism(outline, -process.back_mm, 0.0, slots), Prism(rim, 0.0, plan.side_top)]
+    prisms = [
+        Prism(outline, -process.back_mm, 0.0, (*slots, *map(box_loop, plan.openings()))),
+        Prism(rim, 0.0, plan.side_top),
+    ]
     lips = plan.lip_rects(process)
     if plan.stepped:
         sides = [((inner, r[1], x, r[3]) if r[0] > 0 else (-x, r[1], -inner, r[3])) for r in lips]
@@ -129,7 +132,7 @@ def _snap(plan: SnapPlan, process: MountProcess) -> Part:
     (x, y), wall = plan.out_mm, process.wall_mm
     tabs = tab_outline(plan.slots, plan.slot_mm[0], y, plan.tab_top, wall)
     outline = ((-x, -y), (x, -y), (x, y), *tabs, (-x, y))
-    openings = (*_slots(plan.slot_mm, y + 2 * wall, plan.slots), _round(plan.hole_at, hole_mm(plan)))
+    openings = (*_slots(plan.slot_mm, y + 2 * wall, plan.slots), *map(box_loop, plan.openings()))
     pocket_x, pocket_y = plan.inner_x, plan.half_mm[1] + plan.clearance_mm
     pocket = box_loop((-pocket_x, -pocket_y, pocket_x, pocket_y))
     prisms = [Prism(outline, -process.back_mm, 0.0, openings)]

@@ -24,7 +24,9 @@ from moireid.fabrication.sight import Obstacle, sight_fault
 PLAY_MM, FIT_MM = 0.3, 0.05
 #: The clip: arms' thickness, room for cloth, the bump's distance from the other arm, arms' length below the slot.
 CLIP_ARM_MM, CLOTH_MM, PINCH_MM, CLIP_LENGTH_MM = 2.0, 2.4, 0.4, 34.0
-STAND_WALL_MM = 3.0
+STAND_WALL_MM = 2.4
+#: A stand is two posts so wide, joined by a strip of the foot before them and one behind them.
+POST_MM, FRONT_STRIP_MM, BACK_STRIP_MM = 8.0, 3.6, 3.6
 #: The wall in front of the tray's bottom edge is at most this high.
 MOST_FRONT_MM = 5.0
 #: The badge's middle must stay this far inside the foot's back edge, so that no draught turns it over.
@@ -35,7 +37,7 @@ STAND_SAFETY_MM = 15.0
 class HolderBody:
     """A second body: its profile, how wide it is drawn out, and radii of the profile's corners by index, mm.
 
-    lean_deg: how far it leans the badge back.
+    lean_deg: how far it leans the badge back; open_mm: from where to where along it, between its posts, it is cut away.
     """
 
     name: str
@@ -43,6 +45,7 @@ class HolderBody:
     width_mm: float
     radii_mm: tuple[tuple[int, float], ...] = ()
     lean_deg: float = 0.0
+    open_mm: tuple[float, float] | None = None
 
     @property
     def size_mm(self) -> tuple[float, float]:
@@ -112,7 +115,7 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> HolderBody:
     front, wall = (plan.side_top if clear else plan.rim_top) + PLAY_MM, 2.4
     lip = _front_wall_mm(badge, plan, process, width, front + wall)
     behind = -process.back_mm - FIT_MM
-    rest = min(0.35 * height, 60.0)
+    rest = min(0.25 * height, 40.0)
     lean = math.radians(process.stand_deg)
 
     def at(y: float, z: float) -> Point:
@@ -120,7 +123,7 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> HolderBody:
         return z * math.cos(lean) - y * math.sin(lean), y * math.cos(lean) + z * math.sin(lean)
 
     groove = [at(lip, front + wall), at(lip, front), at(-FIT_MM, front), at(-FIT_MM, behind)]
-    back_of_rest = behind - STAND_WALL_MM - 1.0
+    back_of_rest = behind - STAND_WALL_MM
     table = min(up for _, up in groove) - STAND_WALL_MM
     foot_top = table + STAND_WALL_MM + 0.5
     middle = at(height / 2, plan.rim_top / 2)[0]
@@ -138,7 +141,8 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> HolderBody:
         at(y_foot, back_of_rest),
         (foot_end, foot_top),
     )
-    return HolderBody("stand", tuple(profile), width, ((9, 4.0), (8, 1.5)), process.stand_deg)
+    open_mm = (foot_end + BACK_STRIP_MM, toe - FRONT_STRIP_MM) if width > 3 * POST_MM else None
+    return HolderBody("stand", tuple(profile), width, ((9, 4.0), (8, 1.5)), process.stand_deg, open_mm)
 
 
 def shape_holder(b3d: Any, holder: HolderBody) -> Any:
@@ -148,7 +152,13 @@ def shape_holder(b3d: Any, holder: HolderBody) -> Any:
         along, up = holder.profile[index]
         corner = [v for v in face.vertices() if math.hypot(v.X - along, v.Y - up) < 1e-6]
         face = b3d.fillet(corner, radius)
-    return b3d.extrude(face, holder.width_mm)
+    body = b3d.extrude(face, holder.width_mm)
+    if holder.open_mm is None:
+        return body
+    low, high = holder.open_mm
+    up = [up for _, up in holder.profile]
+    gone = b3d.Box(high - low, 2 * (max(up) - min(up)), holder.width_mm - 2 * POST_MM)
+    return body - gone.moved(b3d.Location(((low + high) / 2, (max(up) + min(up)) / 2, holder.width_mm / 2)))
 
 
 def in_use(b3d: Any, holder: HolderBody, plan: TrayPlan) -> Any:

@@ -1,4 +1,4 @@
-"""The printed mount as STEP, STL and 3MF files that are each read back and checked.
+"""The printed mount as STL and 3MF files that are each read back and checked.
 
 The mount is the tray with lanyard, clip or stand, or the snap-in holder.
 
@@ -23,14 +23,10 @@ from moireid.fabrication.solids import (
     cad_package,
     check_3mf,
     check_overhangs,
-    check_step,
     check_stl,
     check_walls,
-    cuboid,
     export_3mf,
-    export_step,
     export_stl,
-    overlap_mm3,
     read_mesh,
     solid_of,
 )
@@ -40,8 +36,6 @@ from moireid.files import AnyPath, as_path, planned, whole_file
 SLOTS = {"lanyard": 2, "clip": 1, "stand": 0, "holder": 2}
 KINDS = tuple(SLOTS)
 PLA_G_PER_MM3 = 1.24e-3
-#: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference.
-TOUCH_MM3 = 0.01
 
 
 @dataclass(frozen=True)
@@ -65,7 +59,6 @@ class MountReport:
     that pushes a badge out, N.
     """
 
-    step: Path
     stl: Path
     three_mf: Path
     volume_mm3: float
@@ -142,15 +135,15 @@ def write_mount(
     tolerance_mm: float = 0.05,
     plan: MountPlan | None = None,
 ) -> MountReport:
-    """Write mount.step, mount.stl and mount.3mf, read all back, and keep them only if all hold what was designed.
+    """Write mount.stl and mount.3mf, read both back, and keep them only if both hold what was designed.
 
     Parameters: tolerance_mm: how far the STL's facets may be off the true surface; plan: as for `mount_bodies`.
     Raises: as `mount_bodies`; SpecError where a file exists and overwrite is false; FabricationError where a file
         fails its check, in which case none is written and no older one is touched.
     """
     folder, process = as_path(folder), process or MountProcess()
-    step, stl, three_mf = (folder / f"mount.{suffix}" for suffix in ("step", "stl", "3mf"))
-    planned((step, stl, three_mf), overwrite=overwrite)
+    stl, three_mf = (folder / f"mount.{suffix}" for suffix in ("stl", "3mf"))
+    planned((stl, three_mf), overwrite=overwrite)
     # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.
     for name in ("trimesh", "manifold3d", "lib3mf", "build123d"):
         cad_package(name)
@@ -160,10 +153,8 @@ def write_mount(
     whole = (
         bodies[0].on_bed if len(bodies) == 1 else cad_package("build123d").Compound([body.on_bed for body in bodies])
     )
-    with whole_file(step) as new_step, whole_file(stl) as new_stl, whole_file(three_mf) as new_3mf:
-        export_step(whole, new_step)
+    with whole_file(stl) as new_stl, whole_file(three_mf) as new_3mf:
         export_stl(whole, new_stl, tolerance_mm=tolerance_mm)
-        check_step(new_step, expected)
         triangles = check_stl(new_stl, expected)
         meshes = _bodies_of(read_mesh(new_stl), bodies)
         export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf)
@@ -176,7 +167,6 @@ def write_mount(
             _check_bodies(bodies, meshes, held, process)
     (x0, y0, z0), (x1, y1, z1) = expected.lower_mm, expected.upper_mm
     return MountReport(
-        step,
         stl,
         three_mf,
         expected.volume_mm3,
@@ -244,33 +234,12 @@ def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:
 
 
 def _check_bodies(bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, process: MountProcess) -> None:
-    """Check that no wall is too thin, and that card, sheet, tray and holder do not overlap.
-
-    Raises: FabricationError.
-    """
-    tray, card_mm = solid_of(meshes[0]), process.card_mm
-    half_x, half_y = plan.half_mm
+    """Check that no wall is too thin.  Raises: FabricationError."""
     levels = [-process.back_mm / 2, plan.side_top - 0.1, plan.rim_top - 0.1]
     levels.append(plan.rim_top + (process.lip_mm - plan.chamfer) / 2)
-    check_walls(tray, levels, LEAST_WALL_MM, "tray")
-    # In use, card and sheet bend the springs' pads back, so the pads are cut off here.
-    free = tray
-    for x0, y0, x1, y1 in plan.pad_rects():
-        free -= cuboid((x0, y0, x1, y1), 0.0, process.depth_clearance_mm + process.preload_mm + 0.01)
-    # Card and sheet lie in the middle of their clearance.
-    stack = [("card", cuboid((-half_x, -half_y, half_x, half_y), 0.0, card_mm))]
-    stack += [("sheet", cuboid((-half_x, low, half_x, high), card_mm, plan.sheet_top)) for low, high in plan.spans]
-    pairs = [("tray", free, name, piece) for name, piece in stack]
+    check_walls(solid_of(meshes[0]), levels, LEAST_WALL_MM, "tray")
     for body, mesh in zip(bodies[1:], meshes[1:], strict=True):
         low, high = body.expected.lower_mm[2], body.expected.upper_mm[2]
         check_walls(
             solid_of(mesh), [low + share * (high - low) for share in (0.04, 0.5, 0.9)], LEAST_WALL_MM, body.name
         )
-        pairs.append(("tray", tray, body.name, solid_of(body.used)))
-    for one, first, other, second in pairs:
-        if (shared := overlap_mm3(first, second)) > TOUCH_MM3:
-            raise FabricationError(
-                f"the mount's {one} and {other} share {shared:.2f} mm³, allowed is none; choose other process figures, "
-                "and report this if the defaults fail",
-                overlap_mm3=shared,
-            )

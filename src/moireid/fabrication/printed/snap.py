@@ -3,7 +3,7 @@
 A catch is a piece of the side wall, cut free from the back plate and at one end, with a nose that comes over the
 badge's edge.  It bends outwards in the plane of the print, so its layers run along it and do not part.  Its nose has a
 ramp above, which the badge presses aside, and rises by 45 degrees below: so it prints without supports, and a thumb
-through the hole in the back pushes the badge out again.
+through an opening of the back pushes the badge out again.
 
 Strain of a catch: `1.5 t y / L^2`, of a straight cantilever that is bent at its end (t its thickness, y how far, L its
 length); the force there is `E b t^3 y / (4 L^3)` (b its depth, E the modulus).  A nose of 45 degrees and a friction mu
@@ -21,6 +21,7 @@ from typing import Any
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
+from moireid.fabrication.printed.openings import lattice
 from moireid.fabrication.printed.tray import ADVICE, block, drawn_out, rounded_plate, slots_in, tab_outline
 from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
@@ -45,8 +46,8 @@ LEAST_BITE_MM = 0.3
 #: Modulus of printed PETG, which is the softer of both, N/mm^2, and friction on the nose: both assumed, and on the low
 #: side, so that a real holder holds at least as well as reported.
 MODULUS_N_MM2, FRICTION = 1500.0, 0.2
-#: The thumb's hole: its diameter, and its middle's distance from the right edge, mm, or less on a narrow badge.
-HOLE_MM, HOLE_IN_MM = 16.0, 16.0
+#: The back is whole this far from the slits that free the catches, and from the pocket's upper and lower edge.
+SHELF_MM = 2.4
 #: A badge may be thicker than its parts by this, of tape or glue, mm.
 THICKER_MM = 0.05
 #: Where surfaces touch, more than this is interference.
@@ -102,10 +103,11 @@ class SnapPlan:
         """The catches' inner face."""
         return self.half_mm[0] + self.clearance_mm
 
-    @property
-    def hole_at(self) -> Point:
-        """The middle of the thumb's hole: near the right catches, which let go first."""
-        return max(self.half_mm[0] - HOLE_IN_MM, 0.0), self.catches[len(self.catches) // 2]
+    def openings(self) -> list[Rect]:
+        """Openings of the back: a lattice, through which a thumb pushes the badge out."""
+        x = self.inner_x - SLIT_MM - SHELF_MM
+        y = self.half_mm[1] + self.clearance_mm - SHELF_MM
+        return lattice((-x, -y, x, y))
 
     def nose_rects(self) -> list[Rect]:
         """Noses and the catches below them, seen from the front, right and left."""
@@ -186,14 +188,15 @@ def shape_snap(b3d: Any, plan: SnapPlan, process: MountProcess) -> Any:
     (x, y), wall, back = plan.out_mm, process.wall_mm, process.back_mm
     tabs = tab_outline(plan.slots, plan.slot_mm[0], y, plan.tab_top, wall)
     radii = {-y: 1.5 * wall, y: wall / 2, plan.tab_top: 2 * wall}
-    body = rounded_plate(b3d, [(-x, -y), (x, -y), (x, y), *tabs, (-x, y)], radii, plan.rim_top, process)
+    body = rounded_plate(
+        b3d, [(-x, -y), (x, -y), (x, y), *tabs, (-x, y)], radii, plan.rim_top, process, plan.openings()
+    )
     pocket_x, pocket_y, high = plan.inner_x, plan.half_mm[1] + plan.clearance_mm, plan.rim_top + 1.0
     gone = [block(b3d, (-pocket_x, -pocket_y, pocket_x, pocket_y), 0.0, high)]
     gone.append(block(b3d, (-x, y, x, plan.tab_top + 1.0), 0.0, high))
     slot = b3d.extrude(b3d.SlotOverall(*plan.slot_mm), 3 * back)
     slot_y = y + 2 * wall + plan.slot_mm[1] / 2
     gone += [slot.moved(b3d.Location((at, slot_y, -2 * back))) for at in plan.slots]
-    gone.append(b3d.Cylinder(hole_mm(plan) / 2, 4 * back).moved(b3d.Location((*plan.hole_at, 0.0))))
     for rect in freed_rects(plan):
         gone.append(block(b3d, rect, -2 * back, high))
     # A round end of the slit at the root spreads the strain.
@@ -270,11 +273,6 @@ def _catches(low: float, high: float) -> list[float]:
     """The y of the noses on a sheet's edge."""
     count = min(max(int((high - low) // EDGE_A_CATCH_MM), 1), MOST_CATCHES)
     return [low + (high - low) * (k + 0.5) / count for k in range(count)]
-
-
-def hole_mm(plan: SnapPlan) -> float:
-    """Diameter of the thumb's hole."""
-    return min(HOLE_MM, 0.5 * min(plan.half_mm))
 
 
 def _obstacles(plan: SnapPlan) -> list[Obstacle]:

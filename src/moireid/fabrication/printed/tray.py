@@ -6,6 +6,9 @@ the lips' lower ends.  Lips over the left and right edge hold the sheet from the
 tongues in the back plate press the board against the sheet.  They press nowhere else, because a force in the middle
 would bend the sheet.
 
+The floor is a lattice of ribs (`openings`): the card lies on them, and on a border all round.  Beyond the tongues the
+rim's sides are what keeps the tray flat.
+
 The tray prints lying on its back, and needs no supports: a flat lip would be printed in mid-air and sag into the slot.
 So lips and feet are level only over the clearance next to the board, which is less than a printed line, and from the
 board's edge to their tips they rise by 45 degrees.  They touch the sheet at its very edge, and a sheet that was cut too
@@ -25,6 +28,7 @@ from typing import Any
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
+from moireid.fabrication.printed.openings import MOST_HIGH_MM, RIB_MM, between, lattice, parted
 from moireid.fabrication.process_figures import LEAST_LIP_MM, TWIST_DEG, MountProcess
 from moireid.fabrication.sight import Obstacle, front_mm, half_board_mm, sheet_spans, sight_fault
 
@@ -33,6 +37,8 @@ TONGUE_MM = (4.0, 20.0)
 SLIT_MM = 0.8
 #: A tongue shorter than this is too stiff for a spring.
 LEAST_TONGUE_MM = 6.0
+#: The floor is whole this far from the board's edge, and from its upper one; a tongue's root is in a bar so wide.
+SHELF_MM, TOP_BAR_MM, ROOT_MM = 1.2, 5.0, 3.0
 #: A pad's length, and how far from the board's edge it begins.
 PAD_MM, PAD_REACH_MM = 3.0, 2.0
 #: The shortest lip, and the step by which lips give way to the view of fringes.  It must hold a sheet that lies as far
@@ -109,6 +115,16 @@ class TrayPlan:
                 middle = low + (high - low) * (k + 0.5) / count
                 rects.append((outer - TONGUE_MM[0], middle - length / 2, outer, middle + length / 2))
         return rects
+
+    def openings(self) -> list[Rect]:
+        """Openings of the floor: a lattice between the tongues, and what is free above and below each of these."""
+        x, y = self.half_mm
+        low, high = -y + SHELF_MM, y - TOP_BAR_MM
+        inner = x - TONGUE_MM[0] - 2 * SLIT_MM
+        taken = [(y0 - SLIT_MM - RIB_MM, y1 + ROOT_MM) for _, y0, _, y1 in self.tongue_rects()]
+        free = [part for span in between(low, high, taken) for part in parted(*span, MOST_HIGH_MM)]
+        edges = _both_sides([(inner, y0, x - SHELF_MM, y1) for y0, y1 in free])
+        return lattice((-inner + RIB_MM, low, inner - RIB_MM, high)) + edges
 
     def pad_rects(self) -> list[Rect]:
         """Where the springs touch the board: on the tongues' free ends, below the lips, left and right."""
@@ -242,6 +258,12 @@ def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
     return b3d.Box(rect[2] - rect[0], rect[3] - rect[1], z1 - z0).moved(b3d.Location(centre))
 
 
+def corners(rect: Rect) -> list[tuple[float, float, float]]:
+    """A rectangle's corners, anticlockwise."""
+    x0, y0, x1, y1 = rect
+    return [(x0, y0, 0.0), (x1, y0, 0.0), (x1, y1, 0.0), (x0, y1, 0.0)]
+
+
 def slots_in(width: float, process: MountProcess, slots: int) -> tuple[tuple[float, float], tuple[float, ...]]:
     """A lanyard's slot, width and height, and the x of each slot's middle, on a board so wide, mm.
 
@@ -314,7 +336,7 @@ def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     outline = [(-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), *corners]
     # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
     radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.slots else wall / 2}
-    body = rounded_plate(b3d, outline, radii, plan.side_top, process)
+    body = rounded_plate(b3d, outline, radii, plan.side_top, process, plan.openings())
     inner = plan.out_x - wall
     body -= block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.side_top)
     if not plan.slots:
@@ -326,7 +348,12 @@ def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
 
 
 def rounded_plate(
-    b3d: Any, outline: list[Point], radii_mm: dict[float, float], high_mm: float, process: MountProcess
+    b3d: Any,
+    outline: list[Point],
+    radii_mm: dict[float, float],
+    high_mm: float,
+    process: MountProcess,
+    openings: list[Rect],
 ) -> Any:
     """A plate of that outline, from behind its back to a height in the frame.
 
@@ -334,14 +361,19 @@ def rounded_plate(
     ----------
     radii_mm : dict of float to float
         Radius of the corners at each y, mm.
+    openings : list of Rect
+        What is left out of it.
     """
     face = b3d.make_face(b3d.Polyline(*outline, close=True))
     for reach_y, radius_mm in radii_mm.items():
         face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius_mm)
-    body = b3d.extrude(face, high_mm + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
+    outer = face.face().outer_wire()
+    inner = [b3d.Wire.make_polygon(corners(rect)) for rect in openings]
+    plate = b3d.extrude(b3d.Face(outer, inner), high_mm + process.back_mm)
+    body = plate.moved(b3d.Location((0, 0, -process.back_mm)))
     # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out; it must be smaller than
     # the corners' radii, of which the least is half a wall.
-    bed_side = body.faces().sort_by(b3d.Axis.Z)[0].edges()
+    bed_side = body.faces().sort_by(b3d.Axis.Z)[0].face().outer_wire().edges()
     return b3d.chamfer(bed_side, min(0.4, process.back_mm / 4, process.wall_mm / 4))
 
 

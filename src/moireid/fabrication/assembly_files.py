@@ -1,0 +1,167 @@
+"""A mount put together as files: STEP with names and colours for CAD programs, and mount.glb for a viewer.
+
+Both hold each part in its place in use.  mount.glb holds the printed mount and the stack in acrylic next to each other,
+each as a node with its parts below it, and the badge's print on the page.
+
+Convention: STEP has mm and the frame of `sight`.  glTF has metres, and its own axes are the frame's (x right, y up, z
+towards the viewer).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from moireid.badge import Badge
+from moireid.errors import FabricationError
+from moireid.fabrication.sight import half_board_mm
+from moireid.fabrication.solid_parts import SolidPart, kind_of, linear_colour
+from moireid.fabrication.solids import FACET_ANGLE_RAD, FINE_MM, cad_package, refused
+from moireid.fabrication.step_text import ordered_step
+
+METRES_PER_MM = 1e-3
+#: Without it, a STEP file would hold the time of writing, and the same badge would never give the same bytes.
+STEP_TIMESTAMP = "2000-01-01T00:00:00"
+#: The volume that the kernel may lose by writing a STEP file and reading it again, as a share.
+STEP_VOLUME_SHARE = 1e-6
+#: Between the printed mount and the stack in acrylic, mm.
+APART_MM = 60.0
+#: A colour may be off by this much after a file is read back: a step of eight bits, and the kernel's own rounding.
+COLOUR_STEP = 0.01
+
+
+def write_assembly_step(name: str, parts: Sequence[SolidPart], path: Path) -> None:
+    """Write the parts as one STEP assembly of that name, and read it back.
+
+    Raises: FabricationError where the file does not hold each part with its name, its colour and its volume.
+    """
+    b3d = cad_package("build123d")
+    whole = b3d.Compound(label=name, children=[part.shape for part in parts])
+    try:
+        b3d.export_step(whole, path, timestamp=STEP_TIMESTAMP)
+    except RuntimeError as error:
+        raise FabricationError(f"{path.name} in {path.parent} could not be written; check the disk") from error
+    step = path.read_text(encoding="utf-8")
+    path.write_text(ordered_step(step, [part.name for part in parts]), encoding="utf-8")
+    check_assembly_step(path, parts)
+
+
+def check_assembly_step(path: Path, parts: Sequence[SolidPart]) -> None:
+    """Read a STEP assembly back: every part there once, valid, with its name, its colour and its volume.
+
+    Raises: FabricationError with what was found and what is allowed.
+    """
+    b3d = cad_package("build123d")
+    try:
+        found = [node for node in b3d.import_step(path).descendants if not node.children]
+    except (ValueError, RuntimeError, OSError) as error:
+        raise refused(path.name, "cannot be read back", "a readable file") from error
+    names, wanted = sorted(node.label for node in found), sorted(part.name for part in parts)
+    if names != wanted:
+        raise refused(path.name, f"holds the parts {names}", f"{wanted}")
+    by_name = {node.label: node for node in found}
+    for part in parts:
+        node = by_name[part.name]
+        if len(node.solids()) != 1 or not node.is_valid:
+            raise refused(path.name, f"holds {part.name} not as one valid solid", "one valid solid")
+        if not math.isclose(node.volume, part.shape.volume, rel_tol=STEP_VOLUME_SHARE):
+            raise refused(path.name, f"holds {part.name} with {node.volume:.1f} mm³", f"{part.shape.volume:.1f} mm³")
+        colour = None if node.color is None else tuple(node.color)
+        if colour is None or not np.allclose(colour[:3], tuple(part.shape.color)[:3], atol=COLOUR_STEP):
+            raise refused(path.name, f"holds {part.name} in the colour {colour}", f"{tuple(part.shape.color)}")
+
+
+def write_glb(badge: Badge, mounts: Mapping[str, Sequence[SolidPart]], path: Path) -> None:
+    """Write mounts next to each other as binary glTF, each put together, and read it back.
+
+    Parameters
+    ----------
+    mounts : mapping of str to sequence of SolidPart
+        The parts of each mount, by the name of its node; a part's node is called "MOUNT-PART".
+
+    Raises
+    ------
+    FabricationError
+        Where what is read back is not what was written.
+    """
+    trimesh = cad_package("trimesh")
+    scene, volumes = trimesh.Scene(), {}
+    half_x, half_y = half_board_mm(badge)
+    right_mm = 0.0
+    for mount, parts in mounts.items():
+        meshes = {part.name: _mesh(trimesh, part.shape) for part in parts}
+        low_x = min(float(mesh.bounds[0][0]) for mesh in meshes.values())
+        place_mm = right_mm - low_x if right_mm else 0.0
+        right_mm = place_mm + max(float(mesh.bounds[1][0]) for mesh in meshes.values()) + APART_MM
+        move = trimesh.transformations.translation_matrix((place_mm * METRES_PER_MM, 0, 0))
+        scene.graph.update(frame_from=scene.graph.base_frame, frame_to=mount, matrix=move)
+        page_top = float(meshes["page"].bounds[1][2])
+        for name, mesh in meshes.items():
+            volumes[f"{mount}-{name}"] = float(mesh.volume)
+            mesh.visual = trimesh.visual.TextureVisuals(material=_material(trimesh, kind_of(name)))
+            _add(scene, mesh, f"{mount}-{name}", mount)
+        _add(scene, _print_of(trimesh, badge, (half_x, half_y), page_top), f"{mount}-print", mount)
+    path.write_bytes(scene.export(file_type="glb"))
+    check_glb(path, volumes)
+
+
+def check_glb(path: Path, volumes_mm3: dict[str, float]) -> None:
+    """Read a GLB file back: every part there, closed, and of its volume.
+
+    Raises: FabricationError with what was found and what is allowed.
+    """
+    trimesh = cad_package("trimesh")
+    try:
+        scene = trimesh.load(path, file_type="glb", force="scene")
+    except (ValueError, KeyError, OSError) as error:
+        raise refused(path.name, "cannot be read back", "a readable file") from error
+    found = {name: mesh for name, mesh in scene.geometry.items() if not name.endswith("-print")}
+    if set(found) != set(volumes_mm3):
+        raise refused(path.name, f"holds the parts {sorted(found)}", f"{sorted(volumes_mm3)}")
+    for name, mesh in found.items():
+        mesh.merge_vertices(merge_tex=True, merge_norm=True)
+        volume_mm3 = float(mesh.volume) / METRES_PER_MM**3
+        if not mesh.is_watertight or not math.isclose(volume_mm3, volumes_mm3[name], rel_tol=1e-3):
+            raise refused(
+                path.name, f"holds {name} with {volume_mm3:.1f} mm³", f"a closed body of {volumes_mm3[name]:.1f} mm³"
+            )
+
+
+def _add(scene: Any, mesh: Any, name: str, mount: str) -> None:
+    mesh.apply_scale(METRES_PER_MM)
+    scene.add_geometry(mesh, geom_name=name, node_name=name, parent_node_name=mount)
+
+
+def _mesh(trimesh: Any, shape: Any) -> Any:
+    vertices, faces = shape.tessellate(FINE_MM, FACET_ANGLE_RAD)
+    # The kernel's last digits change from run to run, and the same badge is to give the same bytes.
+    return trimesh.Trimesh(np.round([tuple(vertex) for vertex in vertices], 5), faces)
+
+
+def _material(trimesh: Any, kind: str) -> Any:
+    colour = linear_colour(kind)
+    return trimesh.visual.material.PBRMaterial(
+        name=kind,
+        baseColorFactor=[round(255 * value) for value in colour],
+        metallicFactor=0.0,
+        roughnessFactor=0.4,
+        alphaMode="OPAQUE" if colour[3] == 1 else "BLEND",
+    )
+
+
+def _print_of(trimesh: Any, badge: Badge, half_mm: tuple[float, float], top_mm: float) -> Any:
+    """The board's print as a picture just above the page's face."""
+    from moireid.fabrication.page.preview import draw_preview
+
+    x, y = half_mm
+    corners = np.array([(-x, -y, 0.02), (x, -y, 0.02), (x, y, 0.02), (-x, y, 0.02)]) + np.array([0.0, 0.0, top_mm])
+    uv = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
+    material = trimesh.visual.material.PBRMaterial(
+        name="print", baseColorTexture=draw_preview(badge).convert("RGB"), metallicFactor=0.0, roughnessFactor=0.9
+    )
+    visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+    return trimesh.Trimesh(corners, [(0, 1, 2), (0, 2, 3)], visual=visual, process=False)
