@@ -76,7 +76,7 @@ def test_the_acrylic_stack_alone(tmp_path: Path) -> None:
     printed = package.print_badge(badge, tmp_path / "out", mount="clip", figures=figures)
     assert names(tmp_path / "out") == SHEETS | set(ACRYLIC_FILES) | {"mount.glb"}
     assert list(printed.left_out) == ["printed"] and printed.mount_mass_g is None
-    assert printed.mount_figures["frame_mm"] == 1.0 and "press_mm" not in printed.mount_figures
+    assert printed.mount_figures["frame_mm"] == 2.0 and "press_mm" not in printed.mount_figures
     words = words_of(tmp_path / "out" / "assembly.pdf")
     assert "The mount, in acrylic" in words and "mount.stl" not in words and "acrylic cover" in words
 

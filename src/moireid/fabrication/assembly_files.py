@@ -20,7 +20,7 @@ from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.sight import half_board_mm
 from moireid.fabrication.solid_parts import SolidPart, kind_of, linear_colour
-from moireid.fabrication.solids import FACET_ANGLE_RAD, FINE_MM, cad_package, refused
+from moireid.fabrication.solids import cad_package, refused
 from moireid.fabrication.step_text import ordered_step
 
 METRES_PER_MM = 1e-3
@@ -93,7 +93,7 @@ def write_glb(badge: Badge, mounts: Mapping[str, Sequence[SolidPart]], path: Pat
     half_x, half_y = half_board_mm(badge)
     right_mm = 0.0
     for mount, parts in mounts.items():
-        meshes = {part.name: _mesh(trimesh, part.shape) for part in parts}
+        meshes = {part.name: part.mesh.copy() for part in parts}
         low_x = min(float(mesh.bounds[0][0]) for mesh in meshes.values())
         place_mm = right_mm - low_x if right_mm else 0.0
         right_mm = place_mm + max(float(mesh.bounds[1][0]) for mesh in meshes.values()) + APART_MM
@@ -134,12 +134,6 @@ def check_glb(path: Path, volumes_mm3: dict[str, float]) -> None:
 def _add(scene: Any, mesh: Any, name: str, mount: str) -> None:
     mesh.apply_scale(METRES_PER_MM)
     scene.add_geometry(mesh, geom_name=name, node_name=name, parent_node_name=mount)
-
-
-def _mesh(trimesh: Any, shape: Any) -> Any:
-    vertices, faces = shape.tessellate(FINE_MM, FACET_ANGLE_RAD)
-    # The kernel's last digits change from run to run, and the same badge is to give the same bytes.
-    return trimesh.Trimesh(np.round([tuple(vertex) for vertex in vertices], 5), faces)
 
 
 def _material(trimesh: Any, kind: str) -> Any:

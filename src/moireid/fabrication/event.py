@@ -26,12 +26,14 @@ from moireid.artwork.placing import Look
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
+from moireid.fabrication.assembly.guide import DrawnMounts
 from moireid.fabrication.package import (
     Parts,
     file_names,
     leftover_parts,
     made_aside,
     plan_parts,
+    shape_parts,
     write_parts,
     write_sheets,
 )
@@ -243,10 +245,12 @@ def print_event(
     files = event_files(badges, parts)
     stale = leftover_parts(folder, parts, SUMMARY) if overwrite else ()
     with made_aside(folder, files, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
-        work = partial(_write_person, parts=parts, measured_scale=measured_scale, maker=maker)
+        # The mount is the same for all, and so are its views.
+        solids = shape_parts(badges[0], parts)
+        work = partial(_write_person, parts=parts, drawn=solids.drawn, measured_scale=measured_scale, maker=maker)
         worn = looks or [None] * len(badges)
         with _shared(work, badges, [aside / name for name in names], worn, processes) as people_made:
-            mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None)
+            mass_g, mount_figures = write_parts(badges[0], parts, aside, lambda file: None, solids)
             sheet_count, to_a_sheet = write_sheets_pdf(
                 badges, aside / SHEETS, measured_scale=measured_scale, looks=looks
             )
@@ -282,10 +286,18 @@ def _folders(badges: Sequence[Badge]) -> list[str]:
 
 
 def _write_person(
-    badge: Badge, folder: Path, look: Look | None, parts: Parts, measured_scale: tuple[float, float], maker: Maker
+    badge: Badge,
+    folder: Path,
+    look: Look | None,
+    parts: Parts,
+    drawn: DrawnMounts,
+    measured_scale: tuple[float, float],
+    maker: Maker,
 ) -> None:
     folder.mkdir()
-    write_sheets(badge, folder, parts, measured_scale=measured_scale, say=lambda file: None, maker=maker, look=look)
+    write_sheets(
+        badge, folder, parts, drawn, measured_scale=measured_scale, say=lambda file: None, maker=maker, look=look
+    )
 
 
 @contextmanager

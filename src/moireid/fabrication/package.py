@@ -20,7 +20,7 @@ from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
-from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.assembly.guide import DrawnMounts, draw_mounts, write_assembly_pdf
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview, write_worn
@@ -29,7 +29,7 @@ from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.plates import AcrylicPlan
-    from moireid.fabrication.printed.mount import MountPlan, MountReport
+    from moireid.fabrication.printed.mount import Body, MountPlan, MountReport
     from moireid.fabrication.solid_parts import SolidPart
 
 #: Kinds of the printed mount, as `printed.mount.SLOTS`; or none.
@@ -110,8 +110,48 @@ def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) ->
     return Parts("none" if mount_plan is None else mount, stack, figures, left_out, mount_plan)
 
 
+@dataclass(frozen=True)
+class MountSolids:
+    """The solids of mounts.
+
+    bodies: of the printed mount as they lie on the bed, none without one; placed: all parts in their places in use, of
+    "printed" and of "acrylic", as far as they are made; drawn: the same for the exploded views.
+    """
+
+    bodies: tuple[Body, ...]
+    placed: dict[str, tuple[SolidPart, ...]]
+    drawn: DrawnMounts
+
+
+def shape_parts(badge: Badge, parts: Parts) -> MountSolids:
+    """Make the solids of mounts and check that they have room and touch where they must; takes a second or two.
+
+    Raises: FabricationError where they do not; MissingExtraError without the CAD packages.
+    """
+    if not parts.files:
+        return MountSolids((), {}, {})
+    from moireid.fabrication.printed.mount import mount_bodies
+    from moireid.fabrication.solid_parts import acrylic_parts, check_parts, printed_parts
+    from moireid.fabrication.solids import CAD_PACKAGES, cad_package
+
+    # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.
+    for name in CAD_PACKAGES:
+        cad_package(name)
+    bodies: tuple[Body, ...] = ()
+    placed: dict[str, tuple[SolidPart, ...]] = {}
+    if parts.mount_plan:
+        process = parts.figures.printed
+        bodies = mount_bodies(badge, parts.printed, process, parts.mount_plan)
+        placed["printed"] = printed_parts(badge, parts.mount_plan, bodies, process)
+    if parts.acrylic:
+        placed["acrylic"] = acrylic_parts(parts.acrylic)
+    for solids in placed.values():
+        check_parts(solids)
+    return MountSolids(bodies, placed, draw_mounts(placed))
+
+
 def write_parts(
-    badge: Badge, parts: Parts, folder: Path, say: Callable[[str], None]
+    badge: Badge, parts: Parts, folder: Path, say: Callable[[str], None], solids: MountSolids | None = None
 ) -> tuple[float | None, dict[str, float]]:
     """Write the files of a mount and read each back.
 
@@ -119,6 +159,8 @@ def write_parts(
     ----------
     say : callable
         Called with the name of the next file.
+    solids : MountSolids, optional
+        As `shape_parts` gives them; None to make them here.
 
     Returns
     -------
@@ -136,28 +178,23 @@ def write_parts(
         return None, {}
     from moireid.fabrication.assembly_files import write_assembly_step, write_glb
     from moireid.fabrication.printed.mount import write_mount
-    from moireid.fabrication.solid_parts import acrylic_parts, check_parts, printed_parts
 
-    mounts: dict[str, tuple[SolidPart, ...]] = {}
     report: MountReport | None = None
     # The drawing is made in milliseconds, the solids take seconds.
     if parts.acrylic:
         say("acrylic.dxf and acrylic.svg")
         _write_drawing(parts.acrylic, parts.figures.acrylic.kerf_mm, folder)
+    solids = solids or shape_parts(badge, parts)
     if parts.mount_plan:
         say("mount.stl and mount.3mf")
-        process = parts.figures.printed
-        report = write_mount(badge, folder, kind=parts.printed, process=process, plan=parts.mount_plan)
-        mounts["printed"] = printed_parts(badge, parts.mount_plan, report.bodies, process)
-    if parts.acrylic:
-        mounts["acrylic"] = acrylic_parts(parts.acrylic)
-    for shop, solids in mounts.items():
+        figures, plan = parts.figures.printed, parts.mount_plan
+        report = write_mount(badge, folder, kind=parts.printed, process=figures, plan=plan, bodies=solids.bodies)
+    for shop, placed in solids.placed.items():
         name = {"printed": "mount.step", "acrylic": "acrylic.step"}[shop]
         say(name)
-        check_parts(solids)
-        write_assembly_step(f"{shop} mount", solids, folder / name)
+        write_assembly_step(f"{shop} mount", placed, folder / name)
     say(GLB_FILE)
-    write_glb(badge, mounts, folder / GLB_FILE)
+    write_glb(badge, solids.placed, folder / GLB_FILE)
     return report.mass_g if report else None, _figures_of(parts, report)
 
 
@@ -183,6 +220,7 @@ def _figures_of(parts: Parts, report: MountReport | None) -> dict[str, float]:
             "acrylic_squeeze_mm": stack.squeeze_mm,
             "screw_mm": stack.screw_mm,
             "kerf_mm": parts.figures.acrylic.kerf_mm,
+            "card_layers": float(stack.layers),
             **{f"{plate.name}_mm": plate.thickness_mm for plate in stack.plates},
         }
     return figures
@@ -289,8 +327,9 @@ def print_badge(
     stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
-        write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
-        mass_g, mount_figures = write_parts(badge, parts, aside, say)
+        solids = shape_parts(badge, parts)
+        write_sheets(badge, aside, parts, solids.drawn, measured_scale=measured_scale, say=say, maker=maker, look=look)
+        mass_g, mount_figures = write_parts(badge, parts, aside, say, solids)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
 
 
@@ -336,13 +375,14 @@ def write_sheets(
     badge: Badge,
     folder: Path,
     parts: Parts,
+    drawn: DrawnMounts,
     *,
     measured_scale: tuple[float, float],
     say: Callable[[str], None],
     maker: Maker,
     look: Look | None = None,
 ) -> None:
-    """Write a badge's page, previews, assembly sheet and badge.json."""
+    """Write a badge's page, previews, assembly sheet and badge.json; drawn: as `shape_parts` gives it."""
     say("badge.pdf")
     write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, write_words=writer_of(badge, look))
     say("preview.png")
@@ -358,6 +398,7 @@ def write_sheets(
         figures=parts.figures,
         maker=maker,
         mount_plan=parts.mount_plan,
+        drawn=drawn,
     )
     write_text(folder / "badge.json", badge_file(badge))
 

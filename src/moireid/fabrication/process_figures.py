@@ -46,10 +46,17 @@ MOST_MM = {
         "snap_clearance_mm": 1.0,
         "bite_mm": 3.0,
     },
-    "acrylic": {"rim_mm": 50.0, "hole_mm": 4.5, "card_mm": 2.0, "film_mm": 0.5, "adhesive_mm": 0.2},
+    "acrylic": {
+        "rim_mm": 50.0,
+        "hole_mm": 4.5,
+        "card_mm": 2.0,
+        "film_mm": 0.5,
+        "adhesive_mm": 0.2,
+        "lips_mm": 0.5,
+    },
 }
-#: Plates are sold in these thicknesses: polyester film up to 0.5 mm, acrylic above.
-STOCK_MM = (0.25, 0.35, 0.5, 0.8, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+#: Every shop has acrylic in these thicknesses.
+STOCK_MM = (2.0, 3.0, 4.0)
 
 
 @dataclass(frozen=True)
@@ -110,16 +117,17 @@ class AcrylicProcess:
 
     kerf_mm: width of the burnt line, 0 where the shop compensates; base_mm: the base plate; clearance_mm: air between
     the board and each of the frame's register edges, None for what the allowed twist leaves; rim_mm: width of the
-    frame round the board; lip_reach_mm: how far the cover comes over the sheet; hole_mm: clearance hole of an M3 screw;
-    card_mm: thickness of the printed board; film_mm: of a mask's film, which lies on its spacer;
-    adhesive_mm: between page and lens sheet.
+    frame round the board, at least; lip_reach_mm: how far the film's lips come over the sheet; lips_mm: thickness of
+    that film; hole_mm: clearance hole of an M3 screw; card_mm: thickness of the printed board, and of each layer of
+    card below it; film_mm: of a mask's film, which lies on its spacer; adhesive_mm: between page and lens sheet.
     """
 
     kerf_mm: float = 0.15
     base_mm: float = 3.0
     clearance_mm: float | None = None
-    rim_mm: float = 10.0
+    rim_mm: float = 10.5
     lip_reach_mm: float = 2.0
+    lips_mm: float = 0.25
     hole_mm: float = 3.4
     card_mm: float = 0.3
     film_mm: float = 0.1

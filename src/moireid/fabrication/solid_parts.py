@@ -10,13 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.process_figures import MountFigures, MountProcess
 from moireid.fabrication.sight import front_mm, half_board_mm, sheet_rects
-from moireid.fabrication.solids import TOUCH_MM3, cad_package, overlap_mm3, solid_of
+from moireid.fabrication.solids import FACET_ANGLE_RAD, FINE_MM, TOUCH_MM3, cad_package, overlap_mm3, solid_of
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.plates import AcrylicPlan, Contour, Plate
@@ -59,6 +62,18 @@ class SolidPart:
     def kind(self) -> str:
         """Its name without the number."""
         return kind_of(self.name)
+
+    @cached_property
+    def mesh(self) -> Any:
+        """A trimesh mesh of it, mm; made once, as it takes longer than all that is made of it."""
+        vertices, faces = self.shape.tessellate(FINE_MM, FACET_ANGLE_RAD)
+        # The kernel's last digits change from run to run, and the same badge is to give the same bytes.
+        return cad_package("trimesh").Trimesh(np.round([tuple(vertex) for vertex in vertices], 5), faces)
+
+    @cached_property
+    def solid(self) -> Any:
+        """The same as a manifold3d Manifold."""
+        return solid_of(self.mesh)
 
 
 def kind_of(name: str) -> str:
@@ -146,14 +161,23 @@ def printed_parts(
 def acrylic_parts(plan: AcrylicPlan) -> tuple[SolidPart, ...]:
     """The stack's parts from behind to the front, each where it was planned."""
     sheets = _sheets(plan.sheets, plan.card_mm, plan.sheet_top, ("page",))
+    pad = [_part("pad", box(plan.page, -plan.pad_mm, 0.0), "base")] if plan.layers else []
+    frames = [plan.frame, *plan.more_frames]
     return (
         _part("base", _plate(plan.base)),
-        _part("page", box(plan.page, 0.0, plan.card_mm), "base"),
-        _part("frame", _plate(plan.frame), "base"),
+        *pad,
+        _part("page", box(plan.page, 0.0, plan.card_mm), "pad" if pad else "base"),
+        *(_part(plate.name, _plate(plate), below) for plate, below in zip(frames, _below(frames), strict=True)),
         *sheets,
-        _part("cover", _plate(plan.cover), sheets[0].name),
+        _part("lips", _plate(plan.lips), sheets[0].name),
+        _part("cover", _plate(plan.cover), "lips"),
         *(_part(f"screw-{k}", _screw(plan, place), "cover") for k, place in enumerate(plan.screws)),
     )
+
+
+def _below(frames: Sequence[Plate]) -> list[str]:
+    """What each plate of the frame is on."""
+    return ["base", *(plate.name for plate in frames[:-1])]
 
 
 def check_parts(parts: Sequence[SolidPart]) -> None:
@@ -164,7 +188,7 @@ def check_parts(parts: Sequence[SolidPart]) -> None:
     FabricationError
         With the volume that two parts share, or the gap between two that must touch.
     """
-    bodies = {part.name: solid_of(part.shape) for part in parts}
+    bodies = {part.name: part.solid for part in parts}
     for k, part in enumerate(parts):
         for other in parts[:k]:
             if (shared := overlap_mm3(bodies[part.name], bodies[other.name])) > TOUCH_MM3:

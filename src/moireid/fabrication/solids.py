@@ -30,6 +30,8 @@ STL_VOLUME_SHARE = 0.005
 #: The difference of two packages over the volume of one mesh, as a share.
 MANIFOLD_VOLUME_SHARE = 0.001
 BOUNDS_MM = 0.05
+#: What mounts are made and checked by; the kernel, which takes seconds to load, is the last.
+CAD_PACKAGES = ("trimesh", "manifold3d", "lib3mf", "build123d")
 #: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference, mm3.
 TOUCH_MM3 = 0.01
 #: Between neighbouring facets of a bend, rad: the knee of `moireid bench fabricate`, 2 um off in a sixth of a second.

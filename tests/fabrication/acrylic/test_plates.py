@@ -5,6 +5,7 @@ The drawings are read here with ezdxf and with the SVG's own words, and held aga
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from kit.mounting import board_of, framed, sight_volume
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
+from moireid.designer.formats import FORMATS, in_format
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic import drawings
 from moireid.fabrication.acrylic.plates import AcrylicPlan, Contour, plan_acrylic
@@ -77,9 +79,9 @@ def test_kerf_makes_outlines_larger_and_openings_smaller(kerf: float, plan: Acry
     """Catches: kerf on the wrong side, the whole instead of half of it, and openings forgotten."""
     path, _, _ = written(plan, kerf, tmp_path)
     parts = polygons(path)
-    for name in ("base", "frame", "cover"):
-        # 146 + 2 x 0.14 of air + 2 x 10 of rim; the burnt line takes half its width off each side again.
-        assert extent(parts[name][0]) - kerf == pytest.approx([166.28, 180.28], abs=1e-3)
+    for name in ("base", "frame", "lips", "cover"):
+        # 146 + 2 x 0.14 of air + 2 x 10.5 of rim; the burnt line takes half its width off each side again.
+        assert extent(parts[name][0]) - kerf == pytest.approx([167.28, 181.28], abs=1e-3)
     assert extent(parts["frame"][1]) + kerf - (146, 160) == pytest.approx([0.28, 0.28], abs=1e-3)
     holes = [p for p in parts["base"][1:] if extent(p)[0] < 5]
     assert len(holes) == 6
@@ -87,8 +89,10 @@ def test_kerf_makes_outlines_larger_and_openings_smaller(kerf: float, plan: Acry
         assert extent(hole) + kerf == pytest.approx([3.4, 3.4], abs=2e-3)
         middle = (hole.max(axis=0) + hole.min(axis=0)) / 2
         assert np.linalg.norm(hole - middle, axis=1) == pytest.approx((3.4 - kerf) / 2, abs=2e-3)
-    # Between the lips the cover is 146 - 2 x 2 mm wide, along the sheet's 88.88 mm.
-    window = manifold3d.CrossSection([parts["cover"][1]])
+    # The cover is set back by 2.5 mm.
+    assert extent(parts["cover"][1]) + kerf == pytest.approx([151.0, 165.0], abs=1e-3)
+    # Between the lips the film's window is 146 - 2 x 2 mm wide, along the sheet's 88.88 mm.
+    window = manifold3d.CrossSection([parts["lips"][1]])
     area = (146.28 - kerf) * (160.28 - kerf) - 2 * (2.14) * (88.88 + kerf)
     # Rounded corners: four of the window inwards, four at the lips' tips, and four at their roots.
     assert window.area() == pytest.approx(area, abs=12 * 1.1**2)
@@ -114,18 +118,23 @@ def test_files_agree_and_say_what_they_are(plan: AcrylicPlan, tmp_path: Path) ->
     dxf_path, svg_path, _ = written(plan, 0.15, tmp_path)
     document = drawing_of(dxf_path)
     colours = {layer.dxf.name: layer.color for layer in document.layers}
-    cuts = ["CUT-BASE-3MM", "CUT-FRAME-1MM", "CUT-COVER-1.5MM"]
-    assert [colours[name] for name in (*cuts, "ENGRAVE-SCALE", "NOTE")] == [1, 1, 1, 5, 8]
+    cuts = ["CUT-BASE-3MM", "CUT-FRAME-2MM", "CUT-LIPS-0.25MM", "CUT-COVER-2MM"]
+    assert [colours[name] for name in (*cuts, "ENGRAVE-SCALE", "NOTE")] == [1, 1, 1, 1, 5, 8]
     lines = [line for line in document.modelspace().query("LINE") if line.dxf.layer == "ENGRAVE-SCALE"]
     assert max(line.dxf.start.distance(line.dxf.end) for line in lines) == pytest.approx(100.0)
     words = " ".join(text.dxf.text for text in document.modelspace().query("TEXT"))
-    assert "kerf 0.15 mm" in words and "COVER: 1.5 mm" in words and "100 mm" in words
+    assert (
+        "kerf 0.15 mm" in words
+        and "COVER: 2 mm" in words
+        and "LIPS: 0.25 mm polyester film" in words
+        and "100 mm" in words
+    )
     text = svg_path.read_text()
     width, height, view = re.search(r'width="([\d.]+)mm" height="([\d.]+)mm" viewBox="0 0 ([\d. ]+)"', text).groups()
     assert f"{width} {height}" == view
-    assert text.count('stroke="#ff0000"') == 3 and text.count('stroke="#0000ff"') == 1
+    assert text.count('stroke="#ff0000"') == 4 and text.count('stroke="#0000ff"') == 1
     # The first point of the SVG's frame is that of the DXF's, with y turned round.
-    first = re.search(r'id="CUT-FRAME-1MM".*?d="M ([\d.]+) ([\d.]+)', text).groups()
+    first = re.search(r'id="CUT-FRAME-2MM".*?d="M ([\d.]+) ([\d.]+)', text).groups()
     vertex = next(e for e in document.modelspace().query("LWPOLYLINE") if e.dxf.layer == cuts[1]).get_points("xy")[0]
     assert (float(first[0]), float(height) - float(first[1])) == pytest.approx(vertex, abs=1e-4)
     again = tmp_path / "again"
@@ -169,37 +178,64 @@ def test_clearance_follows_the_board_or_is_refused(badge: Badge) -> None:
 
 
 def test_page_and_lens_are_clamped_without_air(plan: AcrylicPlan) -> None:
-    """Catches: a frame as thick as the stack or thicker, so that the cover rests on it and not on the sheet."""
-    assert (plan.base.thickness_mm, plan.frame.thickness_mm, plan.cover.thickness_mm) == (3.0, 1.0, 1.5)
-    assert plan.cover.low_mm == pytest.approx(0.3 + 1.0)
-    assert plan.squeeze_mm == pytest.approx(0.3)
-    assert plan.screw_mm == pytest.approx(3.0 + 1.3 + 1.5 + 2.4)
+    """Catches: a frame as thick as the stack or thicker, so that the film rests on it and not on the sheet."""
+    assert [plate.thickness_mm for plate in plan.plates] == [3.0, 2.0, 0.25, 2.0]
+    # Three layers of card below the page: 0.9 + 0.3 + 1.0 mm in a frame of 2 mm.
+    assert plan.layers == 3 and plan.frame.low_mm == pytest.approx(-0.9) and plan.base.low_mm == pytest.approx(-3.9)
+    assert plan.lips.low_mm == pytest.approx(0.3 + 1.0) and plan.cover.low_mm == pytest.approx(0.3 + 1.0 + 0.25)
+    assert plan.squeeze_mm == pytest.approx(0.2)
+    assert plan.screw_mm == pytest.approx(3.0 + 0.9 + 1.3 + 0.25 + 2.0 + 2.4)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("orientation", ["landscape", "portrait"])
+@pytest.mark.parametrize("markers", ["squares", "frame"])
+def test_every_format_is_of_plates_that_shops_have(form: str, orientation: str, markers: str) -> None:
+    """Catches: acrylic of 0.5, 0.8 or 1.5 mm, which few shops have; a format that no stack is made for."""
+    issued = design_badge(in_format(Request("Ada", markers=markers), form, orientation=orientation), bytes(8))
+    if (form, orientation) == ("cr80", "landscape"):
+        with pytest.raises(FabricationError, match="edges that hold page and lens are too short"):
+            plan_acrylic(issued)
+        return
+    stack = plan_acrylic(issued)
+    assert {plate.thickness_mm for plate in stack.plates if plate.name != "lips"} <= {2.0, 3.0, 4.0}
+    assert 0.15 <= stack.squeeze_mm <= 0.6
+    # A lip bent by that over the 2.5 mm or more from the cover's edge to the sheet's: less than polyester film bears.
+    free_mm = stack.cover.openings[0].bounds[2] - stack.page[2]
+    assert free_mm >= 2.5 and 1.5 * stack.lips.thickness_mm * stack.squeeze_mm / free_mm**2 < 0.03
 
 
 @pytest.mark.parametrize(
-    ("lens_mm", "frame"), [(0.5, 0.5), (0.67, 0.8), (0.84, 1.0), (1.25, 1.0), (3.0, 3.0), (6.0, 6.0)]
+    ("lens_mm", "frames", "layers"),
+    [(0.4, (2.0,), 5), (0.67, (2.0,), 4), (0.84, (2.0,), 4), (1.25, (2.0,), 2), (3.0, (3.0,), 0), (6.0, (3.0, 3.0), 0)],
 )
-def test_frame_is_the_thickest_on_sale_below_the_stack(lens_mm: float, frame: float, badge: Badge) -> None:
-    """Catches: a frame thicker than page and sheet, or too thin to hold the sheet's edge."""
-    thick = plan_acrylic(board_of(badge, 146.0, 160.0, margin=10.0, lens_mm=lens_mm))
-    assert thick.frame.thickness_mm == frame
-    assert thick.squeeze_mm >= 0.1 - 1e-9
+def test_layers_of_card_lift_the_sheet_above_its_frame(
+    lens_mm: float, frames: tuple[float, ...], layers: int, badge: Badge
+) -> None:
+    """Catches: a frame thicker than page and sheet, one too thin to hold the sheet's edge, plates that do not meet."""
+    stack = plan_acrylic(board_of(badge, 146.0, 160.0, margin=10.0, lens_mm=lens_mm))
+    made = [stack.frame, *stack.more_frames]
+    assert tuple(plate.thickness_mm for plate in made) == frames and stack.layers == layers
+    for below, plate in itertools.pairwise([stack.base, *made]):
+        assert plate.low_mm == pytest.approx(below.low_mm + below.thickness_mm)
+    top = made[-1].low_mm + made[-1].thickness_mm
+    assert stack.card_mm + 0.2 - 1e-9 <= top <= stack.sheet_top - 0.15 + 1e-9
 
 
 @pytest.mark.parametrize(
     ("lens_mm", "margin", "words"),
     [
-        (0.2, 5.0, r"too thin for a frame .* 0\.4 mm or thinner; give a lens sheet .--lens. of 0\.3 mm or more"),
-        (6.0, 5.0, r"cover's lip leaves 3\.40 mm next to marker \d, .* give a lens sheet .--lens. of 2\.35 mm or less"),
+        (0.2, 5.0, r"too thin for a frame .* 0\.15 mm above it; give a lens sheet .--lens. of 0\.35 mm or more"),
+        (6.0, 5.0, r"film's lip leaves 3\.\d\d mm next to marker \d, .* give a lens sheet .--lens. of \d\.\d+ mm or"),
         (
             14.0,
             40.0,
-            r"14\.3 mm thick, and frames are sold up to 10 mm; give a lens sheet .--lens. of 10\.8 mm or less",
+            r"14\.3 mm thick, and 3 plates of 4 mm make a frame of 12 mm; give a lens sheet .* of 12\.3 mm or less",
         ),
     ],
 )
 def test_sheets_that_no_frame_holds_are_refused(lens_mm: float, margin: float, words: str, badge: Badge) -> None:
-    """Catches: a stack that cannot be built, or one whose cover hides the markers."""
+    """Catches: a stack that cannot be built, or one whose lips hide the markers."""
     with pytest.raises(FabricationError, match=words):
         plan_acrylic(board_of(badge, 200.0, 200.0, margin=margin, lens_mm=lens_mm))
 
@@ -210,12 +246,21 @@ def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, pla
     parts = polygons(path)
     outer = parts["cover"][0]
     middle = (outer.max(axis=0) + outer.min(axis=0)) / 2
-    cut = [manifold3d.CrossSection([points - middle]) for points in parts["cover"]]
-    solid = cut[0]
-    for opening in cut[1:]:
-        solid -= opening
-    cover = manifold3d.Manifold.extrude(solid, 1.5).translate((0, 0, 1.3))
-    heads = [manifold3d.Manifold.cylinder(1.65, 2.85).translate((x, y, 2.8)) for x, y in plan.screws]
+
+    def solid_of(name: str, setback: float, thickness: float, low: float) -> Any:
+        """A plate on the sheet, its window moved outwards."""
+        outline, window, *holes = [manifold3d.CrossSection([points - points_middle(name)]) for points in parts[name]]
+        section = outline - window.offset(setback, manifold3d.JoinType.Miter)
+        for hole in holes:
+            section -= hole
+        return manifold3d.Manifold.extrude(section, thickness).translate((0, 0, low))
+
+    def points_middle(name: str) -> np.ndarray:
+        return (parts[name][0].max(axis=0) + parts[name][0].min(axis=0)) / 2
+
+    assert middle == pytest.approx(points_middle("cover"))
+    lips, cover = solid_of("lips", 0.0, 0.25, 1.3), solid_of("cover", 0.0, 2.0, 1.55)
+    heads = [manifold3d.Manifold.cylinder(1.65, 2.85).translate((x, y, 3.55)) for x, y in plan.screws]
     half = badge.markers.size_mm / 2
     views = [sight_volume(framed(badge.gratings[0].rect_mm, badge), 1.3, 60, up_and_down=True)]
     views += [
@@ -224,14 +269,13 @@ def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, pla
     ]
     for view in views:
         for dx, dy in ((0.14, 0), (-0.14, 0), (0, 0.14), (0, -0.14)):
-            assert all((view.translate((dx, dy, 0)) ^ thing).volume() == 0.0 for thing in (cover, *heads))
-    # Screws are higher than the cover, so where lips and rim are narrow a screw is the first to be in the way.
-    with pytest.raises(FabricationError, match=r"screw leaves 4\.15 mm next to grating 0, but 4\.59 mm"):
-        plan_acrylic(board_of(badge, 146.0, 160.0, margin=3.0), AcrylicProcess(rim_mm=8.0, lip_reach_mm=0.5))
-    # The next plate on sale would hide a fringe, and a wider margin lets a thicker one through.
-    thicker = manifold3d.Manifold.extrude(solid, 2.0).translate((0, 0, 1.3))
-    assert (views[0].translate((0.14, 0, 0)) ^ thicker).volume() > 0.01
-    assert plan_acrylic(board_of(badge, 146.0, 160.0, margin=9.0)).cover.thickness_mm == 3.0
+            assert all((view.translate((dx, dy, 0)) ^ thing).volume() == 0.0 for thing in (lips, cover, *heads))
+    # A cover as far in as the film would hide fringes: it is set back for them.
+    assert (views[0].translate((0.14, 0, 0)) ^ solid_of("cover", -4.5, 2.0, 1.55)).volume() > 0.01
+    # The narrower the margin, the farther back it is, and the wider the rim that the screws need.
+    narrow = plan_acrylic(board_of(badge, 146.0, 160.0, margin=3.0), AcrylicProcess(lip_reach_mm=0.5))
+    assert narrow.cover.openings[0].bounds[2] - 73.0 > 2.5
+    assert narrow.base.outline.bounds[2] > plan.base.outline.bounds[2]
 
 
 def test_two_axes_have_two_sheets_that_meet(badge: Badge) -> None:
@@ -251,12 +295,12 @@ def test_two_axes_have_two_sheets_that_meet(badge: Badge) -> None:
         ({"kerf_mm": -0.1}, r"kerf_mm=-0\.1 is no laser's kerf, allowed is 0 to 1"),
         ({"kerf_mm": math.nan}, r"kerf_mm=nan"),
         ({"kerf_mm": 2.0}, r"kerf_mm=2 is no laser's kerf, allowed is 0 to 1 mm; cut a square"),
+        ({"lips_mm": 0.8}, r"lips_mm=0\.8 is more than any mount has use for; give at most 0\.5"),
         ({"base_mm": 0.0}, r"base_mm=0\.0 must be positive"),
         ({"base_mm": 25.0}, r"base_mm=25 is no base plate, allowed is 2 to 10 mm"),
         ({"clearance_mm": -1.0}, r"clearance_mm=-1"),
-        ({"rim_mm": 6.0}, r"rim of 6 mm leaves 1\.00 mm next to its openings, 2 mm are needed; give a rim_mm of 8 or"),
         ({"hole_mm": 2.5}, r"hole_mm=2\.5 lets no M3 screw through; give 3\.1 or more"),
-        ({"lip_reach_mm": 4.5}, r"cover's lip leaves 0\.36 mm next to grating 0, but 1\.73 mm"),
+        ({"lip_reach_mm": 4.5}, r"film's lip leaves 0\.36 mm next to grating 0, but 0\.43 mm"),
     ],
 )
 def test_impossible_figures_are_named(figures: dict[str, float], words: str, badge: Badge) -> None:
@@ -266,7 +310,7 @@ def test_impossible_figures_are_named(figures: dict[str, float], words: str, bad
 
 
 def cutting_paths(document: Any) -> list[Any]:
-    return [e for e in document.modelspace() if e.dxf.layer == "CUT-FRAME-1MM"]
+    return [e for e in document.modelspace() if e.dxf.layer == "CUT-FRAME-2MM"]
 
 
 def one_open(document: Any) -> None:
@@ -294,16 +338,16 @@ def in_a_line_type_of_no_name(document: Any) -> None:
 
 
 def in_blue(document: Any) -> None:
-    document.layers.get("CUT-FRAME-1MM").color = 5
+    document.layers.get("CUT-FRAME-2MM").color = 5
 
 
 @pytest.mark.parametrize(
     ("damage", "complaint"),
     [
-        (one_open, "open path on CUT-FRAME-1MM"),
-        (one_twice, "has 11 paths on CUT-FRAME-1MM, allowed is 10"),
+        (one_open, "open path on CUT-FRAME-2MM"),
+        (one_twice, "has 11 paths on CUT-FRAME-2MM, allowed is 10"),
         (one_gone, "has 9 paths"),
-        (one_moved, "another path on CUT-FRAME-1MM"),
+        (one_moved, "another path on CUT-FRAME-2MM"),
         (in_inches, "counts in unit 1"),
         (in_blue, "in colour 5"),
         (in_a_line_type_of_no_name, "has 1 faults in its audit"),
@@ -349,13 +393,13 @@ def test_damaged_svg_is_refused(old: str, new: str, complaint: str, plan: Acryli
 def test_paths_that_overlap_or_nearly_meet_are_refused(plan: AcrylicPlan) -> None:
     """Catches: a hole that breaks into another, or through the outline, and a bridge thinner than 2 mm."""
     hole = plan.frame.openings[1]
-    for shift, fine in ((0.0, True), (1.2, True), (2.0, False), (4.0, False), (8.0, False)):
+    for shift, fine in ((0.0, True), (0.3, True), (1.2, False), (4.0, False), (8.0, False)):
         openings = (plan.frame.openings[0], hole.moved(-shift, 0.0), *plan.frame.openings[2:])
         moved = replace(plan, frame=replace(plan.frame, openings=openings))
         if fine:
             drawings.draw(moved, 0.15)
             continue
         with pytest.raises(
-            FabricationError, match="CUT-FRAME-1MM that overlap or nearly meet, allowed is 2 mm of plate"
+            FabricationError, match="CUT-FRAME-2MM that overlap or nearly meet, allowed is 2 mm of plate"
         ):
             drawings.draw(moved, 0.15)

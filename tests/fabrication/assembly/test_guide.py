@@ -72,7 +72,7 @@ def test_a_snap_in_holder_takes_a_taped_badge(badge: Badge, tmp_path: Path) -> N
     lists, steps, *_ = written(badge, tmp_path / "a.pdf", "holder")
     assert "The snap-in holder, 3D-printed" in lists and "lanyard with two hooks" in lists and "clear tape" in lists
     assert steps.index("clear tape") < steps.index("Press it into the holder") < steps.index("Hang it")
-    assert "push a thumb through the hole" in steps and "Slide" not in steps
+    assert "push a thumb through the back" in steps and "Slide" not in steps
 
 
 def test_a_narrow_badge_s_one_slot_is_mentioned(badge: Badge, tmp_path: Path) -> None:

@@ -1,8 +1,8 @@
 """The laser's drawing as two files, read back and checked: acrylic.dxf for CAM, acrylic.svg for drawing programs.
 
-It holds what is cut, with kerf compensated, and a scale to measure it by.  Base, frame and cover lie side by side.
-Each has its own cutting layer, because each is cut from another plate.  Most laser shops use these colours: red cuts,
-blue engraves, and grey notes are only for people.
+It holds what is cut, with kerf compensated, and a scale to measure it by.  Plates and film are side by side.  Each has
+its own cutting layer, because each may be cut from another plate.  Most laser shops use these colours: red cuts, blue
+engraves, and grey notes are only for people.
 
 Convention: mm, y up.  The DXF file is AutoCAD R2010, in millimetres.  In the SVG file a user unit is one millimetre,
 and y runs down, so an arc that turns left in the drawing has sweep flag 0.  `kerf_mm` is the whole burnt width; the
@@ -56,7 +56,8 @@ def draw(plan: AcrylicPlan, kerf_mm: float) -> CuttingDrawing:
         paths = plate.cuts(kerf_mm)
         x0, y0, x1, y1 = paths[0].bounds
         cuts[f"CUT-{plate.name.upper()}-{plate.thickness_mm:g}MM"] = tuple(p.moved(x - x0, floor - y0) for p in paths)
-        notes.append((x, floor - 2 * TEXT_MM, f"{plate.name.upper()}: {plate.thickness_mm:g} mm"))
+        what = f"{plate.thickness_mm:g} mm" + (" polyester film" if plate.name == "lips" else "")
+        notes.append((x, floor - 2 * TEXT_MM, f"{plate.name.upper()}: {what}"))
         x, height = x + x1 - x0 + GAP_MM, y1 - y0
     rule = f"kerf {kerf_mm:g} mm: paths lie {kerf_mm / 2:g} mm outside outlines and inside openings"
     notes.append((GAP_MM + SCALE_MM + 5, GAP_MM, f"{SCALE_MM:g} mm; {rule}; red cuts, blue engraves"))

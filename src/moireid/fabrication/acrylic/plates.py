@@ -1,12 +1,16 @@
-"""The acrylic stack: base plate, frame and cover, cut by laser and held by M3 screws.
+"""The acrylic stack: base plate, frame and cover, cut by laser from plates that every shop has, and held by M3 screws.
 
-The page lies on the base, inside the frame.  Page and lens sheet fit between the frame's sides with so little air that
-they cannot turn against each other by more than the code tolerates.  The frame is thinner than page and sheet together.
-The cover lies over the sheet's left and right edge.  It is screwed down until it touches the sheet all along, so that
-no air is left between sheet and page; a slit of `squeeze_mm` stays between cover and frame.  The rest of the cover and
-the screws' heads (M3 button heads, ISO 7380) stay out of the camera's view.
+The page is inside the frame, on so many layers of card that page and sheet reach above the frame by some tenths of a
+millimetre (`squeeze_mm`).  Page and lens sheet fit between the frame's sides with so little air that they cannot turn
+against each other by more than the code tolerates.
 
-Convention: the frame of `sight`, its origin on the base's upper face.  Contours are finished edges, without kerf, and
+A film between frame and cover has lips that come over the sheet's left and right edge.  When the screws are tight the
+cover holds the film flat on the frame, and the sheet bends its lips up: they are springs all along both edges, which
+press the sheet on the page.  The cover is set back from the board as far as the camera's view of fringes and markers
+needs, with the screws' heads (M3 button heads, ISO 7380) on it.
+
+Convention: the frame of `sight`, its origin below the page: the base and the frame begin where the layers of card do.
+Contours are finished edges, without kerf, and
 run anticlockwise, holes too.
 """
 
@@ -115,17 +119,19 @@ def _direction(start: Point, end: Point) -> Point:
 HEAD_MM, HEAD_HIGH_MM, THREAD_MM, NUT_MM = 5.7, 1.65, 3.0, 2.4
 #: Screws are no farther apart than this along an edge that presses, or the cover would bow.
 SCREW_PITCH_MM = 90.0
-#: How far page and sheet must reach above the frame, so that the cover touches the sheet; and how much of the sheet's
-#: edge the frame must hold at least.
-LEAST_SQUEEZE_MM, LEAST_GRIP_MM = 0.1, 0.2
-#: A cover that is bent more than this may crack.
-MOST_SQUEEZE_MM = 1.1
+#: How far page and sheet must reach above the frame, so that they bend the film's lips, and at most, so that the lips
+#: are not bent for good; and how much of the sheet's edge the frame must hold at least.
+LEAST_SQUEEZE_MM, MOST_SQUEEZE_MM, LEAST_GRIP_MM = 0.15, 0.6, 0.2
+#: At most so many plates make a frame, and so many layers of card are below the page.
+MOST_FRAMES, MOST_LAYERS = 3, 20
 #: The laser's own error of place, mm: a clearance must not be smaller.
 LASER_MM, MOST_CLEARANCE_MM = 0.05, 0.15
-#: Least and most thickness of a cover: a thinner one would bend, a thicker one only hides more.
-COVER_MM = (1.0, 3.0)
+#: The cover is set back from the board's edge by this, at least and at most, and in these steps.  From its edge to the
+#: sheet's the film is free to bend.
+SETBACK_MM, SETBACK_STEP_MM = (2.5, 15.0), 0.5
 SLOT_MM = (16.0, 4.0)
-OUTER_RADIUS_MM = 4.0
+#: Radii of the outline's corners, and of inner ones: a sharp inner corner is where acrylic cracks and film tears.
+OUTER_RADIUS_MM, CORNER_MM = 4.0, 0.6
 
 
 @dataclass(frozen=True)
@@ -150,15 +156,21 @@ class Plate:
 class AcrylicPlan:
     """The stack of a badge.
 
-    base, frame, cover: the plates; sheets: each lens sheet's rectangle; page: the board's; card_mm and sheet_top: the
-    page's thickness and the lenses' height; clearance_mm: at each register edge; twist_deg: the most that page and
-    lens can turn against each other within it; squeeze_mm: slit between frame and cover; screws: places of the M3
-    screws; screw_mm: their least length below the head.
+    base, frame, cover: the plates; lips: the film between frame and cover; more_frames: further plates of a frame that
+    one does not make; layers, pad_mm: how many layers of card are below the page, and their thickness together; sheets:
+    each lens sheet's rectangle; page: the board's; card_mm and sheet_top: the page's thickness and the lenses' height;
+    clearance_mm: at each register edge; twist_deg: the most that page and lens can turn against each other within it;
+    squeeze_mm: how far the sheet is above the frame; screws: places of the M3 screws; screw_mm: their least length
+    below the head.
     """
 
     base: Plate
     frame: Plate
+    more_frames: tuple[Plate, ...]
+    lips: Plate
     cover: Plate
+    layers: int
+    pad_mm: float
     page: Rect
     sheets: tuple[Rect, ...]
     card_mm: float
@@ -170,9 +182,9 @@ class AcrylicPlan:
     screw_mm: float
 
     @property
-    def plates(self) -> tuple[Plate, Plate, Plate]:
-        """From behind to the front."""
-        return (self.base, self.frame, self.cover)
+    def plates(self) -> tuple[Plate, ...]:
+        """What is cut by laser, from behind to the front."""
+        return (self.base, self.frame, *self.more_frames, self.lips, self.cover)
 
 
 def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> AcrylicPlan:
@@ -186,39 +198,50 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     # An adhesive lies on the card, and the sheet on it.
     card_mm = process.card_mm + process.adhesive_mm
     sheet_top = card_mm + front_mm(badge, process.film_mm)
-    frame_mm = _frame_mm(card_mm, sheet_top)
+    count, frame_mm, layers = _frame(card_mm, sheet_top, process.card_mm)
+    pad_mm = layers * process.card_mm
     clearance = _clearance_mm(spans, 2 * half_y, process)
     reach_x, reach_y = half_x + clearance, half_y + clearance
     window = _rectangle((-reach_x, -reach_y, reach_x, reach_y))
-    rim = process.rim_mm
+    setback = _setback_mm(badge, process, clearance, sheet_top)
+    rim = _rim_mm(process, setback - clearance)
     outline = _rectangle((-reach_x - rim, -reach_y - rim, reach_x + rim, reach_y + rim), radius=OUTER_RADIUS_MM)
-    screws = _screws(reach_x + rim / 2, reach_y + rim / 2)
+    middle = (setback + clearance + rim) / 2
+    screws = _screws(half_x + middle, half_y + middle)
     holes = tuple(_circle(screw, process.hole_mm) for screw in screws)
     width = outline.bounds[2] - outline.bounds[0]
     # A badge that hangs from two points cannot turn about its cord, which would move the fringes.
     if width >= 2 * SLOT_MM[0] + 60.0:
-        holes += tuple(_slot((side * width / 4, reach_y + rim / 2)) for side in (-1, 1))
+        holes += tuple(_slot((side * width / 4, half_y + middle)) for side in (-1, 1))
     elif width >= SLOT_MM[0] + 60.0:
-        holes += (_slot((0.0, reach_y + rim / 2)),)
-    _check_land(process)
-    cover_mm = _cover_mm(badge, process, clearance, sheet_top, screws)
-    base = Plate("base", process.base_mm, -process.base_mm, outline, holes)
-    frame = Plate("frame", frame_mm, 0.0, outline, (window, *holes))
-    opening = _cover_opening(half_x - process.lip_reach_mm, reach_x, reach_y, spans)
-    cover = Plate("cover", cover_mm, sheet_top, outline, (opening, *holes))
+        holes += (_slot((0.0, half_y + middle)),)
+    base = Plate("base", process.base_mm, -pad_mm - process.base_mm, outline, holes)
+    names = ["frame", *(f"frame-{k + 1}" for k in range(1, count))]
+    frame, *more = (
+        Plate(name, frame_mm, k * frame_mm - pad_mm, outline, (window, *holes)) for k, name in enumerate(names)
+    )
+    opening = _lips_opening(half_x - process.lip_reach_mm, reach_x, reach_y, spans)
+    lips = Plate("lips", process.lips_mm, sheet_top, outline, (opening, *holes))
+    back_x, back_y = half_x + setback, half_y + setback
+    cover_window = _rectangle((-back_x, -back_y, back_x, back_y), radius=CORNER_MM)
+    cover = Plate("cover", STOCK_MM[0], sheet_top + process.lips_mm, outline, (cover_window, *holes))
     return AcrylicPlan(
         base,
         frame,
+        tuple(more),
+        lips,
         cover,
+        layers=layers,
+        pad_mm=pad_mm,
         page=(-half_x, -half_y, half_x, half_y),
         sheets=sheet_rects(badge),
         card_mm=card_mm,
         sheet_top=sheet_top,
         clearance_mm=clearance,
         twist_deg=_twist_deg(clearance, spans, 2 * half_y),
-        squeeze_mm=sheet_top - frame_mm,
+        squeeze_mm=sheet_top + pad_mm - count * frame_mm,
         screws=screws,
-        screw_mm=process.base_mm + sheet_top + cover_mm + NUT_MM,
+        screw_mm=process.base_mm + pad_mm + sheet_top + process.lips_mm + STOCK_MM[0] + NUT_MM,
     )
 
 
@@ -238,15 +261,14 @@ def _slot(centre: Point) -> Contour:
     return _rectangle((centre[0] - x, centre[1] - y, centre[0] + x, centre[1] + y), radius=y)
 
 
-def _cover_opening(inner: float, outer: float, top: float, spans: tuple[tuple[float, float], ...]) -> Contour:
-    """The cover's window: as wide as the frame's, but for lips over the sheets' left and right edges."""
+def _lips_opening(inner: float, outer: float, top: float, spans: tuple[tuple[float, float], ...]) -> Contour:
+    """The film's window: as wide as the frame's, but for lips over the sheets' left and right edges."""
     right: list[Point] = [(outer, -top)]
     for low, high in spans:
         right += [(outer, low), (inner, low), (inner, high), (outer, high)]
     right.append((outer, top))
     corners = (*right, *((-x, y) for x, y in reversed(right)))
-    # A sharp inner corner is where acrylic cracks.
-    return Contour(corners, (0.6,) * len(corners))
+    return Contour(corners, (CORNER_MM,) * len(corners))
 
 
 def _screws(x: float, y: float) -> tuple[Point, ...]:
@@ -256,25 +278,36 @@ def _screws(x: float, y: float) -> tuple[Point, ...]:
     return tuple((side * x, row) for row in rows for side in (-1, 1))
 
 
-def _frame_mm(card_mm: float, sheet_top: float) -> float:
-    """The thickest plate on sale that lets the cover reach the sheet."""
-    fitting = [stock for stock in STOCK_MM if stock <= sheet_top - LEAST_SQUEEZE_MM + 1e-9]
-    frame_mm = fitting[-1] if fitting else 0.0
-    if frame_mm < card_mm + LEAST_GRIP_MM - 1e-9:
-        thinnest = next(stock for stock in STOCK_MM if stock >= card_mm + LEAST_GRIP_MM - 1e-9)
-        least_mm = round(thinnest + LEAST_SQUEEZE_MM - card_mm, 3)
+def _frame(card_mm: float, sheet_top: float, layer_mm: float) -> tuple[int, float, int]:
+    """How many plates make the frame, their thickness, and how many layers of card are below the page.
+
+    Of those that leave the right squeeze and hold the sheet's edge, the one of fewest plates, and then fewest layers.
+    """
+    fitting = []
+    for count in range(1, MOST_FRAMES + 1):
+        for stock in STOCK_MM:
+            for layers in range(MOST_LAYERS + 1):
+                # How high the frame is above the page's underside.
+                high = count * stock - layers * layer_mm
+                held = high >= card_mm + LEAST_GRIP_MM - 1e-9
+                if held and LEAST_SQUEEZE_MM - 1e-9 <= sheet_top - high <= MOST_SQUEEZE_MM + 1e-9:
+                    fitting.append((count, layers, stock))
+    if fitting:
+        count, layers, stock = min(fitting)
+        return count, stock, layers
+    least_mm, most_mm = LEAST_GRIP_MM + LEAST_SQUEEZE_MM, MOST_FRAMES * STOCK_MM[-1]
+    if sheet_top > most_mm:
         raise FabricationError(
-            f"a lens sheet {sheet_top - card_mm:g} mm thick is too thin for a frame to hold it by its edge: the frame "
-            f"must be {card_mm + LEAST_GRIP_MM:g} mm or thicker, and {sheet_top - LEAST_SQUEEZE_MM:g} mm or thinner; "
-            f"give a lens sheet (--lens) of {least_mm:g} mm or more",
-            least_mm=least_mm,
+            f"page and sheet together are {sheet_top:g} mm thick, and {MOST_FRAMES} plates of {STOCK_MM[-1]:g} mm make "
+            f"a frame of {most_mm:g} mm; give a lens sheet (--lens) of {most_mm - card_mm + MOST_SQUEEZE_MM:g} mm or "
+            "less"
         )
-    if sheet_top - frame_mm > MOST_SQUEEZE_MM:
-        raise FabricationError(
-            f"page and sheet together are {sheet_top:g} mm thick, and frames are sold up to {STOCK_MM[-1]:g} mm; give "
-            f"a lens sheet (--lens) of {STOCK_MM[-1] - card_mm + MOST_SQUEEZE_MM:g} mm or less"
-        )
-    return frame_mm
+    raise FabricationError(
+        f"a lens sheet {sheet_top - card_mm:g} mm thick is too thin for a frame to hold it by its edge: it must reach "
+        f"{LEAST_GRIP_MM:g} mm into the frame and {LEAST_SQUEEZE_MM:g} mm above it; give a lens sheet (--lens) of "
+        f"{least_mm:g} mm or more",
+        least_mm=least_mm,
+    )
 
 
 def _twist_deg(clearance: float, spans: tuple[tuple[float, float], ...], height: float) -> float:
@@ -310,64 +343,71 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
     return process.clearance_mm
 
 
-def _check_land(process: AcrylicProcess) -> None:
-    """Check that the rim leaves enough acrylic around screws, slot and heads."""
-    widest = max(process.hole_mm, SLOT_MM[1], HEAD_MM - LEAST_LAND_MM)
-    if (land := (process.rim_mm - widest) / 2) < LEAST_LAND_MM:
-        raise FabricationError(
-            f"a rim of {process.rim_mm:g} mm leaves {land:.2f} mm next to its openings, {LEAST_LAND_MM:g} mm "
-            f"are needed; give a rim_mm of {widest + 2 * LEAST_LAND_MM:g} or more (--mount-figure)",
-            land_mm=land,
-        )
+def _rim_mm(process: AcrylicProcess, inside_mm: float) -> float:
+    """The frame's width: the wished one, or what the cover needs, which begins so much farther out than the frame.
+
+    Raises: FabricationError where the holes are too small for the screws.
+    """
     if process.hole_mm < THREAD_MM + 0.1:
         raise FabricationError(
             f"hole_mm={process.hole_mm:g} lets no M3 screw through; give {THREAD_MM + 0.1:g} or more (--mount-figure)"
         )
+    widest = max(process.hole_mm, SLOT_MM[1], HEAD_MM - LEAST_LAND_MM)
+    return max(process.rim_mm, inside_mm + widest + 2 * LEAST_LAND_MM)
 
 
-def _cover_mm(
-    badge: Badge, process: AcrylicProcess, clearance: float, sheet_top: float, screws: tuple[Point, ...]
-) -> float:
-    """The thickest cover on sale that hides nothing.  Raises: FabricationError where not even the thinnest does."""
-    for cover_mm in [stock for stock in reversed(STOCK_MM) if COVER_MM[0] <= stock <= COVER_MM[1]]:
-        fault = sight_fault(
-            badge,
-            _obstacles(badge, process, clearance, sheet_top + cover_mm, screws),
-            card_top=process.card_mm,
-            sheet_top=sheet_top,
-            play_mm=clearance,
-            advice="take a smaller lip_reach_mm (--mount-figure)",
+def _setback_mm(badge: Badge, process: AcrylicProcess, clearance: float, sheet_top: float) -> float:
+    """How far the cover is behind the board's edge: the least that hides nothing.
+
+    Raises: FabricationError where a lip hides something, or the cover does at any setback.
+    """
+    half_x, half_y = half_board_mm(badge)
+    lips_top = sheet_top + process.lips_mm
+    inner, outer = half_x - process.lip_reach_mm, half_x + clearance
+    found = [
+        Obstacle("film's lip", rect, lips_top)
+        for low, high in sheet_spans(badge)
+        for rect in ((inner, low, outer, high), (-outer, low, -inner, high))
+    ]
+    if (fault := _fault(badge, process, found, clearance, sheet_top)) is not None:
+        over_mm = float(str(fault.details.get("over_mm", math.inf)))
+        most_mm = math.floor((badge.lens.thickness_mm - over_mm) * 20) / 20 if math.isfinite(over_mm) else 0.0
+        if most_mm <= 0:
+            raise fault
+        raise FabricationError(
+            f"{str(fault).partition(';')[0]}; give a {front_word(badge)} of {most_mm:g} mm or less", **fault.details
         )
-        if fault is None:
-            return cover_mm
+    least, most = SETBACK_MM
+    steps = math.ceil((most - least) / SETBACK_STEP_MM)
+    for setback in (least + k * SETBACK_STEP_MM for k in range(steps + 1)):
+        rim = _rim_mm(process, setback - clearance)
+        found = _ring((half_x + setback, half_y + setback), 2 * most + rim, lips_top + STOCK_MM[0])
+        middle, head = (setback + clearance + rim) / 2, HEAD_MM / 2
+        for x, y in _screws(half_x + middle, half_y + middle):
+            top = lips_top + STOCK_MM[0] + HEAD_HIGH_MM
+            found.append(Obstacle("screw", (x - head, y - head, x + head, y + head), top))
+        if (fault := _fault(badge, process, found, clearance, sheet_top)) is None:
+            return setback
     assert fault is not None
-    over_mm = float(str(fault.details.get("over_mm", math.inf)))
-    most_mm = math.floor((badge.lens.thickness_mm - over_mm) * 20) / 20 if math.isfinite(over_mm) else 0.0
-    if most_mm <= 0:
-        raise fault
-    raise FabricationError(
-        f"{str(fault).partition(';')[0]}; give a {front_word(badge)} of {most_mm:g} mm or less", **fault.details
+    raise fault
+
+
+def _fault(
+    badge: Badge, process: AcrylicProcess, obstacles: list[Obstacle], clearance: float, sheet_top: float
+) -> FabricationError | None:
+    return sight_fault(
+        badge,
+        obstacles,
+        card_top=process.card_mm,
+        sheet_top=sheet_top,
+        play_mm=clearance,
+        advice="take a smaller lip_reach_mm (--mount-figure)",
     )
 
 
-def _obstacles(
-    badge: Badge, process: AcrylicProcess, clearance: float, top: float, screws: tuple[Point, ...]
-) -> list[Obstacle]:
-    """The cover's rim and lips, and the screws' heads on it."""
-    half_x, half_y = half_board_mm(badge)
-    x, y, rim = half_x + clearance, half_y + clearance, process.rim_mm
-    found = [
-        Obstacle("cover", (-x - rim, -y - rim, -x, y + rim), top),
-        Obstacle("cover", (x, -y - rim, x + rim, y + rim), top),
-        Obstacle("cover", (-x, y, x, y + rim), top),
-        Obstacle("cover", (-x, -y - rim, x, -y), top),
-    ]
-    inner = half_x - process.lip_reach_mm
-    for low, high in sheet_spans(badge):
-        found += [
-            Obstacle("cover's lip", (inner, low, x, high), top),
-            Obstacle("cover's lip", (-x, low, -inner, high), top),
-        ]
-    half = HEAD_MM / 2
-    found += [Obstacle("screw", (u - half, v - half, u + half, v + half), top + HEAD_HIGH_MM) for u, v in screws]
-    return found
+def _ring(inner: Point, wide: float, top: float) -> list[Obstacle]:
+    """The cover round its window, whose half width and height are given."""
+    x, y = inner
+    out_x, out_y = x + wide, y + wide
+    sides = [(-out_x, -out_y, -x, out_y), (x, -out_y, out_x, out_y), (-x, y, x, out_y), (-x, -out_y, x, -y)]
+    return [Obstacle("cover", side, top) for side in sides]

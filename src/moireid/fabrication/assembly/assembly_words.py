@@ -254,7 +254,8 @@ def _fixed(build: BuildPlan, front: str) -> Step:
         return Step("Put it into the mount", words + seam, partial(sketches.held, badge, taped=False))
     if build.acrylic and build.mount != "holder":
         words = (
-            f"{taped}Lay card and {front} into the acrylic frame, put the cover on, and tighten the screws by turns."
+            f"{taped}Lay card and {front} into the acrylic frame, then film and cover on it, and tighten the screws by "
+            "turns."
         )
         return Step("Close the stack", words + seam, partial(sketches.held, badge, taped=True))
     words = f"Hold the {front}, and put clear tape along its left and right edge, 2 mm wide. No air may stay between."
@@ -264,7 +265,8 @@ def _fixed(build: BuildPlan, front: str) -> Step:
 def _pressed(build: BuildPlan) -> Step:
     words = (
         "Lay the finished badge on the holder, square to its rim, and press first its left edge and then its right "
-        "one down until the catches snap over it. To take it out, push a thumb through the hole from behind."
+        "one down until the catches snap over it. To take it out, push a thumb through the back, next to the right "
+        "edge."
     )
     return Step("Press it into the holder", words, sketches.pressed)
 
@@ -284,13 +286,17 @@ def _carried(build: BuildPlan) -> Step:
 
 def acrylic(plan: AcrylicPlan) -> list[str]:
     """What the acrylic stack takes, and how it is closed."""
-    film = {plate.name: " (film)" for plate in plan.plates if plate.thickness_mm <= 0.5}
-    plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm{film.get(plate.name, '')}" for plate in plan.plates)
+    plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm" for plate in plan.plates if plate.name != "lips")
+    layers = f"{plan.layers} more pieces of the card, cut as the badge, below it. " if plan.layers else ""
     return [
-        f"Laser-cut from acrylic.dxf or acrylic.svg: {plates}",
+        f"Laser-cut from acrylic.dxf or acrylic.svg, of clear acrylic: {plates}",
+        f"And the lips, of clear polyester film (PET), {plan.lips.thickness_mm:g} mm thick; never of PVC, whose smoke "
+        "is poisonous",
         f"{len(plan.screws)} button-head screws M3 × {screw_length_mm(plan)} (ISO 7380) with nuts",
-        f"Card and sheet lie in the frame, with {plan.clearance_mm:g} mm of air at each edge. Tighten the cover until "
-        f"it touches the sheet all along; a gap of {plan.squeeze_mm:.2f} mm to the frame stays open.",
+        f"{layers}Card and sheet lie in the frame, with {plan.clearance_mm:g} mm of air at each edge. The sheet must "
+        f"be higher than the frame by 0.1 to 0.5 mm (planned are {plan.squeeze_mm:.2f} mm). Plates differ in "
+        "thickness: add a layer of card or paper, or take one out. Tighten the screws until the film is flat on the "
+        "frame; its lips then press the sheet.",
     ]
 
 

@@ -1,6 +1,7 @@
-"""The exploded views of assembly.pdf: parts as prisms that are pulled apart along z, drawn from the back to the front.
+"""The exploded views of assembly.pdf: parts that are pulled apart along z, drawn from the back to the front.
 
-Here are the drawing, and the card with its sheet; `mount_views` has the parts of mounts.
+Here are the drawing, and the card with its sheet, which need no CAD package; `solid_views` draws the solids of mounts,
+and `mount_views` names them.
 
 Convention: the frame of `sight`; parts from behind to the front.  The view is orthographic: the badge lies on a table,
 its bottom edge towards the viewer, turned by `TURN_DEG` and seen from `RISE_DEG` above the table, so that z points up
@@ -33,46 +34,84 @@ _COS, _SIN = math.cos(math.radians(TURN_DEG)), math.sin(math.radians(TURN_DEG))
 _UP, _FLAT = math.cos(math.radians(RISE_DEG)), math.sin(math.radians(RISE_DEG))
 Place = tuple[float, float, float]
 Loop = tuple[Point, ...]
-#: A wall's two ends seen in its prism's plane, (across, nearness); its corners on the page; its edges there.
-Wall = tuple[Point, Point, list[Point], list[tuple[Point, Point]]]
+#: Unit vectors of the frame that point right and up on the page, and to the viewer.
+ACROSS: Place = (_COS, -_SIN, 0.0)
+UPWARD: Place = (_SIN * _FLAT, _COS * _FLAT, _UP)
+TOWARD: Place = (-_SIN * _UP, -_COS * _UP, _FLAT)
 
 
 @dataclass(frozen=True)
-class Prism:
-    """A flat shape drawn out: anticlockwise loops in (x, y) drawn along z, or in (y, z) along x where `along_x`."""
+class Piece:
+    """One body as it is drawn.
 
-    outline: Loop
+    outlines: its silhouette on the page, mm at life size, where two loops lie on each other is an opening; lines: its
+    visible edges there; low, high: its heights in the frame; corners: places of the frame that lines may lead to.
+    """
+
+    outlines: tuple[Loop, ...]
+    lines: tuple[Loop, ...]
     low: float
     high: float
-    openings: tuple[Loop, ...] = ()
-    along_x: bool = False
-
-    def place(self, point: Point, level: float) -> Place:
-        """A place of the frame."""
-        return (level, *point) if self.along_x else (*point, level)
+    corners: tuple[Point, ...]
 
 
 @dataclass(frozen=True)
 class Part:
-    """One thing to gather: its label in the view, its prisms, and the marks and lines on it.
+    """One thing to gather: its label in the view, its pieces, and the marks and lines on it.
 
     grey: of the body; marks: flat shapes on the topmost face, (loop, grey); hints: lines on it; gap: to its
-    neighbours, a share as `GAP`; screws: places of those that go through it.
+    neighbours, a share as `GAP`; screws: places of those that go through it; alone: no lines lead to it.
     """
 
     name: str
     detail: str
-    prisms: tuple[Prism, ...]
+    pieces: tuple[Piece, ...]
     grey: float = 0.95
     marks: tuple[tuple[Loop, float], ...] = ()
     hints: tuple[tuple[Point, Point], ...] = ()
     gap: float = GAP
     screws: tuple[Point, ...] = ()
+    alone: bool = False
 
     @property
-    def places(self) -> list[Place]:
-        """All corners of the prisms."""
-        return [p.place(point, level) for p in self.prisms for point in p.outline for level in (p.low, p.high)]
+    def low(self) -> float:
+        """Its lowest place."""
+        return min(piece.low for piece in self.pieces)
+
+    @property
+    def high(self) -> float:
+        """Its highest place."""
+        return max(piece.high for piece in self.pieces)
+
+    @property
+    def corners(self) -> list[Point]:
+        """Places of the frame that lines may lead to."""
+        return [corner for piece in self.pieces for corner in piece.corners]
+
+    @property
+    def drawn(self) -> list[Point]:
+        """All places of its silhouette on the page."""
+        return [place for piece in self.pieces for loop in piece.outlines for place in loop]
+
+
+def prism(loop: Loop, low: float, high: float) -> Piece:
+    """A convex loop of the frame drawn out along z."""
+    loop = loop if signed_area(loop) > 0 else loop[::-1]
+    count = len(loop)
+    bottom, top = ([project((*place, level)) for place in loop] for level in (low, high))
+    # A wall is seen if its corners run anticlockwise on the page.
+    seen = [signed_area((bottom[k], bottom[(k + 1) % count], top[(k + 1) % count])) > 0 for k in range(count)]
+    lines = [(*top, top[0])]
+    silhouette = []
+    for k in range(count):
+        after = (k + 1) % count
+        if seen[k]:
+            lines.append((bottom[k], bottom[after]))
+        if seen[k] or seen[k - 1]:
+            lines.append((bottom[k], top[k]))
+        # The silhouette follows the lower edges of the walls that are seen, and the upper ones of the others.
+        silhouette += [bottom[k], bottom[after]] if seen[k] else [top[k], top[after]]
+    return Piece((tuple(silhouette),), tuple(lines), low, high, loop)
 
 
 def project(place: Place) -> Point:
@@ -95,26 +134,27 @@ def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> float:
         The scale, page over life.
     """
     lifts = _lifts(parts)
-    flat = [project((x, y, z + lift)) for part, lift in zip(parts, lifts, strict=True) for x, y, z in part.places]
+    flat = [(u, v + lift * _UP) for part, lift in zip(parts, lifts, strict=True) for u, v in part.drawn]
     left, right = min(u for u, _ in flat), max(u for u, _ in flat)
     low, high = min(v for _, v in flat), max(v for _, v in flat)
     wide, tall = area[2] - area[0] - LABELS_MM, area[3] - area[1]
     scale = min(wide / (right - left), tall / (high - low))
 
-    def at(place: Place, lift: float = 0.0) -> Point:
-        u, v = project((place[0], place[1], place[2] + lift))
-        return area[0] + (u - left) * scale, area[1] + (high - v) * scale
+    def on_page(place: Point, lift: float) -> Point:
+        return area[0] + (place[0] - left) * scale, area[1] + (high - place[1] - lift * _UP) * scale
 
     text_x = area[0] + (right - left) * scale + LEADER_MM
     for k, (part, lift) in enumerate(zip(parts, lifts, strict=True)):
+        at = functools.partial(on_page, lift=lift)
         if k:
             # A line ends where the part will lie, which may be inside the one below; for a screw, at the hole's mouth.
-            top, low = max(z for _, _, z in parts[k - 1].places), min(z for _, _, z in part.places)
-            below, bottom = (top if part.screws else min(top, low)) + lifts[k - 1], low + lift
+            top = parts[k - 1].high
+            below = (top if part.screws else min(top, part.low)) + lifts[k - 1]
             for x, y in _axes(parts[k - 1], part):
-                sheet.path([at((x, y, below)), at((x, y, bottom))], None, 0.6, closed=False)
-        _draw_part(sheet, part, functools.partial(at, lift=lift))
-        end = max((at((x, y, z + lift)) for x, y, z in part.places), key=lambda place: place[0])
+                ends = [on_page(project((x, y, level)), 0.0) for level in (below, part.low + lift)]
+                sheet.path(ends, None, 0.6, closed=False)
+        _draw_part(sheet, part, at)
+        end = max((at(place) for place in part.drawn), key=lambda place: place[0])
         sheet.path([(end[0] + 0.8, end[1]), (text_x - 1.0, end[1])], None, 0.4, closed=False)
         sheet.text(text_x, end[1] - 0.2, part.name, points=9, align="left")
         sheet.text(text_x, end[1] + 3.8, part.detail, points=8, align="left")
@@ -123,116 +163,37 @@ def draw_exploded(sheet: PdfPage, parts: Sequence[Part], area: Rect) -> float:
 
 def _lifts(parts: Sequence[Part]) -> list[float]:
     """How far each part is pulled up along z, mm."""
-    heights = []
-    for part in parts:
-        ups = [project((x, y, 0.0))[1] for x, y, _ in part.places]
-        heights.append(max(ups) - min(ups))
+    tallest = max(max(v for _, v in part.drawn) - min(v for _, v in part.drawn) for part in parts)
     lifts = [0.0]
     for before, part in itertools.pairwise(parts):
         share = part.gap if before.gap == GAP else before.gap
-        gap = share * max(heights) / _UP
-        top = max(z for _, _, z in before.places) + lifts[-1]
-        lifts.append(top + gap - min(z for _, _, z in part.places))
+        lifts.append(before.high + lifts[-1] + share * tallest / _UP - part.low)
     return lifts
 
 
 def _axes(lower: Part, upper: Part) -> list[Point]:
-    """Places of the thin lines that lead from part to part: at screws, or at the corners of what both cover.
-
-    A clip or a stand has none, because it is not put on along z.
-    """
+    """Places of the thin lines that lead from part to part: at screws, or at the corners of what both cover."""
     if lower.screws and upper.screws:
         return list(upper.screws)
-    if any(prism.along_x for prism in lower.prisms):
+    if lower.alone or upper.alone:
         return []
-    ends = [
-        [(min(values), max(values)) for values in list(zip(*part.places, strict=True))[:2]] for part in (lower, upper)
-    ]
+    ends = [[(min(values), max(values)) for values in zip(*part.corners, strict=True)] for part in (lower, upper)]
     (x0, x1), (y0, y1) = ((max(a[0], b[0]), min(a[1], b[1])) for a, b in zip(*ends, strict=True))
     # Around turned pieces the corners of what both cover are corners of neither.
-    near = [place[:2] for part in (lower, upper) for place in part.places]
+    near = [*lower.corners, *upper.corners]
     return [(x, y) for x in (x0, x1) for y in (y0, y1) if min(math.dist((x, y), place) for place in near) < CORNER_MM]
 
 
-def _draw_part(sheet: PdfPage, part: Part, at: Callable[[Place], Point]) -> None:
-    for prism in part.prisms:
-        _draw_prism(sheet, prism, part.grey, at)
-    top = max(z for _, _, z in part.places)
+def _draw_part(sheet: PdfPage, part: Part, at: Callable[[Point], Point]) -> None:
+    for piece in part.pieces:
+        first, *others = ([at(place) for place in loop] for loop in piece.outlines)
+        sheet.path(first, part.grey, None, holes=others)
+        for line in piece.lines:
+            sheet.path([at(place) for place in line], None, INK, closed=False)
     for loop, grey in part.marks:
-        sheet.path([at((x, y, top)) for x, y in loop], grey, None)
-    for start, end in part.hints:
-        sheet.path([at((*start, top)), at((*end, top))], None, 0.6, closed=False)
-
-
-def _draw_prism(sheet: PdfPage, prism: Prism, grey: float, at: Callable[[Place], Point]) -> None:
-    """The walls that the viewer sees, from the back, then the face: the upper one, or the left one of a body along x.
-
-    No wall can hide that face, because the face is on the viewer's side of all walls.
-    """
-    walls: list[Wall] = []
-    toward = (-_COS * _UP, _FLAT) if prism.along_x else (-_SIN * _UP, -_COS * _UP)
-    for loop, inside in ((prism.outline, False), *((opening, True) for opening in prism.openings)):
-        count = len(loop)
-        quads = [
-            [
-                prism.place(loop[k], prism.low),
-                prism.place(loop[(k + 1) % count], prism.low),
-                prism.place(loop[(k + 1) % count], prism.high),
-                prism.place(loop[k], prism.high),
-            ]
-            for k in range(count)
-        ]
-        seen = [(signed_area([project(p) for p in quad]) > 0) != inside for quad in quads]
-        for k, quad in enumerate(quads):
-            if not seen[k]:
-                continue
-            flat = [at(p) for p in quad]
-            edges = [(flat[0], flat[1]), (flat[3], flat[2])]
-            if _corner(loop, k) or not seen[k - 1]:
-                edges.append((flat[0], flat[3]))
-            if _corner(loop, (k + 1) % count) or not seen[(k + 1) % count]:
-                edges.append((flat[1], flat[2]))
-            # Across and along the way to the viewer, in the prism's own plane.
-            ends = [
-                (x * -toward[1] + y * toward[0], x * toward[0] + y * toward[1])
-                for x, y in (loop[k], loop[(k + 1) % count])
-            ]
-            walls.append((min(ends), max(ends), flat, edges))
-    for _, _, flat, edges in _back_first(walls):
-        sheet.path(flat, grey - 0.13, None)
-        for edge in edges:
-            sheet.path(list(edge), None, INK, closed=False)
-    level = prism.low if prism.along_x else prism.high
-    loops = [[at(prism.place(point, level)) for point in loop] for loop in (prism.outline, *prism.openings)]
-    sheet.path(loops[0], grey, INK, holes=loops[1:])
-
-
-def _back_first(walls: list[Wall]) -> list[Wall]:
-    """The walls in drawing order: each comes after those that it hides."""
-    left, ordered = sorted(walls, key=lambda wall: wall[0][1] + wall[1][1]), []
-    while left:
-        # Walls of one prism do not cross, so there is always one that hides none of the others.
-        k = next((k for k, wall in enumerate(left) if not any(_hides(wall, other) for other in left)), 0)
-        ordered.append(left.pop(k))
-    return ordered
-
-
-def _hides(one: Wall, other: Wall) -> bool:
-    """Whether a wall is nearer than another where both are seen."""
-    low, high = max(one[0][0], other[0][0]), min(one[1][0], other[1][0])
-    if one is other or high - low < 1e-9:
-        return False
-    middle, near = (low + high) / 2, []
-    for (a0, n0), (a1, n1), *_ in (one, other):
-        near.append(n0 + (n1 - n0) * (middle - a0) / (a1 - a0))
-    return near[0] > near[1]
-
-
-def _corner(loop: Loop, k: int) -> bool:
-    """Whether a loop turns sharply at a point; points of an arc do not."""
-    (x0, y0), (x1, y1), (x2, y2) = loop[k - 1], loop[k], loop[(k + 1) % len(loop)]
-    turn = math.atan2((x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1), (x1 - x0) * (x2 - x1) + (y1 - y0) * (y2 - y1))
-    return abs(math.degrees(turn)) > 25.0
+        sheet.path([at(project((x, y, part.high))) for x, y in loop], grey, None)
+    for ends in part.hints:
+        sheet.path([at(project((x, y, part.high))) for x, y in ends], None, 0.6, closed=False)
 
 
 def signed_area(loop: Sequence[Point]) -> float:
@@ -258,7 +219,7 @@ def card_part(badge: Badge, card_mm: float) -> Part:
         marks.append((box_loop(in_frame(square, badge)), 0.2))
         marks += [(box_loop(in_frame(white, badge)), 1.0) for white in whites]
     size = f"{card_mm:g} mm; {x1 - x0:g} × {y1 - y0:g} mm"
-    body = Prism(box_loop((x0, y0, x1, y1)), 0.0, card_mm)
+    body = prism(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), 0.0, card_mm)
     return Part("printed card", size, (body,), 1.0, tuple(marks), tuple(hints))
 
 
@@ -271,12 +232,11 @@ def front_parts(badge: Badge, low: float, film_mm: float) -> list[Part]:
     # The lenses of an array lie in rows both ways.
     crossed = [corners[1:] + corners[:1] for corners in loops] if lens.kind == "array" else []
     hints = [line for corners in [*loops, *crossed] for line in _lines(corners)]
-    bodies = [loop if signed_area(loop) > 0 else loop[::-1] for loop in loops]
-    body = tuple(Prism(loop, low, middle) for loop in bodies)
+    body = tuple(prism(loop, low, middle) for loop in loops)
     if lens.kind != "mask":
         name = f"{several}lens sheet{plural}"
         return [Part(name, f"{lens.thickness_mm:.3g} mm; lenses up", body, 0.97, hints=tuple(hints))]
-    film = tuple(Prism(loop, middle, middle + film_mm) for loop in bodies)
+    film = tuple(prism(loop, middle, middle + film_mm) for loop in loops)
     return [
         Part(f"{several}clear spacer{plural}", f"{lens.thickness_mm:g} mm", body, 0.95),
         Part(f"{several}mask film{plural}", f"{film_mm:g} mm; printed side down", film, 0.99, hints=tuple(hints)),

@@ -7,6 +7,7 @@ lens sheet in true size, and an exploded view of each way to build the badge.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING
 from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly import assembly_words
 from moireid.fabrication.assembly.assembly_words import BuildPlan, Maker, Step
-from moireid.fabrication.assembly.exploded import Part, draw_exploded, plain_parts
+from moireid.fabrication.assembly.exploded import Part, Piece, draw_exploded, plain_parts
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage
 from moireid.fabrication.page.lettering import set_name
 from moireid.fabrication.process_figures import MountFigures
@@ -26,7 +27,10 @@ from moireid.profiles import PAPERS_MM
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.plates import AcrylicPlan
     from moireid.fabrication.printed.mount import MountPlan
+    from moireid.fabrication.solid_parts import SolidPart
 
+#: Solids as they are drawn, by "printed" or "acrylic", and by their names.
+DrawnMounts = dict[str, dict[str, Piece]]
 LEFT_MM, TOP_MM, LINE_MM, POINTS = 22.0, 28.0, 4.6, 9.0
 #: A step's picture, and the room between steps.
 PICTURE_MM, STEP_GAP_MM, MOST_STEP_MM = 42.0, 5.0, 29.0
@@ -51,6 +55,7 @@ def write_assembly_pdf(
     figures: MountFigures | None = None,
     maker: Maker = "command",
     mount_plan: MountPlan | None = None,
+    drawn: DrawnMounts | None = None,
 ) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
@@ -66,6 +71,8 @@ def write_assembly_pdf(
         Who makes it, as only a command's sheet speaks of commands.
     mount_plan : MountPlan, optional
         Of the printed mount; None to plan it here.
+    drawn : dict, optional
+        The solids of "printed" and "acrylic" as they are drawn; None to shape them here.
     """
     figures = figures or MountFigures()
     if mount_plan is None and mount != "none":
@@ -73,7 +80,7 @@ def write_assembly_pdf(
 
         mount_plan = plan_mount(badge, mount, figures.printed)
     build = BuildPlan(badge, mount, acrylic, figures, maker, mount_plan)
-    views = _views(build)
+    views = _views(build, drawn)
     paper_mm = PAPERS_MM.get(str((badge.print or {}).get("paper", "a4")), PAPERS_MM["a4"])
     with whole_file(path) as temporary:
         sheet = PdfPage(temporary, paper_mm, f"Assembly of moiré badge {badge.id}")
@@ -160,19 +167,41 @@ def _draw_steps(sheet: PdfPage, found: list[Step]) -> None:
         top += tall
 
 
-def _views(build: BuildPlan) -> list[tuple[str, list[Part]]]:
+def draw_mounts(solids: Mapping[str, Sequence[SolidPart]]) -> DrawnMounts:
+    """The solids of "printed" and "acrylic" as they are drawn in the exploded views."""
+    from moireid.fabrication.assembly.solid_views import drawn_solids
+
+    return {shop: drawn_solids(parts) for shop, parts in solids.items()}
+
+
+def _shaped(build: BuildPlan) -> DrawnMounts:
+    """The mounts' solids, shaped for their views alone."""
+    from moireid.fabrication.printed.mount import mount_bodies
+    from moireid.fabrication.solid_parts import acrylic_parts, printed_parts
+
+    badge, process, solids = build.badge, build.figures.printed, {}
+    if build.mount_plan is not None:
+        bodies = mount_bodies(badge, build.mount, process, build.mount_plan)
+        solids["printed"] = printed_parts(badge, build.mount_plan, bodies, process)
+    if build.acrylic:
+        solids["acrylic"] = acrylic_parts(build.acrylic)
+    return draw_mounts(solids)
+
+
+def _views(build: BuildPlan, drawn: DrawnMounts | None) -> list[tuple[str, list[Part]]]:
     """The exploded views, one for each way to build the badge: heading and parts."""
     views, figures = [], build.figures
     if build.mount_plan is None and build.acrylic is None:
         return [("Exploded view", plain_parts(build.badge, figures.printed))]
     from moireid.fabrication.assembly.mount_views import acrylic_parts, printed_parts
 
+    drawn = drawn or _shaped(build)
     if build.mount_plan is not None:
-        parts = printed_parts(build.badge, build.mount_plan, figures.printed)
+        parts = printed_parts(build.badge, build.mount_plan, figures.printed, drawn["printed"])
         views.append(("Exploded view: the printed mount", parts))
     if build.acrylic:
         screw = f"M3 × {assembly_words.screw_length_mm(build.acrylic)}"
-        parts = acrylic_parts(build.badge, build.acrylic, figures.acrylic.film_mm, screw)
+        parts = acrylic_parts(build.badge, build.acrylic, figures.acrylic.film_mm, screw, drawn["acrylic"])
         views.append(("Exploded view: the mount in acrylic", parts))
     return views
 

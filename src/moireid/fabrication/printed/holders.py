@@ -26,7 +26,7 @@ PLAY_MM, FIT_MM = 0.3, 0.05
 CLIP_ARM_MM, CLOTH_MM, PINCH_MM, CLIP_LENGTH_MM = 2.0, 2.4, 0.4, 34.0
 STAND_WALL_MM = 2.4
 #: A stand is two posts so wide, joined by a strip of the foot before them and one behind them.
-POST_MM, FRONT_STRIP_MM, BACK_STRIP_MM = 8.0, 3.6, 3.6
+POST_MM, FRONT_STRIP_MM, BACK_STRIP_MM = 6.4, 3.6, 3.6
 #: The wall in front of the tray's bottom edge is at most this high.
 MOST_FRONT_MM = 5.0
 #: The badge's middle must stay this far inside the foot's back edge, so that no draught turns it over.
@@ -115,7 +115,7 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> HolderBody:
     front, wall = (plan.side_top if clear else plan.rim_top) + PLAY_MM, 2.4
     lip = _front_wall_mm(badge, plan, process, width, front + wall)
     behind = -process.back_mm - FIT_MM
-    rest = min(0.25 * height, 40.0)
+    rest = min(0.25 * height, 30.0)
     lean = math.radians(process.stand_deg)
 
     def at(y: float, z: float) -> Point:

@@ -19,6 +19,7 @@ from moireid.fabrication.printed.snap import SnapPlan, check_snap, plan_snap, sh
 from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
 from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import (
+    CAD_PACKAGES,
     ExpectedSolid,
     cad_package,
     check_3mf,
@@ -134,10 +135,12 @@ def write_mount(
     process: MountProcess | None = None,
     tolerance_mm: float = 0.05,
     plan: MountPlan | None = None,
+    bodies: tuple[Body, ...] = (),
 ) -> MountReport:
     """Write mount.stl and mount.3mf, read both back, and keep them only if both hold what was designed.
 
-    Parameters: tolerance_mm: how far the STL's facets may be off the true surface; plan: as for `mount_bodies`.
+    Parameters: tolerance_mm: how far the STL's facets may be off the true surface; plan: as for `mount_bodies`;
+        bodies: as that gives them, none to shape them here.
     Raises: as `mount_bodies`; SpecError where a file exists and overwrite is false; FabricationError where a file
         fails its check, in which case none is written and no older one is touched.
     """
@@ -145,10 +148,10 @@ def write_mount(
     stl, three_mf = (folder / f"mount.{suffix}" for suffix in ("stl", "3mf"))
     planned((stl, three_mf), overwrite=overwrite)
     # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.
-    for name in ("trimesh", "manifold3d", "lib3mf", "build123d"):
+    for name in CAD_PACKAGES:
         cad_package(name)
     plan = plan or plan_mount(badge, kind, process)
-    bodies, (held, _) = mount_bodies(badge, kind, process, plan), plan
+    bodies, (held, _) = bodies or mount_bodies(badge, kind, process, plan), plan
     expected = _together([body.expected for body in bodies])
     whole = (
         bodies[0].on_bed if len(bodies) == 1 else cad_package("build123d").Compound([body.on_bed for body in bodies])

@@ -35,7 +35,11 @@ def parted(low: float, high: float, most_mm: float) -> list[tuple[float, float]]
 def lattice(rect: Rect) -> list[Rect]:
     """Openings that fill a rectangle, with ribs between."""
     x0, y0, x1, y1 = rect
-    return [(left, low, right, high) for low, high in parted(y0, y1, MOST_HIGH_MM) for left, right in parted(x0, x1, MOST_WIDE_MM)]
+    return [
+        (left, low, right, high)
+        for low, high in parted(y0, y1, MOST_HIGH_MM)
+        for left, right in parted(x0, x1, MOST_WIDE_MM)
+    ]
 
 
 def between(low: float, high: float, taken: list[tuple[float, float]]) -> list[tuple[float, float]]:

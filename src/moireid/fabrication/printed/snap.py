@@ -22,7 +22,7 @@ from typing import Any
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.printed.openings import lattice
-from moireid.fabrication.printed.tray import ADVICE, block, drawn_out, rounded_plate, slots_in, tab_outline
+from moireid.fabrication.printed.tray import ADVICE, block, corners, drawn_out, rounded_plate, slots_in, tab_outline
 from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
 from moireid.fabrication.solids import cad_package, overlap_mm3
@@ -188,9 +188,9 @@ def shape_snap(b3d: Any, plan: SnapPlan, process: MountProcess) -> Any:
     (x, y), wall, back = plan.out_mm, process.wall_mm, process.back_mm
     tabs = tab_outline(plan.slots, plan.slot_mm[0], y, plan.tab_top, wall)
     radii = {-y: 1.5 * wall, y: wall / 2, plan.tab_top: 2 * wall}
-    body = rounded_plate(
-        b3d, [(-x, -y), (x, -y), (x, y), *tabs, (-x, y)], radii, plan.rim_top, process, plan.openings()
-    )
+    outline = [(-x, -y), (x, -y), (x, y), *tabs, (-x, y)]
+    openings = [b3d.Wire.make_polygon(corners(rect)) for rect in plan.openings()]
+    body = rounded_plate(b3d, outline, radii, plan.rim_top, process, openings)
     pocket_x, pocket_y, high = plan.inner_x, plan.half_mm[1] + plan.clearance_mm, plan.rim_top + 1.0
     gone = [block(b3d, (-pocket_x, -pocket_y, pocket_x, pocket_y), 0.0, high)]
     gone.append(block(b3d, (-x, y, x, plan.tab_top + 1.0), 0.0, high))

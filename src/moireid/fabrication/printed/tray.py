@@ -242,14 +242,14 @@ def shape_tray(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
             added.append(block(b3d, (x0, rect[1], x1, rect[3]), plan.side_top, plan.rim_top))
         added.append(_lip(b3d, plan, process, rect))
     added += [_foot(b3d, plan, process, rect) for rect in plan.foot_rects(process)]
-    slits = [block(b3d, slit, -2 * process.back_mm, 0.0) for slit in _slit_rects(plan)]
     springs = []
     for rect in plan.pad_rects():
         pad = block(b3d, rect, -process.back_mm / 2, pads)
         # The card comes from above, so the upper edge of the pad is a ramp.
         edge = pad.faces().sort_by(b3d.Axis.Z)[-1].edges().sort_by(b3d.Axis.Y)[-1]
         springs.append(b3d.chamfer(edge, 0.9 * pads))
-    return (_box_with_tab(b3d, plan, process) + added - slits) + springs
+    added = [_rim(b3d, plan, process), *added, *springs]
+    return _floor_with_tab(b3d, plan, process) + added
 
 
 def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
@@ -258,10 +258,10 @@ def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
     return b3d.Box(rect[2] - rect[0], rect[3] - rect[1], z1 - z0).moved(b3d.Location(centre))
 
 
-def corners(rect: Rect) -> list[tuple[float, float, float]]:
+def corners(rect: Rect) -> list[Point]:
     """A rectangle's corners, anticlockwise."""
     x0, y0, x1, y1 = rect
-    return [(x0, y0, 0.0), (x1, y0, 0.0), (x1, y1, 0.0), (x0, y1, 0.0)]
+    return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
 
 def slots_in(width: float, process: MountProcess, slots: int) -> tuple[tuple[float, float], tuple[float, ...]]:
@@ -312,13 +312,14 @@ def _both_sides(rects: list[Rect]) -> list[Rect]:
     return [rect for x0, y0, x1, y1 in rects for rect in ((x0, y0, x1, y1), (-x1, y0, -x0, y1))]
 
 
-def _slit_rects(plan: TrayPlan) -> list[Rect]:
-    """Slits round the tongues on three sides, left and right."""
-    slits: list[Rect] = []
+def _slit_loops(plan: TrayPlan) -> list[list[Point]]:
+    """Slits round the tongues on three sides, left and right, as loops."""
+    loops = []
     for x0, y0, x1, y1 in plan.tongue_rects():
-        slits += [(x0 - SLIT_MM, y0, x0, y1), (x1, y0, x1 + SLIT_MM, y1)]
-        slits.append((x0 - SLIT_MM, y0 - SLIT_MM, x1 + SLIT_MM, y0))
-    return slits + [(-x1, y0, -x0, y1) for x0, y0, x1, y1 in slits]
+        left, low, right = x0 - SLIT_MM, y0 - SLIT_MM, x1 + SLIT_MM
+        loop = [(left, y1), (left, low), (right, low), (right, y1), (x1, y1), (x1, y0), (x0, y0), (x0, y1)]
+        loops += [loop, [(-x, y) for x, y in reversed(loop)]]
+    return loops
 
 
 def _rim_rects(plan: TrayPlan, process: MountProcess) -> list[Rect]:
@@ -328,23 +329,46 @@ def _rim_rects(plan: TrayPlan, process: MountProcess) -> list[Rect]:
     return [left, right, (-plan.out_x, plan.bottom, plan.out_x, plan.bottom + process.wall_mm)]
 
 
-def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
-    """Back plate, with tab and slot where planned, and the rim on three sides."""
+def _floor_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
+    """Back plate with its openings, and with tab and slots where planned."""
     half_y, wall = plan.half_mm[1], process.wall_mm
     tabs = tab_outline(plan.slots, plan.slot_mm[0], half_y, plan.tab_top, wall)
-    corners = [(plan.out_x, half_y), *tabs, (-plan.out_x, half_y)]
-    outline = [(-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), *corners]
-    # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
-    radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.slots else wall / 2}
-    body = rounded_plate(b3d, outline, radii, plan.side_top, process, plan.openings())
-    inner = plan.out_x - wall
-    body -= block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.side_top)
-    if not plan.slots:
-        return body
-    body -= block(b3d, (-plan.out_x, half_y, plan.out_x, plan.tab_top), 0.0, plan.side_top)
-    slot = b3d.extrude(b3d.SlotOverall(*plan.slot_mm), 2 * process.back_mm)
-    y, z = half_y + 2 * wall + plan.slot_mm[1] / 2, -1.5 * process.back_mm
-    return body - [slot.moved(b3d.Location((x, y, z))) for x in plan.slots]
+    outline = [
+        (-plan.out_x, plan.bottom),
+        (plan.out_x, plan.bottom),
+        (plan.out_x, half_y),
+        *tabs,
+        (-plan.out_x, half_y),
+    ]
+    radii = _radii(plan, process) | ({plan.tab_top: 2 * wall} if plan.slots else {})
+    slot, slot_y = b3d.SlotOverall(*plan.slot_mm).face().outer_wire(), half_y + 2 * wall + plan.slot_mm[1] / 2
+    inner = [b3d.Wire.make_polygon(loop) for loop in (*map(corners, plan.openings()), *_slit_loops(plan))]
+    inner += [slot.moved(b3d.Location((x, slot_y, 0))) for x in plan.slots]
+    return rounded_plate(b3d, outline, radii, 0.0, process, inner)
+
+
+def _radii(plan: TrayPlan, process: MountProcess) -> dict[float, float]:
+    """Radii of the outline's corners by their y: the rim stays thick enough where the pocket's sharp ones come nearest,
+    1.6 of 2 mm.
+    """
+    return {plan.bottom: 1.5 * process.wall_mm, plan.half_mm[1]: process.wall_mm / 2}
+
+
+def _rim(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
+    """The rim on three sides."""
+    x, top, wall = plan.out_x, plan.half_mm[1], process.wall_mm
+    loop = [(-x, plan.bottom), (x, plan.bottom), (x, top), (-x, top)]
+    face = rounded(b3d, loop, _radii(plan, process))
+    pocket = b3d.Wire.make_polygon(corners((wall - x, plan.bottom + wall, x - wall, top + 1.0)))
+    return b3d.extrude(face - b3d.Face(pocket), plan.side_top)
+
+
+def rounded(b3d: Any, outline: list[Point], radii_mm: dict[float, float]) -> Any:
+    """A face of that outline; radii_mm: of the corners at each y."""
+    face = b3d.make_face(b3d.Polyline(*outline, close=True))
+    for reach_y, radius_mm in radii_mm.items():
+        face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius_mm)
+    return face
 
 
 def rounded_plate(
@@ -353,7 +377,7 @@ def rounded_plate(
     radii_mm: dict[float, float],
     high_mm: float,
     process: MountProcess,
-    openings: list[Rect],
+    openings: list[Any],
 ) -> Any:
     """A plate of that outline, from behind its back to a height in the frame.
 
@@ -361,15 +385,11 @@ def rounded_plate(
     ----------
     radii_mm : dict of float to float
         Radius of the corners at each y, mm.
-    openings : list of Rect
-        What is left out of it.
+    openings : list of build123d.Wire
+        What is left out of it, in the plane z = 0.
     """
-    face = b3d.make_face(b3d.Polyline(*outline, close=True))
-    for reach_y, radius_mm in radii_mm.items():
-        face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius_mm)
-    outer = face.face().outer_wire()
-    inner = [b3d.Wire.make_polygon(corners(rect)) for rect in openings]
-    plate = b3d.extrude(b3d.Face(outer, inner), high_mm + process.back_mm)
+    outer = rounded(b3d, outline, radii_mm).face().outer_wire()
+    plate = b3d.extrude(b3d.Face(outer, openings), high_mm + process.back_mm)
     body = plate.moved(b3d.Location((0, 0, -process.back_mm)))
     # A chamfer round the bed side keeps the first, squashed layer of a print from sticking out; it must be smaller than
     # the corners' radii, of which the least is half a wall.
