@@ -1,5 +1,7 @@
 """What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--only KIND] [--pictures FOLDER]`.
 
+With --table, `src/moireid/fabrication/printing_times.py` is written anew from the rows that are printed.
+
 Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
 once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the time, the plastic,
 how much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it; of a snap-in
@@ -34,6 +36,7 @@ FORMATS = {
     "4x3in": ((101.6, 76.2), "75lpi-18mil", (0.3, 0.5)),
     "a6": ((148.0, 105.0), "62lpi-27mil", (0.4, 0.8)),
     "a5": ((210.0, 148.0), "50lpi", (0.6, 2.0)),
+    "webcam": ((150.0, 120.0), "50lpi", (0.4, 0.9)),
     "board": ((146.0, 160.0), "50lpi", (0.8, 2.5)),
 }
 PRINTER = {
@@ -46,6 +49,16 @@ PRINTER = {
     "skirts": "0",
     "bed-shape": "0x0,350x0,350x350,0x350",
 }
+TABLE = Path(__file__).parents[1] / "src/moireid/fabrication/printing_times.py"
+TABLE_HEAD = '''"""Printing time and plastic of each mount, written by `benchmarks/mounts.py --table`, which says how.
+
+The whole mount, clip or stand included: PLA, a nozzle of 0.4 mm, layers of 0.2 mm, three outlines, PrusaSlicer's own
+speeds, which are slow; a profile of a common printer needs about half of the time.
+"""
+
+#: Minutes and grams, by format and kind of the printed mount.
+PRINTING_TIMES: dict[tuple[str, str], tuple[int, float]] = {
+'''
 SUPPORTS = ("--support-material", "--support-material-auto", "--support-material-threshold", "44")
 
 
@@ -59,6 +72,22 @@ def sliced(stl: Path, *more: str) -> tuple[float, str]:
     length = sum(map(float, re.findall(r"filament used \[mm\] = ([\d.]+)", text)))
     time = re.search(r"estimated printing time \(normal mode\) = (.+)", text)
     return length * 3.14159 * 0.875**2 * 1.24e-3, time.group(1).strip() if time else "?"
+
+
+def minutes_of(time: str) -> int:
+    """A slicer's "1h 5m 28s" in minutes, rounded up."""
+    parts = {unit: int(number) for number, unit in re.findall(r"(\d+)([hms])", time)}
+    return 60 * parts.get("h", 0) + parts.get("m", 0) + (1 if parts.get("s") else 0)
+
+
+def write_table(found: list[Row]) -> None:
+    """Write the times and masses of the rows as the module that lists of parts are made from."""
+    lines = [
+        f'    ("{row["format"]}", "{row["mount"]}"): ({minutes_of(str(row["time"]))}, {row["PLA, g"]:.1f}),'
+        for row in found
+        if "refused" not in row
+    ]
+    TABLE.write_text(TABLE_HEAD + "\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
 def figures_of(badge: Badge, kind: str, folder: Path) -> Row:
@@ -97,6 +126,7 @@ def draw(stl: Path, path: Path) -> None:
 
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a format and mount."""
+    found: list[Row] = []
     pictures, wanted = wish.own.pictures, wish.chosen(f"{name} {kind}" for name in FORMATS for kind in KINDS)
     for one in wanted:
         name, kind = one.split()
@@ -105,13 +135,17 @@ def rows(wish: Wish) -> Iterator[Row]:
             row: Row = {"format": name, "mount": kind}
             try:
                 badge = design_badge(Request("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))
-                yield row | figures_of(badge, kind, Path(folder))
+                row |= figures_of(badge, kind, Path(folder))
+                found.append(row)
+                yield row
             except MoireIdError as error:
                 yield row | {"refused": str(error)}
                 continue
             if pictures:
                 pictures.mkdir(exist_ok=True)
                 draw(Path(folder) / "mount.stl", pictures / f"{name}-{kind}.png")
+    if wish.own.table:
+        write_table(found)
 
 
 COLUMNS = {
@@ -123,7 +157,11 @@ COLUMNS = {
     "supports, g": ">12.1f",
 }
 COLUMNS |= {"hangs, mm2": ">13.2f", "strain, %": ">11.2f", "out, N": ">8.1f", "refused": "<1"}
-BENCH = Bench(rows, COLUMNS, options={"--pictures": {"type": Path, "help": "folder for a picture of each mount"}})
+OPTIONS = {
+    "--pictures": {"type": Path, "help": "folder for a picture of each mount"},
+    "--table": {"action": "store_true", "help": "write the module of printing times anew"},
+}
+BENCH = Bench(rows, COLUMNS, options=OPTIONS)
 
 if __name__ == "__main__":
     run_script(__file__)

@@ -55,7 +55,7 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     assert (
         len(notes) == 1
         and "no acrylic stack was made" in notes[0]
-        and "give a spacer (--gap) of 3.9 mm or less" in notes[0]
+        and "give a spacer (--gap) of 4.9 mm or less" in notes[0]
     )
     document = json.loads(outcome.stdout)
     assert list(document["left_out"]) == ["acrylic"] and document["left_out"]["acrylic"] in notes[0]
@@ -64,7 +64,7 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     assert "mount.stl" in words and "acrylic.dxf" not in words and "M3" not in words
     # The same spacer with a kerf: somebody wants the stack, and it cannot be.
     refused = run("Ada", "--out", tmp_path / "new", "--front", "mask", "--gap", "6", "--kerf", "0.2")
-    assert refused.exit_code == 2 and "give a spacer (--gap) of 3.9 mm or less" in refused.stderr
+    assert refused.exit_code == 2 and "give a spacer (--gap) of 4.9 mm or less" in refused.stderr
     assert not (tmp_path / "new").exists()
 
 

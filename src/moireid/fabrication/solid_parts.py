@@ -22,7 +22,8 @@ from moireid.fabrication.sight import front_mm, half_board_mm, sheet_rects
 from moireid.fabrication.solids import FACET_ANGLE_RAD, FINE_MM, TOUCH_MM3, cad_package, overlap_mm3, solid_of
 
 if TYPE_CHECKING:
-    from moireid.fabrication.acrylic.plates import AcrylicPlan, Contour, Plate
+    from moireid.fabrication.acrylic.contours import Contour
+    from moireid.fabrication.acrylic.plates import AcrylicPlan, Plate
     from moireid.fabrication.printed.mount import Body, MountPlan
 
 #: The mount to laser-cut, besides the kinds of the printed one.

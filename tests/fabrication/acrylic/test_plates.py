@@ -24,7 +24,8 @@ from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic import drawings
-from moireid.fabrication.acrylic.plates import AcrylicPlan, Contour, plan_acrylic
+from moireid.fabrication.acrylic.contours import Contour
+from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.process_figures import AcrylicProcess
 from moireid.fabrication.sight import sheet_rects
 

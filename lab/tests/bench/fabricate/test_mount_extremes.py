@@ -36,7 +36,7 @@ from moireid_lab.bench.fabricate.mount_extremes import (
 
 #: What becomes of each extreme, with every mount; the rest is made whole.
 REFUSED = {"board 30x30 mm", "board 300x300 mm", "kerf 5 mm", "spacer 0.2 mm"}
-PRINTED_ALONE = {"board 30x40 mm", "sheet 0.2 mm", "sheet 6 mm", "spacer 6 mm"}
+PRINTED_ALONE = {"board 30x40 mm", "sheet 0.2 mm", "sheet 0.3 mm", "sheet 6 mm", "spacer 6 mm"}
 #: A snap-in holder's rim is as high as the sheet all round, so next to a thick one it hides markers.
 TOO_THICK_TO_SNAP = {"sheet 6 mm", "spacer 6 mm"}
 
@@ -62,7 +62,7 @@ def test_every_extreme_is_whole_or_says_why_not() -> None:
     assert (
         table.count("\n") == len(cases())
         and "printed*" in table
-        and "give a lens sheet (--lens) of 4 mm or less" in table
+        and "give a lens sheet (--lens) of 5 mm or less" in table
     )
 
 
@@ -97,7 +97,7 @@ def test_what_the_refusals_advise_does_work() -> None:
     ):
         (lens_mm,) = numbers(pattern, why(case_named(name)))
         assert whole(replace(case_named(name), lens_mm=lens_mm))
-    assert not whole(replace(case_named("sheet 6 mm"), lens_mm=4.1))
+    assert not whole(replace(case_named("sheet 6 mm"), lens_mm=5.1))
     thick = case_named("spacer 6 mm", "mask")
     (gap,) = numbers(r"\) of ([\d.]+) mm or less", why(thick))
     assert whole(replace(thick, request=replace(thick.request, gap_mm=gap)))

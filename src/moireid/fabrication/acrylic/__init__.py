@@ -1,5 +1,6 @@
 """The mount to laser-cut.
 
-plates.py      base, frame, cover and the film between, as closed paths of lines and arcs
+contours.py    closed paths of lines and arcs, and kerf
+plates.py      base, frame, cover and the film between
 drawings.py    what is cut, and acrylic.dxf and acrylic.svg: written and read back
 """

@@ -19,7 +19,8 @@ from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from moireid.errors import FabricationError
-from moireid.fabrication.acrylic.plates import AcrylicPlan, Contour
+from moireid.fabrication.acrylic.contours import Contour
+from moireid.fabrication.acrylic.plates import AcrylicPlan
 from moireid.fabrication.process_figures import LEAST_LAND_MM
 from moireid.fabrication.solids import cad_package
 

@@ -16,7 +16,8 @@ from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.printed.holders import HolderBody, as_printed, in_use, plan_holder, shape_holder
 from moireid.fabrication.printed.snap import SnapPlan, check_snap, plan_snap, shape_snap
-from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
+from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg
+from moireid.fabrication.printed.tray_shape import shape_tray
 from moireid.fabrication.process_figures import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import (
     CAD_PACKAGES,

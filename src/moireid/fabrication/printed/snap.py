@@ -22,7 +22,8 @@ from typing import Any
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.printed.openings import lattice
-from moireid.fabrication.printed.tray import ADVICE, block, corners, drawn_out, rounded_plate, slots_in, tab_outline
+from moireid.fabrication.printed.tray import ADVICE, slots_in, tab_outline
+from moireid.fabrication.printed.tray_shape import block, corners, drawn_out, rounded_plate
 from moireid.fabrication.process_figures import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
 from moireid.fabrication.solids import cad_package, overlap_mm3
@@ -78,6 +79,11 @@ class SnapPlan:
     catches: tuple[float, ...]
     slot_mm: tuple[float, float]
     slots: tuple[float, ...]
+
+    @property
+    def size_mm(self) -> tuple[float, float]:
+        """Width and height from the front."""
+        return 2 * self.out_mm[0], self.tab_top + self.out_mm[1]
 
     @property
     def bent_mm(self) -> float:
