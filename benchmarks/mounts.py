@@ -1,6 +1,6 @@
 """What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--only KIND] [--pictures FOLDER]`.
 
-With --table, `src/moireid/fabrication/printing_times.py` is written anew from the rows that are printed.
+With --table, the rows that are printed replace those of `src/moireid/fabrication/printing_times.py`.
 
 Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
 once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the time, the plastic,
@@ -13,6 +13,7 @@ With --pictures, each mount is also drawn as it lies on the bed, seen from above
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import tempfile
@@ -52,8 +53,8 @@ PRINTER = {
 TABLE = Path(__file__).parents[1] / "src/moireid/fabrication/printing_times.py"
 TABLE_HEAD = '''"""Printing time and plastic of each mount, written by `benchmarks/mounts.py --table`, which says how.
 
-The whole mount, clip or stand included: PLA, a nozzle of 0.4 mm, layers of 0.2 mm, three outlines, PrusaSlicer's own
-speeds, which are slow; a profile of a common printer needs about half of the time.
+The whole mount, clip or stand included: PLA, a nozzle of 0.4 mm, layers of 0.2 mm, three outlines, and the speeds that
+PrusaSlicer has without a printer's profile.
 """
 
 #: Minutes and grams, by format and kind of the printed mount.
@@ -81,13 +82,13 @@ def minutes_of(time: str) -> int:
 
 
 def write_table(found: list[Row]) -> None:
-    """Write the times and masses of the rows as the module that lists of parts are made from."""
-    lines = [
-        f'    ("{row["format"]}", "{row["mount"]}"): ({minutes_of(str(row["time"]))}, {row["PLA, g"]:.1f}),'
-        for row in found
-        if "refused" not in row
-    ]
-    TABLE.write_text(TABLE_HEAD + "\n".join(lines) + "\n}\n", encoding="utf-8")
+    """Write the times and masses of the rows, and of those that the table has already, as a module."""
+    # Read from the file, as another run may have written it since.
+    times = ast.literal_eval(TABLE.read_text(encoding="utf-8").rpartition("]] = ")[2])
+    times |= {(str(r["format"]), str(r["mount"])): (minutes_of(str(r["time"])), round(r["PLA, g"], 1)) for r in found}
+    order = [(name, kind) for name in FORMATS for kind in KINDS if (name, kind) in times]
+    lines = [f'    ("{name}", "{kind}"): {times[name, kind]},\n' for name, kind in order]
+    TABLE.write_text(TABLE_HEAD + "".join(lines) + "}\n", encoding="utf-8")
 
 
 def figures_of(badge: Badge, kind: str, folder: Path) -> Row:
@@ -159,7 +160,7 @@ COLUMNS = {
 COLUMNS |= {"hangs, mm2": ">13.2f", "strain, %": ">11.2f", "out, N": ">8.1f", "refused": "<1"}
 OPTIONS = {
     "--pictures": {"type": Path, "help": "folder for a picture of each mount"},
-    "--table": {"action": "store_true", "help": "write the module of printing times anew"},
+    "--table": {"action": "store_true", "help": "write these rows into the module of printing times"},
 }
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
 
