@@ -1,7 +1,5 @@
 """What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--only KIND] [--pictures FOLDER]`.
 
-With --table, the rows that are printed replace those of `src/moireid/fabrication/printing_times.py`.
-
 Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
 once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the time, the plastic,
 how much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it; of a snap-in
@@ -13,7 +11,6 @@ With --pictures, each mount is also drawn as it lies on the bed, seen from above
 
 from __future__ import annotations
 
-import ast
 import re
 import subprocess
 import tempfile
@@ -50,16 +47,6 @@ PRINTER = {
     "skirts": "0",
     "bed-shape": "0x0,350x0,350x350,0x350",
 }
-TABLE = Path(__file__).parents[1] / "src/moireid/fabrication/printing_times.py"
-TABLE_HEAD = '''"""Printing time and plastic of each mount, written by `benchmarks/mounts.py --table`, which says how.
-
-The whole mount, clip or stand included: PLA, a nozzle of 0.4 mm, layers of 0.2 mm, three outlines, and the speeds that
-PrusaSlicer has without a printer's profile.
-"""
-
-#: Minutes and grams, by format and kind of the printed mount.
-PRINTING_TIMES: dict[tuple[str, str], tuple[int, float]] = {
-'''
 SUPPORTS = ("--support-material", "--support-material-auto", "--support-material-threshold", "44")
 
 
@@ -73,22 +60,6 @@ def sliced(stl: Path, *more: str) -> tuple[float, str]:
     length = sum(map(float, re.findall(r"filament used \[mm\] = ([\d.]+)", text)))
     time = re.search(r"estimated printing time \(normal mode\) = (.+)", text)
     return length * 3.14159 * 0.875**2 * 1.24e-3, time.group(1).strip() if time else "?"
-
-
-def minutes_of(time: str) -> int:
-    """A slicer's "1h 5m 28s" in minutes, rounded up."""
-    parts = {unit: int(number) for number, unit in re.findall(r"(\d+)([hms])", time)}
-    return 60 * parts.get("h", 0) + parts.get("m", 0) + (1 if parts.get("s") else 0)
-
-
-def write_table(found: list[Row]) -> None:
-    """Write the times and masses of the rows, and of those that the table has already, as a module."""
-    # Read from the file, as another run may have written it since.
-    times = ast.literal_eval(TABLE.read_text(encoding="utf-8").rpartition("]] = ")[2])
-    times |= {(str(r["format"]), str(r["mount"])): (minutes_of(str(r["time"])), round(r["PLA, g"], 1)) for r in found}
-    order = [(name, kind) for name in FORMATS for kind in KINDS if (name, kind) in times]
-    lines = [f'    ("{name}", "{kind}"): {times[name, kind]},\n' for name, kind in order]
-    TABLE.write_text(TABLE_HEAD + "".join(lines) + "}\n", encoding="utf-8")
 
 
 def figures_of(badge: Badge, kind: str, folder: Path) -> Row:
@@ -127,7 +98,6 @@ def draw(stl: Path, path: Path) -> None:
 
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a format and mount."""
-    found: list[Row] = []
     pictures, wanted = wish.own.pictures, wish.chosen(f"{name} {kind}" for name in FORMATS for kind in KINDS)
     for one in wanted:
         name, kind = one.split()
@@ -136,17 +106,13 @@ def rows(wish: Wish) -> Iterator[Row]:
             row: Row = {"format": name, "mount": kind}
             try:
                 badge = design_badge(Request("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))
-                row |= figures_of(badge, kind, Path(folder))
-                found.append(row)
-                yield row
+                yield row | figures_of(badge, kind, Path(folder))
             except MoireIdError as error:
                 yield row | {"refused": str(error)}
                 continue
             if pictures:
                 pictures.mkdir(exist_ok=True)
                 draw(Path(folder) / "mount.stl", pictures / f"{name}-{kind}.png")
-    if wish.own.table:
-        write_table(found)
 
 
 COLUMNS = {
@@ -158,11 +124,7 @@ COLUMNS = {
     "supports, g": ">12.1f",
 }
 COLUMNS |= {"hangs, mm2": ">13.2f", "strain, %": ">11.2f", "out, N": ">8.1f", "refused": "<1"}
-OPTIONS = {
-    "--pictures": {"type": Path, "help": "folder for a picture of each mount"},
-    "--table": {"action": "store_true", "help": "write these rows into the module of printing times"},
-}
-BENCH = Bench(rows, COLUMNS, options=OPTIONS)
+BENCH = Bench(rows, COLUMNS, options={"--pictures": {"type": Path, "help": "folder for a picture of each mount"}})
 
 if __name__ == "__main__":
     run_script(__file__)

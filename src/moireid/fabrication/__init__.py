@@ -11,8 +11,6 @@ assembly/           assembly.pdf: how the parts go together
 solid_parts.py      the parts of a mount as build123d solids in their places, and a check of these
 step_text.py        a STEP assembly's text, the same for the same badge
 assembly_files.py   a mount put together: mount.step, acrylic.step and mount.glb
-printing_times.py   how long each mount takes to print, written by `benchmarks/mounts.py --table`
-part_list.py        the parts of a mount as a list
 package.py          all files of one badge, planned before and checked after; which mounts can be made for it
 event.py            sheets and folders for many people
 shopping/           what to buy for badges, and how lens sheets are cut

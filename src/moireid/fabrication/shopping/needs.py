@@ -30,6 +30,8 @@ MOST_PEOPLE = 10_000
 SPARE_SHARE, MOST_SPARE_SHARE = 0.05, 1.0
 #: Between two parts on a plate, and from its edge, mm: what a laser shop leaves.
 PART_GAP_MM = 5.0
+#: Thinner plates are polyester film.
+LEAST_ACRYLIC_MM = 1.0
 #: Two strips of tape for each piece of lens sheet, each so much longer than the piece, mm.
 TAPE_OVER_MM = 10.0
 MM_PER_M, GRAMS_PER_SPOOL = 1000.0, 1000.0
@@ -146,6 +148,8 @@ def shopping_list(badge: Badge, parts: Parts, wish: ShoppingWish) -> ShoppingLis
         lines += _holder_lines(wish, count)
     elif wish.made == "acrylic" and parts.acrylic is not None:
         lines += _acrylic_lines(parts.acrylic.plates, count)
+        if layers := parts.acrylic.layers:
+            notes.append(f"each badge takes {layers} more pieces of the card, cut to its size, below the page")
         length, screws = screw_length_mm(parts.acrylic), len(parts.acrylic.screws)
         found = _only("screws")
         what = f"{found.words}, {length} mm long"
@@ -277,7 +281,8 @@ def _plate_lines(key: str, thickness_mm: float, parts: list[tuple[float, float, 
         to_a_plate.append(f"{most} parts of {wide:.0f} x {high:.0f} mm")
         plates += math.ceil(number / most)
     row = stocked[0] if stocked else None
-    what = row.words if row else f"Clear acrylic or polyester sheet, {thickness_mm:g} mm"
+    plain = "Clear acrylic" if thickness_mm >= LEAST_ACRYLIC_MM else "Clear polyester film (PET, never PVC)"
+    what = row.words if row else f"{plain}, {thickness_mm:g} mm"
     note = f"plates of {size_mm[0]:g} x {size_mm[1]:g} mm, from each {' or '.join(to_a_plate)}, by laser"
     if row is None:
         note += "; the table has no shop that stocks this thickness: ask before you order"
