@@ -156,9 +156,9 @@ def shape_holder(b3d: Any, holder: HolderBody) -> Any:
     if holder.open_mm is None:
         return body
     low, high = holder.open_mm
-    up = [up for _, up in holder.profile]
-    gone = b3d.Box(high - low, 2 * (max(up) - min(up)), holder.width_mm - 2 * POST_MM)
-    return body - gone.moved(b3d.Location(((low + high) / 2, (max(up) + min(up)) / 2, holder.width_mm / 2)))
+    _, tall = holder.size_mm
+    gone = b3d.Box(high - low, 4 * tall, holder.width_mm - 2 * POST_MM)
+    return body - gone.moved(b3d.Location(((low + high) / 2, 0, holder.width_mm / 2)))
 
 
 def in_use(b3d: Any, holder: HolderBody, plan: TrayPlan) -> Any:
