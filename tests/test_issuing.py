@@ -14,7 +14,7 @@ from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, random_payload
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError, RegistryError
-from moireid.fabrication.package import print_badge
+from moireid.fabrication.package import MountSolids, print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
 from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.issuing import IssueOrder, Wear, plan_badge
@@ -48,12 +48,15 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     return found
 
 
+NO_SOLIDS = MountSolids((), {"printed": (), "acrylic": ()}, {})
+
+
 def test_a_badge_is_designed_once_and_its_mount_planned_once(
     tmp_path: Path, calls: Counter[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a second draw after the checks, so that another identity is printed; plans made anew for each file."""
 
-    # The solids, which take ten seconds, are those of the tests of mounts.
+    # The solids, which take seconds, are those of the tests of mounts.
     def write_mount(badge: Badge, folder: Path, *, plan: MountPlan, **_: object) -> MountReport:
         files = [folder / name for name in ("mount.stl", "mount.3mf")]
         for path in files:
@@ -63,8 +66,8 @@ def test_a_badge_is_designed_once_and_its_mount_planned_once(
 
     plan = plan_badge(order("lanyard"), None)
     monkeypatch.setattr("moireid.fabrication.printed.mount.write_mount", write_mount)
-    for name in ("printed_parts", "acrylic_parts", "check_parts"):
-        monkeypatch.setattr(f"moireid.fabrication.solid_parts.{name}", lambda *_: ())
+    monkeypatch.setattr("moireid.fabrication.package.shape_parts", lambda *_: NO_SOLIDS)
+    monkeypatch.setattr("moireid.fabrication.assembly.guide._views", lambda *_: [])
     for name in ("write_assembly_step", "write_glb"):
         monkeypatch.setattr(f"moireid.fabrication.assembly_files.{name}", lambda *given: given[2].touch())
     printed = print_badge(plan.badge, tmp_path / "ada", parts=plan.parts, look=plan.look)
@@ -117,5 +120,6 @@ def test_a_figure_that_was_given_is_an_order(badge: Badge) -> None:
     """Catches: another mount than the one whose figure was set; a board of its own that is given a holder unasked."""
     with pytest.raises(FabricationError, match="front wall"):
         CARD.parts(badge, "stand", mount_figures(["stand_deg=20"]))
-    with pytest.raises(FabricationError, match="front wall"):
-        replace(CARD, format_name=None).parts(badge, "stand", MountFigures())
+    # A board of its own has the acrylic stack, which can be made.
+    parts, note = replace(CARD, format_name=None).parts(badge, "stand", MountFigures())
+    assert (parts.printed, note) == ("none", None) and parts.acrylic and "front wall" in parts.left_out["printed"]
