@@ -230,14 +230,14 @@ def test_assembly_sheet_lists_what_the_mount_needs(ada: Badge, tmp_path: Path) -
     package.write_assembly_pdf(ada, tmp_path / "a.pdf", mount="clip", acrylic=parts.acrylic, figures=figures)
     document = pdfium.PdfDocument(tmp_path / "a.pdf")
     text = document[0].get_textpage()
-    words = text.get_text_range()
+    words = " ".join(text.get_text_range().split())
     right = max(text.get_charbox(k)[2] for k in range(text.count_chars()))
     width = document[0].get_size()[0]
     document.close()
     assert "with its clip" in words and "lanyard" not in words
     assert "base 4 mm, frame 2 mm, cover 2 mm" in words and "6 button-head screws M3 × 12" in words
     assert "0.14 mm of air" in words and right < width - 40
-    assert "3 more pieces of the card, cut as the badge, below it" in " ".join(words.split())
+    assert "3 more pieces of the card, cut as the badge, below it" in words
 
 
 @pytest.mark.slow
