@@ -269,7 +269,7 @@ def test_an_event_has_one_mount_for_all(tmp_path: Path) -> None:
     assert names(out) == folders | {"badges.pdf", "summary.csv"} | parts
     assert all(names(out / name) == SHEETS for name in folders)
     document = json.loads(outcome.stdout)
-    assert parts < set(document["files"]) and document["mount_mass_g"] > 10 and document["left_out"] == {}
+    assert parts < set(document["files"]) and document["mount_mass_g"] > 5 and document["left_out"] == {}
     rows = list(csv.DictReader((out / "summary.csv").open(encoding="utf-8")))
     assert [row["mount"] for row in rows] == ["lanyard or acrylic"] * 2
     assert "mount.stl" in words_of(out / "002-grace" / "assembly.pdf")

@@ -19,7 +19,7 @@ from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.process_figures import MountFigures, MountProcess
 from moireid.fabrication.sight import front_mm, half_board_mm, sheet_rects
-from moireid.fabrication.solids import FACET_ANGLE_RAD, FINE_MM, TOUCH_MM3, cad_package, overlap_mm3, solid_of
+from moireid.fabrication.solids import FINE_MM, FINE_RAD, TOUCH_MM3, cad_package, overlap_mm3, solid_of
 
 if TYPE_CHECKING:
     from moireid.fabrication.acrylic.contours import Contour
@@ -67,7 +67,7 @@ class SolidPart:
     @cached_property
     def mesh(self) -> Any:
         """A trimesh mesh of it, mm; made once, as it takes longer than all that is made of it."""
-        vertices, faces = self.shape.tessellate(FINE_MM, FACET_ANGLE_RAD)
+        vertices, faces = self.shape.tessellate(FINE_MM, FINE_RAD)
         # The kernel's last digits change from run to run, and the same badge is to give the same bytes.
         return cad_package("trimesh").Trimesh(np.round([tuple(vertex) for vertex in vertices], 5), faces)
 

@@ -141,7 +141,7 @@ def refused(what: str, got: str, allowed: str, **details: object) -> Fabrication
     )
 
 
-#: Facets of a solid that is only checked for interference: mm and radians off the true surface.
+#: Facets of a solid that is checked for interference and shown, but not printed: mm and radians off the true surface.
 FINE_MM, FINE_RAD = 0.02, 0.3
 #: A corner's tip is always thinner than a wall; an area up to this in a slice does not count as a wall, mm².
 TIP_MM2 = 0.05
