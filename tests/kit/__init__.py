@@ -39,6 +39,7 @@ signing.py          keys, certificates and a time authority
 payloads.py         a fixed payload for a name
 portrait.py         a person with a badge
 registries.py       registries on SQLite and PostgreSQL
+live_verdicts.py    verdicts of a live check, and their headlines
 witnesses.py        logs that sign what they like, and witnesses' servers
 fault_runs.py       every file call of a registry fails once, in turn; faults.c is loaded to do it
 enrolling.py        what other processes do at a registry

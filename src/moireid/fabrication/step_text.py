@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-_PLACE = re.compile(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','[^']*'")
+_PLACE = re.compile(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','[^']*'([^;]*);")
 #: The line that begins a body's colour.
 _COLOURED = "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION"
 _REFERENCE = re.compile(r"#(\d+)")
@@ -37,7 +37,9 @@ def ordered_step(step: str, names: Sequence[str]) -> str:
 
     def place(match: re.Match[str]) -> str:
         number, name = next(numbered, (0, ""))
-        return f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}','{name}'" if number else match[0]
+        # Where the kernel breaks the line depends on the length of its own number and name.
+        rest = re.sub(r"\n *", "", match[1])
+        return f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}','{name}'{rest};" if number else match[0]
 
     step = _PLACE.sub(place, step)
     begin = re.search(rf"(?m)^#\d+ = {_COLOURED}", step)

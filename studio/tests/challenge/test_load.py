@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kit.live_verdicts import headline, said
 from moireid.badge import Badge
 from moireid.verifier.session.claim import Claim
 from moireid_studio.challenge.live_headline import SLOWLY
 from moireid_studio.challenge.load import LEAST_PICTURES, MOST_MS, Load, load_advice
 from moireid_studio.challenge.session import LiveCheck
 from moireid_studio.challenge.stream import NoWatch
-
-from .test_live_headline import headline, said
 
 
 class Clock:
