@@ -16,7 +16,7 @@ from moireid.frames import own_frame
 from moireid.simulate.mitsuba.mitsuba_renderer import grating_parts
 from moireid.simulate.mitsuba.scene_parts import clear, mesh
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, BEHIND_MM, Strips
-from moireid.simulate.photograph.solids import Cloth, knit, plate, ribbon, rings, tube
+from moireid.simulate.photograph.surfaces import Cloth, knit, plate, ribbon, rings, tube
 from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]

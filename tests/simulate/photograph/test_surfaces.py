@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from moireid.simulate.photograph.solids import Cloth, plate, ribbon, rounded_outline, tube
+from moireid.simulate.photograph.surfaces import Cloth, plate, ribbon, rounded_outline, tube
 
 
 def test_an_outline_is_closed_and_has_round_corners() -> None:
