@@ -141,7 +141,7 @@ def test_a_name_that_is_none_is_refused(refused: Callable[..., str], name: str) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["a/b", "..", "Ωμέγα", "Zoe\u0308", "x" * 200, "{}%s<b>"])
+@pytest.mark.parametrize("name", ["a/b", "..", "Ωμέγα", "Zoe\u0308", "x" * 150, "{}%s<b>"])
 def test_any_other_name_is_printed(run: Run, name: str) -> None:
     """Catches: a name taken for a path, a format or markup, and a script that is not Latin."""
     outcome = run("print", name, "--out", "new", "--mount", "none", "--json")
