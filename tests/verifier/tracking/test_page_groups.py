@@ -252,12 +252,11 @@ def test_a_wall_of_markers_holds_nobody_up(rng):
 
 @pytest.mark.slow
 def test_the_finder_tells_two_pages_in_one_picture(rng):
-    """Catches: the finder's scale or origin lost between search and grouping; a glance that sees nothing."""
+    """Catches: the finder's scale or origin lost between search and grouping; a quick look that sees nothing."""
     one, other = seen_from(px_per_mm=1.6, at=(60.0, 40.0)), seen_from(px_per_mm=1.9, at=(460.0, 60.0))
     picture = np.minimum(draw(one, shape=(480, 860)), draw(other, shape=(480, 860)))
     luma = filmed(picture, rng, noise=2.0)
-    for look in (MarkerFinder(MARKERS).pages, MarkerFinder(MARKERS).glance):
-        pages = look(luma)
+    for pages in (MarkerFinder(MARKERS).pages(luma), MarkerFinder(MARKERS).quick(luma)[0]):
         assert len(pages) == 2 and same_page(pages[0], other, CORNERS) and same_page(pages[1], one, CORNERS)
         for page, truth in zip(pages, (other, one), strict=True):
             assert np.abs((quads_of(page) - quads_of(truth)).mean(axis=(0, 1))).max() < 0.4
