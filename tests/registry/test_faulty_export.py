@@ -80,7 +80,7 @@ EDITS = {
     "another key": lambda d: d["authority"].update(public_key="00" * 32),
     "no key": lambda d: d["authority"].update(public_key="x"),
     "fingerprint": lambda d: d["authority"].update(fingerprint="0" * 32),
-    "version": lambda d: d.update(version=5),
+    "version": lambda d: d.update(version=99),
     "format": lambda d: d.update(format="x"),
 }
 
