@@ -167,7 +167,7 @@ def test_an_entry_is_no_head_because_its_hash_was_one_before(old: str) -> None:
 
 def test_files_of_before_are_read(old: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a bundle, a proof, a checkpoint or an export of before that counts no more; a newer bundle that is
-    called a fork of an older one, as their heads are of different kinds.
+    called a fork of an older one, or an older one of a newer one, as their heads are of different kinds.
     """
     proof = check_proof((DATA / "version5.proof").read_text(encoding="utf-8"), "it")
     assert (proof.entry, proof.record.revoked_reason) == (8, "lost on the train")
@@ -183,6 +183,10 @@ def test_files_of_before_are_read(old: str, tmp_path: Path, monkeypatch: pytest.
             pass
     with pytest.raises(RegistryError, match="rolled back"):
         Bundle(DATA / "version5.bundle", FINGERPRINT)
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "a mirror's reader"))
+    for name in (tmp_path / "same", DATA / "version5.bundle"):
+        with Bundle(name, FINGERPRINT):
+            pass
     copy = url_of(tmp_path / "copy.sqlite3")
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "third"))
     assert import_registry(DATA / "export4.json", copy).added == 3

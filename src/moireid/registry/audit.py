@@ -172,6 +172,9 @@ class _Tally:
         self.acted: Counter[str] = Counter()
         self.gone: set[str] = set()
         self.findings: list[Finding] = []
+        #: Hash of each record's newest version by the entries that were looked at, and the last of their numbers.
+        self.newest: dict[str, str] = {}
+        self.last = 0
 
     def report(self, code: str, text: str, subject: object = None) -> None:
         """Count a finding, and keep it if there are not too many."""
@@ -264,6 +267,7 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
                 # Go on from this entry's own number and hash, so that one fault gives only one finding.
                 last = Link(row.seq, row.hash)
             _note_actor(row, tally)
+            tally.newest[row.subject], tally.last = row.record_sha256, row.seq
             if row.action in ("enroll", "import") and row.holder is None and not row.erased:
                 tally.report(
                     "record_missing", f"log entry {row.seq} enters id {row.subject}, but it has no record", row.subject
@@ -317,8 +321,13 @@ class _NodeCheck:
 
     def __init__(self, ledger: Ledger) -> None:
         self._ledger = ledger
-        # A registry from before the tree has none until it is written to.
-        self._stored = ledger.rows(select(schema_version.c.version)) != [(CHAINED_VERSION,)]
+        # A registry from before the tree has none until it is written to; its last entry contains the one before.
+        chained = ledger.rows(select(log.c.previous).order_by(log.c.seq.desc()).limit(1)) not in (
+            [],
+            [("",)],
+            [(None,)],
+        )
+        self._stored = not chained or ledger.rows(select(schema_version.c.version)) != [(CHAINED_VERSION,)]
         self._wrong = set[Place]()
 
     def check(self, made: Mapping[Place, bytes], tally: _Tally) -> None:
@@ -397,6 +406,11 @@ def _pages(ledger: Ledger, tally: _Tally) -> Iterator[list[AnyRow]]:
         rows = ledger.rows(query.where(log.c.seq > rows[-1].seq))
 
 
+def _written_since(ledger: Ledger, subject: str, tally: _Tally) -> bool:
+    """Whether the log has entries about a record that were written after it was looked at."""
+    return bool(ledger.rows(select(log.c.seq).where(log.c.subject == subject, log.c.seq > tally.last).limit(1)))
+
+
 def _audit_records(ledger: Ledger, tally: _Tally) -> None:
     """Check each record against its signature and its newest entry."""
     changed = select(func.count()).where(log.c.subject == badges.c.id, log.c.action.in_((REPLACED, REFINED)))
@@ -409,6 +423,9 @@ def _audit_records(ledger: Ledger, tally: _Tally) -> None:
             tally.counts["revoked"] += row.revoked_at is not None
             try:
                 record = record_of(row, ledger.authority)
+                if tally.newest.get(row.id) != row.newest and not _written_since(ledger, row.id, tally):
+                    text = f"the record of id {row.id} is not the version that the log has last, which an index hides"
+                    tally.report("record_stale", text, row.id)
                 if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):
                     text = f"what the name of id {row.id} looks like was changed, so look-alikes of it are not found"
                     tally.report("record_skeleton", text, row.id)

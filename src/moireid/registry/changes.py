@@ -314,10 +314,14 @@ class RegistryChanges(RegistryQueries):
 
 
 def locked(transaction: Transaction, record: Record) -> Record:
-    """The record, read again under the transaction's write lock.  Raises: RegistryError if it was removed meanwhile."""
+    """The record, read again under the transaction's write lock.
+
+    Raises: RegistryError if it was removed meanwhile; Fault if it is not its newest version, which a change would sign.
+    """
     holders = transaction.records(select_records().where(badges.c.id == record.id))
     if not holders:
         raise RegistryError(f"badge {record.id} was taken out of registry {transaction.ledger.shown} meanwhile")
+    transaction.tree.newest_entry(record.id, holders[0].digest())
     return holders[0]
 
 

@@ -81,7 +81,9 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
     }
     yield "".join(f'{"," if k else "{"}\n"{key}":{canonical_json(header[key])}' for k, key in enumerate(header)), False
     yield ',\n"records":[', False
+    written = dict[str, str]()
     for number, row in enumerate(pages(connection, select_records(), badges.c.id)):
+        written[row.id] = row.newest
         yield (",\n" if number else "\n") + _record_line(row, ledger), True
     yield '\n],\n"actors":[', False
     for number, row in enumerate(pages(connection, select(actors), actors.c.commitment)):
@@ -89,11 +91,17 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
     yield '\n],\n"log":[', False
     former = ledger.rotations(connection)
     last, tree, then = BEGINNING, Tree(), former[0].old if former else ledger.authority
+    stale = set[str]()
     for row in pages(connection, select(log), log.c.seq):
         yield (",\n" if last.seq else "\n") + canonical_json(dict(row._mapping)), False
         last = check_entry(row, last, then)
         tree.add(leaf_of(last.hash))
         then = authority_after(row, then)
+        # The database's index may hide the newest entry, by which a record was compared.
+        if row.subject in written:
+            (stale.discard if row.record_sha256 == written[row.subject] else stale.add)(row.subject)
+    if stale:
+        raise Fault("record_stale", f"the record of id {min(stale)} is not the version that the log has last")
     if not signed.is_over(last, tree):
         raise Fault("head_hash", "the log's entries are not those of its signed head")
     yield "\n]\n}\n", False

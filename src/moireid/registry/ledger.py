@@ -39,12 +39,13 @@ from moireid.registry.log import (
     Rotation,
     check_head,
     head_row,
+    leaf_of,
     linked,
     next_rows,
     rotation_of,
 )
-from moireid.registry.log_tree import LogTree, grow, store_nodes
-from moireid.registry.merkle import Tree
+from moireid.registry.log_tree import LogTree, store_nodes
+from moireid.registry.merkle import Place, Tree
 from moireid.registry.opening import add_nodes, prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.rollback import LogState, check_successors, compared, standing_of
@@ -234,6 +235,8 @@ class Ledger:
             if transaction.successor is not None:
                 after.adopt(transaction.successor)
             state = after._state(connection)
+            if transaction.signed not in (None, state.head):
+                raise Fault("head_hash", "the database did not keep the head that was signed")
             compared(state, memory, self.trust)
         self._committed(state)
 
@@ -287,6 +290,8 @@ class Transaction:
         #: The log as the transaction found it.
         self.tree = tree
         self._growing: Tree | None = None
+        #: The last head that was signed here.
+        self.signed: Head | None = None
         #: The public key by which the registry goes on, if that is another one.
         self.successor: str | None = None
         self._actor = actor
@@ -326,10 +331,16 @@ class Transaction:
         self.append(next_rows(signer, self.growing().size, done, self.committed()), signer)
 
     def append(self, rows: list[dict[str, Any]], signer: Signs, **values: str) -> Head:
-        """Add entries to the log, and move the head, which `signer` signs; values: other columns of `authority`."""
-        tree = self.growing()
+        """Add entries to the log, and move the head, which `signer` signs; values: other columns of `authority`.
+
+        The head is over the entries as they are here, not as the database gives them back, which could be others.
+        """
+        tree, made = self.growing(), dict[Place, bytes]()
         self.connection.execute(insert(schema.log), rows)
-        head = grow(self.connection, tree)
+        for row in rows:
+            made |= tree.add(leaf_of(row["hash"]))
+        store_nodes(self.connection, made)
+        self.signed = head = Head(tree.size, tree.root().hex())
         self.connection.execute(update(schema.authority).values(head_row(signer, head) | values))
         return head
 

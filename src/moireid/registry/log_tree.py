@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from sqlalchemy import Connection, insert, select
+from sqlalchemy import Connection, delete, func, insert, select
 
 from moireid.registry.engine import chunks
 from moireid.registry.log import BEGINNING, Head, Link, followed, leaf_of
@@ -32,7 +32,10 @@ from moireid.registry.merkle import (
     subtrees,
 )
 from moireid.registry.record import Fault
-from moireid.registry.schema import log, nodes, pages, select_nodes
+from moireid.registry.schema import log, nodes, nodes_at, pages, select_nodes
+
+#: Length of each node and leaf: a longer one could hold two, and give a root that no log has.
+HASH_BYTES = 32
 
 
 class LogTree:
@@ -98,6 +101,25 @@ class LogTree:
         yield from self._followed(tree, BEGINNING if begin == 1 else Link(begin - 1, None), self.size)
         if tree.root() != self.root:
             raise Fault("log_cut", f"the log's entries from {begin} on are not those of its signed head")
+
+    def newest_entry(self, subject: str, record_sha256: str) -> int:
+        """The number of the newest entry about a record.
+
+        Every entry from there to the head is looked at, as the database's index may hide one.
+        Raises: Fault if it is about another version than the one of this hash, or an entry on the way was changed.
+        """
+        newest = self._connection.scalar(select(func.max(log.c.seq)).where(log.c.subject == subject))
+        if newest is None:
+            raise Fault("record_unlogged", f"the log has no entry for the record of id {subject}")
+        for entry in self.entries(newest):
+            about = entry["subject"] == subject
+            if about != (entry["seq"] == newest) or (about and entry["record_sha256"] != record_sha256):
+                raise Fault("record_stale", f"the record of id {subject} is not the version that the log has last")
+        return int(newest)
+
+    def versions(self) -> dict[str, str]:
+        """The hash of each record's newest version by its id, from all entries.  Raises: Fault as `entries`."""
+        return {entry["subject"]: entry["record_sha256"] for entry in self.entries()}
 
     def leads_from(self, seen: Head) -> bool:
         """Whether the log goes on from an earlier head, entry by entry.
@@ -180,6 +202,8 @@ def read_nodes(connection: Connection, places: Sequence[Place]) -> dict[Place, b
             found |= {(row.level, row.place): bytes.fromhex(row.hash) for row in rows}
         except (TypeError, ValueError) as error:
             raise Fault("tree_node", "a node of the log's tree is damaged") from error
+    if any(len(node) != HASH_BYTES for node in found.values()):
+        raise Fault("tree_node", "a node of the log's tree is damaged")
     for level, place in places:
         if (level, place) not in found:
             what = "a log entry" if level == 0 else "a node of the log's tree"
@@ -188,10 +212,11 @@ def read_nodes(connection: Connection, places: Sequence[Place]) -> dict[Place, b
 
 
 def store_nodes(connection: Connection, found: Mapping[Place, bytes]) -> None:
-    """Store the nodes above the leaves."""
-    rows = ({"level": level, "place": place, "hash": node.hex()} for (level, place), node in found.items() if level)
-    for some in chunks(rows):
-        connection.execute(insert(nodes), some)
+    """Store the nodes above the leaves, in place of any that are there."""
+    for some in chunks(place for place in found if place[0]):
+        connection.execute(delete(nodes).where(nodes_at(some)))
+        rows = [{"level": level, "place": place, "hash": found[level, place].hex()} for level, place in some]
+        connection.execute(insert(nodes), rows)
 
 
 def grow(connection: Connection, tree: Tree) -> Head:

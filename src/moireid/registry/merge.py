@@ -39,10 +39,10 @@ from moireid.registry.engine import chunks, clean
 from moireid.registry.export_file import load
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger
-from moireid.registry.log import ERASE
+from moireid.registry.log import ERASE, NO_RECORD
 from moireid.registry.log_tree import grow
 from moireid.registry.merkle import Tree
-from moireid.registry.record import REVOKED, SUSPENDED, Record
+from moireid.registry.record import REVOKED, SUSPENDED, Fault, Record
 from moireid.registry.schema import actors, badges, log, pages, select_records
 
 
@@ -180,6 +180,8 @@ def _held(here: Connection, ids: Iterable[str]) -> list[str]:
 def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Import:
     """Enter the source's records that we lack, and unite those that both hold and that differ."""
     added = changed = unchanged = erased = 0
+    # What is changed is signed anew, so it must be the newest version, whatever the database's index shows.
+    versions = transaction.tree.versions()
     for badge_id in _erased_in(there):
         if transaction.connection.execute(delete(badges).where(badges.c.id == badge_id)).rowcount:
             transaction.log(ERASE, badge_id)
@@ -188,6 +190,7 @@ def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Impor
         ids = [row.id for row in rows]
         held = {record.id: record for record in transaction.records(select_records().where(badges.c.id.in_(ids)))}
         new, gone = [], set(erased_among(transaction.connection, ids))
+        gone |= {one for one in ids if versions.get(one) == NO_RECORD}
         for theirs in map(source.record, (row for row in rows if row.id not in gone)):
             ours = held.get(theirs.id)
             united = None if ours is None else _united(ours, theirs)
@@ -196,6 +199,8 @@ def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Impor
             elif united == ours:
                 unchanged += 1
             else:
+                if ours is not None and versions.get(ours.id) != ours.digest():
+                    raise Fault("record_stale", f"the record of id {ours.id} is not the version that the log has last")
                 transaction.change(united, "import")
                 changed += 1
         transaction.enter(new, "import")

@@ -161,14 +161,19 @@ def last_entry() -> AnySelect:
 
 
 def select_nodes(places: Iterable[tuple[int, int]]) -> AnySelect:
-    """The nodes at some places, each level and place.
+    """The nodes at some places, each level and place."""
+    return select(nodes).where(nodes_at(places))
+
+
+def nodes_at(places: Iterable[tuple[int, int]]) -> ColumnElement[bool]:
+    """The condition that a node is at one of some places, each level and place.
 
     Level by level: SQLite searches a list of pairs in the whole table.
     """
     levels: dict[int, list[int]] = {}
     for level, place in places:
         levels.setdefault(level, []).append(place)
-    return select(nodes).where(or_(*(and_(nodes.c.level == one, nodes.c.place.in_(levels[one])) for one in levels)))
+    return or_(*(and_(nodes.c.level == one, nodes.c.place.in_(levels[one])) for one in levels))
 
 
 def select_records() -> AnySelect:

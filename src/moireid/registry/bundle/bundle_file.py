@@ -44,6 +44,8 @@ from moireid.registry.record import BadgeState
 #: the root over the log's entries, in those before the hash of the last one.
 ORIGINS = {1: "moireid/bundle/", 2: "moireid/bundle2/", 3: "moireid/bundle3/"}
 ROOTS = 3
+#: More entries than any log has; their bytes can still be counted by SQLite.
+MOST_ENTRIES = 1 << 50
 _FIRST = re.compile(rb"moireid bundle (\d{1,9}) (\d{6})\n")
 #: Lines of the header after its origin, in this order.
 _LINES = ("key", "issued", "expires", "head", "people", "length", "sha256")
@@ -288,9 +290,11 @@ class BundleContent:
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None if there is no such entry."""
+        if not 0 < seq < MOST_ENTRIES:
+            return None
         with self._checked():
             ((found,),) = self._rows(tuple[bytes], "SELECT substr(entries, ?, 32) FROM about", 32 * seq - 31)
-        return bytes(found).hex() if seq > 0 and len(found) == 32 else None
+        return bytes(found).hex() if len(found) == 32 else None
 
     def entry_hashes(self) -> Iterator[bytes]:
         """The hashes of all log entries in order, 32 bytes each."""
@@ -330,7 +334,7 @@ class BundleContent:
         try:
             yield
         # An empty content is a lack of memory to SQLite.
-        except (sqlite3.Error, ValueError, MemoryError) as error:
+        except (sqlite3.Error, ValueError, MemoryError, RecursionError) as error:
             raise RegistryError(
                 f"bundle {self._path} cannot be read ({str(error) or 'it is empty'}); fetch one that this moireid's "
                 "version or an older one wrote"

@@ -97,12 +97,12 @@ class Bundle:
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
         header, self.authority, content = read_bundle_file(self.path)
-        self._head = Head.parse(header.head)
+        self._head, self._rooted = Head.parse(header.head), header.version >= ROOTS
         self._content = BundleContent(content, self.path)
         self.opens_soon = self._content.count() <= MOST_SEALS
         # Both were signed together; a bundle in which they differ was made by another program.
         last = self.hash_at(self._head.seq)
-        if last is None or (header.version < ROOTS and last != self._head.hash):
+        if last is None or (not self._rooted and last != self._head.hash):
             raise RegistryError(
                 f"bundle {path} cannot be read (its head is not the end of its log); fetch one that this moireid's "
                 "version or an older one wrote"
@@ -209,7 +209,9 @@ class Bundle:
         for entry in self._content.entry_hashes():
             tree.add(leaf_hash(entry))
             before = tree.root() if tree.size == seen.seq else before
-        return before.hex() == seen.hash and tree.root().hex() == self._head.hash
+        # The head of an older version is the hash of the last entry, which was compared when the bundle was opened.
+        whole = not self._rooted or tree.root().hex() == self._head.hash
+        return before.hex() == seen.hash and whole
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None if there is no such entry."""

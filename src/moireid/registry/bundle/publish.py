@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from datetime import timedelta
@@ -31,7 +31,7 @@ from moireid.registry.checkpoints.checkpoint import sign_checkpoint
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, select_rotations
 from moireid.registry.log import Head
-from moireid.registry.record import BadgeState, Record
+from moireid.registry.record import BadgeState, Fault, Record
 from moireid.registry.schema import badges, pages, select_records
 
 Progress = Callable[[int, int | None], None]
@@ -63,9 +63,12 @@ def publish(
     signer = ledger.signer()
     with ledger.snapshot() as connection:
         tree = ledger.tree_in(connection)
-        entries, head = [bytes.fromhex(entry["hash"]) for entry in tree.entries()], Head(tree.size, tree.root.hex())
+        entries, versions, head = [], dict[str, str](), Head(tree.size, tree.root.hex())
+        for entry in tree.entries():
+            entries.append(bytes.fromhex(entry["hash"]))
+            versions[entry["subject"]] = entry["record_sha256"]
         checkpoint = sign_checkpoint(tree, signer)
-        records, layouts = _records(ledger, connection, specimen)
+        records, layouts = _records(ledger, connection, specimen, versions)
         turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
     people = _people(records, progress)
     content = made_content(checkpoint.note, entries, turned, layouts, people)
@@ -86,14 +89,19 @@ def publish(
 
 
 def _records(
-    ledger: Ledger, connection: Connection, specimen: Callable[[Badge], Badge]
+    ledger: Ledger, connection: Connection, specimen: Callable[[Badge], Badge], versions: Mapping[str, str]
 ) -> tuple[list[tuple[str, BundlePerson]], list[str]]:
-    """Identity and person of each record, not sealed yet, and the specimen of each layout as JSON."""
+    """Identity and person of each record, not sealed yet, and the specimen of each layout as JSON.
+
+    Raises: Fault for a record that is not of its newest version; versions: as `LogTree.versions`.
+    """
     numbers: dict[str, int] = {}
     layouts: list[str] = []
     found = []
     for row in pages(connection, select_records(), badges.c.id):
         record = ledger.record(row)
+        if versions.get(record.id) != record.digest():
+            raise Fault("record_stale", f"the record of id {record.id} is not the version that the log has last")
         if record.layout_key not in numbers:
             numbers[record.layout_key] = len(layouts)
             layouts.append(specimen(record.badge).to_json())

@@ -8,12 +8,9 @@ the record's own to the last one are all looked at, and must be those of the sig
 
 from __future__ import annotations
 
-from sqlalchemy import func, select
-
 from moireid.errors import RegistryError
 from moireid.registry.ledger import Ledger
 from moireid.registry.record import Fault, Record
-from moireid.registry.schema import log
 
 
 def check_newest(ledger: Ledger, record: Record) -> None:
@@ -26,12 +23,7 @@ def check_newest(ledger: Ledger, record: Record) -> None:
     """
     with ledger.snapshot() as connection:
         tree = ledger.tree_in(connection)
-        newest = connection.scalar(select(func.max(log.c.seq)).where(log.c.subject == record.id))
-        if newest is None:
-            raise Fault("record_unlogged", f"the log has no entry for the record of id {record.id}")
-        for entry in tree.entries(newest):
-            if entry["seq"] == newest and entry["record_sha256"] != record.digest():
-                raise Fault("record_stale", f"the record of id {record.id} is not the version that the log has last")
+        newest = tree.newest_entry(record.id, record.digest())
         seen = ledger.witnessed
         if seen is not None and tree.consistency(seen.seq, bytes.fromhex(seen.hash)) is None:
             raise Fault("forked", f"the log's first {seen.seq} entries are not those that witnesses have seen")
