@@ -133,6 +133,7 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     # The film is of this badge; without an identity given, one is drawn by chance.
     page.locator("details:has(#payload)").evaluate("details => { details.open = true }")
     page.locator("#payload").fill(ada.id or "")
+    page.locator("#lens").select_option("50lpi")
     page.get_by_role("button", name="Check").click()
     page.get_by_text("What would be made").wait_for()
     assert visit.studio.registry.count() == 0

@@ -21,9 +21,9 @@ from moireid.verifier.kernel.library import picture_struct
 from moireid.verifier.kernel.squares import SquareCodes
 from moireid.verifier.picture import Box, Picture
 from moireid.verifier.tracking.finding.page_finder import EitherWay, Grey, PageFinder, PicturePart
-from moireid.verifier.tracking.finding.page_groups import MOST_OF_ONE, moved_page, pages_of
+from moireid.verifier.tracking.finding.page_groups import MOST_OF_ONE, Trials, moved_page, pages_of, same_page
 from moireid.verifier.tracking.patches import marker_corners_mm
-from moireid.verifier.tracking.search_work import clear_work_ns, search_work_ns
+from moireid.verifier.tracking.search_work import GROUPED_NS, clear_work_ns, search_work_ns
 
 #: The neighbourhood is enlarged twofold if its markers are smaller than this, px.
 ENLARGE_BELOW_PX = 24.0
@@ -91,16 +91,20 @@ class MarkerFinder(PageFinder):
 
     def quick(self, luma: Picture | Grey) -> EitherWay:
         """As `either_way`, but only for clear markers of at least `QUICK_PX`; ten times as fast."""
-        return self._clear_in(self._whole(luma))[0]
+        return self._clear_in(self._whole(luma))[0] if min(luma.shape[:2]) >= self.least_px else ([], [])
 
     def near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> EitherWay:
-        """As `PageFinder.near`; by the kernel, if it finds three markers, or all that the page has in the picture."""
+        """As `PageFinder.near`; by the kernel, if it finds the page there.
+
+        That is by three markers, or all that it has in the picture: else others nearby would hide it.
+        """
         box = self._neighbourhood(luma.shape, page)
         middles = cv2.perspectiveTransform(self._corners_mm.mean(axis=1).reshape(-1, 1, 2), page).reshape(-1, 2)
         inside = int(np.all((middles >= 0) & (middles < luma.shape[1::-1]), axis=1).sum())
         if not faint and min(box[2] - box[0], box[3] - box[1]) >= self.least_px:
             pages, count = self._clear_in(self._part(luma, box), page)
-            if count >= min(max(inside, 2), 3):
+            here = any(same_page(found, page, self._corners_mm) for found in pages[0])
+            if here and count >= min(max(inside, 2), 3):
                 return pages
         return super().near(luma, page, faint=faint)
 
@@ -152,10 +156,12 @@ class MarkerFinder(PageFinder):
                 places = np.column_stack([part.width - 1 - places[:, 0], places[:, 1]])[[1, 0, 3, 2]]
             quads[way].append(places)
             index[way].append(number)
+        trials = Trials()
         straight, turned = (
-            pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm)
+            pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm, trials)
             for found, ids in zip(quads, index, strict=True)
         )
+        self.work_ns += GROUPED_NS * trials.number
         moved = None if before is None else moved_page(np.array(quads[0]), index[0], self._corners_mm, before)
         return straight if moved is None else [*straight, moved], turned
 

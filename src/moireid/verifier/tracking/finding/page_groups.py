@@ -11,6 +11,7 @@ Source: greedy search: start from pairs that a homography maps within the tolera
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -27,23 +28,35 @@ MOST_PAGES = 4
 PLAIN_BELOW_PX = 16.0
 
 
-def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array) -> list[Array]:
+#: A page of four markers that fit this well, in units of the tolerance, is taken without a look at all others.
+WELL = 0.3
+
+
+@dataclass
+class Trials:
+    """How many groups of markers were fitted, which takes most of the time where many markers are found."""
+
+    number: int = 0
+
+
+def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array, trials: Trials | None = None) -> list[Array]:
     """Homographies page mm -> image px of the pages formed by markers, the largest in the picture first.
 
     Parameters: quads_px (M, 4, 2): corners of the markers found; index (M,): number of each on the page, 0 to 3;
-        corners_mm (4, 4, 2): as `marker_corners_mm`.
+        corners_mm (4, 4, 2): as `marker_corners_mm`; trials: counts the groups that are fitted.
     Returns: homographies (3, 3) with h33 = 1; each has at least two markers, all of different numbers.
         Pages with two markers under `PLAIN_BELOW_PX` follow once more, placed without perspective.
     Source: module docstring; if no number is seen twice, all markers are fitted at once, without outliers.
     """
     order = sorted(range(len(index)), key=lambda k: -cv2.contourArea(quads_px[k].astype(np.float32)))
+    trials = Trials() if trials is None else trials
     left = [k for place, k in enumerate(order) if [index[j] for j in order[:place]].count(index[k]) < MOST_OF_ONE]
     found: list[Array] = []
     plain: list[Array] = []
     while len({index[k] for k in left}) >= 2 and len(found) < MOST_PAGES:
         alone = len({index[k] for k in left}) == len(left)
         # Keep the order in which they were found: the corners that RANSAC draws depend on it.
-        group = sorted(left) if alone else _largest_group(quads_px, index, corners_mm, left)
+        group = sorted(left) if alone else _largest_group(quads_px, index, corners_mm, left, trials)
         if len(group) < 2:
             break
         page = fit_homography(corners_mm[[index[k] for k in group]].reshape(-1, 2), quads_px[group].reshape(-1, 2))
@@ -88,7 +101,9 @@ def moved_page(quads_px: Array, index: Sequence[int], corners_mm: Array, before:
     return np.asarray(moved / moved[2, 2])
 
 
-def _largest_group(quads_px: Array, index: Sequence[int], corners_mm: Array, left: list[int]) -> list[int]:
+def _largest_group(
+    quads_px: Array, index: Sequence[int], corners_mm: Array, left: list[int], trials: Trials
+) -> list[int]:
     """The group that most markers fit, and of equal groups the one that fits best; [] if no two markers fit."""
     best: tuple[int, float, list[int]] = (0, 0.0, [])
     for one in left:
@@ -96,15 +111,19 @@ def _largest_group(quads_px: Array, index: Sequence[int], corners_mm: Array, lef
             if index[one] >= index[other]:
                 continue
             group, misfit = [one, other], _misfit(quads_px, index, corners_mm, [one, other])
+            trials.number += 1
             while misfit <= 1.0 and len(group) < 4:
                 more = [[*group, k] for k in left if index[k] not in {index[j] for j in group}]
                 tried = [(_misfit(quads_px, index, corners_mm, grown), grown) for grown in more]
+                trials.number += len(tried)
                 least = min(tried, default=(np.inf, group))
                 if least[0] > 1.0:
                     break
                 misfit, group = least
             if misfit <= 1.0 and (len(group), -misfit) > best[:2]:
                 best = (len(group), -misfit, group)
+            if len(group) == 4 and misfit <= WELL:
+                return group
     return best[2]
 
 
