@@ -28,6 +28,10 @@ MOST_TABLE_BYTES = 64_000_000
 AnyPath = str | os.PathLike[str]
 
 
+#: So much of a file is read at once.
+READ_BYTES = 1 << 20
+
+
 def as_path(given: AnyPath) -> Path:
     """The path that a caller gave as text or as a path.  Raises: SpecError for what is neither."""
     if not isinstance(given, (str, os.PathLike)) or not isinstance(named := os.fspath(given), str):
@@ -62,7 +66,12 @@ def read_regular(path: AnyPath, most_bytes: int = MOST_SMALL_BYTES) -> bytes:
     Raises: OSError as `open_regular`, and where it has more than `most_bytes`.
     """
     with open_regular(path) as file:
-        content = file.read(most_bytes + 1)
+        # Not in one call: it would take memory for the most that may be there, not for what is.
+        parts, left = [], most_bytes + 1
+        while left > 0 and (part := file.read(min(left, READ_BYTES))):
+            parts.append(part)
+            left -= len(part)
+        content = b"".join(parts)
     if len(content) > most_bytes:
         most = f"{most_bytes / 1e6:.0f} MB" if most_bytes >= 1e6 else f"{most_bytes / 1e3:.3g} kB"
         raise OSError(errno.EFBIG, f"it is larger than {most}")
