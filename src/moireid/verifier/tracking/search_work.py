@@ -27,8 +27,6 @@ OUTLINE_NS, OUTLINED = 400e3, 1.6
 #: Work of a quick look for markers: a pixel, a run of dark ones, and a quadrangle whose cells are read.  Measured as
 #: above: a look at a full room or an even wall takes 0.9 to 1.1 of this.
 CLEAR_NS, RUN_NS, READ_NS = 0.9, 30.0, 2e3
-#: Work of fitting one group of markers to the page; measured on two squares, and up to 0.4 ms on a busy machine.
-GROUPED_NS = 240e3
 #: Work of drawing a template, a fine sample; of smearing it, a sample, and a sample and step; of its solver, a sample;
 #: of a step of registration, a sample; and of correlating, a pixel.
 #: Measured as above, on markers of 50 to 100 px.

@@ -21,9 +21,9 @@ from moireid.verifier.kernel.library import picture_struct
 from moireid.verifier.kernel.squares import SquareCodes
 from moireid.verifier.picture import Box, Picture
 from moireid.verifier.tracking.finding.page_finder import EitherWay, Grey, PageFinder, PicturePart
-from moireid.verifier.tracking.finding.page_groups import MOST_OF_ONE, Trials, moved_page, pages_of, same_page
+from moireid.verifier.tracking.finding.page_groups import MOST_OF_ONE, moved_page, pages_of, same_page
 from moireid.verifier.tracking.patches import marker_corners_mm
-from moireid.verifier.tracking.search_work import GROUPED_NS, clear_work_ns, search_work_ns
+from moireid.verifier.tracking.search_work import clear_work_ns, search_work_ns
 
 #: The neighbourhood is enlarged twofold if its markers are smaller than this, px.
 ENLARGE_BELOW_PX = 24.0
@@ -156,12 +156,10 @@ class MarkerFinder(PageFinder):
                 places = np.column_stack([part.width - 1 - places[:, 0], places[:, 1]])[[1, 0, 3, 2]]
             quads[way].append(places)
             index[way].append(number)
-        trials = Trials()
         straight, turned = (
-            pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm, trials)
+            pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm)
             for found, ids in zip(quads, index, strict=True)
         )
-        self.work_ns += GROUPED_NS * trials.number
         moved = None if before is None else moved_page(np.array(quads[0]), index[0], self._corners_mm, before)
         return straight if moved is None else [*straight, moved], turned
 

@@ -32,6 +32,11 @@ PLAIN_BELOW_PX = 16.0
 WELL = 0.3
 
 
+#: At most this many groups are fitted: two whole pages take ten, three pages of three markers some sixty.  A group
+#: takes 0.24 ms, and a wall of markers would take 800 of them.
+MOST_TRIALS = 100
+
+
 @dataclass
 class Trials:
     """How many groups of markers were fitted, which takes most of the time where many markers are found."""
@@ -53,7 +58,7 @@ def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array, trials: T
     left = [k for place, k in enumerate(order) if [index[j] for j in order[:place]].count(index[k]) < MOST_OF_ONE]
     found: list[Array] = []
     plain: list[Array] = []
-    while len({index[k] for k in left}) >= 2 and len(found) < MOST_PAGES:
+    while len({index[k] for k in left}) >= 2 and len(found) < MOST_PAGES and trials.number < MOST_TRIALS:
         alone = len({index[k] for k in left}) == len(left)
         # Keep the order in which they were found: the corners that RANSAC draws depend on it.
         group = sorted(left) if alone else _largest_group(quads_px, index, corners_mm, left, trials)
@@ -110,6 +115,8 @@ def _largest_group(
         for other in left:
             if index[one] >= index[other]:
                 continue
+            if trials.number >= MOST_TRIALS:
+                return best[2]
             group, misfit = [one, other], _misfit(quads_px, index, corners_mm, [one, other])
             trials.number += 1
             while misfit <= 1.0 and len(group) < 4:
