@@ -36,13 +36,13 @@ class PageCase:
     """A wish, and the sheet that it is for where no label names it: pitch and thickness, mm."""
 
     name: str
-    request: Request = field(default_factory=lambda: Request("Extreme"))
+    request: Request = field(default_factory=lambda: Request("Al"))
     sheet_mm: tuple[float, float] | None = None
 
 
 def cases() -> list[PageCase]:
     """The table's rows, in its order."""
-    wish = Request("Extreme")
+    wish = Request("Al")
     found = [PageCase(f"{dpi} dpi", replace(wish, printer_dpi=dpi)) for dpi in (150, 300, 600, 1200, 2400, 4800)]
     found += [
         PageCase("badge of 30 x 30 mm", replace(wish, size_mm=(30.0, 30.0))),
@@ -159,7 +159,7 @@ def _lens_for(printed_mm: float) -> float:
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(6):
             # In vector form, which ignores the printer's dots: with dots, the wish may be refused.
-            wish = PageCase("", replace(Request("Extreme"), form="vector"), (lens_mm, 1.0))
+            wish = PageCase("", replace(Request("Al"), form="vector"), (lens_mm, 1.0))
             lens_mm *= printed_mm / design_badge(_with_lens(wish, Path(folder)), PAYLOAD).gratings[0].pitch_mm
     if not 0.5 < lens_mm / printed_mm < 1:
         raise DesignError(f"no lens sheet gives a printed pitch of {printed_mm:g} mm")
