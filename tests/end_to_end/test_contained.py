@@ -60,6 +60,7 @@ class Containers:
         places = {
             "postgresql+psycopg://moireid@database/moireid": self.database,
             "${STORAGE:-file:///films}": (self.folder / "films").as_uri(),
+            "${SITE:-localhost}": "localhost",
             "/run/moireid": str(self.folder / "socket"),
             "--host=0.0.0.0": "--host=127.0.0.1",
             "8000": PORT,
