@@ -50,12 +50,12 @@ class ExpectedSolid:
     solids: int = 1
 
 
-def cad_package(name: str) -> Any:
+def cad_package(name: str, purpose: str = "a mount, which you may leave out,") -> Any:
     """Import an optional CAD package.  Raises: MissingExtraError that names the extra where it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        raise missing_extra("a mount, which you may leave out,", name, "cad") from error
+        raise missing_extra(purpose, name, "cad") from error
 
 
 def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float = FACET_ANGLE_RAD) -> None:

@@ -1,4 +1,4 @@
-"""A mount in 3D on the page of an issued badge.  Beside each test: the wrong implementation it catches."""
+"""A mount in 3D on the page of an issued badge.  Each test says what it catches."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A stranger's way from the first page to a printed page, an enrolment and a verdict, counted in clicks.
 
-Beside the test: the wrong implementation it catches.
+The test says what it catches.
 """
 
 from __future__ import annotations

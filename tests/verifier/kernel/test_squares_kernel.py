@@ -1,4 +1,4 @@
-"""Square markers found by the kernel, against NumPy and OpenCV.  Beside each test: what it would catch."""
+"""Square markers found by the kernel, against NumPy and OpenCV.  Each test says what it catches."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
@@ -21,6 +22,7 @@ from xml.sax.saxutils import escape, quoteattr
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.contours import Contour
 from moireid.fabrication.acrylic.plates import AcrylicPlan
+from moireid.fabrication.dxf_file import sound_dxf, written_dxf
 from moireid.fabrication.process_figures import LEAST_LAND_MM
 from moireid.fabrication.solids import cad_package
 
@@ -121,12 +123,7 @@ HAIRLINE_MM = 0.1
 
 def write_dxf(drawing: CuttingDrawing, path: Path) -> None:
     """Write a DXF R2010 file, mm.  Raises: MissingExtraError without ezdxf."""
-    ezdxf = cad_package("ezdxf")
-    before = ezdxf.options.write_fixed_meta_data_for_testing
-    # Without this the file would hold the time of writing, and the same badge would never give the same bytes.
-    ezdxf.options.write_fixed_meta_data_for_testing = True
-    try:
-        document = ezdxf.new("R2010", units=ezdxf.units.MM)
+    with written_dxf(path) as document:
         space = document.modelspace()
         for layer, paths in drawing.cuts.items():
             document.layers.add(layer, color=CUT[0])
@@ -138,12 +135,6 @@ def write_dxf(drawing: CuttingDrawing, path: Path) -> None:
             space.add_line((x0, y0), (x1, y1), dxfattribs={"layer": "ENGRAVE-SCALE"})
         for x, y, words in drawing.notes:
             space.add_text(words, height=TEXT_MM, dxfattribs={"layer": "NOTE"}).set_placement((x, y))
-        # ezdxf adds these in the order of a set, which changes from run to run.
-        document.classes.add_required_classes(document.dxfversion)
-        document.classes.classes = dict(sorted(document.classes.classes.items()))
-        document.saveas(path)
-    finally:
-        ezdxf.options.write_fixed_meta_data_for_testing = before
 
 
 def check_dxf(path: Path, drawing: CuttingDrawing) -> None:
@@ -151,17 +142,7 @@ def check_dxf(path: Path, drawing: CuttingDrawing) -> None:
 
     Raises: FabricationError with what was found and what is allowed.
     """
-    ezdxf = cad_package("ezdxf")
-    try:
-        document = ezdxf.readfile(path)
-    except (OSError, ValueError, StopIteration, ezdxf.DXFError) as error:
-        raise refused_drawing("DXF", "cannot be read back", "a readable file") from error
-    audit = document.audit()
-    # A fault that ezdxf repairs on reading counts too, because another program may not repair it.
-    if faults := [*audit.errors, *audit.fixes]:
-        raise refused_drawing("DXF", f"has {len(faults)} faults in its audit ({faults[0].message})", "none")
-    if document.units != ezdxf.units.MM:
-        raise refused_drawing("DXF", f"counts in unit {document.units}", "millimetres (4)")
+    document = sound_dxf(path, partial(refused_drawing, "DXF"))
     found: dict[str, list[list[Vertex]]] = {}
     for entity in document.modelspace():
         layer = entity.dxf.layer

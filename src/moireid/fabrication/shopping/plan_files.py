@@ -14,9 +14,9 @@ from pathlib import Path
 
 from moireid.badge import Rect
 from moireid.errors import FabricationError
+from moireid.fabrication.dxf_file import sound_dxf, written_dxf
 from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, PdfPage
 from moireid.fabrication.shopping.cutting import CutSheet, CuttingPlan
-from moireid.fabrication.solids import cad_package
 from moireid.profiles import PAPERS_MM
 
 #: Scales of a page: 1 to so much.
@@ -175,12 +175,7 @@ def _numbers(found: list[int]) -> str:
 
 def write_plan_dxf(plan: CuttingPlan, path: Path) -> None:
     """Write a DXF R2010 file, mm.  Raises: MissingExtraError without ezdxf."""
-    ezdxf = cad_package("ezdxf")
-    before = ezdxf.options.write_fixed_meta_data_for_testing
-    # Without this the file would hold the time of writing.
-    ezdxf.options.write_fixed_meta_data_for_testing = True
-    try:
-        document = ezdxf.new("R2010", units=ezdxf.units.MM)
+    with written_dxf(path) as document:
         space = document.modelspace()
         for name, colour in LAYERS.items():
             document.layers.add(name, color=colour)
@@ -198,12 +193,6 @@ def write_plan_dxf(plan: CuttingPlan, path: Path) -> None:
                 space.add_line((x0 + dx, y0), (x1 + dx, y1), dxfattribs={"layer": layer})
             words = f"{sheet.count} x; lenses run along y"
             space.add_text(words, height=TEXT_MM, dxfattribs={"layer": "NOTE"}).set_placement((dx, -3 * TEXT_MM))
-        # ezdxf adds these in the order of a set, which changes from run to run.
-        document.classes.add_required_classes(document.dxfversion)
-        document.classes.classes = dict(sorted(document.classes.classes.items()))
-        document.saveas(path)
-    finally:
-        ezdxf.options.write_fixed_meta_data_for_testing = before
 
 
 def check_plan_dxf(path: Path, plan: CuttingPlan) -> None:
@@ -211,16 +200,7 @@ def check_plan_dxf(path: Path, plan: CuttingPlan) -> None:
 
     Raises: FabricationError with what was found and what is allowed.
     """
-    ezdxf = cad_package("ezdxf")
-    try:
-        document = ezdxf.readfile(path)
-    except (OSError, ValueError, StopIteration, ezdxf.DXFError) as error:
-        raise _refused("cannot be read back", "a readable file") from error
-    audit = document.audit()
-    if faults := [*audit.errors, *audit.fixes]:
-        raise _refused(f"has {len(faults)} faults in its audit", "none")
-    if document.units != ezdxf.units.MM:
-        raise _refused(f"counts in unit {document.units}", "millimetres (4)")
+    document = sound_dxf(path, _refused)
     found = [entity.dxf.layer for entity in document.modelspace()]
     wanted = {
         "SHEET": len(plan.sheets),
