@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import shutil
 import signal
 import socket
@@ -82,7 +83,8 @@ class Cluster:
         for word in SERVICES[service]["command"]:
             for there, here in places.items():
                 word = word.replace(there, here)
-            words.append(word)
+            # What the file leaves to the environment is as it is without one.
+            words.append(re.sub(r"\$\{\w+:-([^}]*)\}", r"\1", word))
         program = Path(sys.executable).parent / words[0]
         # Programs of an environment that was moved or has no script find themselves by its Python.
         return [str(program), *words[1:]]
@@ -110,8 +112,12 @@ class Cluster:
         for name in self._wanted:
             self.start(name)
         self._thread.start()
-        for port in self.ports:
-            _until(lambda port=port: _ready(port), 120)
+        try:
+            for port in self.ports:
+                _until(lambda port=port: _ready(port), 120)
+        except BaseException:
+            self.__exit__()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:

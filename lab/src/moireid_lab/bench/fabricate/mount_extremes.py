@@ -39,7 +39,8 @@ class MountCase:
 
 def cases() -> list[MountCase]:
     """Boards, sheets, spacers and kerfs at and beyond what can be made, for either front layer."""
-    plain = Request("Extreme")
+    # The smallest board has room for two letters.
+    plain = Request("Ex")
     found = []
     for front in ("lens", "mask"):
         base = replace(plain, front=front)
