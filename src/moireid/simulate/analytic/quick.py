@@ -21,7 +21,7 @@ from moireid.simulate.analytic.trace import FrameView, TracedBoard, field_part, 
 from moireid.simulate.analytic.traced_sheet import TracedSheet
 from moireid.simulate.compiled import njit
 
-F = np.float32
+F, INT, UINT = np.float32, np.int32, np.uint32
 
 
 @njit(inline="always")
@@ -36,11 +36,14 @@ def grating_pixel(
     sheet: Any,
     cells: Any,
     board: Any,
+    near: Any,
+    landed: Any,
 ) -> int:
     """Number of a pixel's rays that see ink; -1 where `trace` must do the pixel.
 
     Parameters: tx, ty: tangents of the pixel's middle; turning: how they change for one pixel right (x, y), then for
-    one pixel down; centre: the camera's, mm; shift: moves all of the pixel's rays right and down, px.
+    one pixel down; centre: the camera's, mm; shift: moves all of the pixel's rays right and down, px; near (4, N)
+        and landed (2, R): room for the lines of the cells around and for where the rays land.
     """
     frame, pitch, fall = cells.frames[grating], sheet.pitch, -(centre[2] + sheet.height)
     x, y = centre[0] + fall * tx, centre[1] + fall * ty
@@ -84,13 +87,15 @@ def grating_pixel(
     middle = page_x + shift_x * turn[0] + shift_y * turn[1], page_y + shift_x * turn[2] + shift_y * turn[3]
     room_x = (abs(right[0]) + abs(down[0])) / 2 + 1.1 * pitch + view.spread
     room_y = (abs(right[1]) + abs(down[1])) / 2 + (abs(sine) + abs(frame[5])) * pitch + view.spread
-    around = _cells_around(grating, page_x, page_y, middle, room_x, room_y, cells)
+    around = _cells_around(grating, page_x, page_y, middle, room_x, room_y, cells, near)
     if not around[0]:
         return -1
     to_page = F(turn[0]), F(turn[1]), F(turn[2]), F(turn[3])
     if sheet.radius == 0.0:
-        return _inked_behind_mask(view.points, move, F(shift_x), F(shift_y), F(lean), to_page, around, sheet)
-    return _inked_behind_lens(view.points, move, F(tan_x), F(tan_y), F(lean), to_page, around, sheet)
+        _land_behind_mask(landed, view.points, move, F(shift_x), F(shift_y), F(lean), to_page, sheet)
+    else:
+        _land_behind_lens(landed, view.points, move, F(tan_x), F(tan_y), F(lean), to_page, sheet)
+    return _inked(landed, around, near)
 
 
 @njit(inline="always")
@@ -113,23 +118,31 @@ def _field_of_pixel(tx: float, ty: float, turning: Any, centre: Any, board: Trac
 
 @njit(inline="always")
 def _cells_around(
-    grating: int, page_x: float, page_y: float, middle: Any, room_x: float, room_y: float, cells: Any
+    grating: int, page_x: float, page_y: float, middle: Any, room_x: float, room_y: float, cells: Any, near: Any
 ) -> Any:
-    """Whether at most four cells lie within `room` of `middle`; the cuts between them; their lines, cell by cell.
+    """Whether the cells within `room` of `middle` fit `near`, which their lines are then written into, row by row; and
+    how a place's cell is found: the first cut and strips to the millimetre across, then along; strips across, along.
 
-    Convention: cuts and lines count from (page_x, page_y); the order is left and right above, then below.
+    Convention: cuts and lines count from (page_x, page_y).
+    Source: a place is in the strip floor((place - cut) / width) + 1, counted from the strip before the cut.  Of two
+        strips any width gives the right one; more must be even.
     """
-    cuts_x, cuts_y = cells.cuts[grating, 0], cells.cuts[grating, 1]
+    cuts_x, cuts_y, widths = cells.cuts[grating, 0], cells.cuts[grating, 1], cells.widths[grating]
     left, top = strip_at(middle[0] - room_x, cuts_x), strip_at(middle[1] - room_y, cuts_y)
     right, bottom = strip_at(middle[0] + room_x, cuts_x), strip_at(middle[1] + room_y, cuts_y)
-    cut_x, cut_y = F(cuts_x[left] - page_x), F(cuts_y[top] - page_y)
-    first = _lines(cells.grid[grating, top, left], page_x, page_y, cells)
-    second, third, fourth = first, first, first
-    if right > left or bottom > top:
-        second = _lines(cells.grid[grating, top, right], page_x, page_y, cells)
-        third = _lines(cells.grid[grating, bottom, left], page_x, page_y, cells)
-        fourth = _lines(cells.grid[grating, bottom, right], page_x, page_y, cells)
-    return right <= left + 1 and bottom <= top + 1, cut_x, cut_y, first, second, third, fourth
+    across, along = right - left + 1, bottom - top + 1
+    fit = (across <= 2 or widths[0] > 0.0) and (along <= 2 or widths[1] > 0.0) and across * along <= near.shape[1]
+    if fit:
+        for row in range(along):
+            for column in range(across):
+                own = _lines(cells.grid[grating, top + row, left + column], page_x, page_y, cells)
+                for k in range(4):
+                    near[k, row * across + column] = own[k]
+    # Beyond the last cut is infinity, which a lone strip has no use for.
+    cut_x, cut_y = F(cuts_x[left] - page_x if across > 1 else 0.0), F(cuts_y[top] - page_y if along > 1 else 0.0)
+    per_x = F(1.0 / widths[0] if widths[0] > 0.0 else 1.0)
+    per_y = F(1.0 / widths[1] if widths[1] > 0.0 else 1.0)
+    return fit, cut_x, per_x, cut_y, per_y, INT(across), INT(along)
 
 
 @njit(inline="always")
@@ -143,10 +156,10 @@ def _lines(cell: int, page_x: float, page_y: float, cells: Any) -> tuple[Any, An
 
 
 @njit()
-def _inked_behind_lens(
-    points: Any, move: Any, tx: Any, ty: Any, lean: Any, turn: Any, around: Any, sheet: TracedSheet
-) -> int:
-    """Rays that see ink through lenses; see `grating_pixel`, whose inner loop this is."""
+def _land_behind_lens(
+    landed: Any, points: Any, move: Any, tx: Any, ty: Any, lean: Any, turn: Any, sheet: TracedSheet
+) -> None:
+    """Fill landed (2, R) with where a pixel's rays meet the page; see `grating_pixel`, whose inner loop this is."""
     half, one = F(0.5), F(1.0)
     pitch, per_pitch, gap, radius = F(sheet.pitch), F(1.0 / sheet.pitch), F(sheet.gap), F(sheet.radius)
     per_radius, per_n = F(1.0 / sheet.radius), F(1.0 / sheet.refraction)
@@ -155,7 +168,6 @@ def _inked_behind_lens(
     wx, wy, wz = tx * per_length * per_n, ty * per_length * per_n, per_length * per_n
     # How far a ray moves across while it falls from the lenses' tops to the valleys between them.
     fall = tx * F(sheet.sag)
-    inked = 0
     for ray in range(points.shape[1]):
         x = move[0] + move[1] * points[0, ray] + move[2] * points[1, ray]
         y = move[3] * points[0, ray] + move[4] * points[1, ray]
@@ -169,36 +181,39 @@ def _inked_behind_lens(
         cosine = -(tx * nx + nz) * per_length
         bend = cosine * per_n - np.sqrt(one - (one - cosine * cosine) * (per_n * per_n))
         run = (gap - depth) / (wz + bend * nz)
-        lx = axis + hit + (wx + bend * nx) * run + lean * (x - move[0])
-        inked += _inked(lx, y + ty * depth + wy * run, turn, around)
-    return inked
+        lx, ly = axis + hit + (wx + bend * nx) * run + lean * (x - move[0]), y + ty * depth + wy * run
+        landed[0, ray], landed[1, ray] = lx * turn[0] + ly * turn[1], lx * turn[2] + ly * turn[3]
 
 
 @njit()
-def _inked_behind_mask(
-    points: Any, move: Any, shift_x: Any, shift_y: Any, lean: Any, turn: Any, around: Any, sheet: TracedSheet
-) -> int:
-    """Rays that see ink through a line mask; the mask's own bars count as ink.  See `grating_pixel`."""
+def _land_behind_mask(
+    landed: Any, points: Any, move: Any, shift_x: Any, shift_y: Any, lean: Any, turn: Any, sheet: TracedSheet
+) -> None:
+    """As `_land_behind_lens`, through a line mask; NaN where a ray ends on one of the mask's own bars."""
     per_pitch, half, open_half = F(1.0 / sheet.pitch), F(0.5), F(sheet.open_fraction / 2)
-    inked = 0
     for ray in range(points.shape[1]):
         x = move[0] + move[1] * points[0, ray] + move[2] * points[1, ray]
         y = move[3] * points[0, ray] + move[4] * points[1, ray]
         place = x * per_pitch
         shut = abs(place - np.floor(place + half)) > open_half
-        inked += max(_inked(x + shift_x + lean * (x - move[0]), y + shift_y, turn, around), 1 if shut else 0)
+        lx, ly = x + shift_x + lean * (x - move[0]), y + shift_y
+        landed[0, ray] = F(np.nan) if shut else lx * turn[0] + ly * turn[1]
+        landed[1, ray] = lx * turn[2] + ly * turn[3]
+
+
+@njit()
+def _inked(landed: Any, around: Any, near: Any) -> int:
+    """How many of a pixel's rays see ink; the bars of a mask count as ink."""
+    _, cut_x, per_x, cut_y, per_y, across, along = around
+    inked = 0
+    for ray in range(landed.shape[1]):
+        x, y = landed[0, ray], landed[1, ray]
+        if math.isnan(x):
+            inked += 1
+            continue
+        column = min(max(INT(np.floor((x - cut_x) * per_x)) + INT(1), INT(0)), across - INT(1))
+        row = min(max(INT(np.floor((y - cut_y) * per_y)) + INT(1), INT(0)), along - INT(1))
+        cell = UINT(row * across + column)
+        place = near[0, cell] + x * near[1, cell] + y * near[3, cell]
+        inked += 1 if place - np.floor(place) < near[2, cell] else 0
     return inked
-
-
-@njit(inline="always")
-def _inked(x: Any, y: Any, turn: Any, around: Any) -> int:
-    """1 where a ray that lands at (x, y) of the sheet's frame finds ink in one of the four cells around."""
-    _, cut_x, cut_y, first, second, third, fourth = around
-    px, py = x * turn[0] + y * turn[1], x * turn[2] + y * turn[3]
-    left, top = px < cut_x, py < cut_y
-    begin = (first[0] if left else second[0]) if top else (third[0] if left else fourth[0])
-    per_mm = (first[1] if left else second[1]) if top else (third[1] if left else fourth[1])
-    duty = (first[2] if left else second[2]) if top else (third[2] if left else fourth[2])
-    slant = (first[3] if left else second[3]) if top else (third[3] if left else fourth[3])
-    place = begin + px * per_mm + py * slant
-    return 1 if place - np.floor(place) < duty else 0

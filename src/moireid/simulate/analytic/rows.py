@@ -15,6 +15,8 @@ from moireid.simulate.compiled import njit, prange
 
 #: What a pixel is on, apart from a grating (its number): plain page, or a border.
 PAGE, BORDER = -1, -2
+#: Cells that the rays of one pixel may meet.
+MOST_CELLS = 64
 #: Multiples of the golden ratio fill a span more evenly than any other's.
 GOLDEN = (math.sqrt(5) - 1) / 2
 
@@ -37,6 +39,7 @@ def _row(
     per_focal, per_ray = 1.0 / view.focal, 1.0 / points.shape[1]
     bent = np.any(distortion != 0.0)
     centre, turn = view.centres[row], view.turns[row]
+    near, landed = np.empty((4, MOST_CELLS), np.float32), np.empty((2, points.shape[1]), np.float32)
     # Rows that look through the same lenses would all have the same error, so each row moves its rays a little.
     shift_x = ((row + view.first_row) * GOLDEN % 1.0 - 0.5) * per_ray
     for column in range(radiance.shape[0]):
@@ -69,7 +72,7 @@ def _row(
             coverage[column] = 1.0
             continue
         if kind >= 0 and view.spread < math.inf:
-            inked = grating_pixel(kind, tx, ty, turning, centre, shift, view, sheet, cells, board)
+            inked = grating_pixel(kind, tx, ty, turning, centre, shift, view, sheet, cells, board, near, landed)
             if inked >= 0:
                 radiance[column] = board.paper + inked * per_ray * (board.ink - board.paper)
                 coverage[column] = 1.0

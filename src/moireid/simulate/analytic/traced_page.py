@@ -35,13 +35,15 @@ class Cells(NamedTuple):
     one across to along, where a print of two scales shears a turned grating; offset of the sheet, mm, cosine and sine
     of its twist, from across towards along.
     cuts (G, 2, K): across and along, rising places where a strip of cells ends and the next begins, infinity after the
-    last; grid (G, strips along, strips across): the cell there, or -1; lines (C, 4): edge, lines to the millimetre,
-    duty, and by how many lines they slant to the millimetre along.
+    last; widths (G, 2): of all strips, where they are even, else 0; grid (G, strips along, strips across): the cell
+    there, or -1; lines (C, 4): edge, lines to the millimetre, duty, and by how many lines they slant to the millimetre
+    along.
     """
 
     gratings: Array
     frames: Array
     cuts: Array
+    widths: Array
     grid: NDArray[np.int64]
     lines: Array
 
@@ -132,6 +134,7 @@ def cell_table(scene: Scene) -> Cells:
     frames: list[list[float]] = []
     lines: list[list[float]] = []
     cuts: list[list[Array]] = []
+    widths: list[list[float]] = []
     grids: list[NDArray[np.int64]] = []
     for number, grating in enumerate(scene.badge.gratings):
         rects.append(scene.own_rect_mm(grating, grating.rect_mm))
@@ -144,12 +147,14 @@ def cell_table(scene: Scene) -> Cells:
         if is_smooth(grating):
             sides, grid, own = _smooth_table(scene, grating, scale, len(lines))
             cuts.append(sides)
+            widths.append([float(places[1] - places[0]) for places in sides])
             grids.append(grid)
             lines += own
             continue
         placed = np.array([scene.own_rect_mm(grating, cell.rect_mm) for cell in grating.cells])
         sides = [_cuts(scale[side] * placed[:, [side, side + 2]]) for side in (0, 1)]
         cuts.append(sides)
+        widths.append([0.0, 0.0])
         grids.append(_grid(placed * np.tile(scale, 2), sides, len(lines)))
         first = float(frame.places(scene.board_centre_mm)[0])
         for cell in grating.cells:
@@ -163,7 +168,7 @@ def cell_table(scene: Scene) -> Cells:
     for k, sides in enumerate(cuts):
         for side, places in enumerate(sides):
             ends[k, side, : len(places)] = places
-    return Cells(np.array(rects), np.array(frames), ends, grid, np.array(lines))
+    return Cells(np.array(rects), np.array(frames), ends, np.array(widths), grid, np.array(lines))
 
 
 #: Sides of a smooth field's patches, in which lines are straight: at most so many mm along the axis and across it,
