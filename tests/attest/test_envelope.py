@@ -73,6 +73,12 @@ def test_a_report_that_is_none_is_not_signed(sign: Callable[..., str]) -> None:
         sign(SigningKey(new_key("ed25519")), verdict="genuine")
 
 
+def test_a_report_of_endless_reasons_is_not_signed(sign: Callable[..., str], judged: dict[str, Any]) -> None:
+    """Catches: a list of findings that a process may make as long as it likes, each of them valid."""
+    with pytest.raises(SpecError, match=r"cannot be signed: predicate\.reasons breaks the rule 'maxItems'"):
+        sign(SigningKey(new_key("ed25519")), reasons=judged["reasons"] * 1001)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_key_comes_with_its_chain(kind: str, tmp_path: Path) -> None:
     """Catches: certificates in the order of the file, a key that must come first, a public key of another one."""

@@ -139,6 +139,16 @@ def test_an_index_that_hides_the_newest_entry_changes_nothing(
         assert {one.code for one in registry.audit(None).findings} == {"record_stale"}
 
 
+def test_an_erased_badge_that_an_index_hid_is_found_by_the_audit(own: Registry, url: str) -> None:
+    """Catches: an id that is issued again, as its erasure was hidden from enrolment, and that no one ever notices."""
+    badge = own.find("Bo").badge
+    own.erase("Bo")
+    _hide(url, 4)
+    with open_registry(url, create=False, actor="Alice") as registry:
+        registry.enroll(badge)
+        assert {one.code for one in registry.audit(None).findings} == {"erased_again"}
+
+
 def test_no_change_signs_a_stale_record(own: Registry, url: str) -> None:
     """Catches: figures that are stored with a record from before its revocation, which are then its newest version."""
     record = _row(url, "SELECT * FROM badges WHERE name_nfc = 'Bo'")

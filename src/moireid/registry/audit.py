@@ -6,7 +6,8 @@
 2. The head is signed and is the root of that tree; a head noted elsewhere was that of the log's first entries, and the
    log still begins as the checkpoints that others keep say; if witnesses must have signed one of those, enough did.
 3. Each record bears the signature, and is the newest version in the log; none is without an entry.
-4. Each record that the log enters is there, unless a later entry says that the person was erased.
+4. Each record that the log enters is there, unless a later entry says that the person was erased; after that, no
+   entry is about them.
 5. Each set of measured figures that a log entry put in the place of another is followed by that other on record.
 6. The actor of each entry is in the table `actors` as the entry's commitment says, unless an entry says that they were
    erased.
@@ -58,6 +59,7 @@ from moireid.registry.log import (
 from moireid.registry.log_tree import LogTree
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Place, Tree
+from moireid.registry.opening import check_tables
 from moireid.registry.record import Fault, record_of
 from moireid.registry.rollback import CODES
 from moireid.registry.schema import (
@@ -171,6 +173,8 @@ class _Tally:
         #: Number of entries by their actor's commitment; and the commitments of erased actors.
         self.acted: Counter[str] = Counter()
         self.gone: set[str] = set()
+        #: Ids of badges whose holders were erased.
+        self.ended: set[str] = set()
         self.findings: list[Finding] = []
         #: Hash of each record's newest version by the entries that were looked at, and the last of their numbers.
         self.newest: dict[str, str] = {}
@@ -196,6 +200,8 @@ def audit(
     quorum: Quorum | None = None,
 ) -> Audit:
     """What `Registry.audit` does."""
+    with ledger.unchecked().snapshot() as connection:
+        check_tables(connection, ledger.shown)
     refused, ledger = _refused(ledger), ledger.unchecked()
     former = _former(ledger)
     watch = Watch(since, ledger.authority, former)
@@ -353,8 +359,13 @@ class _NodeCheck:
 
 
 def _note_actor(row: AnyRow, tally: _Tally) -> None:
-    """Count an entry for its actor, and note the person or actor that it erased."""
+    """Count an entry for its actor, and note the person or actor that it erased, whom no later entry may be about."""
     tally.counts["erased"] += row.action == ERASE
+    if row.action == ERASE:
+        tally.ended.add(row.subject)
+    elif row.subject in tally.ended:
+        text = f"log entry {row.seq} is about id {row.subject}, whose holder was erased before: it was issued again"
+        tally.report("erased_again", text, row.subject)
     if row.action == ERASE_ACTOR:
         tally.gone.add(row.subject)
     if row.actor is None:

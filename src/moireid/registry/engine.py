@@ -114,7 +114,12 @@ SQLITE_WAIT_S = 30.0
 #: The mark of connections that will write; see `_begin_in_sqlite`.
 WRITES = "moireid_writes"
 
-_HINTS = {
+_NOT_OURS = "its tables are not those that moireid made, so restore it from a copy"
+#: By SQLite's code, or PostgreSQL's SQLSTATE of a table or a column that is missing.
+_HINTS: dict[int | str, str] = {
+    sqlite3.SQLITE_ERROR: _NOT_OURS,
+    "42P01": _NOT_OURS,
+    "42703": _NOT_OURS,
     sqlite3.SQLITE_BUSY: "another program holds it, so try again when that one is done",
     sqlite3.SQLITE_CANTOPEN: "check that the path names a file and that you may open it",
     sqlite3.SQLITE_CORRUPT: "restore the file from a copy",
@@ -197,7 +202,7 @@ def translated(url: URL) -> Iterator[None]:
     except SQLAlchemyError as error:
         foreign = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
         # The low byte is the kind of error; SQLite keeps details of it in the others.
-        kind = getattr(foreign, "sqlite_errorcode", 0) & 0xFF
+        kind = getattr(foreign, "sqlstate", None) or getattr(foreign, "sqlite_errorcode", 0) & 0xFF
         hint = _HINTS.get(kind, "check the URL and that the database can be reached")
         raise RegistryError(f"registry {show_url(url)} cannot be used ({_first_line(foreign)}); {hint}") from error
 

@@ -9,10 +9,12 @@ write, which signs the tree's root: until then a registry of the version before 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from sqlalchemy import Column, Connection, Engine, Table, bindparam, delete, insert, inspect, select, text, update
 from sqlalchemy.exc import IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.schema import CreateColumn
+from sqlalchemy.types import TypeEngine
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
@@ -101,7 +103,8 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
     A registry without an authority gets one, with a new key pair, if `create` and `make_authority` are true.  Else
     None is returned for it if `create` is true: it waits for an import.  `shown` names the registry in messages,
     `actor` is who makes it.  A registry of an older version that has its step is brought to this one.
-    Raises: RegistryError if the database holds nothing, another program's tables, or another version of ours.
+    Raises: RegistryError if the database holds nothing, another program's tables, others than moireid made, or another
+        version of ours.
     """
     with engine.connect() as connection:
         names, public_key = look(connection)
@@ -116,6 +119,7 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
         _bring_up(engine, shown)
         with engine.connect() as connection:
             names, public_key = look(connection)
+            check_tables(connection, shown)
     if not names >= NEEDED:
         raise RegistryError(
             f"registry {shown} is a database, but not one of moireid's; give another URL, or an empty database"
@@ -154,6 +158,34 @@ def look(connection: Connection) -> tuple[set[str], str | None]:
     if not names >= NEEDED:
         return names, None
     return names, connection.scalar(select(schema.authority.c.public_key))
+
+
+def check_tables(connection: Connection, shown: str) -> None:
+    """Raise RegistryError unless each table is there, with each of its columns, of its type.
+
+    Only who writes to the database otherwise than by moireid makes it so.  It costs a millisecond, and lets all other
+    code rely on the types.  A table or a column more is the operator's own.
+    """
+    found = {name: columns for (_, name), columns in inspect(connection).get_multi_columns().items()}
+    chained = schema.schema_version.name in found and list(
+        connection.scalars(select(schema.schema_version.c.version))
+    ) == [schema.CHAINED_VERSION]
+    for name in sorted(NEEDED if chained else schema.metadata.tables):
+        types = {column["name"]: _type(column["type"], connection) for column in found.get(name, ())}
+        for column in schema.metadata.tables[name].columns:
+            if (wanted := _type(column.type, connection)) != types.get(column.name):
+                is_now = f"is of type {types[column.name]}, not {wanted}" if column.name in types else "is missing"
+                what = f"column {name}.{column.name} {is_now}" if types else f"there is no table {name}"
+                raise RegistryError(
+                    f"registry {shown} has tables that are not those that moireid made ({what}); restore it from a "
+                    "copy, or give another URL",
+                    code="tables",
+                )
+
+
+def _type(kind: TypeEngine[Any], connection: Connection) -> str:
+    """A column's type as this database writes it, without its collation."""
+    return kind.compile(connection.dialect).split(" ")[0]
 
 
 def _check_version(found: list[int], shown: str) -> None:
