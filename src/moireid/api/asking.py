@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from moireid.reading.film_reader import Reader
     from moireid.reading.film_reports import Progress
     from moireid.registry import Registry
+    from moireid.registry.bundle.held import Bundle
     from moireid.verifier.session.identify import EnrolledPeople
 
 #: From a report's JSON to the circumstances of its check.
@@ -37,12 +38,12 @@ class AskingTerms:
     """How a registry or bundle is asked.
 
     trust: the fingerprint of the one authority that counts; note: takes what a user should know of it; require: raises
-    an error where more is asked of a registry than holds.
+    an error where more is asked of a registry or bundle than holds.
     """
 
     trust: str | None
     note: Callable[[Standing], object]
-    require: Callable[[Registry], object] = lambda registry: None
+    require: Callable[[Registry | Bundle], object] = lambda held: None
 
 
 @dataclass(frozen=True)
@@ -111,6 +112,7 @@ def claim_in_bundle(claim: str, bundle: AnyPath, terms: AskingTerms) -> Iterator
 
     with Bundle(as_path(bundle), terms.trust) as held:
         terms.note(held.standing)
+        terms.require(held)
 
         def look_up(document: Mapping[str, Any]) -> Circumstances:
             # If the claimed seal opened, the holder is known already.
@@ -188,6 +190,7 @@ def people_of_bundle(bundle: AnyPath, terms: AskingTerms) -> Iterator[SearchScop
 
     with Bundle(as_path(bundle), terms.trust) as held:
         terms.note(held.standing)
+        terms.require(held)
         people = BundlePeople(held)
 
         def name(badge_id: str) -> str | None:

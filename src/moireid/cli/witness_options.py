@@ -15,6 +15,7 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
+    from moireid.registry.bundle.held import Bundle
     from moireid.registry.checkpoints.checkpoint import Checkpoint
     from moireid.registry.checkpoints.cosignature import Quorum
 
@@ -46,7 +47,7 @@ QUORUM_OPTIONS = (
 checkpoint_option = click.option(
     "--checkpoint",
     metavar="FILE|URL",
-    help="The registry's newest checkpoint, which the witnesses of --witness-key signed.",
+    help="The registry's newest checkpoint, which the witnesses of --witness-key signed; a bundle holds its own.",
 )
 
 
@@ -68,34 +69,45 @@ def quorum_of(
 
 @dataclass(frozen=True)
 class WitnessCheck:
-    """A checkpoint, and the witnesses that must have signed it."""
+    """A checkpoint, and the witnesses that must have signed it; source: None for the one that a bundle holds."""
 
-    source: str
+    source: str | None
     quorum: Quorum
 
     @cached_property
     def _checkpoint(self) -> Checkpoint:
         """Read once: what is looked up later rests on the same one."""
+        return self.newest()
+
+    def newest(self) -> Checkpoint:
+        """The checkpoint as it is now.  Raises: RegistryError, SpecError if there is none, or several."""
         from moireid.registry.checkpoints.sources import checkpoints_from
 
+        if self.source is None:
+            raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE|URL")
         found = checkpoints_from(self.source)
         if len(found) != 1:
             raise SpecError(f"{self.source} holds {len(found)} checkpoints; give the newest one of the registry")
         return found[0]
 
-    def require(self, registry: Registry) -> None:
+    def require(self, held: Registry | Bundle) -> None:
         """Rely only on what they have seen of a registry.  Raises: RegistryError if that is not possible."""
-        registry.require_witnesses(self._checkpoint, self.quorum, self.source)
+        from moireid.registry.bundle.held import Bundle
+
+        if isinstance(held, Bundle):
+            held.require_witnesses(self.quorum)
+        else:
+            held.require_witnesses(self._checkpoint, self.quorum, self.source or "")
 
 
-def require(check: WitnessCheck | None, registry: Registry) -> None:
+def require(check: WitnessCheck | None, held: Registry | Bundle) -> None:
     """As `WitnessCheck.require`; nothing if no witness is asked for."""
     if check is not None:
-        check.require(registry)
+        check.require(held)
 
 
 def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options, and hand it their meaning as `witness_check`; with --bundle they are refused."""
+    """Give a command the options, and hand it their meaning as `witness_check`; a bundle holds its checkpoint."""
 
     @functools.wraps(command)
     def wrapped(
@@ -109,13 +121,11 @@ def witness_check(command: Callable[..., Any]) -> Callable[..., Any]:
         quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "--checkpoint" if checkpoint else "")
         if quorum is None:
             return command(*args, witness_check=None, **given)
-        if checkpoint is None:
+        bundled = given.get("bundle_path") is not None
+        if checkpoint is None and not bundled:
             raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE|URL")
-        if given.get("bundle_path") is not None:
-            raise SpecError(
-                "--witness-key is for a registry, whose log witnesses see; they do not see who is in a bundle, so "
-                "leave one of --bundle and --witness-key out"
-            )
+        if checkpoint is not None and bundled:
+            raise SpecError("a bundle holds its own checkpoint; leave one of --bundle and --checkpoint out")
         return command(*args, witness_check=WitnessCheck(checkpoint, quorum), **given)
 
     for option in reversed((checkpoint_option, *QUORUM_OPTIONS)):

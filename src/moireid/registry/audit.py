@@ -126,8 +126,8 @@ class Audit:
     found : int
         Number of faults.
     witnessed : mapping or None
-        Of the newest checkpoint that the witnesses signed: `size`, and `signers`, name to time; None if none was asked
-        for.
+        Of the newest checkpoint that the witnesses signed: `size`, `signers`, name to time, `needed` of them and how
+        many are `named`; None if none was asked for.
 
     Notes
     -----
@@ -249,7 +249,8 @@ def _audit_witnesses(since: Sequence[Checkpoint], quorum: Quorum, tally: _Tally)
         except RegistryError as error:
             refusals.append(str(error).partition(";")[0])
         else:
-            return {"size": one.size, "signers": {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in signers.items()}}
+            times = {name: f"{at:%Y-%m-%dT%H:%M:%SZ}" for name, at in signers.items()}
+            return {"size": one.size, "signers": times, "needed": quorum.needed, "named": len(quorum.witnesses)}
     tally.report("not_witnessed", refusals[-1])
     return None
 

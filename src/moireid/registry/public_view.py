@@ -175,6 +175,8 @@ class PublicView(RegistryQueries):
         days: float,
         overwrite: bool = False,
         progress: Progress | None = None,
+        witnesses: Sequence[str] = (),
+        quorum: Quorum | None = None,
     ) -> PublishResult:
         """Write a trust bundle, whole or not at all.
 
@@ -190,6 +192,8 @@ class PublicView(RegistryQueries):
             Whether an older file may be replaced.
         progress : callable, optional
             Called with people done and in all.
+        witnesses, quorum : optional
+            As `addresses` and `quorum` of `witnessed_checkpoint`: they sign the checkpoint that the bundle holds.
 
         Returns
         -------
@@ -199,8 +203,18 @@ class PublicView(RegistryQueries):
         Raises
         ------
         RegistryError
-            If something in the registry is not as signed, it was put back, or its private key is absent.
+            If something in the registry is not as signed, it was put back, its private key is absent, or fewer
+            witnesses sign than must.
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
-        return publish(self._ledger, Path(path), specimen, days=days, overwrite=overwrite, progress=progress)
+        return publish(
+            self._ledger,
+            Path(path),
+            specimen,
+            days=days,
+            overwrite=overwrite,
+            progress=progress,
+            witnesses=witnesses,
+            quorum=quorum,
+        )

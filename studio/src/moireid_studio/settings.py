@@ -6,10 +6,14 @@ import ipaddress
 import socket
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from platformdirs import user_data_path
 
 from moireid.verifier.session.check_level import CheckLevel
+
+if TYPE_CHECKING:
+    from moireid.cli.witness_options import WitnessCheck
 
 #: A year: long enough for someone who must answer for a verdict, and not for ever.
 KEEP_VERDICTS_DAYS = 365.0
@@ -58,7 +62,8 @@ class Settings:
     jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec
     address, None for the folder; level: the least level that a film or a live check must reach to be accepted
     (`check_level`), whatever a visitor asks for; public_url: the address by which other people reach the studio, with a
-    slash at its end, None for the one by which each visitor has reached it.
+    slash at its end, None for the one by which each visitor has reached it; witness_check: the checkpoint that audits
+    compare with, and the witnesses that must have signed it, None where none is asked.
     """
 
     registry_url: str | None = None
@@ -71,6 +76,7 @@ class Settings:
     storage: str | None = None
     level: CheckLevel = "record"
     public_url: str | None = None
+    witness_check: WitnessCheck | None = None
 
 
 def default_data() -> Path:

@@ -10,11 +10,11 @@ from collections import Counter
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from starlette.requests import HTTPConnection
 
-from moireid.errors import RegistryError, SpecError
+from moireid.errors import MoireIdError, RegistryError, SpecError
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.engine import read_url
@@ -36,6 +36,10 @@ from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
 from moireid_studio.store.storage import storage_of
 from moireid_studio.store.verdict_store import Verdicts
+
+if TYPE_CHECKING:
+    from moireid.cli.witness_options import WitnessCheck
+    from moireid.registry.checkpoints.checkpoint import Checkpoint
 
 #: Anyone may ask whether the studio is ready, and no one shall keep its database busy by that.
 NEEDS_S = 1.0
@@ -152,9 +156,20 @@ class Studio:
         if not self._auditing.acquire(blocking=False):
             raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
         try:
-            return self.registry.audit(expected_head.strip() or None)
+            check = self.settings.witness_check
+            quorum, since = (None, []) if check is None else (check.quorum, self._witnessed(check))
+            return self.registry.audit(expected_head.strip() or None, None, since, quorum)
         finally:
             self._auditing.release()
+
+    def _witnessed(self, check: WitnessCheck) -> list[Checkpoint]:
+        """The checkpoint as it is now, as those who run the registry renew it; none where it cannot be read."""
+        try:
+            return [check.newest()]
+        except MoireIdError as error:
+            # The audit reports that no witness has signed, and all else that it finds.
+            logging.getLogger(__name__).error("%s", error)
+            return []
 
     def note_verdict(self, asked_by: str, kind: str, result: Mapping[str, Any], **about: Any) -> None:
         """Write down a verdict that is given; about: film_sha256, claim, claim_source and the standing that was asked.

@@ -5,17 +5,24 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import pytest
 from click.testing import CliRunner
 
 from kit.webbing import Visit, film_form, studio, tiny_film
+from kit.witnesses import serving
 from moireid.badge import Badge
 from moireid.cli.main import moireid
+from moireid.cli.witness_options import WitnessCheck
 from moireid.designer import Request, design_badge
 from moireid.errors import RegistryError
+from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.note import VerifierKey
+from moireid.registry.witness.state import Witness
 
 
 @pytest.fixture
@@ -57,6 +64,28 @@ def test_the_api_audits_as_the_command_does(visit: Visit, tmp_path: Path) -> Non
                 tampered.execute("update badges set signature = 'x'")
     answer = visit.ask("POST", "/api/registry/audit", "issuer", json={"expected_head": "nonsense"})
     assert answer.status_code == 422 and "sqlite" not in answer.text
+
+
+def test_an_audit_says_which_witnesses_have_signed(visit: Visit, tmp_path: Path) -> None:
+    """Catches: signatures that are checked once, when the studio starts; a missing one that is taken for none asked."""
+    registry, kept = visit.studio.registry, tmp_path / "newest.checkpoint"
+    log = VerifierKey.parse(registry.log_key)
+    made = [Witness(tmp_path / f"w{number}.sqlite3", f"witness.example/w{number}", [log]) for number in (1, 2, 3)]
+    quorum = Quorum.of([str(one.public) for one in made], 2)
+    visit.studio.settings = replace(visit.studio.settings, witness_check=WitnessCheck(str(kept), quorum))
+
+    def audited() -> Any:
+        return visit.ask("POST", "/api/registry/audit", "issuer", json={}).json()
+
+    assert [one["code"] for one in audited()["findings"]] == ["not_witnessed"] and audited()["witnessed"] is None
+    with serving(made[0]) as one, serving(made[2]) as other:
+        asked, _ = registry.witnessed_checkpoint([one, other], quorum)
+    kept.write_text(asked.checkpoint.note)
+    part = audited()["witnessed"]
+    assert (part["size"], part["needed"], part["named"]) == (2, 2, 3) and audited()["sound"]
+    assert set(part["signers"]) == {"witness.example/w1", "witness.example/w3"}
+    page = visit.ask("POST", "/registry/audit", "issuer", data={"head": ""}).text
+    assert "2 of 3 witnesses" in page and "witness.example/w3: signed on" in page and "witness.example/w2" not in page
 
 
 def test_a_verifier_gets_no_badge_file(visit: Visit, ada: Badge) -> None:

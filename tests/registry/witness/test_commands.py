@@ -24,6 +24,7 @@ from moireid.cli.verify.verify_options import ClaimWish
 from moireid.cli.witness_options import WitnessCheck
 from moireid.errors import RegistryError
 from moireid.registry import holder_of, open_registry
+from moireid.registry.bundle import publish
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.note import VerifierKey
 from moireid.registry.checkpoints.sources import checkpoints_from
@@ -291,3 +292,56 @@ def test_readers_refuse_half_a_request(command, witnesses, tmp_path):
     assert "--checkpoint" in run(*command, *key, code=2).stderr
     assert "--witness-key" in run(*command, "--checkpoint", "x", code=2).stderr
     assert "--bundle" in run(*command, *key, "--checkpoint", "x", "--bundle", "b", code=2).stderr
+
+
+def _published(grown: Path, witnesses: Witnesses, out: Path, *options: str, code: int = 0) -> str:
+    words = ("registry", "publish", "--out", out, "--registry", url_of(grown), "--json", "--overwrite")
+    return str(run(*words, *options, code=code).stdout)
+
+
+def bundle_code(bundle: Path, quorum: Quorum) -> str | None:
+    """The code by which a claim in a bundle is refused to a reader who asks for witnesses; None if it is not."""
+    wish = ClaimWish("Ada", None, None, bundle, None, witness_check=WitnessCheck(None, quorum))
+    try:
+        with asked_of(wish) as asked:
+            assert asked.found.barred is None
+    except RegistryError as error:
+        assert "\n" not in str(error) and ";" in str(error)
+        return str(error.details["code"])
+    return None
+
+
+def test_a_bundle_holds_what_witnesses_signed(grown, witnesses, tmp_path, monkeypatch):
+    """Catches: cosignatures that are checked and not kept; a bundle whose witnesses count for ever, or for anyone."""
+    out, options = tmp_path / "people.bundle", witnesses.options(ask=(*witnesses.addresses[:2], DOWN))
+    found = json.loads(_published(grown, witnesses, out, *options))
+    assert found["witnesses"] == ["witness.example/w1", "witness.example/w2"]
+    assert list(found["witnesses_failed"]) == [DOWN]
+    assert bundle_code(out, witnesses.quorum()) is None
+    assert bundle_code(out, witnesses.quorum(3)) == "not_witnessed"
+    now = time.time()
+    monkeypatch.setattr("moireid.registry.checkpoints.cosignature.time.time", lambda: now + 8 * 86400)
+    assert bundle_code(out, witnesses.quorum()) == "not_witnessed"
+
+
+def test_a_bundle_without_witnesses_is_refused_to_those_who_ask(grown, witnesses, tmp_path):
+    """Catches: an option that checks nothing where there is nothing; too few signatures that still publish."""
+    out = tmp_path / "people.bundle"
+    _published(grown, witnesses, out)
+    assert bundle_code(out, witnesses.quorum()) == "not_witnessed"
+    done = run("verify", "x.mp4", "--claim", "Ada", "--bundle", out, "--witness-key", witnesses.keys[0], code=2)
+    assert "signed by 0 of the 1 witnesses" in done.stderr and done.stderr.count("\n") <= 2
+    before = out.read_bytes()
+    _published(grown, witnesses, out, *witnesses.options(2, ask=(witnesses.addresses[0], DOWN)), code=2)
+    assert out.read_bytes() == before
+
+
+def test_a_bundle_with_the_checkpoint_of_another_log_is_refused(grown, witnesses, tmp_path, stranger, monkeypatch):
+    """Attack: the registry's own key signs a bundle over a log for one reader, with the witnesses' true checkpoint."""
+    true = noted(grown, tmp_path / "true", *witnesses.options(3)).read_text()
+    with open_registry(url_of(grown), create=False) as registry:
+        registry.enroll(badge_of("Cy"))
+    made = publish.made_content
+    monkeypatch.setattr(publish, "made_content", lambda checkpoint, *rest: made(true, *rest))
+    _published(grown, witnesses, tmp_path / "false.bundle")
+    assert bundle_code(tmp_path / "false.bundle", witnesses.quorum(3)) == "forked"

@@ -123,7 +123,7 @@ def check_command(
     from moireid.attest.envelope import read_envelope
     from moireid.attest.signing_keys import load_certificates
 
-    if witness_check is not None and registry_url is None:
+    if witness_check is not None and registry_url is None and bundle_path is None:
         raise SpecError("--witness-key is of a registry, and none is asked; add --registry, or leave it out")
     if (identity is None) != (issuer_file is None):
         raise SpecError(
@@ -191,6 +191,7 @@ def _answer(
         from moireid.registry.bundle.held import Bundle
 
         with Bundle(bundle_path, trust) as bundle:
+            require(witnesses, bundle)
             holder, keys = bundle.holder_of(badge_id), bundle.authority_keys()
     else:
         from moireid.registry import holder_of, open_registry

@@ -33,6 +33,7 @@ from moireid.files import open_regular
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
+    from moireid.registry.checkpoints.cosignature import Quorum
 
 #: The most findings that the audit prints for people; --json holds more.
 SHOWN = 20
@@ -48,6 +49,30 @@ def quorum_options(command: Callable[..., None]) -> Callable[..., None]:
 def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     path = click.Path(path_type=Path, dir_okay=False)
     return click.option("--out", "path", required=True, type=path, help=f"Write the {what} here.")
+
+
+witness_option = click.option(
+    "--witness",
+    "addresses",
+    metavar="URL",
+    multiple=True,
+    help="Have a witness sign the checkpoint too, by its web address. May be given several times.",
+)
+
+
+def _asked_quorum(
+    addresses: tuple[str, ...], witness_keys: tuple[str, ...], witnesses_needed: int | None, witness_days: float
+) -> Quorum | None:
+    """The witnesses that must sign; None where none is asked.  Raises: SpecError for half a request."""
+    quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "--witness" if addresses else "")
+    if quorum is not None and not addresses:
+        raise SpecError("--witness-key needs the witnesses' addresses; add --witness URL")
+    return quorum
+
+
+def _note_failures(failures: Mapping[str, str]) -> None:
+    for address, reason in failures.items():
+        say(f"note: witness {address} did not sign: {reason}")
 
 
 @registry_command("audit")
@@ -110,8 +135,10 @@ def registry_audit(
         if seen.found > SHOWN:
             echo(f"  and {seen.found - SHOWN} more")
         if seen.witnessed is not None:
-            signers = ", ".join(f"{name} on {at}" for name, at in seen.witnessed["signers"].items())
-            echo(f"witnesses have seen {seen.witnessed['size']} of {seen.entries} entries: {signers}")
+            part = seen.witnessed
+            signers = ", ".join(f"{name} on {at}" for name, at in part["signers"].items())
+            count = f"{len(part['signers'])} of {part['named']}, {part['needed']} needed"
+            echo(f"witnesses have seen {part['size']} of {seen.entries} entries: {signers} ({count})")
         echo(f"head: {seen.head or 'none that can be trusted'}")
     sys.exit(ACCEPT if seen.sound else REJECT)
 
@@ -124,13 +151,7 @@ def registry_audit(
     metavar="FILE",
     help="An earlier checkpoint: --json then also proves that the new one only adds to it.",
 )
-@click.option(
-    "--witness",
-    "addresses",
-    metavar="URL",
-    multiple=True,
-    help="Have a witness sign it too, by its web address. May be given several times.",
-)
+@witness_option
 @quorum_options
 def registry_checkpoint(
     registry: Registry,
@@ -157,9 +178,7 @@ def registry_checkpoint(
     from moireid.files import planned, write_text
     from moireid.registry.checkpoints.sources import checkpoints_from
 
-    quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "--witness" if addresses else "")
-    if quorum is not None and not addresses:
-        raise SpecError("--witness-key needs the witnesses' addresses; add --witness URL")
+    quorum = _asked_quorum(addresses, witness_keys, witnesses_needed, witness_days)
     planned([path], overwrite=overwrite, kept=[registry.file, Path(earlier) if earlier else None])
     older = checkpoints_from(earlier) if earlier else []
     signers: tuple[str, ...] = ()
@@ -170,8 +189,7 @@ def registry_checkpoint(
         asked, proofs = registry.witnessed_checkpoint(addresses, quorum, older)
         made, signers, failures = asked.checkpoint, asked.signers, asked.failures
     write_text(path, made.note)
-    for address, reason in failures.items():
-        say(f"note: witness {address} did not sign: {reason}")
+    _note_failures(failures)
     if as_json:
         document = {"registry": registry.shown_url, "file": str(path), "fingerprint": made.fingerprint}
         state = {"size": made.size, "root": made.root.hex(), "date": made.date}
@@ -193,25 +211,50 @@ def registry_checkpoint(
     metavar="NUMBER",
     help="After so many days it counts no more: so long a revocation may stay unknown to those who fetch it.",
 )
-def registry_publish(registry: Registry, path: Path, days: float, overwrite: bool, as_json: bool) -> None:
+@witness_option
+@quorum_options
+def registry_publish(
+    registry: Registry,
+    path: Path,
+    days: float,
+    addresses: tuple[str, ...],
+    witness_keys: tuple[str, ...],
+    witnesses_needed: int | None,
+    witness_days: float,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Write a trust bundle, for verifying offline.
 
     It is one signed file for any web server. It holds names and the lines below them, such as what each person
     does, revocations with their reasons, layouts, and a checkpoint. It holds no badge files, and identities only
     sealed: no badge can be printed from it.
 
-    Those who fetch it run `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`.
+    Those who fetch it run `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`. With --witness, the
+    checkpoint in it is signed as `registry checkpoint` has one signed, and they can ask for that by --witness-key.
     """
     from moireid.idcodes import specimen_of
 
+    quorum = _asked_quorum(addresses, witness_keys, witnesses_needed, witness_days)
     with progress_bar("sealing identities") as progress:
-        made = registry.publish(path, specimen_of, days=days, overwrite=overwrite, progress=progress)
+        made = registry.publish(
+            path,
+            specimen_of,
+            days=days,
+            overwrite=overwrite,
+            progress=progress,
+            witnesses=addresses,
+            quorum=quorum,
+        )
         fingerprint = registry.fingerprint
+    _note_failures(made.failures)
     if as_json:
         document = {"file": str(path), "people": made.people, "head": made.head, "expires": made.expires}
-        show_json(document | {"fingerprint": fingerprint})
+        witnessed = {"witnesses": list(made.signers), "witnesses_failed": dict(made.failures)}
+        show_json(document | {"fingerprint": fingerprint} | witnessed)
     else:
-        echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}")
+        by = f"; its checkpoint by {', '.join(made.signers)}" if made.signers else ""
+        echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}{by}")
 
 
 #: A proof holds a record without its badge file, and one hash for each doubling of the log.

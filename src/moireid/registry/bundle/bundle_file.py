@@ -288,6 +288,12 @@ class BundleContent:
         """The JSON of all specimens."""
         return [found for (found,) in self._rows(tuple[str], "SELECT badge FROM layouts ORDER BY number")]
 
+    def checkpoint(self) -> str:
+        """The note of the log's checkpoint, which witnesses may have signed."""
+        with self._checked():
+            ((found,),) = self._rows(tuple[str], "SELECT checkpoint FROM about")
+        return str(found)
+
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None if there is no such entry."""
         if not 0 < seq < MOST_ENTRIES:

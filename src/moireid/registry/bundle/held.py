@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from datetime import datetime
 from os import cpu_count
 from pathlib import Path
 from types import TracebackType
@@ -21,6 +22,8 @@ from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
 from moireid.provenance import AuthorityKey, BadgeHolder, ClaimedBadge, Provenance
 from moireid.registry.bundle.bundle_file import ROOTS, BundleContent, BundlePerson, check_expiry, read_bundle_file
+from moireid.registry.checkpoints.checkpoint import checkpoint_from
+from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.log import Head, Rotation, authority_keys, linked, rotation_of
 from moireid.registry.look_alikes import by_line, line_alike
 from moireid.registry.merkle import Tree, leaf_hash
@@ -200,6 +203,39 @@ class Bundle:
         for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
             return BadgeHolder(person.name, person.barred(), person.line)
         return None
+
+    def require_witnesses(self, quorum: Quorum) -> dict[str, datetime]:
+        """Rely on the bundle only if witnesses have seen the log that it is of.
+
+        Parameters
+        ----------
+        quorum : Quorum
+            The witnesses, and how many must have signed.
+
+        Returns
+        -------
+        dict of str to datetime
+            Which of them signed the bundle's checkpoint, and when, the newest first.
+
+        Raises
+        ------
+        RegistryError
+            If too few witnesses signed it, or the checkpoint is not that of the bundle's log.
+
+        Notes
+        -----
+        Witnesses see the log, and not who is in the bundle: for that its authority alone vouches.
+        """
+        source = f"of bundle {self.path}"
+        checkpoint = checkpoint_from(self._content.checkpoint(), f"the text {source}")
+        checkpoint.check(self.authority, source)
+        if not self._rooted or Head(checkpoint.size, checkpoint.root.hex()) != self._head:
+            raise RegistryError(
+                f"bundle {self.path} holds a checkpoint of another log than its own, so its witnesses say nothing of "
+                "it; fetch a newer one",
+                code="forked",
+            )
+        return quorum.signers(checkpoint.note, source)
 
     def _extends(self, seen: Head) -> bool:
         """Whether its log, all of which is signed, goes on from an earlier head."""

@@ -23,6 +23,7 @@ from moireid.cli.common import (
     show_json,
     trust_option,
 )
+from moireid.cli.witness_options import WitnessCheck, witness_check
 from moireid.errors import SpecError
 from moireid.extras import missing_extra
 
@@ -146,6 +147,7 @@ unsealed_option = click.option(
 @unsealed_option
 @data_option
 @friendly
+@witness_check
 def serve_command(
     host: str,
     port: int,
@@ -165,12 +167,15 @@ def serve_command(
     no_auth: bool,
     unsealed: bool,
     data: Path | None,
+    witness_check: WitnessCheck | None,
 ) -> None:
     """Run the studio: web pages and an API for all of this.
 
     Every user of the studio needs a token; make one with `moireid token create`. To try it on your own machine, use
     --no-auth, which asks for none.
     Without --registry, the default registry is used; it is made if there is none yet.
+    With --checkpoint and --witness-key, each audit on the registry's page says which witnesses signed the newest
+    checkpoint, and when. The file is read anew each time.
     """
     try:
         from moireid_studio.app import create_app
@@ -210,6 +215,7 @@ def serve_command(
         level=level,
         # What is set for all commands does not concern a studio that only this machine reaches.
         public_url=None if no_auth or public_url is None else checked_address(public_url),
+        witness_check=witness_check,
     )
     ask_for_files()
     with _signing():
