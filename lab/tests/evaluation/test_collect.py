@@ -19,10 +19,11 @@ import pyarrow.parquet as pq
 import pytest
 
 import moireid
-from kit.film_stubs import notes, score
+from kit.film_stubs import notes, score, score_as_sealed
 from kit.places import TESTS
 from moireid.badge import Badge
 from moireid.errors import SpecError
+from moireid.sandbox.process import sealed_here
 from moireid_lab.archive import parts as parts_of
 from moireid_lab.archive.engine import Task
 from moireid_lab.archive.isolated import Fault, Limits, LostJob
@@ -144,6 +145,13 @@ def test_an_answer_that_is_no_row_counts_as_a_film_that_failed(
     assert one.row["fault"] == "film" and one.row["error"] == "no film"
     assert (other.row["verdict"], other.row["fault"]) == ("failed", "crash")
     assert "answers what no film shows" in other.row["error"]
+
+
+def test_a_row_says_how_its_film_was_read(tmp_path: Path, prototype: Badge):
+    """Catches: a collection whose rows do not say what a film could reach; the word of the process that read it."""
+    (one,) = run(manifest_of(tmp_path, ("a.txt", "0 aa")), prototype, work=score_as_sealed)
+    assert one.row["sealed"] == list(sealed_here()) and one.row["verdict"] == "accept"
+    assert pq.read_table(tmp_path / "results", partitioning=None)["sealed"].to_pylist() == [one.row["sealed"]]
 
 
 def test_a_fault_that_may_pass_is_tried_by_the_next_run(tmp_path: Path, prototype: Badge, lost: dict[str, Fault]):

@@ -20,6 +20,7 @@ from moireid.errors import SpecError
 from moireid.registry import open_registry
 from moireid.result_cache import keep_row, kept_rows, program_digest
 from moireid.verifier.decision.figures import calibrated_log10
+from moireid.verifier.video import decoder_version
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.evaluation import statistics
 from moireid_lab.evaluation.collect import ScoredFilm
@@ -403,6 +404,7 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
     for pipeline in ("moireid", "published"):
         assert by["broken.mp4", pipeline]["verdict"] == "failed" and "broken.mp4" in by["broken.mp4", pipeline]["error"]
         assert set(FIGURES) <= set(by["true.mp4", pipeline]) and by["true.mp4", pipeline]["frames"] == 70
+        assert by["true.mp4", pipeline]["decoder"] == decoder_version()
     assert document["pipelines"]["moireid"]["scored_films"]["auc"] == 1.0
     assert {path.name for path in out.iterdir()} == {"evaluate.json", "results", *(f"{name}.svg" for name in PLOTS)}
 

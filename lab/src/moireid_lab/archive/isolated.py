@@ -77,7 +77,11 @@ class IsolatedProcess:
         self._ended = False
 
     def do(self, payload: bytes, film: str | None) -> Any | LostJob:
-        """The result of one job as JSON gives it, or why there is none; payload: the pickled (work, job)."""
+        """The result of one job as JSON gives it, or why there is none; payload: the pickled (work, job).
+
+        A result about a film that is an object gets `sealed`, the parts of the seal that held while it was read: this
+        process states them, as the one that read the film may be in its hands.
+        """
         begun = time.monotonic()
         if self._ended:
             return LostJob("the run was ended", 0.0, "worker")
@@ -97,7 +101,8 @@ class IsolatedProcess:
         if message is None:
             words = f"it took longer than the {self._limits.seconds:g} s allowed"
             return LostJob(words, time.monotonic() - begun, "time")
-        return message.get("result")
+        found = message.get("result")
+        return found | {"sealed": list(child.sealed or ())} if film is not None and isinstance(found, dict) else found
 
     def end(self) -> None:
         """End the process for good; a thread that waits for its result notices by itself."""

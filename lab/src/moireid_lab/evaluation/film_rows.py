@@ -47,7 +47,7 @@ FIGURES = (
     "excitation_rad",
 )
 #: Format of a row; raise it if the content of rows changes.
-FORMAT = 4
+FORMAT = 5
 Row = dict[str, Any]
 #: Temporary faults: the next run tries such a film again.
 PASSING: frozenset[Fault] = frozenset({"fetch", "worker", "program"})
@@ -81,6 +81,7 @@ def score_film(job: Job, film: str) -> Row:
         **figures,
         "cover": json_number(report.cover.share) if report.cover else None,
         "photographs": next((r.measured for r in report.reasons if r.code == "photographs"), None),
+        "decoder": report.film["decoder"],
         "frames": report.frames["read"],
         "tracked": report.frames["tracked"],
         "seconds": round(time.perf_counter() - begun, 2),
@@ -99,7 +100,7 @@ def failed_row(lost: LostJob) -> Row:
         "verdict": "failed",
         "motion": None,
         "identity": None,
-        **dict.fromkeys((*FIGURES, "cover", "photographs")),
+        **dict.fromkeys((*FIGURES, "cover", "photographs", "sealed", "decoder")),
         "frames": None,
         "tracked": None,
         "seconds": round(lost.seconds, 2),
@@ -186,6 +187,11 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "excitation_rad": ("double", "standard deviation of the predicted phase, radians"),
     "cover": ("double", "share of the film that the verdict is of, 0 to 1; null in published"),
     "photographs": ("double", "so many photographs of the badge would make the film; null in published"),
+    "sealed": (
+        "list<string>",
+        "parts of the seal that held while the film was read, as `sealed` of a report; null: it was not read",
+    ),
+    "decoder": ("string", "program that decoded the film, with its version"),
     "frames": ("int64", "frames read"),
     "tracked": ("int64", "frames in which the badge was followed"),
     "seconds": ("double", "that scoring took, on one processor, fetching apart"),
@@ -202,7 +208,9 @@ ScoredRow = defstruct(
     [
         (name, _VALUES.get(name, _KINDS[kind] | None))
         for name, (kind, _) in COLUMNS.items()
-        if name not in ("key", "film", "claim", "pipeline", "program", "worker")
-    ],
+        if name not in ("key", "film", "claim", "pipeline", "program", "worker", "sealed")
+    ]
+    # Stated by the process that begins the one that reads the film.
+    + [("sealed", list[str] | None, None)],
     forbid_unknown_fields=True,
 )
