@@ -42,6 +42,8 @@ registries.py       registries on SQLite and PostgreSQL
 live_verdicts.py    verdicts of a live check, and their headlines
 witnesses.py        logs that sign what they like, and witnesses' servers
 fault_runs.py       every file call of a registry fails once, in turn; faults.c is loaded to do it
+fault_runs_postgres.py  every statement and commit that goes to PostgreSQL fails once, in turn
+power_cuts.py       what a power cut leaves of an operation's files, after each of its calls
 enrolling.py        what other processes do at a registry
 streams.py          films as they are streamed, and what serves them
 sending.py          WebRTC senders and servers

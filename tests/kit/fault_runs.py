@@ -24,6 +24,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from sqlalchemy import create_engine, inspect
+
 from kit.registries import badge_of, url_of
 from kit.witnesses import Log, leaves_of
 from moireid.badge import Badge
@@ -34,6 +36,7 @@ from moireid.registry import Registry, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.proof import check_proof
 from moireid.registry.checkpoints.sources import checkpoints_from
+from moireid.registry.engine import own_file
 from moireid.registry.merge import checked_copy
 from moireid.registry.witness.state import Witness
 
@@ -46,13 +49,26 @@ DONE, REFUSED, WRONG = 0, 3, 4
 FILES = ("out.json", "bundle", "checkpoint", "proof")
 
 
+#: The URL of a folder's registry; a database server may take its place.
+registry_at: Callable[[Path], str] = lambda folder: url_of(folder / "people.sqlite3")  # noqa: E731
+
+
 def at_home(folder: Path) -> str:
     """Keep everything that is written below one folder; returns the registry's URL."""
-    for name, place in (("MOIREID_KEYS", "keys"), ("MOIREID_SEEN", "seen.sqlite3"), ("TMPDIR", "tmp")):
+    for name, place in (("MOIREID_KEYS", "keys"), ("MOIREID_SEEN", "memory/seen.sqlite3"), ("TMPDIR", "tmp")):
         os.environ[name] = str(folder / place)
     (folder / "tmp").mkdir(parents=True, exist_ok=True)
     tempfile.tempdir = None
-    return url_of(folder / "people.sqlite3")
+    return registry_at(folder)
+
+
+def _kept_file(folder: Path) -> Callable[[], object]:
+    shutil.copy(folder / "people.sqlite3", folder / "tmp" / "early")
+    return lambda: shutil.copy(folder / "tmp" / "early", folder / "people.sqlite3")
+
+
+#: Keeps a folder's registry as it is; what it returns puts it back.
+keep_registry: Callable[[Path], Callable[[], object]] = _kept_file
 
 
 def with_registry(act: Callable[[Registry, Path], object], *, create: bool = False) -> Callable[[Path], None]:
@@ -134,23 +150,35 @@ def prepare(folder: Path, name: str) -> None:
             registry.enroll(badge_of(one))
         for write in (exported, pointed, published):
             write(registry, folder)
+        put_back = keep_registry(folder)
         if name == "import":
-            shutil.copy(folder / "people.sqlite3", folder / "early")
             registry.enroll_many(people(badge_of("Cy"), 5))
             registry.revoke("Ada", "lost")
             registry.export_json(folder / "in.json")
         else:
             registry.enroll(badge_of("Cy"))
     if name == "import":
-        shutil.move(folder / "early", folder / "people.sqlite3")
-        (folder / "seen.sqlite3").unlink()
+        put_back()
+        (folder / "memory" / "seen.sqlite3").unlink()
+
+
+def is_there(url: str) -> bool:
+    """Whether anything was written to a database."""
+    path = own_file(url)
+    if path is not None:
+        return path.exists() and path.stat().st_size > 0
+    engine = create_engine(url)
+    try:
+        return bool(inspect(engine).get_table_names())
+    finally:
+        engine.dispose()
 
 
 def state_of(folder: Path) -> tuple[Any, ...]:
     """What a user finds: the registry's records and the files; raises where something does not hold."""
     url = at_home(folder)
     found: list[Any] = []
-    if (folder / "people.sqlite3").exists() and os.path.getsize(folder / "people.sqlite3"):
+    if is_there(url):
         with open_registry(url, create=True) as registry:
             seen = registry.audit()
             assert seen.sound, seen.findings
@@ -233,33 +261,35 @@ def points(name: str, place: Path, step: int) -> Iterator[str | None]:
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(start, folder)
 
-    def look(work: Callable[[Path], Any]) -> tuple[int, Any]:
-        return forked(lambda: work(folder))
-
     fresh()
-    code, old = look(state_of)
+    code, old = forked(lambda: state_of(folder))
     assert code == DONE, old
     new = None
     for kind, number in KINDS.items():
         fresh()
         code, calls = failing(name, folder, number, -1 if kind != "full disk" else 1 << 30)
         assert code == DONE, calls
-        new = new or look(state_of)[1]
+        new = new or forked(lambda: state_of(folder))[1]
         for at in range(1, calls + 1, step):
             fresh()
-            ended, said = failing(name, folder, number, at)
-            where = f"{name}, {kind} at call {at} of {calls}: "
-            code, found = look(state_of)
-            if ended not in (DONE, REFUSED, -9):
-                yield f"{where}it ended with {ended}: {said}"
-            elif code != DONE:
-                yield f"{where}{found}"
-            elif not is_one_of(found, old, new, done=ended == DONE):
-                yield f"{where}it ended with {ended} ({said}), and the state is {found}, not {old} nor {new}"
-            elif (go := look(go_on))[0] != DONE:
-                yield f"{where}one cannot go on: {go[1]}"
-            else:
-                yield None
+            ended = failing(name, folder, number, at)
+            yield checked_point(f"{name}, {kind} at call {at} of {calls}: ", folder, ended, old, new)
+
+
+def checked_point(where: str, folder: Path, ended: tuple[int, Any], old: list[Any], new: list[Any]) -> str | None:
+    """None, or what does not hold after a failure.
+
+    Parameters: where: names the point; ended: how the operation ended, and what it said; old, new: the two states.
+    """
+    code, found = forked(lambda: state_of(folder))
+    if ended[0] not in (DONE, REFUSED, -9):
+        return f"{where}it ended with {ended[0]}: {ended[1]}"
+    if code != DONE:
+        return f"{where}{found}"
+    if not is_one_of(found, old, new, done=ended[0] == DONE):
+        return f"{where}it ended with {ended}, and the state is {found}, not {old} nor {new}"
+    code, said = forked(lambda: go_on(folder))
+    return None if code == DONE else f"{where}one cannot go on: {said}"
 
 
 def is_one_of(found: list[Any], old: list[Any], new: list[Any], *, done: bool) -> bool:
@@ -276,23 +306,32 @@ def is_one_of(found: list[Any], old: list[Any], new: list[Any], *, done: bool) -
 
 def main(place: str, step: str, *names: str) -> None:
     """Write the number of points, and each that does not hold."""
-    whole, wrong = 0, list[str]()
+    found = {}
     for name in names or OPERATIONS:
         with tempfile.TemporaryDirectory(dir=place) as own:
-            found = list(points(name, Path(own), int(step)))
-        whole += len(found)
-        wrong += [one for one in found if one is not None]
-        sys.stderr.write(f"{name}: {len(found)} points\n")
-    sys.stdout.write(json.dumps({"points": whole, "wrong": wrong}) + "\n")
+            found[name] = list(points(name, Path(own), int(step)))
+        sys.stderr.write(f"{name}: {len(found[name])} points\n")
+    report(found)
+
+
+def report(found: dict[str, list[str | None]]) -> None:
+    """Write the number of points, and each that does not hold."""
+    wrong = [one for points in found.values() for one in points if one is not None]
+    sys.stdout.write(json.dumps({"points": sum(map(len, found.values())), "wrong": wrong}) + "\n")
+
+
+def preloaded(module: str, work: Callable[..., None]) -> None:
+    """Do a command's work with faults.c, which is compiled and loaded here, so that the command is one."""
+    if "LD_PRELOAD" in os.environ:
+        work(*sys.argv[1:])
+        return
+    with tempfile.TemporaryDirectory() as built:
+        shim = Path(built) / "faults.so"
+        options = ("-shared", "-fPIC", "-O1", "-fno-sanitize=undefined", "-o", shim)
+        subprocess.run([sys.executable, "-m", "ziglang", "cc", *options, SOURCE], check=True)
+        again = [sys.executable, "-m", module, *sys.argv[1:]]
+        sys.exit(subprocess.run(again, env=os.environ | {"LD_PRELOAD": str(shim)}, check=False).returncode)
 
 
 if __name__ == "__main__":
-    if "LD_PRELOAD" not in os.environ:
-        # Compiled here, so that the command is one.
-        with tempfile.TemporaryDirectory() as built:
-            shim = Path(built) / "faults.so"
-            options = ("-shared", "-fPIC", "-O1", "-fno-sanitize=undefined", "-o", shim)
-            subprocess.run([sys.executable, "-m", "ziglang", "cc", *options, SOURCE], check=True)
-            again = [sys.executable, "-m", "kit.fault_runs", *sys.argv[1:]]
-            sys.exit(subprocess.run(again, env=os.environ | {"LD_PRELOAD": str(shim)}, check=False).returncode)
-    main(*sys.argv[1:])
+    preloaded("kit.fault_runs", main)
