@@ -164,6 +164,9 @@ def test_the_shipped_files_keep_every_rule(compose: Document, manifests: list[Do
         "moireid-studio signer",
     }
     assert faults(compose_units(compose)) | faults(cluster_units(manifests)) == set()
+    # Another kind may start pods that no rule looks at, as a CronJob does, or give rights, as a Role does.
+    known = {"Deployment", "Ingress", "Job", "Namespace", "NetworkPolicy", "PersistentVolumeClaim", "Service"}
+    assert {one["kind"] for one in manifests} == known
 
 
 #: A weakened service of the compose file: of whom, what is changed, and the rule that must find it.
