@@ -77,4 +77,4 @@ def test_every_operation_survives_failing_calls_of_postgresql(tmp_path: Path, po
     """Catches: as above, in every operation: a key that is deleted although its registry had reached the server."""
     tried = sum(faulty(tmp_path, 9, name, module="fault_runs_postgres") for name in fault_runs_postgres.NAMES)
     print(f"{tried} points of failure, all sound")  # noqa: T201
-    assert tried > 250
+    assert tried > 200
