@@ -30,7 +30,7 @@ camera_chart.py  the chart to calibrate a camera with    registry/     who was i
 calibration/     a sheet or a camera, from pictures      attest/       verdicts signed, and checked by others
 cli/             the two programs                        issuing.py    an order -> a badge that can be made
 api/             what `import moireid as mo` offers      enrolment.py  measured figures into a registry
-version.py       the version of the packages
+version.py       the version of the packages             shopping.py   a format or a badge -> what to buy for it
 """
 
 from moireid.lazy import lazy

@@ -111,6 +111,20 @@ def test_artwork_is_on_the_page_and_kept_from_harm(tmp_path: Path) -> None:
         mo.print_badge(badge, tmp_path, mount="none", logo=logo, overwrite=True)
 
 
+def test_letters_are_of_the_typeface_that_is_named(tmp_path: Path) -> None:
+    """Catches: a typeface that is taken and not used; another than the command's; one that no one has, set in sans."""
+    badge = mo.design("Ada", format="a6", payload=PAYLOAD)
+    ours = mo.print_badge(badge, tmp_path / "ours", mount="none", typeface="serif")
+    line = ["--format", "a6", "--payload", PAYLOAD, "--mount", "none", "--typeface", "serif"]
+    done = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "theirs"), *line])
+    assert done.exit_code == 0, done.output
+    assert ours.files["preview.png"].read_bytes() == (tmp_path / "theirs" / "preview.png").read_bytes()
+    sans = mo.print_badge(badge, tmp_path / "sans", mount="none")
+    assert sans.files["preview.png"].read_bytes() != ours.files["preview.png"].read_bytes()
+    with pytest.raises(mo.SpecError, match="typeface 'gothic' is not known; choose one of sans, serif, slab"):
+        mo.print_badge(badge, tmp_path / "none", mount="none", typeface="gothic")
+
+
 def test_a_note_of_the_command_is_a_warning_here(tmp_path: Path) -> None:
     """Catches: a note that the command prints on stderr, and that a program never gets."""
     badge = mo.design("Ada", payload=PAYLOAD)

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from moireid.api.places import Place, opened
 from moireid.badge import Badge, load_badge
 from moireid.designer import Request, payload_from_hex
-from moireid.designer.formats import FORMATS
+from moireid.designer.formats import format_of
 from moireid.designer.request import clean_name
 from moireid.errors import SpecError
 from moireid.fabrication.package import PrintResult
@@ -176,6 +176,7 @@ def print_badge(
     logo: AnyPath | None = None,
     portrait: AnyPath | None = None,
     colour: str | None = None,
+    typeface: str | None = None,
     registry: Place = None,
     expires: str | None = None,
     measured_scale: tuple[float, float] = (1.0, 1.0),
@@ -200,6 +201,8 @@ def print_badge(
         Pictures on the badge.
     colour : str, optional
         The template's accent colour, as "#134e8c" or "teal".
+    typeface : {"sans", "serif", "slab"}, optional
+        Of name, lines and identity; None for that of the template.
     registry : Registry or str or Path, optional
         Enter the badge into this registry, together with the files: both happen, or neither.
     expires : str, optional
@@ -237,7 +240,8 @@ def print_badge(
         raise SpecError("expires is kept by a registry; give registry with it, or leave it out")
     template = None if template is None else str(as_path(template))
     pictures = [None if one is None else as_path(one) for one in (logo, portrait)]
-    wear = Wear(_format_of(own), None, None, None, None, template, (), pictures[0], pictures[1], colour)
+    form = format_of(own.outline_mm)
+    wear = Wear(form, None, None, None, None, template, (), pictures[0], pictures[1], colour, typeface)
     look = wear.look("x" if all(isinstance(grating.axis, str) for grating in own.gratings) else "hex")
     check_look(own, look)
     parts, about_mount = wear.parts(own, mount, mount_figures(f"{key}={mm}" for key, mm in (mount_mm or {}).items()))
@@ -256,15 +260,3 @@ def print_badge(
             before_moving=None if held is None else lambda: held.enroll(own, expires=expires),
             progress=progress,
         )
-
-
-def _format_of(badge: Badge) -> str | None:
-    """The format that has this badge's size, upright or turned; None for a size of its own."""
-    x0, y0, x1, y1 = badge.outline_mm
-    sides = sorted((x1 - x0, y1 - y0))
-    close = (
-        name
-        for name, form in FORMATS.items()
-        if max(abs(a - b) for a, b in zip(sorted(form.size_mm), sides, strict=True)) < 0.01
-    )
-    return next(close, None)

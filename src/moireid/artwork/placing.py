@@ -13,7 +13,7 @@ from moireid.artwork.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, ove
 from moireid.artwork.colours import INK, PAPER, Colour, letters_on, readable, tint
 from moireid.artwork.content import Artwork, lines_of
 from moireid.artwork.pictures import QUIET_MODULES, modules_of
-from moireid.artwork.template import TEMPLATES, BadgeTemplate, Place, Side, template_named
+from moireid.artwork.template import TEMPLATES, TYPEFACES, BadgeTemplate, Place, Side, template_named
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 
@@ -50,6 +50,11 @@ class Look:
     content: Artwork
     corner_mm: float = 0.0
     typeface: str | None = None
+
+    def __post_init__(self) -> None:
+        """Raises: SpecError for an unknown typeface."""
+        if self.typeface is not None and self.typeface not in TYPEFACES:
+            raise SpecError(f"typeface {self.typeface!r:.40} is not known; choose one of {', '.join(TYPEFACES)}")
 
     @property
     def accent(self) -> Colour:

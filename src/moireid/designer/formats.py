@@ -73,6 +73,16 @@ def format_named(name: str) -> BadgeFormat:
     return FORMATS[name.lower()]
 
 
+def format_of(outline_mm: tuple[float, float, float, float]) -> str | None:
+    """The format that has a badge's size, upright or turned, within 0.01 mm; None for a size of its own."""
+    x0, y0, x1, y1 = outline_mm
+    sides = sorted((x1 - x0, y1 - y0))
+    for name, form in FORMATS.items():
+        if all(abs(own - side) < 0.01 for own, side in zip(sorted(form.size_mm), sides, strict=True)):
+            return name
+    return None
+
+
 def turned(size_mm: tuple[float, float], orientation: str | None) -> tuple[float, float]:
     """The size in landscape or portrait orientation; unchanged where the orientation is None."""
     if orientation is None:

@@ -26,7 +26,7 @@ from moireid_studio.http.metrics import Gauge, RequestMetrics
 from moireid_studio.live import link_routes
 from moireid_studio.live import routes as live
 from moireid_studio.pages import enroll as enroll_pages
-from moireid_studio.pages import film_view, issue_pages, registry_pages, verify
+from moireid_studio.pages import film_view, issue_pages, materials, registry_pages, verify
 from moireid_studio.pages import first_badge as first_badge_pages
 from moireid_studio.pages import home as home_pages
 from moireid_studio.settings import Settings
@@ -36,6 +36,7 @@ from moireid_studio.studio import Studio
 ROUTERS: tuple[APIRouter, ...] = (
     home_pages.router,
     issue_pages.router,
+    materials.router,
     enroll_pages.router,
     first_badge_pages.router,
     # Before the pages of jobs, whose ids may be any word.

@@ -9,7 +9,7 @@ import re
 import time
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import httpx
 import numpy as np
@@ -19,11 +19,11 @@ from click.testing import CliRunner
 from PIL import Image
 
 from kit.webbing import OpenStudio, Visit
-from moireid.artwork.template import TEMPLATES
+from moireid.artwork.template import TEMPLATES, TYPEFACES
 from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer.formats import FORMATS
-from moireid_studio.jobs.orders import FormatName, TemplateName
+from moireid_studio.jobs.orders import BadgeOrder, FormatName, TemplateName, Wish, read_fields
 from moireid_studio.pages.issue_pages import CHOICES
 
 MAGENTA, GREEN = (255, 0, 255), (0, 160, 0)
@@ -80,6 +80,8 @@ def share(picture: Image.Image, colour: tuple[int, int, int]) -> float:
 
 def test_the_choices_are_those_of_the_command() -> None:
     """Catches: a format or template that the studio lacks, or that it has by itself."""
+    typefaces = Wish.model_fields["typeface"].annotation
+    assert get_args(get_args(typefaces)[0]) == TYPEFACES
     assert FormatName.__args__ == tuple(FORMATS) and TemplateName.__args__ == TEMPLATES
     assert {value for value, _, _ in CHOICES["formats"]} == set(FORMATS)
     assert {value for value, _, _, _ in CHOICES["styles"]} == {"", *TEMPLATES} - {"plain"}
@@ -131,6 +133,17 @@ def test_pictures_lines_and_colour_reach_the_print_from_the_form(visit: Visit) -
         assert visit.ask("GET", path, "admin").status_code == 404 and visit.ask("GET", path, None).status_code == 401
 
 
+def test_letters_are_those_that_were_chosen_and_stay_chosen(visit: Visit) -> None:
+    """Catches: a field that is shown and not sent on; one that is forgotten when the form comes again."""
+    page = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", "format": "a6", "typeface": "serif"})
+    assert page.status_code == 200 and fields_of(page.text)["typeface"] == "serif"
+    order = read_fields(BadgeOrder, fields_of(page.text))
+    look = order.wear().look("x")
+    assert look is not None and look.typeface == "serif"
+    other = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", "typeface": "gothic"})
+    assert problem_of(other).startswith("typeface 'gothic' cannot be used")
+
+
 @pytest.mark.slow
 def test_pictures_and_looks_reach_the_print_from_the_api(visit: Visit) -> None:
     """Catches: fields of the API that are taken and forgotten; an old request that is now another badge."""
@@ -164,6 +177,7 @@ def test_pictures_and_looks_reach_the_print_from_the_api(visit: Visit) -> None:
             ["--format", "webcam", "--colour", "teal", "--line", "Guest"],
         ),
         ({"axes": "hex"}, ["--axes", "hex"]),
+        ({"typeface": "slab"}, ["--typeface", "slab"]),
         ({"front": "array"}, ["--front", "array"]),
         (
             {"format": "a5", "template": "court", "far_m": "1.5"},

@@ -321,6 +321,28 @@ def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(p
 
 
 @pytest.mark.slow
+def test_what_to_buy_is_found_listed_and_downloaded(page: Page, look: Look, tmp_path: Path) -> None:
+    """Catches: a table that a phone cannot show; a form without labels; links that download nothing."""
+    page.goto("/issue")
+    page.get_by_role("link", name="What to buy").click()
+    look("materials")
+    page.get_by_label("How many badges").fill("40")
+    page.get_by_label("What holds them").select_option("lanyard")
+    page.get_by_role("button", name="List what to buy").click()
+    expect(page.get_by_role("heading", name="Shopping list")).to_be_visible()
+    look("materials-listed")
+    for words in ("Shopping list, PDF", "Cutting plan of the lens sheets, DXF"):
+        with page.expect_download() as download:
+            page.get_by_role("link", name=words).click()
+        download.value.save_as(tmp_path / download.value.suggested_filename)
+    assert (tmp_path / "shopping-list.pdf").read_bytes().startswith(b"%PDF")
+    assert "SECTION" in (tmp_path / "cutting-plan.dxf").read_text()
+    page.get_by_label("How many badges").fill("many")
+    page.get_by_role("button", name="List what to buy").click()
+    expect(page.get_by_role("alert")).to_contain_text("number of badges")
+    look("materials-fault")
+
+
 def test_namesakes_are_offered_by_the_line_below_their_name(page: Page, visit: Visit) -> None:
     """Catches: one suggestion for two people, ids in the place of lines, a suggestion that the claim does not take."""
     for line in ("Reporter", "Editor"):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -24,11 +24,8 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid.fabrication.shopping.needs import ShoppingList
 
 SUMMARY = "summary.csv"
-#: A lens sheet where none is given, mm across the lenses and along them: A4, its lenses along the longer side.
-ASSUMED_MM = (210.0, 297.0)
 
 
 @dataclass(frozen=True)
@@ -154,7 +151,8 @@ def materials_command(
         return
     from moireid.designer.request import parse_size_mm
     from moireid.fabrication.shopping.cutting import StockSheet
-    from moireid.fabrication.shopping.needs import ShoppingWish, shopping_list
+    from moireid.fabrication.shopping.needs import ShoppingWish
+    from moireid.shopping import ASSUMED_MM, list_for
 
     if (
         sum(given is not None for given in (badge_file, event)) + (badge_file is not None and format_name is not None)
@@ -165,12 +163,8 @@ def materials_command(
     across_mm, along_mm = ASSUMED_MM if sheet_text is None else parse_size_mm(sheet_text)
     sheet = StockSheet(across_mm, along_mm, trim_mm, cut_mm)
     order = _order(format_name, people, badge_file, event, lens, orientation)
-    mount = mount or order.mount or _usual_mount(order.form)
-    parts, note = _parts(order, mount)
     wish = ShoppingWish(order.people, sheet, spare_percent / 100, order.form, made, prices)
-    found = shopping_list(order.badge, parts, wish)
-    notes = [*filter(None, [note]), *found.notes, *_sheet_notes(found, assumed=sheet_text is None)]
-    found = replace(found, notes=tuple(notes))
+    found = list_for(order.badge, wish, mount or order.mount, assumed=sheet_text is None)
     files: dict[str, Path] = {}
     if folder is not None:
         from moireid.fabrication.shopping.written import write_shopping
@@ -179,7 +173,7 @@ def materials_command(
     if as_json:
         show_json(list_document(found, files))
         return
-    for words in notes:
+    for words in found.notes:
         say(f"note: {words}")
     show_list(found, files)
 
@@ -208,6 +202,8 @@ def _order(
 ) -> _Order:
     """Which badges are made, and how many.  Raises: SpecError for options that contradict each other."""
     from moireid.badge import load_badge
+    from moireid.designer.formats import format_of
+    from moireid.shopping import usual_badge
 
     if event is not None and people is not None:
         raise SpecError("--event says how many people come; leave --people out")
@@ -216,45 +212,24 @@ def _order(
         raise SpecError("the badges that are made already have their size; leave --format and --orientation out")
     if badge_file is not None:
         badge = load_badge(badge_file)
-        return _Order(badge, _format_of(badge), 1 if people is None else people, None, (badge_file,))
+        return _Order(badge, format_of(badge.outline_mm), 1 if people is None else people, None, (badge_file,))
     if event is not None and event.is_dir():
         return _order_of_event(event)
+    if format_name is None:
+        raise SpecError("give --format with a list of people, so that the size of the badges is known")
     count = 1 if people is None else people
     kept: tuple[Path, ...] = ()
     if event is not None:
         from moireid.designer.people import read_people
 
-        if format_name is None:
-            raise SpecError("give --format with a list of people, so that the size of the badges is known")
         count, kept = len(read_people(event).people), (event,)
-    return _Order(_designed(format_name, lens, orientation), format_name, count, None, kept)
-
-
-def _designed(format_name: str | None, lens: str | None, orientation: str | None) -> Badge:
-    """A badge of that format, as `print-your-badge` designs it."""
-    from moireid.designer import Request, design_badge
-    from moireid.issuing import Wear
-
-    wear = Wear(format_name, orientation, None, lens, None, None, (), None, None, None)
-    return design_badge(wear.fit(Request("Everybody")), bytes(8))
-
-
-def _format_of(badge: Badge) -> str | None:
-    """The format of that size, in whichever orientation; None for another size."""
-    from moireid.designer.formats import FORMATS as KNOWN
-
-    x0, y0, x1, y1 = badge.outline_mm
-    size = sorted((x1 - x0, y1 - y0))
-    return next((name for name, one in KNOWN.items() if max(map(_apart, sorted(one.size_mm), size)) < 0.01), None)
-
-
-def _apart(one: float, other: float) -> float:
-    return abs(one - other)
+    return _Order(usual_badge(format_name, lens, orientation), format_name, count, None, kept)
 
 
 def _order_of_event(folder: Path) -> _Order:
     """The badges in a folder of `print-your-badge --people`.  Raises: SpecError where it is none."""
     from moireid.badge import load_badge
+    from moireid.designer.formats import format_of
     from moireid.designer.people import read_list
     from moireid.files import MOST_TABLE_BYTES, read_regular
 
@@ -272,56 +247,6 @@ def _order_of_event(folder: Path) -> _Order:
     first = folder / Path(rows[0][1].get("folder", "")).name / "badge.json"
     badge = load_badge(first)
     made = rows[0][1].get("mount", "none").partition(" or ")[0]
-    return _Order(badge, _format_of(badge), len(rows), "lanyard" if made == "acrylic" else made, (summary, first))
-
-
-def _usual_mount(form: str | None) -> str:
-    """No mount where holders of that size are sold; else the lanyard's."""
-    from moireid.materials import materials_for
-
-    return "none" if form is not None and materials_for("holder", form=form) else "lanyard"
-
-
-def _parts(order: _Order, mount: str) -> tuple[Any, str | None]:
-    """The mount's parts, and a note where another mount is taken."""
-    from moireid.fabrication.process_figures import MountFigures
-    from moireid.issuing import Wear
-
-    wear = Wear(order.form, None, None, None, None, None, (), None, None, None)
-    return wear.parts(order.badge, mount, MountFigures())
-
-
-def _sheet_notes(found: ShoppingList, *, assumed: bool) -> list[str]:
-    """What to know about the sheets: a size that is assumed, a direction that gives more, articles of that pitch."""
-    from moireid.errors import FabricationError
-    from moireid.fabrication.shopping.cutting import plan_cutting
-
-    if found.cutting is None:
-        return []
-    notes, plan = [], found.cutting
-    if assumed:
-        notes.append(
-            f"lens sheets of {ASSUMED_MM[0]:g} x {ASSUMED_MM[1]:g} mm are assumed, as no source states which sizes are "
-            "sold; ask your shop for size and direction of the lenses, and give them as --sheet-size"
-        )
-    try:
-        turned = plan_cutting(plan.wanted, plan.sheet.turned)
-    except FabricationError:
-        turned = plan
-    if turned.sheet_count < plan.sheet_count:
-        size = f"{plan.sheet.along_mm:g}x{plan.sheet.across_mm:g}"
-        notes.append(
-            f"sheets whose lenses run along the other side would be {turned.sheet_count}, not {plan.sheet_count}: if "
-            f"your shop has them, give --sheet-size {size}"
-        )
-    from moireid.materials import materials_for
-    from moireid.sheets import MM_PER_INCH
-
-    lines = MM_PER_INCH / found.badge.lens.pitch_mm
-    for row in materials_for("lens sheet"):
-        if row.maker and row.lines_per_inch is not None and abs(row.lines_per_inch / lines - 1) < 0.01:
-            notes.append(
-                f"also sold: {row.words} ({row.source}); not stated: {row.unstated}. Measure its thickness and print "
-                "badges for it with --lens-thickness"
-            )
-    return notes
+    return _Order(
+        badge, format_of(badge.outline_mm), len(rows), "lanyard" if made == "acrylic" else made, (summary, first)
+    )

@@ -82,6 +82,9 @@ class Wish(BaseModel):
         description="Layout of the front; else plain, for a webcam's badge webcam, for a bare board name and id alone.",
     )
     colour: str | None = Field(None, max_length=100, description="Of the template's accents: #134e8c, or teal.")
+    typeface: Literal["sans", "serif", "slab"] | None = Field(
+        None, description="Of name, lines and identity; else that of the layout."
+    )
     lines: list[Annotated[str, Field(max_length=2000)]] = Field(
         default_factory=list, max_length=4 * MOST_LINES, description=f"Lines below the name, at most {MOST_LINES}."
     )
@@ -118,6 +121,7 @@ class Wish(BaseModel):
             (pictures or {}).get("logo"),
             (pictures or {}).get("portrait"),
             self.colour,
+            self.typeface,
         )
 
     def request(self, name: str, wear: Wear | None = None) -> Request:
@@ -234,7 +238,7 @@ def read_fields(model: type[BaseModel], fields: Mapping[str, str]) -> Any:
         key: value.strip() if key != "name" else value for key, value in fields.items() if key in known
     }
     # Half of the world writes 0,5.
-    given |= {key: value.replace(",", ".") for key, value in given.items() if key.endswith(("_m", "_mm"))}
+    given |= {key: value.replace(",", ".") for key, value in given.items() if key.endswith(("_m", "_mm", "_percent"))}
     if "lines" in given:
         given["lines"] = [line.strip() for line in given["lines"].splitlines() if line.strip()]
     try:
@@ -263,4 +267,8 @@ LABELS = {
     "axes": "fringes",
     "front": "sheet on top",
     "lines": "lines below the name",
+    "people": "number of badges",
+    "spare_percent": "share to spare",
+    "across_mm": "lens sheet across its lenses",
+    "along_mm": "lens sheet along its lenses",
 }

@@ -65,8 +65,16 @@ def _formats() -> list[tuple[str, str, str]]:
     return formats
 
 
+def _short_formats() -> list[tuple[str, str]]:
+    """Each format for a list to choose from: its value, and in words its name and size."""
+    return [
+        (value, f"{name}, {FORMATS[value].size_mm[0]:g} × {FORMATS[value].size_mm[1]:g}\u00a0mm")
+        for value, (name, _) in FORMAT_WORDS.items()
+    ]
+
+
 #: For the templates of the pages; in `styles` the plain one has the value that leaves the choice to the format.
-CHOICES: dict[str, Any] = {"formats": _formats(), "styles": TEMPLATES}
+CHOICES: dict[str, Any] = {"formats": _formats(), "short_formats": _short_formats(), "styles": TEMPLATES}
 
 
 def sentences(checked: CheckedOrder, format_name: str | None = None) -> list[str]:
