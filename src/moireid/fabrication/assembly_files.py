@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from moireid.badge import Badge
 from moireid.errors import FabricationError
+from moireid.fabrication.page.preview import draw_preview
 from moireid.fabrication.sight import half_board_mm
 from moireid.fabrication.solid_parts import SolidPart, kind_of, linear_colour
 from moireid.fabrication.solids import cad_package, refused
@@ -75,13 +77,17 @@ def check_assembly_step(path: Path, parts: Sequence[SolidPart]) -> None:
             raise refused(path.name, f"holds {part.name} in the colour {colour}", f"{tuple(part.shape.color)}")
 
 
-def write_glb(badge: Badge, mounts: Mapping[str, Sequence[SolidPart]], path: Path) -> None:
+def write_glb(
+    badge: Badge, mounts: Mapping[str, Sequence[SolidPart]], path: Path, picture: Image.Image | None = None
+) -> None:
     """Write mounts next to each other as binary glTF, each put together, and read it back.
 
     Parameters
     ----------
     mounts : mapping of str to sequence of SolidPart
         The parts of each mount, by the name of its node; a part's node is called "MOUNT-PART".
+    picture : PIL.Image.Image, optional
+        The board as `preview.draw_preview` drew it; None to draw it.
 
     Raises
     ------
@@ -90,7 +96,7 @@ def write_glb(badge: Badge, mounts: Mapping[str, Sequence[SolidPart]], path: Pat
     """
     trimesh = cad_package("trimesh")
     scene, volumes = trimesh.Scene(), {}
-    half_x, half_y = half_board_mm(badge)
+    printed, half_mm = (picture or draw_preview(badge)).convert("RGB"), half_board_mm(badge)
     right_mm = 0.0
     for mount, parts in mounts.items():
         meshes = {part.name: part.mesh.copy() for part in parts}
@@ -104,7 +110,7 @@ def write_glb(badge: Badge, mounts: Mapping[str, Sequence[SolidPart]], path: Pat
             volumes[f"{mount}-{name}"] = float(mesh.volume)
             mesh.visual = trimesh.visual.TextureVisuals(material=_material(trimesh, kind_of(name)))
             _add(scene, mesh, f"{mount}-{name}", mount)
-        _add(scene, _print_of(trimesh, badge, (half_x, half_y), page_top), f"{mount}-print", mount)
+        _add(scene, _print_of(trimesh, printed, half_mm, page_top), f"{mount}-print", mount)
     path.write_bytes(scene.export(file_type="glb"))
     check_glb(path, volumes)
 
@@ -147,15 +153,13 @@ def _material(trimesh: Any, kind: str) -> Any:
     )
 
 
-def _print_of(trimesh: Any, badge: Badge, half_mm: tuple[float, float], top_mm: float) -> Any:
+def _print_of(trimesh: Any, picture: Image.Image, half_mm: tuple[float, float], top_mm: float) -> Any:
     """The board's print as a picture just above the page's face."""
-    from moireid.fabrication.page.preview import draw_preview
-
     x, y = half_mm
     corners = np.array([(-x, -y, 0.02), (x, -y, 0.02), (x, y, 0.02), (-x, y, 0.02)]) + np.array([0.0, 0.0, top_mm])
     uv = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
     material = trimesh.visual.material.PBRMaterial(
-        name="print", baseColorTexture=draw_preview(badge).convert("RGB"), metallicFactor=0.0, roughnessFactor=0.9
+        name="print", baseColorTexture=picture, metallicFactor=0.0, roughnessFactor=0.9
     )
     visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
     return trimesh.Trimesh(corners, [(0, 1, 2), (0, 2, 3)], visual=visual, process=False)

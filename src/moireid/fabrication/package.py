@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from moireid.artwork.placing import Look
 from moireid.badge import Badge
@@ -28,6 +28,8 @@ from moireid.fabrication.process_figures import MountFigures
 from moireid.files import AnyPath, as_path, move_together, planned, tidy_folders, write_text
 
 if TYPE_CHECKING:
+    from PIL import Image
+
     from moireid.fabrication.acrylic.plates import AcrylicPlan
     from moireid.fabrication.printed.mount import Body, MountPlan, MountReport
     from moireid.fabrication.solid_parts import SolidPart
@@ -151,7 +153,12 @@ def shape_parts(badge: Badge, parts: Parts) -> MountSolids:
 
 
 def write_parts(
-    badge: Badge, parts: Parts, folder: Path, say: Callable[[str], None], solids: MountSolids | None = None
+    badge: Badge,
+    parts: Parts,
+    folder: Path,
+    say: Callable[[str], None],
+    solids: MountSolids | None = None,
+    picture: Image.Image | None = None,
 ) -> tuple[float | None, dict[str, float]]:
     """Write the files of a mount and read each back.
 
@@ -161,6 +168,8 @@ def write_parts(
         Called with the name of the next file.
     solids : MountSolids, optional
         As `shape_parts` gives them; None to make them here.
+    picture : PIL.Image.Image, optional
+        The board as `write_sheets` drew it; None to draw it here.
 
     Returns
     -------
@@ -194,7 +203,7 @@ def write_parts(
         say(name)
         write_assembly_step(f"{shop} mount", placed, folder / name)
     say(GLB_FILE)
-    write_glb(badge, solids.placed, folder / GLB_FILE)
+    write_glb(badge, solids.placed, folder / GLB_FILE, picture)
     return report.mass_g if report else None, _figures_of(parts, report)
 
 
@@ -328,8 +337,9 @@ def print_badge(
     # badge.json goes last, so that where it exists all other files exist too.
     with made_aside(folder, names, stale, overwrite=overwrite, kept=kept, before_moving=before_moving) as aside:
         solids = shape_parts(badge, parts)
-        write_sheets(badge, aside, parts, solids.drawn, measured_scale=measured_scale, say=say, maker=maker, look=look)
-        mass_g, mount_figures = write_parts(badge, parts, aside, say, solids)
+        how: dict[str, Any] = {"measured_scale": measured_scale, "say": say, "maker": maker, "look": look}
+        picture = write_sheets(badge, aside, parts, solids.drawn, **how)
+        mass_g, mount_figures = write_parts(badge, parts, aside, say, solids, picture)
     return PrintResult({name: folder / name for name in names}, mass_g, mount_figures, parts.left_out, stale)
 
 
@@ -381,8 +391,11 @@ def write_sheets(
     say: Callable[[str], None],
     maker: Maker,
     look: Look | None = None,
-) -> None:
-    """Write a badge's page, previews, assembly sheet and badge.json; drawn: as `shape_parts` gives it."""
+) -> Image.Image:
+    """Write a badge's page, previews, assembly sheet and badge.json; drawn: as `shape_parts` gives it.
+
+    Returns: the board as it was drawn.
+    """
     say("badge.pdf")
     write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, write_words=writer_of(badge, look))
     say("preview.png")
@@ -401,6 +414,7 @@ def write_sheets(
         drawn=drawn,
     )
     write_text(folder / "badge.json", badge_file(badge))
+    return preview
 
 
 def leftover_parts(folder: Path, parts: Parts, owner_file: str) -> tuple[Path, ...]:

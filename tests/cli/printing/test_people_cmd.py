@@ -56,6 +56,30 @@ def test_bad_rows_are_skipped_only_when_asked_and_by_name(tmp_path: Path) -> Non
     assert "1: made without the rows that --skip-bad left out" in " ".join(helped.split())
 
 
+def test_identities_that_someone_has_are_named_by_row_before_anything_is_made(tmp_path: Path) -> None:
+    """Catches: a whole event that fails at its end as one badge is enrolled already; a revoked identity that is printed
+    again; the very same badge refused, so that a lost page cannot be printed."""
+    url, ids = str(tmp_path / "people.sqlite3"), ["00112233445566aa", "00112233445566bb", "00112233445566cc"]
+    rows = [f"{name},{payload}" for name, payload in zip(["Ada", "Bo", "Cy"], ids, strict=True)]
+    first = printed(tmp_path, "\n".join(["name,payload", *rows]), "--registry", url)
+    assert first.exit_code == 0, first.stderr
+    revoked = ["registry", "revoke", ids[1], "--reason", "lost", "--registry", url]
+    assert CliRunner().invoke(moireid, revoked).exit_code == 0
+    text = f"name,payload\nAda,{ids[0]}\nBo,{ids[1]}\nEve,{ids[2]}\nDi,\n"
+    folder = tmp_path / "again"
+    folder.mkdir()
+    done = printed(folder, text, "--registry", url)
+    assert done.exit_code == 2 and {path.name for path in folder.iterdir()} == {"people.csv"}
+    faults = [line for line in done.stderr.splitlines() if line.startswith("fault: ")]
+    assert len(faults) == 2 and "row 3" in faults[0] and "was revoked (lost)" in faults[0]
+    assert "row 4" in faults[1] and "is enrolled already, of 'Cy'" in faults[1] and "making badges" not in done.stderr
+    rest = printed(folder, text, "--registry", url, "--skip-bad", "--json")
+    assert rest.exit_code == 1, rest.stderr
+    document = json.loads(rest.stdout)
+    assert [one["name"] for one in document["people"]] == ["Ada", "Di"]
+    assert [one["row"] for one in document["skipped"]] == [3, 4]
+
+
 def test_a_good_list_skips_nothing_and_each_badge_has_a_moving_preview(tmp_path: Path) -> None:
     """Catches: exit code 1 of --skip-bad itself; a folder of an event without what a single print gets."""
     done = printed(tmp_path, "name\nAda\nEve\n", "--skip-bad", "--json")

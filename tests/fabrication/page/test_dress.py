@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import re
 import zlib
-from base64 import a85decode
 from dataclasses import replace
 from pathlib import Path
 
@@ -137,8 +136,8 @@ def test_without_artwork_page_and_badge_are_as_before(tmp_path: Path) -> None:
 
 def drawing(pdf: Path) -> bytes:
     """What draws the page, words apart: of the file's streams, unpacked, the one with most rectangles."""
-    packed = re.findall(rb"/ASCII85Decode[^>]*>>\s*stream\r?\n(.*?~>)\s*endstream", pdf.read_bytes(), re.DOTALL)
-    texts = [zlib.decompress(a85decode(b"<~" + one.strip(), adobe=True)) for one in packed]
+    packed = re.findall(rb"/FlateDecode[^>]*>>\s*stream\r?\n(.*?)\s*endstream", pdf.read_bytes(), re.DOTALL)
+    texts = [zlib.decompressobj().decompress(one) for one in packed]
     page = max(texts, key=lambda text: text.count(b" re"))
     return b" ".join(re.sub(rb"BT\b.*?\bET", b"", page, flags=re.DOTALL).split())
 

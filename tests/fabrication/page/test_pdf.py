@@ -366,13 +366,14 @@ def preview_row(badge: Badge, picture: np.ndarray, cell: Cell) -> tuple[np.ndarr
     return x0 + (np.arange(row.size) + 0.5) / 6 - middle, row
 
 
-def beat_at_one_metre(badge: Badge, cell: Cell) -> float:
-    """Signed beat of a cell, by the closed form with the traced gap of the prototype's sheet."""
-    return (1 + 0.60 / 1000) / cell.pitch_mm - 1 / badge.lens.pitch_mm
+def beat_in_the_middle(badge: Badge, cell: Cell) -> float:
+    """Signed beat of a cell from 1.65 m, the middle of its range, by the traced gap of the prototype's sheet."""
+    assert badge.range_m == (0.8, 2.5)
+    return (1 + 0.60 / 1650) / cell.pitch_mm - 1 / badge.lens.pitch_mm
 
 
 @pytest.mark.parametrize("family", ["spacing", "pitch"])
-def test_preview_shows_every_uniform_rows_beat_at_one_metre(family: str) -> None:
+def test_preview_shows_every_uniform_rows_beat_in_the_middle(family: str) -> None:
     """Catches: fringes of the far camera, a gap of g in place of g_eff, rows in another order.
 
     Two routes: rays through lenticules here, the closed form there; the dark fringe is in the middle.
@@ -386,7 +387,7 @@ def test_preview_shows_every_uniform_rows_beat_at_one_metre(family: str) -> None
     assert len(rows) == (3 if family == "spacing" else 11)
     for cell in rows:
         place, row = preview_row(badge, picture, cell)
-        beat, window = abs(beat_at_one_metre(badge, cell)), np.hanning(row.size)
+        beat, window = abs(beat_in_the_middle(badge, cell)), np.hanning(row.size)
         frequencies = beat + np.linspace(-0.01, 0.01, 401)
         power = np.abs(((row - row.mean()) * window) @ np.exp(-2j * np.pi * place[:, None] * frequencies))
         # The lens's curvature bends the far ends, and a fringe is a triangle: 0.3 cycles/m of some 60 are left.
@@ -405,7 +406,7 @@ def test_preview_shows_every_cells_shift_against_the_reference_row(badge: Badge,
     assert grating.code is not None
     reference = grating.cells[grating.code.reference_cell]
     place, row = preview_row(badge, picture, reference)
-    beat = beat_at_one_metre(badge, reference)
+    beat = beat_in_the_middle(badge, reference)
     seen = set()
     for cell, role in zip(grating.cells, grating.code.roles, strict=True):
         if role != "phase":

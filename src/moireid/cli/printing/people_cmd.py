@@ -84,6 +84,9 @@ def print_people(order: PrintOrder, people_csv: Path) -> None:
             good.append(one)
         else:
             faults[one.person.row] = fault
+    held = _held(order, people_csv, good)
+    faults |= held
+    good = [one for one in good if one.person.row not in held]
     skipped = dict(sorted(faults.items()))
     _report_faults(skipped, people_csv, listed.notes, some=bool(good), skip=order.skip_bad)
     badges = badges_of(good)
@@ -110,6 +113,43 @@ def _look_fault(order: PrintOrder, path: Path, one: DesignResult) -> SpecError |
     except SpecError as error:
         return error
     return None
+
+
+def _held(order: PrintOrder, path: Path, rows: Sequence[DesignResult]) -> RowFaults:
+    """What is wrong with rows whose identity the registry has already: as another badge, or as a revoked one.
+
+    The very badge that it has may be printed again.
+    """
+    from moireid.errors import RegistryError
+    from moireid.registry import open_registry
+
+    found: RowFaults = {}
+    given = [one for one in rows if one.person.payload]
+    if order.registry_url is None or not given:
+        return found
+    try:
+        with open_registry(order.registry_url, create=False, actor=order.actor) as registry:
+            holders = [(one, registry.by_id(one.badge.id or "")) for one in given if one.badge is not None]
+    except RegistryError:
+        # A registry that is absent has no one yet; what else is wrong with it is said when the list is issued.
+        return found
+    for one, holder in holders:
+        if holder is None or one.badge is None:
+            continue
+        where = f"row {one.person.row} of {path.name} ({one.person.name[:40]!r}): badge {holder.id}"
+        remedy = "give another payload, or none, and one is drawn"
+        if holder.revoked_at is not None:
+            found[one.person.row] = SpecError(
+                f"{where} of {holder.name!r} was revoked ({holder.revoked_reason}); {remedy}"
+            )
+        elif holder.badge != _dress(order, path, one, one.badge)[0]:
+            found[one.person.row] = SpecError(
+                f"{where} is enrolled already, of {holder.name!r}, and is another badge; {remedy}"
+            )
+        elif order.expires not in (None, holder.expires):
+            until = f"expires on {holder.expires}" if holder.expires else "has no day of expiry"
+            found[one.person.row] = SpecError(f"{where} is enrolled already and {until}, which stays; {remedy}")
+    return found
 
 
 def _report_faults(faults: RowFaults, path: Path, notes: Sequence[str], *, some: bool, skip: bool) -> None:

@@ -19,7 +19,7 @@ from PIL import Image
 
 from moireid.badge import Badge, Grating, Point, Rect
 from moireid.fabrication.page.canvas import PdfPage
-from moireid.fabrication.page.preview import DISTANCE_MM, INK, PAPER, lines_over, rays_landed_mm, smooth_light
+from moireid.fabrication.page.preview import INK, PAPER, lines_over, rays_landed_mm, smooth_light, view_mm
 from moireid.fabrication.sight import corners_in_frame, has_turned, in_frame, sheet_pieces
 from moireid.frames import own_rect
 from moireid.layers import is_smooth
@@ -36,7 +36,7 @@ GAP_MM, HEAD_MM = 3.0, 1.6
 
 
 def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0) -> Image.Image:
-    """The first grating under its sheet, grey, its axis across: as it looks from `DISTANCE_MM` before its middle.
+    """The first grating under its sheet, grey, its axis across: as it looks from `view_mm` before its middle.
 
     Parameters: turned_deg: how far the sheet is turned on the page; beats: how many times as many fringes as designed
         the sheet shows, because its pitch is not the label's.
@@ -90,7 +90,7 @@ def _pitch_mm(badge: Badge, grating: Grating, beats: float) -> float:
 def _landed_mm(badge: Badge, lens_axis: Array) -> Array:
     """Where the rays of each pixel's lens land, from that lens's axis, mm: (rows, columns, rays)."""
     axes, index = np.unique(lens_axis, return_inverse=True)
-    landed = rays_landed_mm(badge.lens, (axes / DISTANCE_MM)[:, None], RAYS)
+    landed = rays_landed_mm(badge.lens, (axes / view_mm(badge))[:, None], RAYS)
     return landed[index.reshape(lens_axis.shape)]
 
 

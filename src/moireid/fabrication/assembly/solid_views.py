@@ -5,7 +5,6 @@ Convention: the view of `exploded`; places on the page are mm at life size, righ
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -38,6 +37,8 @@ def _drawn(part: SolidPart) -> Piece:
 
 def _points(edge: Any) -> Loop:
     """A line's ends, or points along a curve."""
-    steps = 1 if edge.geom_type.name == "LINE" else max(2, math.ceil(CURVE_STEPS))
-    places = [edge.position_at(k / steps) for k in range(steps + 1)]
-    return tuple((float(place.X), float(place.Y)) for place in places)
+    if edge.geom_type.name == "LINE":
+        places = [tuple(vertex) for vertex in edge.vertices()]
+    else:
+        places = [tuple(edge.position_at(k / CURVE_STEPS)) for k in range(CURVE_STEPS + 1)]
+    return tuple((float(x), float(y)) for x, y, _ in places)

@@ -33,10 +33,15 @@ def font_file(*, bold: bool = False) -> Path:
 
 
 def register_fonts() -> None:
-    """Give reportlab the files of the fonts `REGULAR` and `BOLD`."""
+    """Give reportlab the files of the fonts `REGULAR` and `BOLD`, and have it write streams as bytes.
+
+    Otherwise it writes them as letters (ASCII85), a quarter longer and in Python, which takes longer than the page.
+    """
+    from reportlab import rl_config
     from reportlab.pdfbase import pdfmetrics
     from reportlab.pdfbase.ttfonts import TTFont
 
+    rl_config.useA85 = 0
     for name, bold in ((REGULAR, False), (BOLD, True)):
         if name not in pdfmetrics.getRegisteredFontNames():
             pdfmetrics.registerFont(TTFont(name, str(font_file(bold=bold))))

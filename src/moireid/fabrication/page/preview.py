@@ -1,8 +1,8 @@
-"""preview.png: the board under its lens sheet, as a camera sees it straight on from 1 m; preview.webp: it moves.
+"""preview.png: the board under its lens sheet, as a camera sees it straight on; preview.webp: it moves.
 
 preview.webp shows the finished badge as worn, cut out and in its cord, while a camera passes from side to side.
 
-Convention: the camera is `DISTANCE_MM` away and swings to each side by `SWING`, a share of that.
+Convention: the camera is `view_mm` away, where the badge is used, and swings to each side by `SWING`, a share of that.
 """
 
 from __future__ import annotations
@@ -30,11 +30,18 @@ from moireid.smooth_lines import LineField
 
 Array = NDArray[np.float64]
 PX_PER_MM = 6.0
-DISTANCE_MM = 1000.0
+#: Nearest and farthest camera of a badge that does not state them, m.
+USUAL_RANGE_M = (0.8, 2.5)
 RAYS = 48
 #: In a smooth field, where each pixel has lines of its own, each fourth of them.
 SMOOTH_STEP = 4
 INK, PAPER = 28, 250
+
+
+def view_mm(badge: Badge) -> float:
+    """Distance from which a badge is shown, mm: the middle of the distances at which it is read."""
+    near_m, far_m = badge.range_m or USUAL_RANGE_M
+    return 500 * (near_m + far_m)
 
 
 def write_preview(badge: Badge, path: Path, look: Look | None = None) -> Image.Image:
@@ -95,6 +102,7 @@ def _draw_grating(
     frame, board = badge.frame_of(grating), badge.outline_mm
     middle = float(frame.places(((board[0] + board[2]) / 2, (board[1] + board[3]) / 2))[0])
     asides = [float(frame.directions(aside_mm)[0]) for aside_mm in asides_mm]
+    away_mm = view_mm(badge)
     parts = (replace(grating.cells[0], rect_mm=grating.rect_mm),) if is_smooth(grating) else grating.cells
     for cell in parts:
         own = own_rect(grating.axis, cell.rect_mm)
@@ -102,14 +110,15 @@ def _draw_grating(
         pixels = math.ceil((own[2] - own[0]) * px_per_mm)
         sample = ((first - own[0]) / (own[2] - own[0]) * pixels).astype(int)
         if is_smooth(grating):
-            axes = _landed(badge.lens, own[0], own[2], pixels, middle, asides[0])[0][sample, 0]
+            axes = _landed(badge.lens, own[0], own[2], pixels, middle, asides[0], away_mm)[0][sample, 0]
             lines = lines_over(badge.lens, grating, axes, second)
         for picture, aside in zip(pictures, asides, strict=True):
             if is_smooth(grating):
-                rays = _landed(badge.lens, own[0], own[2], pixels, middle, aside)[1][:, SMOOTH_STEP // 2 :: SMOOTH_STEP]
+                rays = _landed(badge.lens, own[0], own[2], pixels, middle, aside, away_mm)[1]
+                rays = rays[:, SMOOTH_STEP // 2 :: SMOOTH_STEP]
                 seen = _open_share(badge.lens) * smooth_light(lines, grating, [ray[sample] for ray in rays.T])
             else:
-                seen = fringe_profile(badge.lens, cell, own, pixels, middle, aside)[sample]
+                seen = fringe_profile(badge.lens, cell, own, pixels, middle, aside, away_mm)[sample]
             # Under a lens array light must pass both gratings; elsewhere this is still blank paper.
             before = picture[within].astype(float) - INK
             picture[within] = INK + before * seen
@@ -156,7 +165,7 @@ def smooth_light(lines: tuple[Array, Array], grating: Grating, rays: Sequence[Ar
 
 
 def fringe_profile(
-    lens: Lens, cell: Cell, own: Rect, pixels: int, middle: float, aside_mm: float = 0.0
+    lens: Lens, cell: Cell, own: Rect, pixels: int, middle: float, aside_mm: float, away_mm: float
 ) -> NDArray[np.float64]:
     """Brightness along the grating's axis, 0 to 1, of `pixels` samples; the mean over one lens's rays at each.
 
@@ -168,13 +177,15 @@ def fringe_profile(
         The board's middle along the axis, mm.
     aside_mm : float
         How far the camera is to the side along the grating's axis, mm.
+    away_mm : float
+        How far the camera is from the board's plane, mm.
 
     Notes
     -----
-    Convention: the camera is `DISTANCE_MM` in front of the board's middle; the axis of one lens is on the middle.
+    Convention: the camera is in front of the board's middle; the axis of one lens is on the middle.
     Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
     """
-    axes, landed = _landed(lens, own[0], own[2], pixels, middle, aside_mm)
+    axes, landed = _landed(lens, own[0], own[2], pixels, middle, aside_mm, away_mm)
     position = (axes + landed - cell.edge_mm) / cell.pitch_mm % 1.0
     return _open_share(lens) * np.asarray((position >= cell.duty).mean(axis=1))
 
@@ -186,12 +197,12 @@ def _open_share(lens: Lens) -> float:
 
 @lru_cache(maxsize=64)
 def _landed(
-    lens: Lens, low: float, high: float, pixels: int, middle: float, aside_mm: float
+    lens: Lens, low: float, high: float, pixels: int, middle: float, aside_mm: float, away_mm: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The lens axis at each sample, (pixels, 1), and where its rays land from there; cells of one column share it."""
     places = low + (np.arange(pixels) + 0.5) / pixels * (high - low)
     axes = np.round((places - middle) / lens.pitch_mm) * lens.pitch_mm + middle
-    tangent = ((axes - middle - aside_mm) / DISTANCE_MM)[:, None]
+    tangent = ((axes - middle - aside_mm) / away_mm)[:, None]
     return axes[:, None], rays_landed_mm(lens, tangent, RAYS)
 
 
@@ -247,7 +258,7 @@ def draw_worn(
     still = whole.resize(size, Image.Resampling.LANCZOS)
     cut = _cut_out(size, (look.corner_mm if look else 0.0) * px_per_mm)
     ground, corner = _ground(size, px_per_mm, cut)
-    swing = [round(SWING * DISTANCE_MM * math.sin(2 * math.pi * k / frames), 6) for k in range(frames)]
+    swing = [round(SWING * view_mm(badge) * math.sin(2 * math.pi * k / frames), 6) for k in range(frames)]
     # On the way back the camera passes the same places.
     asides, shown = list(dict.fromkeys(swing)), {}
     for aside, picture in zip(asides, draw_fringes(badge, [(x, x) for x in asides], px_per_mm), strict=True):

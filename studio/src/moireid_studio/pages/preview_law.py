@@ -26,7 +26,7 @@ from moireid.artwork.placing import Look
 from moireid.badge import Badge, Cell, Grating, Lens
 from moireid.fabrication.page.dress import look_of
 from moireid.fabrication.page.pdf import lettering_places, marker_squares
-from moireid.fabrication.page.preview import draw_preview
+from moireid.fabrication.page.preview import USUAL_RANGE_M, draw_preview, view_mm
 from moireid.frames import own_rect
 from moireid.layers import is_smooth
 from moireid.lenticule import landing_mm, view_law
@@ -35,8 +35,6 @@ from moireid.smooth_lines import LineField
 
 #: The camera of the preview goes this far to each side of straight ahead, as a tangent (22 degrees).
 REACH = 0.4
-#: Nearest and farthest camera of a badge that states none, m.
-RANGE_M = (0.8, 2.5)
 #: From so many of the board's longer sides away, the whole badge is still seen.
 NEAREST_SIDES = 3.0
 #: Steps of the table: straight lines between them are within 0.001 rad of the law (a test checks it).
@@ -75,11 +73,11 @@ def preview_law(badge: Badge, look: Look | None = None) -> dict[str, Any]:
 
 def _camera(badge: Badge) -> dict[str, float]:
     """How far the camera goes, and where it begins: over the range in which the badge is read, from its middle, mm."""
-    near_m, far_m = badge.range_m or RANGE_M
+    near_m, far_m = badge.range_m or USUAL_RANGE_M
     x0, y0, x1, y1 = badge.outline_mm
     least_mm = NEAREST_SIDES * max(x1 - x0, y1 - y0)
     near_mm = max(1000 * near_m, least_mm)
-    at_mm = max(500 * (near_m + far_m), near_mm)
+    at_mm = max(view_mm(badge), near_mm)
     return {"reach": REACH, "near_mm": near_mm, "far_mm": max(1000 * far_m, at_mm), "at_mm": at_mm}
 
 
