@@ -111,7 +111,7 @@ debs:
 	$(ENGINE) run --rm --volume "$(CURDIR)/build/debs:/debs" docker.io/library/python:3.11-slim-trixie sh -c 'apt-get update && apt-get install --yes --download-only libgl1 libx11-6 libxrender1 && cp /var/cache/apt/archives/*.deb /debs'
 
 audit: setup
-	$(BIN)/python .ci/audit.py requirements.lock --parts moireid.cdx.json
+	$(BIN)/python .ci/audit.py requirements.lock --parts moireid.cdx.json --parts studio/moireid-studio.cdx.json
 
 wheel: setup
 	bash .ci/build dist
@@ -122,7 +122,7 @@ platform-wheels: setup
 
 release: setup
 	MOIREID_NEWEST=1 $(PYTEST) tests/end_to_end/test_wheel.py tests/end_to_end/test_installed.py $(ARGS)
-	$(BIN)/python .ci/audit.py requirements.lock --parts moireid.cdx.json || test $$? -eq 3
+	$(BIN)/python .ci/audit.py requirements.lock --parts moireid.cdx.json --parts studio/moireid-studio.cdx.json || test $$? -eq 3
 	bash .ci/build dist
 
 clean:

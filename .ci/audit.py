@@ -1,13 +1,14 @@
 """Are holes known in the versions that a lock file names?  `make audit`, and a step of `.ci/run`.
 
-    python .ci/audit.py LOCK [--parts LIST] [--osv-url URL]
+    python .ci/audit.py LOCK [--parts LIST]... [--osv-url URL]
 
 pip-audit asks the databases, one after the other, until one has answered for every package.  It ends in success too
 where a database knows none of the packages, which looks like good news and is none; so its answer is read here.
 
-What wheels carry inside is no package.  FFmpeg, of the list of parts, is asked for by the tag of its version in OSV; as
-an unknown project gives the same answer as one without a hole, an old version that has some is asked for first.  Of
-other libraries in wheels only files are known, so they are named as not checked.
+What wheels carry inside is no package of the lock.  FFmpeg and three.js, of the lists of parts, are asked for in OSV,
+by the tag of the version and by the package of npm; as an unknown project gives the same answer as one without a hole,
+an old version that has some is asked for first.  Of other libraries in wheels only files are known, so they are named
+as not checked.
 
 Exit code 0: none is known; 1: some are; 2: wrong usage; 3: some packages could not be checked.
 """
@@ -63,46 +64,69 @@ def ask(lock: Path, service: list[str]) -> Answer:
 
 FFMPEG_FILES = tuple(f"lib{name}-" for name in ("avcodec", "avdevice", "avfilter", "avformat", "avutil"))
 FFMPEG_FILES += ("libswresample-", "libswscale-")
-FFMPEG, OLD_FFMPEG = "https://github.com/FFmpeg/FFmpeg.git", "n4.0"
 
 
-def carried(parts: Path) -> tuple[dict[str, list[str]], list[str]]:
-    """Of a list of parts: which packages carry each version of FFmpeg, and all other libraries inside of packages."""
-    versions: dict[str, list[str]] = {}
+@dataclass(frozen=True)
+class Project:
+    """A project as OSV knows it: its name, ecosystem and form of a version there, and a version that has holes."""
+
+    words: str
+    name: str
+    ecosystem: str
+    version: str
+    old: str
+
+
+PROJECTS = {
+    "ffmpeg": Project("FFmpeg", "https://github.com/FFmpeg/FFmpeg.git", "GIT", "n{}", "4.0"),
+    "three": Project("three.js", "three", "npm", "{}", "0.120.0"),
+}
+
+
+def carried(parts: Path) -> tuple[dict[tuple[str, str], list[str]], list[str]]:
+    """Of a list of parts: what carries each version of `PROJECTS`, and all other libraries inside of packages."""
+    found: dict[tuple[str, str], list[str]] = {}
     files = []
-    for part in json.loads(parts.read_text(encoding="utf-8"))["components"]:
+    listed = json.loads(parts.read_text(encoding="utf-8"))
+    for part in [*listed["components"], *filter(None, [listed.get("metadata", {}).get("component")])]:
         for inside in part.get("components", ()):
-            if inside["name"] == "ffmpeg":
-                versions.setdefault(inside["version"], []).append(part["name"])
+            if inside["name"] in PROJECTS:
+                found.setdefault((inside["name"], inside["version"]), []).append(part["name"])
             elif not inside["name"].startswith(FFMPEG_FILES):
                 files.append(f"{part['name']}: {inside['name']}")
-    return versions, files
+    return found, files
 
 
-def ask_ffmpeg(tag: str, url: str) -> list[str]:
-    """The ids of holes that OSV knows in a version of FFmpeg.  Raises: OSError, ValueError where it gives no answer."""
-    asked = {"package": {"name": FFMPEG, "ecosystem": "GIT"}, "version": tag}
+def ask_project(project: Project, version: str, url: str) -> list[str]:
+    """The ids of holes that OSV knows in a version.  Raises: OSError, ValueError where it gives no answer."""
+    package = {"name": project.name, "ecosystem": project.ecosystem}
+    asked = {"package": package, "version": project.version.format(version)}
     request = urllib.request.Request(url, json.dumps(asked).encode(), {"Content-Type": "application/json"})
     with urllib.request.urlopen(request, timeout=30) as answer:
         return [str(hole["id"]) for hole in json.load(answer).get("vulns", [])]
 
 
 def check_carried(parts: Path, url: str) -> int:
-    """Print what is known of what wheels carry inside; the exit code."""
-    versions, files = carried(parts)
-    shown = f"{len(files)} other libraries inside of wheels" + (f", such as {files[0]}" if files else "")
-    print(f"NOT CHECKED: {shown}: databases know packages; {parts.name} lists the files")
-    try:
-        if versions and not ask_ffmpeg(OLD_FFMPEG, url):
-            raise ValueError("it knows no hole in an old one either")
-        found = {version: ask_ffmpeg(f"n{version}", url) for version in versions}
-    except (OSError, ValueError, KeyError) as error:
-        print(f"NOT CHECKED: FFmpeg {' and '.join(versions)}, in {parts.name}: OSV did not answer for it: {error}")
-        return UNCHECKED
-    for version, holes in found.items():
-        inside = f"FFmpeg {version} (inside of {' and '.join(versions[version])})"
-        print(f"known hole (OSV): {inside}: {', '.join(holes)}" if holes else f"OSV knows no hole in {inside}")
-    return KNOWN if any(found.values()) else CLEAN
+    """Print what is known of what a list's packages carry inside; the exit code."""
+    found, files = carried(parts)
+    if files:
+        shown = f"{len(files)} other libraries inside of wheels, such as {files[0]}"
+        print(f"NOT CHECKED: {shown}: databases know packages; {parts.name} lists the files")
+    codes = {CLEAN}
+    for (name, version), inside in found.items():
+        project, where = PROJECTS[name], f"inside of {' and '.join(inside)}"
+        try:
+            if not ask_project(project, project.old, url):
+                raise ValueError("it knows no hole in an old one either")
+            holes = ask_project(project, version, url)
+        except (OSError, ValueError, KeyError) as error:
+            print(f"NOT CHECKED: {project.words} {version} ({where}): OSV did not answer for it: {error}")
+            codes.add(UNCHECKED)
+            continue
+        words = f"{project.words} {version} ({where})"
+        print(f"known hole (OSV): {words}: {', '.join(holes)}" if holes else f"OSV knows no hole in {words}")
+        codes.add(KNOWN if holes else CLEAN)
+    return KNOWN if KNOWN in codes else max(codes)
 
 
 def told_versions(hole: dict[str, list[str]]) -> str:
@@ -114,14 +138,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Are holes known in the versions that a lock file names?")
     parser.add_argument("lock", type=Path)
     parser.add_argument("--osv-url", default="https://api.osv.dev/v1/query", help="another server of the OSV database")
-    parser.add_argument("--parts", type=Path, help="the list of parts that names what wheels carry inside")
+    parser.add_argument(
+        "--parts", type=Path, action="append", default=[], help="a list of parts that names what wheels carry inside"
+    )
     options = parser.parse_args()
-    for path in (options.lock, options.parts):
-        if path is not None and not path.is_file():
+    for path in (options.lock, *options.parts):
+        if not path.is_file():
             parser.error(f"there is no file {path}")
     codes = {check_packages(options.lock, options.osv_url)}
-    if options.parts is not None:
-        codes.add(check_carried(options.parts, options.osv_url))
+    codes |= {check_carried(parts, options.osv_url) for parts in options.parts}
     return KNOWN if KNOWN in codes else max(codes)
 
 

@@ -8,6 +8,7 @@ from kit.places import FILMS
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge
+from moireid.registry import Record
 from moireid.simulate import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 
@@ -43,6 +44,15 @@ def test_measured_figures_are_one_line() -> None:
     shown = "AsBuilt('0001020304050607', beat 12.50 mm, gain 1.012 ± 0.004, 2 captures)"
     assert repr(BUILT) == repr(replace(BUILT, place_maps=((0.1,) * 99,), place_map_sd=0.1)) == shown
     assert "no beat" in repr(replace(BUILT, beat_frequency_per_mm=0.0))
+
+
+def test_a_record_is_one_line_with_its_state() -> None:
+    """Catches: the badge's JSON in the line; a salt that a log would keep; a revoked badge that looks like others."""
+    record = Record("00ff", "Ada", BADGE.to_json(), "2026-01-31T12:00:00Z", "key", salt="5a17")
+    assert repr(record) == "Record('Ada', id='00ff', issued 2026-01-31)"
+    later = replace(record, as_built="{}", as_built_at="2026-02-01T00:00:00Z", revoked_at="2026-03-01T00:00:00Z")
+    assert repr(later) == "Record('Ada', id='00ff', issued 2026-01-31, measured 2026-02-01, revoked)"
+    assert "expired" in repr(replace(record, expires="2026-02-01"))
 
 
 def test_a_report_is_one_line_with_the_verdict() -> None:

@@ -154,7 +154,9 @@ def test_the_list_names_what_decoders_carry_inside(folder: str, name: str) -> No
 
 
 class Database(BaseHTTPRequestHandler):
-    """A stand-in for the OSV database's server, which knows a hole in thing 1.0, and some in FFmpeg n4.0 and n8.1."""
+    """A stand-in for the OSV database's server, which knows a hole in thing 1.0, and some in FFmpeg n4.0 and n8.1
+    and in three 0.120.0 and 0.180.0 of npm.
+    """
 
     knows_ffmpeg = True
 
@@ -173,6 +175,8 @@ class Database(BaseHTTPRequestHandler):
         name, version = asked["package"]["name"], asked["version"]
         known = (name, version) == ("thing", "1.0")
         known |= self.knows_ffmpeg and name.endswith("/FFmpeg.git") and version in ("n4.0", "n8.1")
+        npm = (name, asked["package"]["ecosystem"]) == ("three", "npm")
+        known |= self.knows_ffmpeg and npm and version in ("0.120.0", "0.180.0")
         answer = json.dumps({"vulns": [hole]} if known else {}).encode()
         self.send_response(200)
         self.send_header("content-length", str(len(answer)))
@@ -193,7 +197,7 @@ def database() -> Iterator[str]:
 
 
 def audit(
-    tmp_path: Path, url: str, *lines: str, ffmpeg: str | None = None, **environment: str
+    tmp_path: Path, url: str, *lines: str, ffmpeg: str | None = None, three: str | None = None, **environment: str
 ) -> subprocess.CompletedProcess[str]:
     """`.ci/audit.py` on a lock of these packages, and a list with that FFmpeg, where nothing is reached but `url`."""
     lock = tmp_path / "some.lock"
@@ -204,6 +208,10 @@ def audit(
         inside = [{"name": "ffmpeg", "version": ffmpeg}, {"name": "libx-1.so.2"}]
         (tmp_path / "parts.json").write_text(json.dumps({"components": [{"name": "av", "components": inside}]}))
         command += ["--parts", str(tmp_path / "parts.json")]
+    if three is not None:
+        studio = {"name": "moireid-studio", "components": [{"name": "three", "version": three}]}
+        (tmp_path / "studio.json").write_text(json.dumps({"components": [], "metadata": {"component": studio}}))
+        command += ["--parts", str(tmp_path / "studio.json")]
     return subprocess.run(command, env=closed | environment, capture_output=True, text=True, check=False)
 
 
@@ -246,10 +254,30 @@ def test_what_wheels_carry_inside_is_asked_for_too(tmp_path: Path, database: str
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("three", "code"), [("0.180.0", 1), ("0.187.0", 0)])
+def test_what_the_studio_s_pages_bring_is_asked_for_too(tmp_path: Path, database: str, three: str, code: int) -> None:
+    """Catches: an audit of Python packages alone, while visitors' browsers run a library of npm."""
+    told = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2", three=three)
+    assert told.returncode == code, told.stdout
+    assert "OSV knows no hole in FFmpeg 8.2 (inside of av)" in told.stdout
+    state = f"known hole (OSV): three.js {three}" if code else f"OSV knows no hole in three.js {three}"
+    assert f"{state} (inside of moireid-studio)" in told.stdout, told.stdout
+
+
+def test_the_audit_asks_for_all_that_is_in_the_lists_of_parts() -> None:
+    """Catches: a list that `make audit` leaves out; three.js by a name that the audit does not know."""
+    rule = re.search(r"(?m)^audit:.*\n\t(.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"))
+    assert rule is not None and all(f"--parts {parts}" in rule[1] for parts in PARTS.values())
+    (three,) = json.loads((ROOT / PARTS["studio"]).read_text())["metadata"]["component"]["components"]
+    assert three["name"] == "three" and three["purl"].startswith("pkg:npm/three@")
+
+
+@pytest.mark.slow
 def test_a_database_that_knows_no_ffmpeg_has_not_checked_it(
     tmp_path: Path, database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: 'no hole' by a database that has never heard of the project, as OSV answers both alike."""
     monkeypatch.setattr(Database, "knows_ffmpeg", False)
-    told = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2")
+    told = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2", three="0.187.0")
     assert told.returncode == 3 and "NOT CHECKED: FFmpeg 8.2" in told.stdout, told.stdout
+    assert "NOT CHECKED: three.js 0.187.0" in told.stdout

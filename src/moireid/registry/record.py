@@ -126,6 +126,14 @@ class Record(BadgeState):
     as_built_earlier: str | None = None
     salt: str | None = None
 
+    def __repr__(self) -> str:
+        """Short, without the badge's JSON, and without the salt, which is not for a log."""
+        barred = self.barred()
+        state = [barred.code] if barred is not None else []
+        measured = [f"measured {self.as_built_at[:10]}"] if self.as_built_at else []
+        words = ", ".join([f"issued {self.issued_at[:10]}", *measured, *state])
+        return f"Record({self.name!r}, id={self.id!r}, {words})"
+
     @cached_property
     def badge(self) -> Badge:
         """The badge, read from its JSON on first use, so that a look-up among many records stays fast."""
