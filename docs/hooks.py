@@ -1,7 +1,8 @@
 """What mkdocs asks as it builds: the reference pages that are made from the code, so that they are never stale.
 
 commands.md     every command, from click's own help
-python/         written by hand; `{{ names MODULE }}` becomes what that module exports, from the docstrings
+python/         written by hand; `{{ names MODULE }}` becomes what that module exports, from the docstrings, and
+                `{{ names MODULE: A, B }}` these names of it
 badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report, and
                 capture-record.md of a capture record
 reason-codes.md written by hand; `{{ module.NAME }}` in it becomes the value of that constant
@@ -51,8 +52,8 @@ signals and crops of the fringes. [What it reveals](../first-physical-film.md#wh
 first film. Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
 #: `{{ verifier.decision.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
-#: `{{ names moireid.designer }}`: what the module exports.
-NAMES = re.compile(r"^\{\{ names ([\w.]+) \}\}$", re.MULTILINE)
+#: `{{ names moireid.designer }}`: what the module exports; `{{ names moireid: design, verify }}`: these of it.
+NAMES = re.compile(r"^\{\{ names ([\w.]+)(?:: ([\w, ]+))? \}\}$", re.MULTILINE)
 #: The function; `moireid.simulate` is a package as well.
 SIMULATE = "moireid.simulate.film_badge.simulate"
 
@@ -87,7 +88,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Put the verifier's limits and the rooms' names in their places."""
     if page.file.src_uri.startswith("reference/python/"):
-        return NAMES.sub(lambda found: "".join(_names(found[1])), markdown)
+        return NAMES.sub(lambda found: "".join(_names(found[1], found[2])), markdown)
     return with_limits(markdown) if page.file.src_uri == "reference/reason-codes.md" else markdown
 
 
@@ -114,9 +115,11 @@ def _sections(command: click.Command, name: str, parent: click.Context | None) -
                 yield from _sections(found, each, context)
 
 
-def _names(module: str) -> Iterator[str]:
-    """One section for each name that a module exports, by its docstring; errors have a page of their own."""
-    for name in importlib.import_module(module).__all__:
+def _names(module: str, some: str | None) -> Iterator[str]:
+    """One section for each name that a module exports, or for some of them, by its docstring; errors have a page of
+    their own.
+    """
+    for name in some.split(", ") if some else importlib.import_module(module).__all__:
         where = SIMULATE if (module, name) == ("moireid", "simulate") else f"{module}.{name}"
         if module != "moireid" or not (name.endswith("Error") or name.startswith("__")):
             yield f"\n::: {where}\n    options:\n      heading_level: 3\n"

@@ -18,9 +18,10 @@ from moireid.cli.printing.print_cmd import print_command
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import assembly_files, package, solid_parts
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
+from moireid.fabrication.part_colours import COLOURS, kind_of
 from moireid.fabrication.printed.mount import KINDS
 from moireid.fabrication.process_figures import mount_figures
-from moireid.fabrication.solid_parts import COLOURS, acrylic_parts, check_parts, kind_of, mount_solids
+from moireid.fabrication.solid_parts import acrylic_parts, check_parts, mount_solids
 from moireid.fabrication.step_text import ordered_step
 
 

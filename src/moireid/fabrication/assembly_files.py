@@ -20,8 +20,9 @@ from PIL import Image
 from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.preview import draw_preview
+from moireid.fabrication.part_colours import kind_of, linear_colour
 from moireid.fabrication.sight import half_board_mm
-from moireid.fabrication.solid_parts import SolidPart, kind_of, linear_colour
+from moireid.fabrication.solid_parts import SolidPart
 from moireid.fabrication.solids import cad_package, refused
 from moireid.fabrication.step_text import ordered_step
 

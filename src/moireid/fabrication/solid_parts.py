@@ -17,6 +17,7 @@ import numpy as np
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
+from moireid.fabrication.part_colours import kind_of, linear_colour
 from moireid.fabrication.process_figures import MountFigures, MountProcess
 from moireid.fabrication.sight import front_mm, half_board_mm, sheet_rects
 from moireid.fabrication.solids import FINE_MM, FINE_RAD, TOUCH_MM3, cad_package, overlap_mm3, solid_of
@@ -30,21 +31,6 @@ if TYPE_CHECKING:
 ACRYLIC = "acrylic"
 #: Parts that must touch may be this far apart, mm: rounding errors.
 TOUCH_MM = 1e-3
-#: Red, green and blue (sRGB) and opacity by kind of part, 0 to 255.
-COLOURS = {
-    "base": (70, 80, 95, 255),
-    "pad": (225, 220, 205, 255),
-    "page": (245, 245, 240, 255),
-    "sheet": (150, 200, 235, 90),
-    "frame": (40, 90, 160, 255),
-    "lips": (235, 240, 245, 110),
-    "cover": (205, 225, 240, 130),
-    "screw": (150, 150, 155, 255),
-    "tray": (60, 65, 75, 255),
-    "holder": (60, 65, 75, 255),
-    "clip": (200, 90, 50, 255),
-    "stand": (200, 90, 50, 255),
-}
 
 
 @dataclass(frozen=True)
@@ -75,21 +61,6 @@ class SolidPart:
     def solid(self) -> Any:
         """The same as a manifold3d Manifold."""
         return solid_of(self.mesh)
-
-
-def kind_of(name: str) -> str:
-    """The kind of a part, a key of `COLOURS`."""
-    return name.split("-", maxsplit=1)[0]
-
-
-def linear_colour(kind: str) -> tuple[float, float, float, float]:
-    """Red, green and blue of a kind of part, linear, which CAD kernel and glTF count in, and its opacity, 0 to 1.
-
-    Source: IEC 61966-2-1 (sRGB).
-    """
-    *light, opacity = (value / 255 for value in COLOURS[kind])
-    red, green, blue = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in light)
-    return red, green, blue, opacity
 
 
 def mount_solids(badge: Badge, mount: str = "lanyard", figures: MountFigures | None = None) -> dict[str, Any]:

@@ -19,7 +19,7 @@ import importlib.util
 import math
 import sys
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +30,7 @@ import numpy as np
 
 from moireid.errors import FabricationError
 from moireid.extras import missing_extra
+from moireid.fabrication.part_colours import Rgba
 
 #: The volume that flat triangles may change at rounded edges, as a share.
 STL_VOLUME_SHARE = 0.005
@@ -202,23 +203,31 @@ _RELATIONS = (
 )
 
 
-def export_3mf(bodies: list[tuple[str, Any]], path: Path) -> None:
-    """Write named trimesh bodies as the objects of one 3MF file, mm.
+def export_3mf(bodies: list[tuple[str, Any]], path: Path, colours: Sequence[Rgba] = ()) -> None:
+    """Write named trimesh bodies as the objects of one 3MF file, mm; colours: of each body, or none.
 
-    Source: 3MF core specification 1.3, sections 3 and 4.
+    Source: 3MF core specification 1.3, sections 3 to 5 (base materials).
     """
     objects, items = [], []
+    shades = "".join(
+        f'<base name={quoteattr(name)} displaycolor="#{bytes(colour).hex().upper()}"/>'
+        for (name, _), colour in zip(bodies, colours, strict=bool(colours))
+    )
+    # Resources share one row of ids, and a group must come before the objects that name it.
+    group = len(bodies) + 1
+    materials = f'<basematerials id="{group}">{shades}</basematerials>' if shades else ""
     for number, (name, mesh) in enumerate(bodies, start=1):
+        shade = f' pid="{group}" pindex="{number - 1}"' if shades else ""
         vertices = "".join(f'<vertex x="{x:.6g}" y="{y:.6g}" z="{z:.6g}"/>' for x, y, z in mesh.vertices.tolist())
         triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces.tolist())
         objects.append(
-            f'<object id="{number}" type="model" name={quoteattr(name)}><mesh><vertices>{vertices}</vertices>'
+            f'<object id="{number}" type="model" name={quoteattr(name)}{shade}><mesh><vertices>{vertices}</vertices>'
             f"<triangles>{triangles}</triangles></mesh></object>"
         )
         items.append(f'<item objectid="{number}"/>')
     model = (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">'
-        f"<resources>{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n"
+        f"<resources>{materials}{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n"
     )
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         parts = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
@@ -229,8 +238,9 @@ def export_3mf(bodies: list[tuple[str, Any]], path: Path) -> None:
             archive.writestr(entry, text)
 
 
-def check_3mf(path: Path, expected: list[ExpectedSolid]) -> None:
-    """Read a 3MF file back with lib3mf in strict mode: one closed body for each that is expected, of its volume.
+def check_3mf(path: Path, expected: list[ExpectedSolid], colours: Sequence[Rgba] = ()) -> None:
+    """Read a 3MF file back with lib3mf in strict mode: one closed body for each that is expected, of its volume, and of
+    its colour where colours are given.
 
     Raises: FabricationError with what was found, what is allowed and what to do.
     """
@@ -242,15 +252,21 @@ def check_3mf(path: Path, expected: list[ExpectedSolid]) -> None:
         reader.SetStrictModeActive(True)
         reader.ReadFromFile(str(path))
         found = model.GetMeshObjects()
-        meshes = []
+        meshes, shades = [], []
         while found.MoveNext():
             mesh = found.GetCurrentMeshObject()
             vertices = [list(vertex.Coordinates) for vertex in mesh.GetVertices()]
             meshes.append(trimesh.Trimesh(vertices, [list(t.Indices) for t in mesh.GetTriangleIndices()]))
+            group, place, coloured = mesh.GetObjectLevelProperty()
+            if coloured:
+                shade = model.GetBaseMaterialGroupByID(group).GetDisplayColor(place)
+                shades.append((shade.Red, shade.Green, shade.Blue, shade.Alpha))
     except lib3mf.ELib3MFException as error:
         raise refused("3MF file", "cannot be read back", "a readable file") from error
     if len(meshes) != len(expected):
         raise refused("3MF file", f"holds {len(meshes)} bodies", f"exactly {len(expected)}")
+    if colours and shades != list(colours):
+        raise refused("3MF file", f"holds the colours {shades}", f"{list(colours)}")
     for mesh, wanted in zip(meshes, expected, strict=True):
         solid_of(mesh, "3MF file")
         check_volume("3MF file", float(mesh.volume), wanted.volume_mm3, STL_VOLUME_SHARE)

@@ -27,6 +27,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError, MissingExtraError, SpecError
 from moireid.fabrication import solids
+from moireid.fabrication.part_colours import COLOURS
 from moireid.fabrication.printed import mount
 from moireid.fabrication.printed.mount import MountProcess, MountReport, lanyard_mount, write_mount
 from moireid.fabrication.printed.tray import tab_outline
@@ -566,17 +567,19 @@ def test_thin_wall_in_a_mesh_is_found() -> None:
 # The 3MF file, read here by the standard library alone.
 
 
+CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+
+
 def read_3mf(path: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Name, vertices and triangles of each object in a 3MF file."""
-    core = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
     with zipfile.ZipFile(path) as archive:
         root = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
     assert root.get("unit") == "millimeter"
-    assert len(root.findall(f"{core}build/{core}item")) == len(root.findall(f"{core}resources/{core}object"))
+    assert len(root.findall(f"{CORE}build/{CORE}item")) == len(root.findall(f"{CORE}resources/{CORE}object"))
     found = []
-    for thing in root.iter(f"{core}object"):
-        vertices = np.array([[float(v.get(k, "")) for k in "xyz"] for v in thing.iter(f"{core}vertex")])
-        faces = np.array([[int(t.get(k, "")) for k in ("v1", "v2", "v3")] for t in thing.iter(f"{core}triangle")])
+    for thing in root.iter(f"{CORE}object"):
+        vertices = np.array([[float(v.get(k, "")) for k in "xyz"] for v in thing.iter(f"{CORE}vertex")])
+        faces = np.array([[int(t.get(k, "")) for k in ("v1", "v2", "v3")] for t in thing.iter(f"{CORE}triangle")])
         found.append((thing.get("name", ""), vertices, faces))
     return found
 
@@ -590,6 +593,21 @@ def test_3mf_holds_the_same_bodies_as_the_stl(held: dict[str, MountReport]) -> N
         assert mesh.is_watertight, name
         assert mesh.volume == pytest.approx(piece.volume, rel=1e-5)
         assert mesh.bounds == pytest.approx(piece.bounds, abs=1e-3)
+
+
+def test_3mf_has_each_body_in_its_colour(held: dict[str, MountReport], tmp_path: Path) -> None:
+    """Catches: bodies without colours, which a slicer shows as one grey lump; colours of other bodies; a check that
+    reads none.
+    """
+    report = held["clip"]
+    with zipfile.ZipFile(report.three_mf) as archive:
+        root = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
+    shades = [one.get("displaycolor") for one in root.iter(f"{CORE}base")]
+    found = {one.get("name"): shades[int(one.get("pindex", "-1"))] for one in root.iter(f"{CORE}object")}
+    assert found == {name: f"#{bytes(COLOURS[name]).hex().upper()}" for name in ("tray", "clip")}
+    wanted, colours = [body.expected for body in report.bodies], [COLOURS["clip"], COLOURS["tray"]]
+    with pytest.raises(FabricationError, match="3MF file holds the colours"):
+        solids.check_3mf(report.three_mf, wanted, colours)
 
 
 def test_damaged_3mf_is_refused(held: dict[str, MountReport], tmp_path: Path) -> None:

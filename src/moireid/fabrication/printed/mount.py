@@ -14,6 +14,7 @@ from typing import Any
 
 from moireid.badge import Badge
 from moireid.errors import FabricationError
+from moireid.fabrication.part_colours import COLOURS, kind_of
 from moireid.fabrication.printed.holders import HolderBody, as_printed, in_use, plan_holder, shape_holder
 from moireid.fabrication.printed.snap import SnapPlan, check_snap, plan_snap, shape_snap
 from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg
@@ -161,8 +162,9 @@ def write_mount(
         export_stl(whole, new_stl, tolerance_mm=tolerance_mm)
         triangles = check_stl(new_stl, expected)
         meshes = _bodies_of(read_mesh(new_stl), bodies)
-        export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf)
-        check_3mf(new_3mf, [body.expected for body in bodies])
+        colours = [COLOURS[kind_of(body.name)] for body in bodies]
+        export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf, colours)
+        check_3mf(new_3mf, [body.expected for body in bodies], colours)
         for body, mesh in zip(bodies, meshes, strict=True):
             check_overhangs(mesh, body.name)
         if isinstance(held, SnapPlan):
