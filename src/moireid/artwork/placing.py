@@ -30,8 +30,8 @@ PICTURE_SHARE, GAP_SHARE, MOST_GAP_MM, LEAST_GAP_MM = 0.4, 0.2, 5.0, 1.5
 #: between rules.  On a shade they keep `SHADE_MM` to the white around markers.
 AIR_SHARE, SHADE_SHARE, INSET_SHARE, SHADE_MM = 0.06, 0.10, 0.15, 1.0
 RULE_MM = 0.5
-#: Smaller letters are not read fluently from `READ_FROM_M`: their x-height, 0.54 of 7 points, is there 0.19 degrees
-#: high.  Source: Legge and Bigelow, Journal of Vision 11(5):8, 2011: reading slows below an x-height of 0.2 degrees.
+#: Lower-case letters of 7 points, 0.54 of that high, are 11.5 minutes of arc high from `READ_FROM_M`; an eye of 20/40
+#: (6/12) reads letters of 10.  Source: ISO 8596: letters of 20/20 are 5 minutes of arc high; docs/decisions/text-engine.md.
 #: A badge that is filmed from nearer is read from nearer, and its words may be smaller in proportion.
 LEAST_POINTS, READ_FROM_M, NEAREST_M = 7.0, 0.4, 0.3
 #: Of a room that is both head and upper, or both foot and lower, the outer one's share.
