@@ -31,7 +31,7 @@ PICTURE_SHARE, GAP_SHARE, MOST_GAP_MM, LEAST_GAP_MM = 0.4, 0.2, 5.0, 1.5
 AIR_SHARE, SHADE_SHARE, INSET_SHARE, SHADE_MM = 0.06, 0.10, 0.15, 1.0
 RULE_MM = 0.5
 #: Lower-case letters of 7 points, 0.54 of that high, are 11.5 minutes of arc high from `READ_FROM_M`; an eye of 20/40
-#: (6/12) reads letters of 10.  Source: ISO 8596: letters of 20/20 are 5 minutes of arc high; docs/decisions/text-engine.md.
+#: (6/12) reads letters of 10.  Source: ISO 8596: letters of 20/20 are 5 minutes of arc high.
 #: A badge that is filmed from nearer is read from nearer, and its words may be smaller in proportion.
 LEAST_POINTS, READ_FROM_M, NEAREST_M = 7.0, 0.4, 0.3
 #: Of a room that is both head and upper, or both foot and lower, the outer one's share.
