@@ -27,7 +27,7 @@ def faint():
 
 
 def test_faint_markers_are_found_by_every_third_search(faint, rng):
-    """Catches: OpenCV's least spread of five counts within a marker; faint searches left out."""
+    """Catches: a threshold that faded print does not reach; faint searches left out."""
     truth, picture = faint
     finder, turns = MarkerFinder(MARKERS), faint_turns()
     pages = [finder.pages(filmed(picture, rng, noise=0.7), faint=next(turns)) for _ in range(2 * FAINT_EVERY)]

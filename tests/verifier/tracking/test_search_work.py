@@ -14,7 +14,7 @@ from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.finding.page_finder import PicturePart
 from moireid.verifier.tracking.scene_tracker import CUT_GLANCE_S, GLANCE_WAIT_S, SceneTracker
-from moireid.verifier.tracking.search_work import DECODED_NS, FOUND_SHARE, SAVED_FRAMES, Purse, search_work_ns
+from moireid.verifier.tracking.search_work import DECODED_NS, FOUND_SHARE, SAVED_FRAMES, Purse, outline_work_ns
 from moireid.verifier.video import VIDEO_CONTRAST, VIDEO_RANGE
 
 SHAPE, FPS = (480, 640), 30.0
@@ -131,14 +131,28 @@ def test_looking_keeps_within_its_budget_whatever_the_film_shows(content, ada, r
     assert view.unsearched > frames / 4 and 0.5 < view.unsearched_s < 1.1 * MAX_UNSEARCHED_S
 
 
-def test_noise_is_dearer_than_an_even_wall(rng):
+@pytest.mark.parametrize("look", [MarkerFinder.quick, MarkerFinder.either_way, MarkerFinder.enlarged])
+def test_noise_is_dearer_than_an_even_wall(look, ada, rng):
+    """Catches: work by pixels alone, by which a film of noise costs many times what it may; windows or enlarging that
+    are not counted.
+    """
+    finder, box, spent = MarkerFinder(ada.markers), (0, 0, *SHAPE[::-1]), []
+    for picture in (np.full(SHAPE, 90, np.uint8), noise(rng)):
+        before_ns = finder.work_ns
+        look(finder, picture, *([box] if look is MarkerFinder.enlarged else []))
+        spent.append((finder.work_ns - before_ns) / picture.size)
+    # A window takes 0.9 ns a pixel, and enlarging as a whole 0.6.
+    least = {MarkerFinder.quick: 0.9, MarkerFinder.either_way: 1.8, MarkerFinder.enlarged: 4 * (1.8 + 0.6)}[look]
+    assert spent[0] == pytest.approx(least, rel=0.02) and spent[1] > 3 * spent[0]
+
+
+def test_frames_in_noise_are_dearer_than_on_an_even_wall(rng):
     """Catches: work by pixels alone, by which a film of noise costs ten times what it may."""
-    parameters = cv2.aruco.DetectorParameters()
-    wall, full = np.full(SHAPE, 90, np.uint8), noise(rng)
-    cheap, dear = (search_work_ns(picture, parameters, 0) for picture in (wall, full))
-    # Measured: 2.5 and 95 ns a pixel.
-    assert cheap / wall.size == pytest.approx(2.5, rel=0.3) and dear / full.size == pytest.approx(95, rel=0.3)
-    assert search_work_ns(wall, parameters, 100) > 2 * cheap
+    cheap, dear = (
+        outline_work_ns(one, (11, 23), 7.0, 0) / one.size for one in (np.full(SHAPE, 90, np.uint8), noise(rng))
+    )
+    assert cheap == pytest.approx(3.0, rel=0.05) and dear == pytest.approx(65, rel=0.3)
+    assert outline_work_ns(np.full(SHAPE, 90, np.uint8), (11, 23), 7.0, 10) > 4 * cheap * SHAPE[0] * SHAPE[1]
 
 
 def test_a_film_without_a_badge_is_searched_less_and_less(ada, room, monkeypatch):
@@ -158,17 +172,14 @@ def test_a_film_without_a_badge_is_searched_less_and_less(ada, room, monkeypatch
 
 
 def count_looks(monkeypatch, finder: MarkerFinder, looks: list[int]):
-    """Note each look of a finder, by OpenCV and by the kernel."""
+    """Note each look of a finder."""
+    look = finder._searched
 
-    def noted(look):
-        def noting(*given):
-            looks.append(1)
-            return look(*given)
+    def noting(*given):
+        looks.append(1)
+        return look(*given)
 
-        return noting
-
-    for name in ("_found_by", "_clear_in"):
-        monkeypatch.setattr(finder, name, noted(getattr(finder, name)))
+    monkeypatch.setattr(finder, "_searched", noting)
 
 
 def test_a_glance_waits_for_a_sharp_frame_but_not_for_ever(ada):

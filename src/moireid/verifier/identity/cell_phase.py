@@ -27,7 +27,7 @@ from moireid.verifier.fringes.strip_law import strip_law
 from moireid.verifier.identity.cell_slip import CellSlip, cell_slip
 from moireid.verifier.identity.cell_waveform import learn_waveform, match_cost, match_phase, match_symbol
 from moireid.verifier.identity.neighbour_lines import ahead_of_own_lines, beat_steps
-from moireid.verifier.tracking.brightness_profiles import Strip, rim_mm
+from moireid.verifier.tracking.brightness_profiles import Strip, rims_of
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
@@ -145,10 +145,11 @@ def _views(grating: Grating, rows: list[_Row], ahead: dict[int, Array]) -> dict[
 
     ahead: as `ahead_of_own_lines`; empty where it is not known, and then places that neighbours change are left out.
     """
-    found = {}
+    # Looked up once, as that compares all cells of the grating.
+    found, rims = {}, rims_of(grating)
     for row in rows:
         for cell in row.strip.cells:
-            inside = _samples_of(grating, row.strip, cell, whole=bool(ahead))
+            inside = _samples_of(grating, row.strip, cell, 0.0 if ahead else rims[cell][0])
             phase = row.phase[:, inside] + ahead[cell][inside] if ahead else row.phase[:, inside]
             along = float(row.strip.along_mm[inside].mean())
             found[cell] = _View(row.seen[:, inside], phase, along, row.strip.across_mm)
@@ -287,10 +288,10 @@ def _near_best(agreement: Array) -> list[int]:
     return [int(k) for k in peaks if agreement[k] >= agreement.max() - measuring.DOUBTFUL_AGREEMENT_SHARE]
 
 
-def _samples_of(own: Grating, strip: Strip, cell: int, *, whole: bool) -> NDArray[np.bool_]:
-    """Samples of a strip that show a cell: all, or those that show hardly a line of its neighbours."""
+def _samples_of(own: Grating, strip: Strip, cell: int, rim_mm: float) -> NDArray[np.bool_]:
+    """Samples of a strip that show a cell, without its rim."""
     low, _, high, _ = own_rect(own.axis, own.cells[cell].rect_mm)
-    margin = max(min(MARGIN_MM, 0.2 * (high - low)), 0.0 if whole else rim_mm(own, cell)[0])
+    margin = max(min(MARGIN_MM, 0.2 * (high - low)), rim_mm)
     return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
 
 

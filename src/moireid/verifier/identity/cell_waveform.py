@@ -22,6 +22,8 @@ HARMONICS = 5
 #: Phases at which a cell is compared; a parabola interpolates between them.
 GRID = 96
 TURNS: Array = 2 * np.pi * np.arange(GRID) / GRID
+#: exp(i h phase) at these phases, (GRID, 2 H + 1).
+AHEAD: Complex = np.exp(1j * np.outer(TURNS, np.arange(2 * HARMONICS + 1)))
 
 
 def learn_waveform(seen: Array, phase: Array) -> Complex:
@@ -54,14 +56,13 @@ def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> A
     if count < 8:
         return np.zeros(GRID)
     ones, first = _moments(values, angle)
-    ahead = np.exp(1j * np.outer(TURNS, np.arange(2 * HARMONICS + 1)))
     # w^2 = Re( sum_hk c_h c_k e^{i(h+k)x} + c_h conj(c_k) e^{i(h-k)x} ) / 2, as w is a real part.
     sums = np.convolve(shape, shape)
     lags = np.array([np.sum(shape[m:] * np.conj(shape[: HARMONICS + 1 - m])) for m in range(HARMONICS + 1)])
     lags[1:] *= 2
-    total_w = (ahead[:, : HARMONICS + 1] @ (shape * ones[: HARMONICS + 1])).real
-    total_vw = (ahead[:, : HARMONICS + 1] @ (shape * first)).real
-    total_ww = ((ahead @ (sums * ones)).real + (ahead[:, : HARMONICS + 1] @ (lags * ones[: HARMONICS + 1])).real) / 2
+    few = HARMONICS + 1
+    total_w, total_vw = (AHEAD[:, :few] @ (shape * ones[:few])).real, (AHEAD[:, :few] @ (shape * first)).real
+    total_ww = ((AHEAD @ (sums * ones)).real + (AHEAD[:, :few] @ (lags * ones[:few])).real) / 2
     total_v, total_vv = float(values.sum()), float(values @ values)
     noise2 = 0.1
     for _ in range(3):
@@ -142,12 +143,15 @@ def rival_sd(nats: float) -> float:
 
 def _moments(values: Array, angle: Array) -> tuple[Complex, Complex]:
     """Sums over samples of exp(i h angle) for h to 2 H, and of values exp(i h angle) for h to H."""
-    turn = np.exp(1j * angle)
-    power = np.ones_like(turn)
-    ones, first = np.empty(2 * HARMONICS + 1, complex), np.empty(HARMONICS + 1, complex)
-    for harmonic in range(2 * HARMONICS + 1):
-        ones[harmonic] = power.sum()
-        if harmonic <= HARMONICS:
-            first[harmonic] = values @ power
-        power = power * turn
-    return ones, first
+    turn = np.empty(len(angle), complex)
+    np.cos(angle, out=turn.real)
+    np.sin(angle, out=turn.imag)
+    power = np.empty((HARMONICS + 1, len(angle)), complex)
+    power[0] = 1.0
+    for harmonic in range(HARMONICS):
+        np.multiply(power[harmonic], turn, out=power[harmonic + 1])
+    ones: Complex = np.empty(2 * HARMONICS + 1, complex)
+    ones[: HARMONICS + 1] = power.sum(axis=1)
+    # Higher ones are products of the highest with the others.
+    ones[HARMONICS + 1 :] = power[1:] @ power[HARMONICS]
+    return ones, np.asarray(power @ values)

@@ -110,13 +110,13 @@ class ProfileReader:
 def read_across_mm(grating: Grating, cell: int) -> tuple[float, float]:
     """From where to where along its lines a cell is read, own mm."""
     _, top, _, bottom = own_rect(grating.axis, grating.cells[cell].rect_mm)
-    margin = max(min(MARGIN_ACROSS_MM, 0.2 * (bottom - top)), rim_mm(grating, cell)[1])
+    margin = max(min(MARGIN_ACROSS_MM, 0.2 * (bottom - top)), rims_of(grating)[cell][1])
     return top + margin, bottom - margin
 
 
-def rim_mm(grating: Grating, cell: int) -> tuple[float, float]:
-    """How much of a cell, from its borders, also shows its neighbours' lines: along the axis, along the lines, mm."""
-    return rims_mm(grating)[cell] if is_smooth(grating) else (0.0, 0.0)
+def rims_of(grating: Grating) -> tuple[tuple[float, float], ...]:
+    """How much of each cell, from its borders, also shows its neighbours' lines: along and across the axis, mm."""
+    return rims_mm(grating) if is_smooth(grating) else ((0.0, 0.0),) * len(grating.cells)
 
 
 def cell_rows(grating: Grating) -> list[tuple[int, ...]]:

@@ -80,7 +80,8 @@ class SceneTracker:
         self._corners_mm = marker_corners_mm(badge.markers)
         self._motion = PageMotion(badge)
         self._mirrored, self._glance_s, self._whole_s, self._tile = False, 0.0, 0.0, 0
-        self._purses = Purses((self._finder, self._registrar, self._registrar.printer), self._finder.quick_share)
+        tools = (self._finder, self._registrar, self._registrar.printer)
+        self._purses = Purses(tools, self._finder.quick_share, self._finder.close_share)
         #: Pages that the last look saw, registered or not; and a lost badge's that reaches out of the picture.
         self._may_be: list[Array] = []
         self._cut: Array | None = None

@@ -16,17 +16,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-#: Work of decoding, a pixel, and of a marker search: a pixel and window of the threshold, a pixel and window at which
-#: the thresholded picture changes along its row, and a square whose bits are read.  Measured by
-#: `benchmarks/search_costs.py`; of decoding, on films of a low bit rate, where it costs least.  In a full room a search
-#: takes 0.8 to 1.4 of this, in white noise 0.5 to 1.1.
-DECODED_NS, WINDOW_NS, CHANGE_NS, SQUARE_NS = 1.5, 0.95, 43.0, 130e3
-#: Work of reading the notches along one outline; and work of a search for frames over that of a marker search by the
-#: same windows.  Measured as above: a search takes 0.9 to 1.35 of this, on white noise 0.2.
-OUTLINE_NS, OUTLINED = 400e3, 1.6
-#: Work of a quick look for markers: a pixel, a run of dark ones, and a quadrangle whose cells are read.  Measured as
-#: above: a look at a full room or an even wall takes 0.9 to 1.1 of this.
-CLEAR_NS, RUN_NS, READ_NS = 0.9, 30.0, 2e3
+#: Work of decoding, a pixel.  Measured by `benchmarks/search_costs.py`, on films of a low bit rate, where it costs
+#: least.
+DECODED_NS = 1.5
+#: Work of a search for markers: a pixel and window, a run of dark ones, and a quadrangle whose cells are read; and of
+#: enlarging a part, a pixel.  Measured as above: a search of a full room or an even wall takes 0.9 to 1.1 of this.
+CLEAR_NS, RUN_NS, READ_NS, ENLARGED_NS = 0.9, 30.0, 2e3, 0.6
+#: Work of a search for frames: a pixel and window of the threshold, a pixel and window at which the thresholded picture
+#: changes along its row, and the notches along one outline; and its work over that of the first two.
+#: Measured as above: a search takes 0.9 to 1.35 of this, on white noise 0.2.
+WINDOW_NS, CHANGE_NS, OUTLINE_NS, OUTLINED = 0.95, 43.0, 400e3, 1.6
 #: Work of drawing a template, a fine sample; of smearing it, a sample, and a sample and step; of its solver, a sample;
 #: of a step of registration, a sample; and of correlating, a pixel.
 #: Measured as above, on markers of 50 to 100 px.
@@ -87,15 +86,15 @@ class Purses:
     smeared: the smeared print of a page that the last frame showed; gone: of one that it did not; near: markers around
     the last place; glance: clear markers in the whole picture; wide: the whole picture closely, and a part of it
     enlarged.  Where no badge was seen for some seconds, only the last two are spent.
-    Source: the shares are set by hand.  That of glances, which is given, pays two or three a second in a room full of
-        things, at 30 frames a second; a page in view and smeared needs most.
+    Source: the shares are set by hand.  That of glances pays two or three a second in a room full of things, at 30
+        frames a second, and that of close looks one in some seconds; a page in view and smeared needs most.
     """
 
-    def __init__(self, tools: Sequence[Tool], glances: float) -> None:
-        """Parameters: tools: whose work is paid; glances: share for quick looks, as they cost."""
+    def __init__(self, tools: Sequence[Tool], glances: float, wide: float) -> None:
+        """Parameters: tools: whose work is paid; glances, wide: shares for quick and close looks, as they cost."""
         self._tools = tools
         self.smeared, self.gone, self.near = Purse(0.20), Purse(0.05), Purse(0.10)
-        self.glance, self.wide = Purse(glances), Purse(0.10)
+        self.glance, self.wide = Purse(glances), Purse(wide)
 
     def earn(self, pixels: int) -> None:
         """Earn for a frame of so many pixels."""
@@ -108,20 +107,8 @@ class Purses:
         return sum(tool.work_ns for tool in self._tools)
 
 
-def search_work_ns(picture: NDArray[np.uint8], parameters: cv2.aruco.DetectorParameters, squares: int) -> float:
-    """Work of one marker search.
-
-    Parameters: squares: whose bits were read.
-    Source: OpenCV thresholds the picture once for each window, follows every outline, and reads the bits of each
-        square.  Outlines are as long as there are pixels at which the thresholded picture changes.
-    """
-    least, most = parameters.adaptiveThreshWinSizeMin, parameters.adaptiveThreshWinSizeMax
-    windows = range(least, most + 1, parameters.adaptiveThreshWinSizeStep)
-    return picture.size * _outlined_ns(picture, windows, parameters.adaptiveThreshConstant) + SQUARE_NS * squares
-
-
 def clear_work_ns(picture: NDArray[np.uint8], runs: int, read: int) -> float:
-    """Work of one quick look for markers.  Parameters: runs, read: as `FoundSquares`."""
+    """Work of one window of a search for markers.  Parameters: runs, read: as `FoundSquares`."""
     return CLEAR_NS * picture.size + RUN_NS * runs + READ_NS * read
 
 
@@ -129,7 +116,8 @@ def outline_work_ns(picture: NDArray[np.uint8], windows: Sequence[int], counts: 
     """Work of one search for frames.
 
     Parameters: windows, counts: of the threshold; read: outlines whose notches were read.
-    Source: as `search_work_ns`: one window's threshold, and outlines as long as there are changes.
+    Source: OpenCV thresholds the picture once for each window, and follows every outline.  Outlines are as long as
+        there are pixels at which the thresholded picture changes.
     """
     return OUTLINED * picture.size * _outlined_ns(picture, windows, counts) + OUTLINE_NS * read
 

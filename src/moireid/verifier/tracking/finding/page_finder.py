@@ -60,8 +60,9 @@ class PageFinder(ABC):
     #: Shortest side of a part that is searched, px; and most pixels of one that is enlarged around a page.
     least_px: ClassVar[float]
     most_enlarged_px2: ClassVar[float] = math.inf
-    #: Share of decoding that quick looks at the whole picture may cost.
+    #: Shares of decoding that quick and close looks at the whole picture may cost.
     quick_share: ClassVar[float]
+    close_share: ClassVar[float] = 0.10
 
     def __init__(self, fiducial: Fiducial, outline_mm: Array, usual: Any, faint: Any, small: Any) -> None:
         """Parameters: outline_mm (N, 2): of the print; usual, faint, small: how to search it, also faded or small."""
@@ -99,7 +100,8 @@ class PageFinder(ABC):
         """As `either_way`, but only in the neighbourhood of the page in a recent frame."""
         x0, y0, x1, y1 = box = self._neighbourhood(luma.shape, page)
         small = self._is_small(page) and (x1 - x0) * (y1 - y0) < self.most_enlarged_px2
-        return self._find_in(luma, box, self._faint if faint else self._usual, enlarge=small, before=page)
+        how = self._small if small else self._usual
+        return self._find_in(luma, box, self._faint if faint else how, enlarge=small, before=page)
 
     def again(self, luma: Picture | Grey, page: Array) -> list[Array]:
         """Pages within some pixels of where one is expected; none of squares, as registration finds these by itself."""
