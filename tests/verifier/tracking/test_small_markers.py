@@ -11,7 +11,8 @@ import pytest
 
 from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, nudged, seen_from
 from moireid.verifier.picture import Frame
-from moireid.verifier.tracking.finding.markers import MarkerFinder, tiles_of
+from moireid.verifier.tracking.finding.markers import USUAL, MarkerFinder, tiles_of
+from moireid.verifier.tracking.finding.page_finder import PicturePart
 from moireid.verifier.tracking.finding.page_groups import PLAIN_BELOW_PX, pages_of, same_page
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
@@ -98,6 +99,17 @@ def test_what_a_mirror_shows_is_told_apart(rng):
     assert len(straight) == 1 and not turned and same_page(straight[0], truth, CORNERS)
     straight, turned = MarkerFinder(MARKERS).either_way(np.ascontiguousarray(picture[:, ::-1]))
     assert len(turned) == 1 and not straight and same_page(turned[0], truth, CORNERS)
+
+
+def test_a_close_look_finds_what_is_less_clear_and_each_marker_once(rng):
+    """Catches: a close look by the quick one's threshold alone; a marker that two thresholds find taken for two."""
+    truth, finder = seen_from(px_per_mm=0.7, turn_deg=0.0, tilt=(0.0, 0.0), at=(150.3, 90.7)), MarkerFinder(MARKERS)
+    pale = filmed(draw(truth, ink=160.0, paper=180.0, shape=SHAPE), rng, noise=1.0)
+    assert finder.quick(pale)[0] == []
+    (page,) = finder.either_way(pale)[0]
+    assert same_page(page, truth, CORNERS)
+    pages, count = finder._searched(USUAL, PicturePart(filmed(draw(truth, shape=SHAPE), rng, noise=1.0), SHAPE[1]))
+    assert count == 4 and len(pages[0]) == 1
 
 
 def test_two_small_markers_are_also_placed_without_perspective(rng):

@@ -1,4 +1,4 @@
-/* Finding clear square markers in a picture: one threshold, its dark components row by row, and their bits.
+/* Finding square markers in a picture: one threshold, its dark components row by row, and their bits.
  *
  * Source: a pixel is dark if it is below the mean of a square window around it by so much, as in OpenCV's search;
  *   components of eight neighbours, by runs of dark pixels and union-find over two rows (Rosenfeld and Pfaltz, 1966).

@@ -44,8 +44,8 @@ Array = NDArray[np.float64]
 Found = TypeVar("Found")
 #: Pixels per millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
 SNAPSHOT_PX_PER_MM = 3.0
-#: A lost badge of less contrast is searched as faded print is: OpenCV's usual limits need 10 counts between black and
-#: white, and light may change by half.
+#: A lost badge of less contrast is searched as faded print is: a usual search needs 10 counts between black and white,
+#: and light may change by half.
 FAINT_BELOW_COUNTS = 20.0
 
 

@@ -64,7 +64,7 @@ class MarkerFinder(PageFinder):
     By `near`, a page with two markers follows once more, with the tilt that it had then.
     """
 
-    least_px, most_enlarged_px2, quick_share, close_share = 16, 10**6, 0.10, 0.04
+    least_px, most_enlarged_px2, quick_share, close_share = 16, 10**6, 0.13, 0.03
 
     def __init__(self, markers: Markers) -> None:
         self._markers, self._codes = markers, _codes(markers)
