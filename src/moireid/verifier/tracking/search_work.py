@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 #: least.
 DECODED_NS = 1.5
 #: Work of a search for markers: a pixel and window, a run of dark ones, and a quadrangle whose cells are read; and of
-#: enlarging a part, a pixel.  Measured as above: a search of a full room or an even wall takes 0.9 to 1.1 of this.
+#: enlarging a part, a pixel.  Measured as above: on busy cores a search of a full room, of noise or an even wall takes
+#: 1.1 to 1.3 of this.
 CLEAR_NS, RUN_NS, READ_NS, ENLARGED_NS = 0.9, 30.0, 2e3, 0.6
 #: Work of a search for frames: a pixel and window of the threshold, a pixel and window at which the thresholded picture
 #: changes along its row, and the notches along one outline; and its work over that of the first two.
