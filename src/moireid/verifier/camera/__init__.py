@@ -5,7 +5,8 @@ fast_poses.py        the same near known poses, faster; does one camera explain 
 distortion.py        radial lens distortion
 page_shape.py        a page that is bent or twisted
 map_search.py        maximum a posteriori search, and the path of a zoom
-self_calibration.py  focal length, axis, shutter, distortion and the print's aspect, of a film
+film_camera.py       a film's camera: its nine figures, and what they leave of the page's points
+self_calibration.py  focal length, axis, shutter, distortion and the print's aspect, of a film, solved
 smoothing.py         the camera's path, smoothed; misfit on a steady path
 stretches.py         runs of frames without a break
 page_speed.py        speed and jumps of the page in the picture; effect of the print's aspect
