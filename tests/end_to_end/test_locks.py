@@ -227,8 +227,8 @@ def test_a_known_hole_is_told_with_its_mend(tmp_path: Path, database: str) -> No
 @pytest.mark.slow
 def test_an_audit_that_reached_nobody_says_so(tmp_path: Path) -> None:
     """Catches: 'no known holes' where no database was asked."""
-    told = audit(tmp_path, "http://127.0.0.1:9/", "thing==1.0")
-    assert told.returncode == 3 and "NOT CHECKED" in told.stdout and "no hole" not in told.stdout
+    outcome = audit(tmp_path, "http://127.0.0.1:9/", "thing==1.0")
+    assert outcome.returncode == 3 and "NOT CHECKED" in outcome.stdout and "no hole" not in outcome.stdout
 
 
 @pytest.mark.slow
@@ -238,8 +238,8 @@ def test_a_database_that_knows_none_of_the_packages_has_not_checked_them(tmp_pat
     stand_in.mkdir(parents=True)
     skipped = {"dependencies": [{"name": "thing", "skip_reason": "not found on PyPI"}], "fixes": []}
     (stand_in / "__main__.py").write_text(f"print({json.dumps(json.dumps(skipped))})", encoding="utf-8")
-    told = audit(tmp_path, "http://127.0.0.1:9/", "thing==1.0", PYTHONPATH=str(stand_in.parent))
-    assert told.returncode == 3 and "NOT CHECKED" in told.stdout, told.stdout
+    outcome = audit(tmp_path, "http://127.0.0.1:9/", "thing==1.0", PYTHONPATH=str(stand_in.parent))
+    assert outcome.returncode == 3 and "NOT CHECKED" in outcome.stdout, outcome.stdout
 
 
 @pytest.mark.slow
@@ -247,21 +247,23 @@ def test_a_database_that_knows_none_of_the_packages_has_not_checked_them(tmp_pat
 def test_what_wheels_carry_inside_is_asked_for_too(tmp_path: Path, database: str, ffmpeg: str, code: int) -> None:
     """Catches: an audit that knows of packages alone, while FFmpeg inside of one has a hole; silence on what it did not
     ask for."""
-    told = audit(tmp_path, database, "thing==1.1", ffmpeg=ffmpeg)
-    assert told.returncode == code, told.stdout
-    assert (f"known hole (OSV): FFmpeg {ffmpeg} (inside of av): TEST-1" in told.stdout) is (code == 1), told.stdout
-    assert "NOT CHECKED: 1 other libraries inside of wheels, such as av: libx-1.so.2" in told.stdout
+    outcome = audit(tmp_path, database, "thing==1.1", ffmpeg=ffmpeg)
+    assert outcome.returncode == code, outcome.stdout
+    assert (f"known hole (OSV): FFmpeg {ffmpeg} (inside of av): TEST-1" in outcome.stdout) is (code == 1), (
+        outcome.stdout
+    )
+    assert "NOT CHECKED: 1 other libraries inside of wheels, such as av: libx-1.so.2" in outcome.stdout
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("three", "code"), [("0.180.0", 1), ("0.187.0", 0)])
 def test_what_the_studio_s_pages_bring_is_asked_for_too(tmp_path: Path, database: str, three: str, code: int) -> None:
     """Catches: an audit of Python packages alone, while visitors' browsers run a library of npm."""
-    told = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2", three=three)
-    assert told.returncode == code, told.stdout
-    assert "OSV knows no hole in FFmpeg 8.2 (inside of av)" in told.stdout
+    outcome = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2", three=three)
+    assert outcome.returncode == code, outcome.stdout
+    assert "OSV knows no hole in FFmpeg 8.2 (inside of av)" in outcome.stdout
     state = f"known hole (OSV): three.js {three}" if code else f"OSV knows no hole in three.js {three}"
-    assert f"{state} (inside of moireid-studio)" in told.stdout, told.stdout
+    assert f"{state} (inside of moireid-studio)" in outcome.stdout, outcome.stdout
 
 
 def test_the_audit_asks_for_all_that_is_in_the_lists_of_parts() -> None:
@@ -278,6 +280,6 @@ def test_a_database_that_knows_no_ffmpeg_has_not_checked_it(
 ) -> None:
     """Catches: 'no hole' by a database that has never heard of the project, as OSV answers both alike."""
     monkeypatch.setattr(Database, "knows_ffmpeg", False)
-    told = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2", three="0.187.0")
-    assert told.returncode == 3 and "NOT CHECKED: FFmpeg 8.2" in told.stdout, told.stdout
-    assert "NOT CHECKED: three.js 0.187.0" in told.stdout
+    outcome = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2", three="0.187.0")
+    assert outcome.returncode == 3 and "NOT CHECKED: FFmpeg 8.2" in outcome.stdout, outcome.stdout
+    assert "NOT CHECKED: three.js 0.187.0" in outcome.stdout

@@ -32,9 +32,9 @@ def test_the_list_is_that_of_the_command_in_the_words_of_the_page(visit: Visit) 
     """Catches: other quantities than the command's; a field that is lost; an option's name on a page."""
     page = visit.ask("GET", f"/issue/materials?{WISH}", "issuer")
     options = ["--format", "a6", "--people", "40", "--mount", "lanyard", "--sheet-size", "210x297", "--json"]
-    told = CliRunner().invoke(moireid, ["materials", *options])
+    outcome = CliRunner().invoke(moireid, ["materials", *options])
     found = re.findall(r'<td class="amount">([^<]*)</td><td>([^<]*)', page.text)
-    lines = json.loads(told.stdout)["lines"]
+    lines = json.loads(outcome.stdout)["lines"]
     assert page.status_code == 200 and len(lines) == 5
     assert [html.unescape(what) for _, what in found] == [line["what"] for line in lines]
     assert [float(re.match(r"[\d.]+", amount)[0]) for amount, _ in found] == [line["quantity"] for line in lines]  # type: ignore[index]

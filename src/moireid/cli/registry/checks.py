@@ -6,10 +6,11 @@ offline.  prove and check-proof show that a badge is in the log to somebody with
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -60,14 +61,27 @@ witness_option = click.option(
 )
 
 
-def _asked_quorum(
-    addresses: tuple[str, ...], witness_keys: tuple[str, ...], witnesses_needed: int | None, witness_days: float
-) -> Quorum | None:
-    """The witnesses that must sign; None where none is asked.  Raises: SpecError for half a request."""
-    quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "--witness" if addresses else "")
-    if quorum is not None and not addresses:
-        raise SpecError("--witness-key needs the witnesses' addresses; add --witness URL")
-    return quorum
+def asks_witnesses(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options, and hand it `addresses` of witnesses and the `quorum` that must sign, or None.
+
+    Raises: SpecError for half a request.
+    """
+
+    @functools.wraps(command)
+    def wrapped(
+        *args: Any,
+        addresses: tuple[str, ...],
+        witness_keys: tuple[str, ...],
+        witnesses_needed: int | None,
+        witness_days: float,
+        **given: Any,
+    ) -> None:
+        quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "--witness" if addresses else "")
+        if quorum is not None and not addresses:
+            raise SpecError("--witness-key needs the witnesses' addresses; add --witness URL")
+        command(*args, addresses=addresses, quorum=quorum, **given)
+
+    return witness_option(quorum_options(wrapped))
 
 
 def _note_failures(failures: Mapping[str, str]) -> None:
@@ -151,16 +165,13 @@ def registry_audit(
     metavar="FILE",
     help="An earlier checkpoint: --json then also proves that the new one only adds to it.",
 )
-@witness_option
-@quorum_options
+@asks_witnesses
 def registry_checkpoint(
     registry: Registry,
     path: Path,
     earlier: str | None,
     addresses: tuple[str, ...],
-    witness_keys: tuple[str, ...],
-    witnesses_needed: int | None,
-    witness_days: float,
+    quorum: Quorum | None,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -178,7 +189,6 @@ def registry_checkpoint(
     from moireid.files import planned, write_text
     from moireid.registry.checkpoints.sources import checkpoints_from
 
-    quorum = _asked_quorum(addresses, witness_keys, witnesses_needed, witness_days)
     planned([path], overwrite=overwrite, kept=[registry.file, Path(earlier) if earlier else None])
     older = checkpoints_from(earlier) if earlier else []
     signers: tuple[str, ...] = ()
@@ -211,16 +221,13 @@ def registry_checkpoint(
     metavar="NUMBER",
     help="After so many days it counts no more: so long a revocation may stay unknown to those who fetch it.",
 )
-@witness_option
-@quorum_options
+@asks_witnesses
 def registry_publish(
     registry: Registry,
     path: Path,
     days: float,
     addresses: tuple[str, ...],
-    witness_keys: tuple[str, ...],
-    witnesses_needed: int | None,
-    witness_days: float,
+    quorum: Quorum | None,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -235,7 +242,6 @@ def registry_publish(
     """
     from moireid.idcodes import specimen_of
 
-    quorum = _asked_quorum(addresses, witness_keys, witnesses_needed, witness_days)
     with progress_bar("sealing identities") as progress:
         made = registry.publish(
             path,
