@@ -1,6 +1,7 @@
 """Processor time of a verify over that of decoding: run `.venv/bin/python benchmarks/verify_speed.py --keep DIR`.
 
-The films are those of `speed_films.py`; `--keep` keeps them, as writing them takes half an hour of processor time.
+The films are those of `speed_films.py`; `--keep` keeps them, as writing them takes half an hour of processor time;
+with `--quick` they have 20 s instead of a minute.
 Measured is a whole verify over decoding the whole film, once the libraries are loaded.  The outside films of the tests
 are too short for that: of these it is what four more loops cost, a verify of five loops less one of one, over the same
 of decoding.  Their packets are copied, so nothing is coded again, and where a loop ends the badge jumps.
@@ -27,7 +28,7 @@ from unittest.mock import patch
 import av
 import cv2
 from one_verify import memory_mb
-from speed_films import SHORT, SpeedFilm, speed_films
+from speed_films import QUICK_SECONDS, SECONDS, SHORT, SpeedFilm, speed_films
 
 from moireid.badge import Badge
 from moireid.verifier import Claim, Report, verify
@@ -145,9 +146,11 @@ def _per_frame(whole: FilmCost, less: FilmCost | None) -> Row:
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a film, one at a time."""
     with wish.kept_folder() as folder, tempfile.TemporaryDirectory() as temporary:
-        films = {film.name: film for film in speed_films()}
+        films = {film.name: film for film in speed_films(QUICK_SECONDS if wish.quick else SECONDS)}
+        place = folder / "quick" if wish.quick else folder
+        place.mkdir(exist_ok=True)
         for name in wish.chosen(films):
-            job = _job(films[name], folder, Path(temporary), wish.clips or RUNS)
+            job = _job(films[name], place, Path(temporary), wish.clips or RUNS)
             yield from replace(wish, only=None, where=Where(workers=1)).each(measured, {name: job})
 
 
