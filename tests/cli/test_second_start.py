@@ -81,3 +81,14 @@ def test_an_interrupt_shows_no_traceback(tmp_path: Path, film: Path, after_s: fl
         said = program.communicate(timeout=60)[1]
     assert b"Traceback" not in said
     assert program.returncode in (-signal.SIGINT, 130)
+
+
+@pytest.mark.parametrize("command", ["verify", "print"])
+def test_an_interrupt_while_the_command_line_is_loaded_shows_no_traceback(tmp_path: Path, command: str) -> None:
+    """Catches: an interrupt that comes after the second start, or without one, and before a command is called."""
+    (packages := tmp_path / "packages").mkdir()
+    (packages / "click.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    (script := tmp_path / "moireid").write_text(PROGRAM)
+    variables = {**os.environ, "PYTHONPATH": str(packages)}
+    done = subprocess.run([sys.executable, script, command, "x"], capture_output=True, timeout=60, env=variables)
+    assert (done.returncode in (-signal.SIGINT, 130), done.stdout, done.stderr) == (True, b"", b"")

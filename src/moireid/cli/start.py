@@ -8,8 +8,12 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from typing import TYPE_CHECKING
 
 from moireid.sandbox.early_copy import EarlyCopy, restart, resume
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 #: Commands that read films, and the option without which they read none.
 READS_FILMS = {"verify": "", "identify": "", "enroll": "--capture", "calibrate": "", "calibrate-camera": ""}
@@ -17,9 +21,19 @@ READS_FILMS = {"verify": "", "identify": "", "enroll": "--capture", "calibrate":
 
 def main() -> None:
     """Run `moireid`."""
-    if _reads_films(sys.argv[1:]):
-        restart("moireid.cli.start")
-    run()
+    with _without_traceback():
+        if _reads_films(sys.argv[1:]):
+            restart("moireid.cli.start")
+        run()
+
+
+@contextlib.contextmanager
+def _without_traceback() -> Iterator[None]:
+    """End quietly where an interrupt comes before the program can say so: nothing is begun yet."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        sys.exit(130)
 
 
 def _reads_films(words: list[str]) -> bool:
@@ -51,9 +65,10 @@ def _run_again(handle: int) -> None:
     with contextlib.suppress(OSError):
         EarlyCopy.waiting = EarlyCopy(read)
     resume(handle)
-    if quiet:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    run()
+    with _without_traceback():
+        if quiet:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        run()
 
 
 if __name__ == "__main__":
