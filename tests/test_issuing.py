@@ -14,7 +14,8 @@ from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, random_payload
 from moireid.designer.formats import in_format
 from moireid.errors import FabricationError, RegistryError
-from moireid.fabrication.package import MountSolids, print_badge
+from moireid.fabrication.mount_parts import MountSolids
+from moireid.fabrication.package import print_badge
 from moireid.fabrication.printed.mount import MountPlan, MountReport
 from moireid.fabrication.process_figures import MountFigures, mount_figures
 from moireid.issuing import IssueOrder, Wear, plan_badge

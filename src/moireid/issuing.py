@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer import Request
     from moireid.designer.drawn import HolderOf, KnownHolder
-    from moireid.fabrication.package import Parts
+    from moireid.fabrication.mount_parts import Parts
     from moireid.fabrication.process_figures import MountFigures
 
 
@@ -177,7 +177,7 @@ class Wear:
             If neither the requested mount nor a holder can be made; or if a figure of the printer was given by name.
         """
         from moireid.designer.formats import format_named
-        from moireid.fabrication.package import plan_parts
+        from moireid.fabrication.mount_parts import plan_parts
 
         form, kind = self.format_name, mount or "lanyard"
         if kind in ("holder", "none") or form in (None, "board") or "printed" in figures.insisted:

@@ -15,7 +15,7 @@ from sqlalchemy import update
 from kit.webbing import OpenStudio, Visit, jobs_of
 from moireid.badge import Badge
 from moireid.fabrication.event import _summary
-from moireid.fabrication.package import Parts
+from moireid.fabrication.mount_parts import Parts
 from moireid.fabrication.process_figures import MountFigures
 from moireid_studio.http.server import Rates, fits
 from moireid_studio.problems import Refusal

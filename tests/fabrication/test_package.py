@@ -21,7 +21,7 @@ from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.fabrication import package
-from moireid.fabrication.package import ACRYLIC_FILES, PRINTED_FILES
+from moireid.fabrication.mount_parts import ACRYLIC_FILES, PRINTED_FILES
 from moireid.fabrication.process_figures import MountFigures, MountProcess
 from moireid.files import move_together, tidy_folders
 

@@ -27,16 +27,8 @@ from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import Maker
 from moireid.fabrication.assembly.guide import DrawnMounts
-from moireid.fabrication.package import (
-    Parts,
-    file_names,
-    leftover_parts,
-    made_aside,
-    plan_parts,
-    shape_parts,
-    write_parts,
-    write_sheets,
-)
+from moireid.fabrication.mount_parts import Parts, plan_parts, shape_parts, write_parts
+from moireid.fabrication.package import file_names, leftover_parts, made_aside, write_sheets
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import CROP_GAP_MM, draw_board, draw_mask, draw_scale_bars

@@ -22,7 +22,7 @@ from moireid.errors import FabricationError
 from moireid.fabrication.assembly.assembly_words import BuildPlan
 from moireid.fabrication.assembly.exploded import Part, plain_parts, prism
 from moireid.fabrication.assembly.guide import _views, write_assembly_pdf
-from moireid.fabrication.package import Parts, plan_parts
+from moireid.fabrication.mount_parts import Parts, plan_parts
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process_figures import AcrylicProcess, MountFigures, MountProcess
 

@@ -15,7 +15,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, in_format
 from moireid.errors import FabricationError, SpecError
-from moireid.fabrication.package import Parts, plan_parts
+from moireid.fabrication.mount_parts import Parts, plan_parts
 from moireid.fabrication.printed.mount import KINDS
 from moireid.fabrication.process_figures import MountFigures
 from moireid.fabrication.shopping.cutting import StockSheet

@@ -20,7 +20,7 @@ from kit.mounting import box, framed, sight_volume
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError, MoireIdError
-from moireid.fabrication.package import plan_parts
+from moireid.fabrication.mount_parts import plan_parts
 from moireid.fabrication.printed.mount import write_mount
 from moireid.fabrication.process_figures import MountFigures, MountProcess, mount_figures
 from moireid_lab.bench.fabricate.mount_extremes import (

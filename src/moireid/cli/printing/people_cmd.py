@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer.people import DesignResult, RowFaults
     from moireid.fabrication import Event
-    from moireid.fabrication.package import Parts
+    from moireid.fabrication.mount_parts import Parts
     from moireid.registry import Registry
 
 #: So many rows' faults are shown at once.
@@ -58,7 +58,7 @@ def print_people(order: PrintOrder, people_csv: Path) -> None:
     from moireid.designer.drawn import no_holder
     from moireid.designer.people import badges_of, design_people, read_people
     from moireid.fabrication.event import event_files
-    from moireid.fabrication.package import plan_parts
+    from moireid.fabrication.mount_parts import plan_parts
     from moireid.fabrication.page.lettering import name_note
     from moireid.files import planned
 

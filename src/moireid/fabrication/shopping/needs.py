@@ -18,7 +18,7 @@ from moireid.errors import FabricationError, SpecError
 from moireid.fabrication.acrylic.plates import Plate
 from moireid.fabrication.assembly.assembly_words import screw_length_mm
 from moireid.fabrication.event import places_mm
-from moireid.fabrication.package import Parts
+from moireid.fabrication.mount_parts import Parts
 from moireid.fabrication.shopping.cutting import CuttingPlan, LensPiece, StockSheet, plan_cutting, with_spare
 from moireid.fabrication.shopping.mount_times import MountTime, mount_times, time_words
 from moireid.fabrication.sight import sheet_pieces

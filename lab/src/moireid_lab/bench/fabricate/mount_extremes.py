@@ -16,7 +16,7 @@ from typing import Any
 from moireid.badge import Badge, Lens
 from moireid.designer import Request, design_badge
 from moireid.errors import MoireIdError
-from moireid.fabrication.package import Parts, plan_parts, write_parts
+from moireid.fabrication.mount_parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process_figures import mount_figures
 from moireid.profiles import LensProfile, lens_named, save_lens_profile
 from moireid_lab.bench.bench_frame import grouped, text_table
