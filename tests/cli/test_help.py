@@ -10,7 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, OWN, SECTIONS, moireid
-from moireid.cli.simulate_cmd import EFFECTS, FORGERIES, LIGHT_NAMES, simulate_command
+from moireid.cli.simulate_cmd import FORGERIES, LIGHT_NAMES, simulate_command
+from moireid.cli.simulate_values import EFFECTS
 
 
 def commands(group: click.Group = moireid, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:

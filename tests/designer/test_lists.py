@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from moireid.designer.people import PersonRow, design_people, parse_people, read_list
+from moireid.designer.list_table import read_list
+from moireid.designer.people import PersonRow, design_people, parse_people
 from moireid.designer.request import Request
 from moireid.errors import SpecError
 from moireid.names import line_of

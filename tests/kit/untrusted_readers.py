@@ -23,7 +23,7 @@ from kit.places import TESTS
 from moireid.attest.envelope import Broken, opened
 from moireid.attest.statement import statement_fault, strict_object
 from moireid.badge import badge_from_json
-from moireid.designer.people import read_list
+from moireid.designer.list_table import read_list
 from moireid.errors import MoireIdError, RegistryError
 from moireid.profiles import load_lens_profile
 from moireid.registry.audit import audit

@@ -10,7 +10,7 @@ from sqlalchemy import delete
 from kit.registries import badge_of, rows_of, tamper, url_of
 from kit.witnesses import root_of
 from moireid.errors import RegistryError
-from moireid.registry import Registry, audit, open_registry
+from moireid.registry import Registry, audit, audit_findings, open_registry
 from moireid.registry.log import Head, entry_hash, leaf_of
 from moireid.registry.log_tree import grow
 from moireid.registry.merkle import Tree
@@ -210,7 +210,7 @@ def test_findings_are_counted_beyond_those_kept(url, registry, monkeypatch):
     """Catches: a list that grows with the damage."""
     registry.enroll_many(badge_of("Ada", bytes([k, 0, 0])) for k in range(6))
     tamper(url, "UPDATE badges SET name_nfc = 'Eve'")
-    monkeypatch.setattr(audit, "KEPT", 4)
+    monkeypatch.setattr(audit_findings, "KEPT", 4)
     seen = registry.audit()
     assert (len(seen.findings), seen.found, seen.sound) == (4, 6, False)
 

@@ -12,7 +12,8 @@ from kit.coded_films import first_frames
 from kit.crafted_films import LISTS, list_of, read_apart, readers_of, streams_of
 from moireid.errors import MediaError
 from moireid.verifier import video
-from moireid.verifier.video import Film, OpenedFile
+from moireid.verifier.opened_file import OpenedFile
+from moireid.verifier.video import Film
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="memory and pipes are looked at as Linux has them")
 

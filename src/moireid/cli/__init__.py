@@ -13,6 +13,7 @@ witness_cmd.py   witness
 verify/          verify, identify
 attest/          verify --sign, and attest check
 simulate_cmd.py  simulate
+simulate_values.py  its effects, flaws and measured lenses as options
 render_cmd.py    render
 first_badge_cmd.py  first-badge
 pitch_cmd.py     pitch-test, calibrate

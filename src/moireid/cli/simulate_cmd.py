@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import FiniteRange, echo, friendly, json_option, overwrite_option, progress_bar, show_json
-from moireid.errors import MediaError, SpecError
-from moireid.simulate.flaw_table import BUILDS, flaw_lines, read_flaw
+from moireid.cli.simulate_values import EffectName, FlawValue, LensFile
+from moireid.simulate.flaw_table import BUILDS, flaw_lines
 
 if TYPE_CHECKING:
     from moireid.simulate.filming import FilmReport
@@ -36,42 +36,7 @@ FORGERIES = (
 )
 CAMERAS = ("phone", "sharpened", "webcam", "wide", "dim", "bright", "ideal")
 EFFECT_CAMERAS = ("eis", "tnr", "zoom", "autoframe", "breathing", "hlg", "call-tile")
-EFFECTS = (
-    "zoom",
-    "zoom-step",
-    "autoframe",
-    "autoframe-zoom",
-    "breathing",
-    "crop",
-    "tile",
-    "stretch",
-    "anamorphic",
-    "eis",
-    "jello",
-    "shutter",
-    "shutter-up",
-    "tnr",
-    "tnr-mc",
-    "blend",
-    "mix",
-    "repeat",
-    "freeze",
-    "skip",
-    "jitter",
-    "slow-motion",
-    "clahe",
-    "tone-map",
-    "halos",
-    "exposure",
-    "glare",
-    "backdrop",
-    "hlg",
-    "pq",
-    "call",
-    "crf",
-)
 FORMATS = ("848x480@24", "1280x720@24", "1920x1080@25")
-STRENGTHS = ("light", "ordinary", "strong")
 CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "meeting", "low", "double", "vfr")
 MOTIONS = (
@@ -92,51 +57,6 @@ LIGHT_NAMES = ("even", "softbox", "window", "lamp", "sun")
 SHEETS = ("thin", "gap", "bowed", "warm", "jittered", "fed")
 PLACES = ("desk", "worn", "lectern", "call")
 PARTS = ("background", "page", "shutter", "glare")
-
-
-class EffectName(click.ParamType[str]):
-    """NAME or NAME:STRENGTH."""
-
-    name = "effect"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """The name as it was given.  Raises: click.BadParameter."""
-        kind, colon, strength = str(value).partition(":")
-        if kind not in EFFECTS:
-            self.fail(f"{kind!r} is not one of {', '.join(EFFECTS)}.", param, ctx)
-        if colon and strength not in STRENGTHS:
-            self.fail(f"{strength!r} is no strength; choose {', '.join(STRENGTHS)}.", param, ctx)
-        return str(value)
-
-
-class FlawValue(click.ParamType[str]):
-    """NAME=VALUE."""
-
-    name = "flaw"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """The text as it was given.  Raises: click.BadParameter."""
-        try:
-            read_flaw(str(value))
-        except SpecError as error:
-            self.fail(f"{error}.", param, ctx)
-        return str(value)
-
-
-class LensFile(click.ParamType[tuple[float, ...]]):
-    """A calibration, as `FilmOptions.lens`."""
-
-    name = "file"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
-        """Focal length, axis x and y, k1 and k2.  Raises: click.BadParameter."""
-        from moireid.verifier.camera.known_camera import load_camera
-
-        try:
-            lens = load_camera(Path(value))
-        except (SpecError, MediaError) as error:
-            self.fail(f"{error}.", param, ctx)
-        return lens.focal, *lens.axis, lens.k1, lens.k2
 
 
 @click.command("simulate")

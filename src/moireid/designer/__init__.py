@@ -6,14 +6,17 @@ grid.py     how a grating is cut into rows and cells, also under a lens array
 reach.py    the distances at which a board can be read, and a film judged; the link budget of each receiver
 design.py   the choice of beat frequencies, and the Badge
 formats.py  sizes that holders are made for, each with its sheet and range
+explain.py  a designed badge in figures
 drawn.py    the badge with a given identity, or with a random one that no one else has
+list_table.py  a list as spreadsheets save it: encoding, separator, rows
 people.py   a list of people (CSV), and the badge of each
 chart.py    the pitch test sheet
 """
 
 from typing import TYPE_CHECKING
 
-from moireid.designer.design import design_badge, explain
+from moireid.designer.design import design_badge
+from moireid.designer.explain import explain
 from moireid.designer.request import Request, payload_from_hex, payload_from_key, random_payload
 from moireid.lazy import lazy
 

@@ -16,9 +16,9 @@ from moireid.errors import MediaError
 from moireid.reading.answers import FilmAnswer, checked, checked_identification, checked_report
 from moireid.reading.film_orders import FilmOrder, IdentifyingOrder, JudgingOrder
 from moireid.reading.film_reader import Answer, Reader
+from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.reasons import json_number
 from moireid.verifier.report.report_page import Pictures
-from moireid.verifier.video import OpenedFile
 from moireid.version import __version__
 
 Progress = Callable[[int, int | None], None]

@@ -14,6 +14,7 @@ seen.py         which authority and which head this user saw last
 rollback.py     a log compared with what was seen of it: rolled back, forked, or under another key
 ledger.py       transactions: those that read compare the head with what was seen; those that write, one after the
                 other, write table and log together, and remember the head
+erased.py       ids whose holders were erased
 claims.py       from a claim (a name or an id) to the one record that it means
 look_alikes.py  names that look alike
 claimed.py      the badge that a claim means; who holds a badge; whom identification may find
@@ -27,6 +28,7 @@ export_file.py  the export, a JSON file with records, log and public key: writte
 merge.py        import: checks an export and merges it into a registry; notes on names that look alike
 rotate.py       changes the authority's key
 audit.py        checks the whole log and all records; lists what an audit cannot find
+audit_findings.py  what it finds, and its counts
 signing/        the private key in a process of its own
 checkpoints/    signed checkpoints that others keep, proofs, and whether a record is the newest
 witness/        the server that signs checkpoints for others, and the client that asks such servers
@@ -34,7 +36,7 @@ bundle/         what a verifier needs, in one signed file
 """
 
 from moireid.provenance import BadgeHolder, ClaimedBadge
-from moireid.registry.audit import Audit, Finding
+from moireid.registry.audit_findings import Audit, Finding
 from moireid.registry.batch import Batch
 from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
 from moireid.registry.engine import default_url

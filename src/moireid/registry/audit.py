@@ -29,14 +29,13 @@ What it cannot find by itself:
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from sqlalchemy import Connection, exists, func, select
 
 from moireid.errors import RegistryError
+from moireid.registry.audit_findings import Audit, Tally
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.watch import Watch
@@ -76,120 +75,6 @@ from moireid.registry.schema import (
 )
 
 PAGE = 500
-#: Findings beyond this many are counted, not kept: a table torn to pieces must not fill the memory.
-KEPT = 1000
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A fault that an audit found in a registry.
-
-    Attributes
-    ----------
-    code : str
-        For programs.
-    text : str
-        One sentence for people.
-    subject : str or None
-        The id or the log entry that it is about; None if it is about the whole registry.
-    """
-
-    code: str
-    text: str
-    subject: str | None
-
-
-@dataclass(frozen=True)
-class Audit:
-    """The result of an audit.
-
-    Attributes
-    ----------
-    fingerprint : str
-        Of the authority's public key, 32 hex digits.
-    records : int
-        Records looked at.
-    revoked : int
-        Those of them that are revoked.
-    erased : int
-        People who were erased.
-    entries : int
-        Entries of the log looked at.
-    actors : mapping of str to int
-        Number of entries by actor.
-    unnamed : int
-        Entries without a name: they are of an older version, or their actor was erased.
-    head : str or None
-        The log's head, SEQUENCE:HASH; None if it is not valid.
-    findings : tuple of Finding
-        The first `KEPT` faults of `found`.
-    found : int
-        Number of faults.
-    witnessed : mapping or None
-        Of the newest checkpoint that the witnesses signed: `size`, `signers`, name to time, `needed` of them and how
-        many are `named`; None if none was asked for.
-
-    Notes
-    -----
-    Convention: `sound` is true if nothing was found.  `moireid.registry.audit` lists what an audit cannot show by
-    itself; note `head` elsewhere.
-    """
-
-    fingerprint: str
-    records: int
-    revoked: int
-    entries: int
-    head: str | None
-    findings: tuple[Finding, ...]
-    found: int
-    erased: int = 0
-    witnessed: Mapping[str, Any] | None = None
-    actors: Mapping[str, int] = field(default_factory=dict)
-    unnamed: int = 0
-
-    @property
-    def sound(self) -> bool:
-        """Whether no fault was found."""
-        return self.found == 0
-
-    def to_json(self) -> dict[str, Any]:
-        """Make the JSON object that ``moireid registry audit --json`` prints.
-
-        Returns
-        -------
-        dict
-            An object that JSON can hold.
-        """
-        fields = asdict(self)
-        return {"sound": self.sound, "badges": fields.pop("records")} | fields
-
-
-class _Tally:
-    """The counts of a running audit: those of `Audit`, and what is needed to make them."""
-
-    def __init__(self, progress: Callable[[int, int | None], None] | None, total: int) -> None:
-        self._progress, self._total = progress, total
-        self.counts: Counter[str] = Counter(records=0, revoked=0, erased=0, entries=0, unnamed=0, found=0)
-        #: Number of entries by their actor's commitment; and the commitments of erased actors.
-        self.acted: Counter[str] = Counter()
-        self.gone: set[str] = set()
-        #: Ids of badges whose holders were erased.
-        self.ended: set[str] = set()
-        self.findings: list[Finding] = []
-        #: Hash of each record's newest version by the entries that were looked at, and the last of their numbers.
-        self.newest: dict[str, str] = {}
-        self.last = 0
-
-    def report(self, code: str, text: str, subject: object = None) -> None:
-        """Count a finding, and keep it if there are not too many."""
-        self.counts["found"] += 1
-        if len(self.findings) < KEPT:
-            self.findings.append(Finding(code, text, None if subject is None else str(subject)))
-
-    def step(self) -> None:
-        """Report the progress."""
-        if self._progress:
-            self._progress(self.counts["records"] + self.counts["entries"], self._total)
 
 
 def audit(
@@ -207,7 +92,7 @@ def audit(
     watch = Watch(since, ledger.authority, former)
     expected = None if expected_head is None else Head.parse(expected_head)
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
-    tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
+    tally = Tally(progress, sum(ledger.rows(select(*counts))[0]))
     if refused is not None:
         tally.report(str(refused["code"]), str(refused["finding"]))
     witnessed = None if quorum is None else _audit_witnesses(since, quorum, tally)
@@ -240,7 +125,7 @@ def _refused(ledger: Ledger) -> dict[str, object] | None:
     return None
 
 
-def _audit_witnesses(since: Sequence[Checkpoint], quorum: Quorum, tally: _Tally) -> dict[str, Any] | None:
+def _audit_witnesses(since: Sequence[Checkpoint], quorum: Quorum, tally: Tally) -> dict[str, Any] | None:
     """The newest of the checkpoints that enough witnesses signed; a finding if there is none."""
     refusals = [f"{quorum.needed} witnesses must have signed a checkpoint, and none is given"]
     for one in sorted(since, key=lambda one: -one.size):
@@ -255,7 +140,7 @@ def _audit_witnesses(since: Sequence[Checkpoint], quorum: Quorum, tally: _Tally)
     return None
 
 
-def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tally, then: Authority) -> Head | None:
+def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: Tally, then: Authority) -> Head | None:
     """Check the log from its first entry on, under whose key it begins: `then`.
 
     Returns: the head, or None if the head is not valid.
@@ -337,7 +222,7 @@ class _NodeCheck:
         self._stored = not chained or ledger.rows(select(schema_version.c.version)) != [(CHAINED_VERSION,)]
         self._wrong = set[Place]()
 
-    def check(self, made: Mapping[Place, bytes], tally: _Tally) -> None:
+    def check(self, made: Mapping[Place, bytes], tally: Tally) -> None:
         """Report each node that differs; where one below it does, that one alone."""
         if not self._stored or not made:
             return
@@ -351,7 +236,7 @@ class _NodeCheck:
                 text = f"the stored node of the log's tree over entries {first} to {end} is not the one that they give"
                 tally.report("tree_node", text, end)
 
-    def check_number(self, connection: Connection, tally: _Tally) -> None:
+    def check_number(self, connection: Connection, tally: Tally) -> None:
         """Report nodes that no entry makes: they would be in the way of those to come."""
         size = connection.scalar(select(func.max(log.c.seq))) or 0
         number = connection.scalar(select(func.count()).select_from(nodes)) if self._stored else 0
@@ -359,7 +244,7 @@ class _NodeCheck:
             tally.report("tree_node", "the log's tree has stored nodes that no entry makes")
 
 
-def _note_actor(row: AnyRow, tally: _Tally) -> None:
+def _note_actor(row: AnyRow, tally: Tally) -> None:
     """Count an entry for its actor, and note the person or actor that it erased, whom no later entry may be about."""
     tally.counts["erased"] += row.action == ERASE
     if row.action == ERASE:
@@ -375,7 +260,7 @@ def _note_actor(row: AnyRow, tally: _Tally) -> None:
         tally.acted[row.actor] += 1
 
 
-def _audit_actors(ledger: Ledger, tally: _Tally) -> dict[str, int]:
+def _audit_actors(ledger: Ledger, tally: Tally) -> dict[str, int]:
     """Check every entry's actor against the table `actors`; returns the number of entries by name."""
     named: dict[str, int] = {}
     known = {row.commitment: row for row in ledger.rows(select(actors))}
@@ -400,7 +285,7 @@ def _former(ledger: Ledger) -> list[Authority]:
         return []
 
 
-def _pages(ledger: Ledger, tally: _Tally) -> Iterator[list[AnyRow]]:
+def _pages(ledger: Ledger, tally: Tally) -> Iterator[list[AnyRow]]:
     """The rows of the log in order, page by page, each with `holder`, the id of the record that it is about, if any.
 
     Also `erased`: whether a later entry says that the person was erased.
@@ -418,12 +303,12 @@ def _pages(ledger: Ledger, tally: _Tally) -> Iterator[list[AnyRow]]:
         rows = ledger.rows(query.where(log.c.seq > rows[-1].seq))
 
 
-def _written_since(ledger: Ledger, subject: str, tally: _Tally) -> bool:
+def _written_since(ledger: Ledger, subject: str, tally: Tally) -> bool:
     """Whether the log has entries about a record that were written after it was looked at."""
     return bool(ledger.rows(select(log.c.seq).where(log.c.subject == subject, log.c.seq > tally.last).limit(1)))
 
 
-def _audit_records(ledger: Ledger, tally: _Tally) -> None:
+def _audit_records(ledger: Ledger, tally: Tally) -> None:
     """Check each record against its signature and its newest entry."""
     changed = select(func.count()).where(log.c.subject == badges.c.id, log.c.action.in_((REPLACED, REFINED)))
     query: AnySelect = select_records().add_columns(changed.scalar_subquery().label("changed"))

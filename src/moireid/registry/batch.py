@@ -18,7 +18,8 @@ from operator import attrgetter
 from moireid.badge import Badge, Cell, Grating
 from moireid.errors import MoireIdError, RegistryError
 from moireid.registry.canonical import canonical_json, utc_now
-from moireid.registry.ledger import Ledger, erased_among, erased_id
+from moireid.registry.erased import erased_among, erased_id
+from moireid.registry.ledger import Ledger
 from moireid.registry.record import Record, claimable_name, new_record
 from moireid.registry.schema import badges, select_records
 

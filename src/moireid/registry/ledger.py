@@ -21,7 +21,6 @@ from moireid.registry import schema
 from moireid.registry.engine import (
     AnyRow,
     AnySelect,
-    chunks,
     connect,
     show_url,
     snapshot,
@@ -29,9 +28,9 @@ from moireid.registry.engine import (
     translated,
     writing,
 )
+from moireid.registry.erased import erased_among, erased_id
 from moireid.registry.keys import Authority, Signs, actor_row, new_salt
 from moireid.registry.log import (
-    ERASE,
     NO_RECORD,
     ROTATED,
     Head,
@@ -366,24 +365,6 @@ class Transaction:
             who = row["commitment"]
             self.connection.execute(insert(actors).values(row))
         return str(who)
-
-
-def erased_among(connection: Connection, ids: Sequence[str]) -> list[str]:
-    """Those of some ids whose holders were erased."""
-    found: list[str] = []
-    for some in chunks(ids):
-        query = select(schema.log.c.subject).where(schema.log.c.subject.in_(some), schema.log.c.action == ERASE)
-        found += connection.scalars(query)
-    return found
-
-
-def erased_id(badge_id: str) -> RegistryError:
-    """The error for an id that cannot be issued again."""
-    return RegistryError(
-        f"id {badge_id} was that of a badge whose holder was erased, and is never issued again; print another badge",
-        code="erased",
-        id=badge_id,
-    )
 
 
 def _salted(record: Record) -> Record:

@@ -36,9 +36,10 @@ from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
 from moireid.registry.canonical import canonical_json
 from moireid.registry.engine import chunks, clean
+from moireid.registry.erased import erased_among
 from moireid.registry.export_file import load
 from moireid.registry.keys import account
-from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger
+from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.log import ERASE, NO_RECORD
 from moireid.registry.log_tree import grow
 from moireid.registry.merkle import Tree

@@ -14,7 +14,8 @@ from pathlib import Path
 from types import TracebackType
 
 from moireid.badge import Badge
-from moireid.registry.audit import Audit, audit
+from moireid.registry.audit import audit
+from moireid.registry.audit_findings import Audit
 from moireid.registry.batch import Batch, enroll_many, enter, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.changes import RegistryChanges, expiry_day

@@ -12,7 +12,8 @@ identity/      whose badge is it, and is it the one that was enrolled?
 session/       a film or a live picture from its first frame to the verdict
 report/        the report for people
 
-video.py      a film's grey frames with their times; the open file
+opened_file.py  an open file that several readers share
+video.py      a film's grey frames with their times
 picture.py    one frame, turned into counts where it is read
 limits.py     every constant of the decision, with its source
 measuring.py  constants of measuring, with their sources

@@ -21,7 +21,7 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.registry import open_registry
 from moireid.verifier.report.live_receipt import film_asked, load_receipt
-from moireid_studio.commands.watch_cmd import line_of, live_display, plain
+from moireid_studio.commands.watch_display import line_of, live_display, plain
 from moireid_studio.watch.order import WatchOrder
 
 BADGE = ["--badge", str(FILMS / "badge.json")]

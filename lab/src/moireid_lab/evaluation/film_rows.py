@@ -21,11 +21,11 @@ from msgspec import Meta, defstruct
 
 from moireid.errors import MoireIdError
 from moireid.result_cache import program_digest
+from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.reasons import json_number
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
-from moireid.verifier.video import OpenedFile
 from moireid_lab.archive.isolated import Fault, LostJob
 from moireid_lab.baseline.corners import without_corners
 from moireid_lab.baseline.pipeline import verify_published

@@ -230,7 +230,7 @@ def _order_of_event(folder: Path) -> _Order:
     """The badges in a folder of `print-your-badge --people`.  Raises: SpecError where it is none."""
     from moireid.badge import load_badge
     from moireid.designer.formats import format_of
-    from moireid.designer.people import read_list
+    from moireid.designer.list_table import read_list
     from moireid.files import MOST_TABLE_BYTES, read_regular
 
     summary = folder / SUMMARY

@@ -27,7 +27,8 @@ from moireid.errors import SpecError
 if TYPE_CHECKING:
     from moireid.artwork.placing import Look
     from moireid.badge import Badge
-    from moireid.designer.people import DesignResult, RowFaults
+    from moireid.designer.list_table import RowFaults
+    from moireid.designer.people import DesignResult
     from moireid.fabrication import Event
     from moireid.fabrication.mount_parts import Parts
     from moireid.registry import Registry

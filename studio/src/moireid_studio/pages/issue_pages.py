@@ -14,7 +14,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import RedirectResponse, Response
 
 from moireid.designer.formats import FORMATS
-from moireid.designer.people import decoded
+from moireid.designer.list_table import decoded
 from moireid.designer.reach import verdict_reach_m
 from moireid.errors import MoireIdError, SpecError
 from moireid.names import line_of

@@ -22,8 +22,9 @@ import cv2
 import numpy as np
 
 from moireid.errors import MediaError
+from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.picture import Picture
-from moireid.verifier.video import FORMATS, OPENING, OpenedFile, picture_of, squared
+from moireid.verifier.video import FORMATS, OPENING, picture_of, squared
 from moireid_studio.watch.order import LEAST_SIDE, MOST_PIXELS, PIECE, Data, Patience
 from moireid_studio.watch.source import Source
 

@@ -1,0 +1,123 @@
+"""What an audit finds, and its counts while it runs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+#: Findings beyond this many are counted, not kept: a table torn to pieces must not fill the memory.
+KEPT = 1000
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A fault that an audit found in a registry.
+
+    Attributes
+    ----------
+    code : str
+        For programs.
+    text : str
+        One sentence for people.
+    subject : str or None
+        The id or the log entry that it is about; None if it is about the whole registry.
+    """
+
+    code: str
+    text: str
+    subject: str | None
+
+
+@dataclass(frozen=True)
+class Audit:
+    """The result of an audit.
+
+    Attributes
+    ----------
+    fingerprint : str
+        Of the authority's public key, 32 hex digits.
+    records : int
+        Records looked at.
+    revoked : int
+        Those of them that are revoked.
+    erased : int
+        People who were erased.
+    entries : int
+        Entries of the log looked at.
+    actors : mapping of str to int
+        Number of entries by actor.
+    unnamed : int
+        Entries without a name: they are of an older version, or their actor was erased.
+    head : str or None
+        The log's head, SEQUENCE:HASH; None if it is not valid.
+    findings : tuple of Finding
+        The first `KEPT` faults of `found`.
+    found : int
+        Number of faults.
+    witnessed : mapping or None
+        Of the newest checkpoint that the witnesses signed: `size`, `signers`, name to time, `needed` of them and how
+        many are `named`; None if none was asked for.
+
+    Notes
+    -----
+    Convention: `sound` is true if nothing was found.  `moireid.registry.audit` lists what an audit cannot show by
+    itself; note `head` elsewhere.
+    """
+
+    fingerprint: str
+    records: int
+    revoked: int
+    entries: int
+    head: str | None
+    findings: tuple[Finding, ...]
+    found: int
+    erased: int = 0
+    witnessed: Mapping[str, Any] | None = None
+    actors: Mapping[str, int] = field(default_factory=dict)
+    unnamed: int = 0
+
+    @property
+    def sound(self) -> bool:
+        """Whether no fault was found."""
+        return self.found == 0
+
+    def to_json(self) -> dict[str, Any]:
+        """Make the JSON object that ``moireid registry audit --json`` prints.
+
+        Returns
+        -------
+        dict
+            An object that JSON can hold.
+        """
+        fields = asdict(self)
+        return {"sound": self.sound, "badges": fields.pop("records")} | fields
+
+
+class Tally:
+    """The counts of a running audit: those of `Audit`, and what is needed to make them."""
+
+    def __init__(self, progress: Callable[[int, int | None], None] | None, total: int) -> None:
+        self._progress, self._total = progress, total
+        self.counts: Counter[str] = Counter(records=0, revoked=0, erased=0, entries=0, unnamed=0, found=0)
+        #: Number of entries by their actor's commitment; and the commitments of erased actors.
+        self.acted: Counter[str] = Counter()
+        self.gone: set[str] = set()
+        #: Ids of badges whose holders were erased.
+        self.ended: set[str] = set()
+        self.findings: list[Finding] = []
+        #: Hash of each record's newest version by the entries that were looked at, and the last of their numbers.
+        self.newest: dict[str, str] = {}
+        self.last = 0
+
+    def report(self, code: str, text: str, subject: object = None) -> None:
+        """Count a finding, and keep it if there are not too many."""
+        self.counts["found"] += 1
+        if len(self.findings) < KEPT:
+            self.findings.append(Finding(code, text, None if subject is None else str(subject)))
+
+    def step(self) -> None:
+        """Report the progress."""
+        if self._progress:
+            self._progress(self.counts["records"] + self.counts["entries"], self._total)
