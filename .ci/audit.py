@@ -57,7 +57,7 @@ def ask(lock: Path, service: list[str]) -> Answer:
             continue
         answer.checked += 1
         if package["vulns"]:
-            ids = ", ".join(f"{hole['id']} (mended in {told_versions(hole)})" for hole in package["vulns"])
+            ids = ", ".join(f"{hole['id']} (fixed in {fixed_versions(hole)})" for hole in package["vulns"])
             answer.holes.append(f"{package['name']} {package['version']}: {ids}")
     return answer
 
@@ -129,7 +129,7 @@ def check_carried(parts: Path, url: str) -> int:
     return KNOWN if KNOWN in codes else max(codes)
 
 
-def told_versions(hole: dict[str, list[str]]) -> str:
+def fixed_versions(hole: dict[str, list[str]]) -> str:
     """The versions without the hole, in words."""
     return " or ".join(hole.get("fix_versions", [])) or "no version yet"
 

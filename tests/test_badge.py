@@ -274,7 +274,7 @@ def test_what_is_no_json_number_is_refused_even_where_nothing_is_read(ada: Badge
 
 
 def test_texts_may_not_be_numbers_and_required_keys_may_not_be_absent() -> None:
-    """Catches: a key that the contract requires and a default stands in for."""
+    """Catches: a key that the contract requires and a default replaces."""
     for path, leaf in leaves(by_hand()):
         if isinstance(leaf, str):
             # An axis may be an angle, in degrees below 180.
@@ -338,11 +338,11 @@ WRONG: list[tuple[str, str, Callable[[Document], object]]] = [
     ("frame as thick as a box", "markers.line_mm", lambda d: d.update(markers=_frame(line_mm=20))),
     ("frame too thin for a far camera", "markers.line_mm", lambda d: d.update(markers=_frame(line_mm=0.45))),
     (
-        "frame beside its grating",
+        "frame next to its grating",
         "lie within the frame's line",
         lambda d: (d.update(markers=_frame()), _grating(d).update(rect_mm=[5, 40, 145, 90])),
     ),
-    ("notch beside the line", "notches_mm.0", lambda d: d.update(markers=_frame(notches_mm=[[20, 9, 30, 12]]))),
+    ("notch next to the line", "notches_mm.0", lambda d: d.update(markers=_frame(notches_mm=[[20, 9, 30, 12]]))),
     ("frame like itself turned", "notches_mm", lambda d: d.update(markers=_frame(notches_mm=[[70, 11, 80, 12]]))),
     ("no gratings", "gratings", lambda d: d.update(gratings=[])),
     ("diagonal axis", "gratings.0.axis", lambda d: _grating(d).update(axis="xy")),

@@ -1,7 +1,7 @@
 """Lines on a printer's dots: the rule by numbers, and the page as two independent rasters paint it.
 
 Poppler paints every dot that is touched, or greys; Ghostscript paints what is touched, and counts a page from its
-lower edge.  Beside each test stands the wrong implementation it would catch.
+lower edge.  Each test names the wrong implementation that it would catch.
 """
 
 from __future__ import annotations
@@ -76,10 +76,10 @@ def test_a_pitch_a_thousandth_from_whole_dots_keeps_its_place():
 def test_badges_tell_what_dots_make_of_every_cell(dpi):
     """Catches: figures of another resolution; a cell left out."""
     badge = design_badge(Request("Ada", printer_dpi=dpi), PAYLOAD)
-    told = on_dots(badge)
-    assert len(told["cells"]) == sum(len(grating.cells) for grating in badge.gratings)
-    assert max(row[3] for row in told["cells"]) <= 0.5 * 25400 / dpi + 0.01
-    for g, c, ppm, _, phase, beat in told["cells"][::17]:
+    report = on_dots(badge)
+    assert len(report["cells"]) == sum(len(grating.cells) for grating in badge.gratings)
+    assert max(row[3] for row in report["cells"]) <= 0.5 * 25400 / dpi + 0.01
+    for g, c, ppm, _, phase, beat in report["cells"][::17]:
         grating = badge.gratings[g]
         found = realised(grating, grating.cells[c], badge.lens.pitch_mm, 25.4 / dpi)
         expected = (1e6 * found.pitch_error, found.phase_error_rad, found.beat_error)

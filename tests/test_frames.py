@@ -1,4 +1,4 @@
-"""Gratings at an angle: their frame, the file, the optics and the pictures.  Beside each test: what it would catch."""
+"""Gratings at an angle: their frame, the file, the optics and the pictures.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def hexagonal() -> Badge:
 
 
 def one_grating(axis: str | float) -> Badge:
-    """A badge of one grating whose rectangle lies beside the page's centre, of that axis and nothing else changed."""
+    """A badge of one grating whose rectangle is off the page's centre, of that axis and nothing else changed."""
     badge = design_badge(Request("Ada", form="vector"), PAYLOAD)
     rect = (92.0, 131.0, 131.0, 155.0)
     cells = tuple(

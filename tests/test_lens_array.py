@@ -1,4 +1,4 @@
-"""One round lens of an array.  Beside each test: which wrong implementation it would catch."""
+"""One round lens of an array.  Each test names which wrong implementation it would catch."""
 
 from __future__ import annotations
 

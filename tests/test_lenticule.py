@@ -306,7 +306,7 @@ def test_table_depends_on_the_printed_pitch_as_a_length_does() -> None:
 
 def test_table_of_a_lens_beyond_its_focus_stays_on_one_branch() -> None:
     """Catches: on the axis such a lens shows the lines turned by pi, which the angle's two ends share: a column of the
-    table at +pi beside one at -pi, with nonsense in between."""
+    table at +pi next to one at -pi, with nonsense in between."""
     lens = Lens("lenticular", 0.508, 3.0, 1.56, radius_mm=0.5)
     tan_x, tan_y = np.array([-0.05, 0.0, 0.05])[:, None], np.linspace(0.0, 0.5, 41)
     direct = view_response(lens, REAR, tan_x, tan_y)

@@ -1,4 +1,4 @@
-"""Letters that nobody sees.  Beside each test: the wrong implementation it would catch."""
+"""Letters that no one sees.  Each test names the wrong implementation it would catch."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_letter_that_nobody_sees_is_named(letter: str) -> None:
     ],
 )
 def test_what_a_name_is_spelled_with_stays(name: str) -> None:
-    """Catches: people of Persian, Sinhala or Mongolian names who are told to spell them wrong."""
+    """Catches: people of Persian, Sinhala or Mongolian names who are asked to spell them wrong."""
     assert hidden_letters(name) == [] and hidden_words(name) is None
 
 

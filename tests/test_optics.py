@@ -1,4 +1,4 @@
-"""The phase law in closed form: signs, limits, and the geometry that it stands for, written again here."""
+"""The phase law in closed form: signs, limits, and the geometry that it is of, written again here."""
 
 from __future__ import annotations
 

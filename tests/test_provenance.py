@@ -1,4 +1,4 @@
-"""Seals of identities.  Beside each test: the wrong implementation it catches."""
+"""Seals of identities.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sheets as sold: the table, and how far fringes can move under them.  Beside each test: what it would catch."""
+"""Sheets as sold: the table, and how far fringes can move under them.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lines that bend from cell to cell.  Beside each test: what it would catch."""
+"""Lines that bend from cell to cell.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rules of the tests' own tree.  Beside each: what it catches."""
+"""The rules of the tests' own tree.  Each names what it catches."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MIRRORS = {
     ROOT / "studio" / "tests": ROOT / "studio" / "src" / "moireid_studio",
     ROOT / "lab" / "tests": ROOT / "lab" / "src" / "moireid_lab",
 }
-#: What stands beside the mirrored tree: whole ways through several rooms, pages in a browser, helpers, files.
+#: What is next to the mirrored tree: whole ways through several rooms, pages in a browser, helpers, files.
 OWN = {"browser", "data", "end_to_end", "kit"}
 FILES = [path for tests in MIRRORS for path in tests.rglob("*.py") if "__pycache__" not in path.parts]
 

@@ -1,4 +1,4 @@
-"""What one visitor can do to the studio and to others.  Beside each test: the wrong implementation it catches."""
+"""What one visitor can do to the studio and to others.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logos and portraits that strangers send: what is read of them, and by whom.  Beside each test: the wrong
+"""Logos and portraits that strangers send: what is read of them, and by whom.  Each test names the wrong
 implementation it catches.
 """
 
@@ -58,9 +58,9 @@ def visit(open_studio: OpenStudio) -> Visit:
 
 def test_a_picture_is_read_as_by_the_command_and_nothing_of_its_file_is_handed_on(tmp_path: Path) -> None:
     """Catches: another reader than the command's, a file that is passed through with what hides in it, colours lost."""
-    told = PngImagePlugin.PngInfo()
-    told.add_text("secret", "of the file")
-    files = {"a.svg": LOGO, "b.png": picture("PNG", pnginfo=told), "c.jpg": picture("JPEG", exif=b"Exif\0\0secret")}
+    result = PngImagePlugin.PngInfo()
+    result.add_text("secret", "of the file")
+    files = {"a.svg": LOGO, "b.png": picture("PNG", pnginfo=result), "c.jpg": picture("JPEG", exif=b"Exif\0\0secret")}
     for name, data in files.items():
         (tmp_path / name).write_bytes(data)
         made = read_picture("logo", StoredPicture(name, data), LIMITS)
@@ -91,14 +91,14 @@ def test_what_is_no_picture_is_refused_in_the_command_s_sentence(tmp_path: Path)
     assert isinstance(last, StoredPicture)
     for (name, data), fault in zip(bad.items(), faults, strict=True):
         (tmp_path / name).write_bytes(data)
-        with pytest.raises(SpecError) as told:
+        with pytest.raises(SpecError) as result:
             load_picture(tmp_path / name, "logo")
-        assert isinstance(fault, SpecError) and str(fault) == str(told.value).replace(f"{tmp_path}/", "")
+        assert isinstance(fault, SpecError) and str(fault) == str(result.value).replace(f"{tmp_path}/", "")
 
 
 @pytest.mark.slow
 def test_an_svg_that_takes_memory_or_time_ends_its_own_process_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a drawing in the server itself, one without limits, a reader that is lost for whoever comes next."""
+    """Catches: a drawing in the server itself, one without limits, a reader that is lost for the next visitor."""
     deep = svg('<g opacity=".5">' * 90 + '<rect width="200" height="200"/>' + "</g>" * 90)
     slow = svg('<g opacity=".5"><rect width="9" height="9"/></g>' * 4000, "0 0 9 9")
     monkeypatch.setattr(pictures, "MOST_SECONDS", 2.0)
@@ -144,8 +144,8 @@ def test_a_picture_is_kept_for_its_visitor_alone(visit: Visit) -> None:
     wish = {"name": "Ada", "mount": "none", "format": "a7"}
     assert visit.ask("POST", "/api/badges/check", "issuer", json=wish | {"logo": kept}).status_code == 200
     for role, other in (("admin", kept), ("issuer", "0" * 32)):
-        told = visit.ask("POST", "/api/badges/check", role, json=wish | {"logo": other})
-        assert told.status_code == 422 and "choose it again" in told.json()["text"]
+        result = visit.ask("POST", "/api/badges/check", role, json=wish | {"logo": other})
+        assert result.status_code == 422 and "choose it again" in result.json()["text"]
         page = visit.ask("POST", "/issue", role, data={"name": "Ada", "kept": other, "do": "check"})
         assert page.status_code == 422 and "choose it again" in page.text
     for path in ("/etc/passwd", "../" * 9 + "etc/passwd", kept + "/../" + kept):
@@ -168,8 +168,8 @@ def test_uploads_have_limits_and_leave_nothing(visit: Visit) -> None:
     held = visit.studio.jobs.ledger.stored()
     assert sum(held.values()) < 200_000
     too_large = large + b"\0" * 1_500_000
-    told = visit.ask("POST", "/api/badges/pictures", "issuer", files={"picture": ("a.jpg", too_large)})
-    assert told.status_code == 422 and "picture a.jpg is larger than 3 MB" in told.json()["text"]
+    result = visit.ask("POST", "/api/badges/pictures", "issuer", files={"picture": ("a.jpg", too_large)})
+    assert result.status_code == 422 and "picture a.jpg is larger than 3 MB" in result.json()["text"]
     whole = [("pictures", (f"{k}.jpg", large)) for k in range(3)]
     assert visit.ask("POST", "/issue/event", "issuer", data={"people": "name\nA\n"}, files=whole).status_code == 413
     many = [("logo", (f"{k}.svg", LOGO)) for k in range(3)]
@@ -196,13 +196,13 @@ def test_what_all_pictures_of_a_form_take_is_limited(visit: Visit, monkeypatch: 
     monkeypatch.setattr(forms, "_large", threading.BoundedSemaphore(1))
     forms._large.acquire()
     large = {"files": {"picture": ("a.jpg", made.getvalue() + b"\0" * 300_000)}}
-    told = visit.ask("POST", "/api/badges/pictures", "issuer", **large)
-    assert told.status_code == 503 and told.headers["retry-after"] == "60"
+    result = visit.ask("POST", "/api/badges/pictures", "issuer", **large)
+    assert result.status_code == 503 and result.headers["retry-after"] == "60"
 
 
 def test_the_disk_s_share_holds_for_pictures_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: pictures that fill the disk beside the films."""
+    """Catches: pictures that fill the disk next to the films."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     with studio(tmp_path, form_bytes=1000, disk_bytes=1_000_000) as visit:
-        told = visit.ask("POST", "/api/badges/pictures", "issuer", files={"picture": ("a", b"\0" * 1_200_000)})
-        assert told.status_code == 503 and told.json()["code"] == "disk" and visit.left() == []
+        result = visit.ask("POST", "/api/badges/pictures", "issuer", files={"picture": ("a", b"\0" * 1_200_000)})
+        assert result.status_code == 503 and result.json()["code"] == "disk" and visit.left() == []

@@ -382,8 +382,8 @@ def test_a_report_in_the_way_is_seen_before_the_film(
 def test_a_claim_that_a_board_cannot_bear_out_is_not_accepted(
     run: Run, prototype: Badge, films: Path, tmp_path: Path
 ) -> None:
-    """Catches: a badge with an id but no code, whose film is accepted for its motion alone: whoever holds *any* board
-    of that kind would be whom the registry says.  Also: stdout holds one JSON object and nothing else, with a report.
+    """Catches: a badge with an id but no code, whose film is accepted for its motion alone: who holds *any* board of
+    that kind would be whom the registry says.  Also: stdout holds one JSON object and nothing else, with a report.
     """
     (tmp_path / "b.json").write_text(replace(prototype, id="3fa20c3fa20c3fa2").to_json())
     film = str(films / "genuine_1.0m.mp4")
@@ -581,9 +581,9 @@ def test_json_is_one_object_and_talk_goes_elsewhere(run: Run, tmp_path: Path) ->
     url = ("--registry", REGISTRY, "--json")
     printed = run("Zoë Ж", "--out", "z", "--mount", "none", "--explain", *url, entry=print_your_badge)
     assert printed.code == 0 and printed.document["issued"] is True
-    # Whether some font has both scripts is the machine's; a note tells where none has.
-    told = [line for line in printed.err.splitlines() if not line.startswith("note: no font")]
-    assert told == []
+    # Whether some font has both scripts is the machine's; a note says where none has.
+    output = [line for line in printed.err.splitlines() if not line.startswith("note: no font")]
+    assert output == []
     badge_id = printed.document["id"]
     enrolled = run("enroll", "z/badge.json", *url)
     assert (enrolled.code, enrolled.err) == (0, "")

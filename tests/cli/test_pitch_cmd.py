@@ -45,12 +45,12 @@ def calibrate(*arguments: str | Path) -> dict:
 def test_a_photograph_tells_the_pitch_and_the_twist(chart_folder, tmp_path):
     """Catches: counts taken for light, a pitch of the wrong sense, a twist left out, an EXIF note unread."""
     out = tmp_path / "mine.json"
-    told = calibrate(chart_folder / "photo.jpg", "--chart", chart_folder / JSON, "--out", out)
-    assert told["pitch_mm"] == pytest.approx(0.508 * CASE.lens_scale, rel=1e-4)
-    assert abs(told["pitch_mm"] - 0.508 * CASE.lens_scale) < 3 * told["pitch_sd_mm"] < 3e-4 * 0.508
-    assert abs(told["twist_deg"]) == pytest.approx(CASE.twist_deg, abs=0.02)
-    assert told["from"]["distance_from"] == "the camera's note"
-    assert lens_named(str(out)).pitch_mm == told["pitch_mm"]
+    document = calibrate(chart_folder / "photo.jpg", "--chart", chart_folder / JSON, "--out", out)
+    assert document["pitch_mm"] == pytest.approx(0.508 * CASE.lens_scale, rel=1e-4)
+    assert abs(document["pitch_mm"] - 0.508 * CASE.lens_scale) < 3 * document["pitch_sd_mm"] < 3e-4 * 0.508
+    assert abs(document["twist_deg"]) == pytest.approx(CASE.twist_deg, abs=0.02)
+    assert document["from"]["distance_from"] == "the camera's note"
+    assert lens_named(str(out)).pitch_mm == document["pitch_mm"]
 
 
 @pytest.mark.parametrize("metres", ["90", "0.15"])

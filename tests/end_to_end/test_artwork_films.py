@@ -26,6 +26,6 @@ def test_artwork_leaves_phase_and_identity_as_they_were(form: str, number: int) 
     assert done.returncode == 0, done.stderr
     rows = [line.split(maxsplit=6) for line in done.stdout.splitlines()[1:]]
     assert len(rows) == number
-    for _, _, _, dots, strip_rad, frame_rad, told in rows:
+    for _, _, _, dots, strip_rad, frame_rad, output in rows:
         assert int(dots) == 0 and float(strip_rad) <= 0.002 and float(frame_rad) <= 0.002
-        assert told == "both read"
+        assert output == "both read"

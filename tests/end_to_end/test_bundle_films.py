@@ -1,4 +1,4 @@
-"""A film judged by a bundle, and by the registry that it was made of.  Beside each test: what it would catch."""
+"""A film judged by a bundle, and by the registry that it was made of.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -51,11 +51,14 @@ def test_a_bundle_judges_as_the_registry_does(film, registry, ada, tmp_path):
     offline = verified(film, ada.name, "--bundle", tmp_path / "bundle", "--trust", registry.fingerprint)
     assert online["verdict"] == offline["verdict"] == "accept"
     assert (online["claim_source"], offline["claim_source"]) == ("registry", "bundle")
-    for told in (online, offline):
-        assert faults(told) == []
-        assert (told["registry"]["fingerprint"], told["registry"]["head"]) == (registry.fingerprint, registry.head())
-        assert told["identity"]["decoded_id"] == told["identity"]["claimed_id"] == ada.id
-        assert told["badge"]["name"] == ada.name
+    for report in (online, offline):
+        assert faults(report) == []
+        assert (report["registry"]["fingerprint"], report["registry"]["head"]) == (
+            registry.fingerprint,
+            registry.head(),
+        )
+        assert report["identity"]["decoded_id"] == report["identity"]["claimed_id"] == ada.id
+        assert report["badge"]["name"] == ada.name
     assert online["registry"]["expires"] is None and offline["registry"]["expires"]
     assert offline["identity"]["expected_beat_period_mm"] == online["identity"]["expected_beat_period_mm"]
     assert offline["invariant"]["gain_ratio"] == pytest.approx(online["invariant"]["gain_ratio"], abs=0.01)
@@ -63,13 +66,13 @@ def test_a_bundle_judges_as_the_registry_does(film, registry, ada, tmp_path):
 
 @pytest.mark.slow
 def test_another_person_of_a_bundle_is_not_the_one_filmed(film, registry, ada, tmp_path):
-    """Catches: a sealed claim that any identity opens; an identity told that the film does not show."""
+    """Catches: a sealed claim that any identity opens; an identity reported that the film does not show."""
     registry.publish(tmp_path / "bundle", specimen_of, days=7)
-    told = verified(film, "Sarah Example", "--bundle", tmp_path / "bundle")
-    assert told["verdict"] == "reject" and told["identity"]["verdict"] == "mismatch" and faults(told) == []
-    assert (told["identity"]["decoded_id"], told["identity"]["claimed_id"]) == (ada.id, None)
-    assert bytes(range(8)).hex() not in json.dumps(told)
-    (reason,) = (one for one in told["reasons"] if one["code"] == "identity")
+    report = verified(film, "Sarah Example", "--bundle", tmp_path / "bundle")
+    assert report["verdict"] == "reject" and report["identity"]["verdict"] == "mismatch" and faults(report) == []
+    assert (report["identity"]["decoded_id"], report["identity"]["claimed_id"]) == (ada.id, None)
+    assert bytes(range(8)).hex() not in json.dumps(report)
+    (reason,) = (one for one in report["reasons"] if one["code"] == "identity")
     assert "sealed" in reason["text"]
 
 
@@ -81,25 +84,25 @@ def test_a_small_bundle_names_whose_badge_it_is(film, registry, ada, tmp_path, m
     """Catches: "nobody's" of a badge that was not looked up; a look-up that keeps a user waiting for minutes."""
     bundle = tmp_path / "bundle"
     registry.publish(bundle, specimen_of, days=7)
-    told = shown(film, "Sarah Example", "--bundle", bundle)
-    assert told.startswith(f"REJECT: Genuine, but {ada.name}'s, not Sarah Example's")
+    report = shown(film, "Sarah Example", "--bundle", bundle)
+    assert report.startswith(f"REJECT: Genuine, but {ada.name}'s, not Sarah Example's")
     monkeypatch.setattr(held, "MOST_SEALS", 1)
-    told = shown(film, "Sarah Example", "--bundle", bundle)
-    assert told.startswith("REJECT: Genuine, but another badge, not Sarah Example's")
-    assert "holds too many to look up" in told and ada.name not in told
+    report = shown(film, "Sarah Example", "--bundle", bundle)
+    assert report.startswith("REJECT: Genuine, but another badge, not Sarah Example's")
+    assert "holds too many to look up" in report and ada.name not in report
     assert shown(film, ada.name, "--bundle", bundle).startswith(f"ACCEPT: Genuine, and {ada.name}'s")
 
 
 @pytest.mark.slow
 def test_a_badge_that_no_seal_opens_for_is_nobody_s(film, ada, tmp_path, monkeypatch):
-    """Catches: a seal that opens for any identity; a badge of nobody that is told as somebody's."""
+    """Catches: a seal that opens for any identity; a badge of no one that is reported as someone's."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
     with open_registry(f"sqlite:///{tmp_path}/other.sqlite3", create=True) as opened:
         opened.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
         opened.publish(tmp_path / "bundle", specimen_of, days=7)
-    told = shown(film, "Sarah Example", "--bundle", tmp_path / "bundle")
-    assert told.startswith("REJECT: Genuine, but held by no one in this bundle, and not Sarah Example's")
+    report = shown(film, "Sarah Example", "--bundle", tmp_path / "bundle")
+    assert report.startswith("REJECT: Genuine, but held by no one in this bundle, and not Sarah Example's")
 
 
 @pytest.mark.slow
@@ -111,14 +114,14 @@ def test_a_verdict_by_a_bundle_is_signed_and_shown(film, registry, ada, tmp_path
     (tmp_path / "key.pem").write_bytes(pem_of(key))
     (tmp_path / "pub.pem").write_bytes(public_pem_of(key))
     signing = ("--sign", "key.pem", "--attest", "verdict.json", "--report", "report")
-    told = verified(film, ada.name, "--bundle", "bundle", "--trust", registry.fingerprint, *signing)
-    assert (told["verdict"], told["claim_source"], told["identity"]["claimed_id"]) == ("accept", "bundle", ada.id)
-    asked = told["registry"]
+    report = verified(film, ada.name, "--bundle", "bundle", "--trust", registry.fingerprint, *signing)
+    assert (report["verdict"], report["claim_source"], report["identity"]["claimed_id"]) == ("accept", "bundle", ada.id)
+    asked = report["registry"]
     assert (asked["fingerprint"], asked["head"]) == (registry.fingerprint, registry.head()) and asked["expires"]
     page = (tmp_path / "report" / "report.html").read_text()
     assert f"Genuine, and {ada.name}" in page and "by a bundle that counts until" in page
     assert registry.fingerprint in page and registry.head() in page
-    assert json.loads((tmp_path / "report" / "report.json").read_text()) == told
+    assert json.loads((tmp_path / "report" / "report.json").read_text()) == report
     checked = CliRunner().invoke(moireid, ["attest", "check", "verdict.json", "--film", str(film), "--key", "pub.pem"])
     assert checked.exit_code == 0 and f"by a bundle that counted until {asked['expires']}" in checked.stdout
 
@@ -128,8 +131,8 @@ def test_a_revoked_badge_of_a_bundle_is_rejected(film, registry, ada, tmp_path):
     """Catches: revocations that are not in it, or not looked at."""
     registry.revoke(ada.name, "lost on the train")
     registry.publish(tmp_path / "bundle", specimen_of, days=7)
-    told = verified(film, ada.name, "--bundle", tmp_path / "bundle", "--report", tmp_path / "report")
-    assert told["verdict"] == "reject" and told["identity"]["verdict"] == "match"
+    report = verified(film, ada.name, "--bundle", tmp_path / "bundle", "--report", tmp_path / "report")
+    assert report["verdict"] == "reject" and report["identity"]["verdict"] == "match"
     assert "lost on the train" in (tmp_path / "report" / "report.html").read_text()
     assert registry.fingerprint in (tmp_path / "report" / "report.html").read_text()
 
@@ -139,9 +142,9 @@ def test_who_it_is_is_told_with_the_registry_that_was_asked(film, registry, ada,
     """Catches: an identification that nobody can hold against a registry later."""
     command = ["identify", str(film), "--registry", f"sqlite:///{tmp_path}/people.sqlite3", "--json"]
     done = CliRunner().invoke(moireid, command)
-    told = json.loads(done.stdout)
-    assert (done.exit_code, told["found_name"]) == (0, ada.name)
-    assert told["registry"] == {"fingerprint": registry.fingerprint, "head": registry.head(), "expires": None}
+    report = json.loads(done.stdout)
+    assert (done.exit_code, report["found_name"]) == (0, ada.name)
+    assert report["registry"] == {"fingerprint": registry.fingerprint, "head": registry.head(), "expires": None}
     other = CliRunner().invoke(moireid, [*command, "--trust", "0" * 32])
     assert other.exit_code == 2 and "its key was replaced" in other.stderr
 
@@ -156,16 +159,16 @@ def test_a_bundle_finds_whose_badge_it_is(film, registry, ada, tmp_path):
     """Catches: a specimen that reads no identity; a name without the bundle's date; a revoked person who is found."""
     bundle = tmp_path / "bundle"
     registry.publish(bundle, specimen_of, days=7)
-    code, told, _ = identified(film, "--bundle", bundle, "--trust", registry.fingerprint, "--json")
-    document = json.loads(told)
+    code, report, _ = identified(film, "--bundle", bundle, "--trust", registry.fingerprint, "--json")
+    document = json.loads(report)
     assert code == 0 and (document["found_id"], document["found_name"]) == (ada.id, ada.name)
     assert document["registry"]["expires"] and document["registry"]["fingerprint"] == registry.fingerprint
-    code, told, _ = identified(film, "--bundle", bundle)
-    assert code == 0 and f"Genuine, and {ada.name}'s" in told and "in a bundle that counts until" in told
+    code, report, _ = identified(film, "--bundle", bundle)
+    assert code == 0 and f"Genuine, and {ada.name}'s" in report and "in a bundle that counts until" in report
     registry.revoke(ada.name, "lost on the train")
     registry.publish(bundle, specimen_of, days=7, overwrite=True)
-    code, told, _ = identified(film, "--bundle", bundle)
-    assert code == 1 and "Revoked on" in told and "lost on the train" in told
+    code, report, _ = identified(film, "--bundle", bundle)
+    assert code == 1 and "Revoked on" in report and "lost on the train" in report
 
 
 @pytest.mark.slow
@@ -175,7 +178,7 @@ def test_nobody_of_a_bundle_is_told_so(film, registry, tmp_path):
     with open_registry(f"sqlite:///{other}", create=True) as few:
         few.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
         few.publish(tmp_path / "few", specimen_of, days=7)
-    code, told, _ = identified(film, "--bundle", tmp_path / "few")
-    assert code == 1 and "held by no one in this bundle" in told
+    code, report, _ = identified(film, "--bundle", tmp_path / "few")
+    assert code == 1 and "held by no one in this bundle" in report
     code, _, said = identified(film, "--bundle", tmp_path / "few", "--registry", f"sqlite:///{other}")
     assert code == 2 and "leave one of them out" in said

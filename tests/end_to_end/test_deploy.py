@@ -1,4 +1,4 @@
-"""The files by which moireid is deployed.  Beside each test: the wrong file it catches."""
+"""The files by which moireid is deployed.  Each test names the wrong file it catches."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ def test_commands_take_the_options_that_they_are_given() -> None:
             *some[0][1 : len(start)],
             "--help",
         ]
-        told = subprocess.run(program, capture_output=True, text=True, check=True).stdout
+        output = subprocess.run(program, capture_output=True, text=True, check=True).stdout
         assert len(some) == count and all(
-            options_of(command) <= set(re.findall(r"--[a-z-]+", told)) for command in some
+            options_of(command) <= set(re.findall(r"--[a-z-]+", output)) for command in some
         )
 
 

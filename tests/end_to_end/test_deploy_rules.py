@@ -114,7 +114,7 @@ def cluster_units(manifests: list[Document]) -> dict[str, Unit]:
     return found
 
 
-#: A digest, what stands for it until pin.sh has run, or a variable without which compose refuses.
+#: A digest, what is in its place until pin.sh has run, or a variable without which compose refuses.
 PINNED = re.compile(r"\S+@sha256:([0-9a-f]{64}|DIGEST)|\$\{[A-Z]+_IMAGE:\?run pin\.sh\}")
 OURS = ("signer", "init", "studio", "worker")
 #: Each rule by its name.  A unit for which it does not hold is a fault.

@@ -1,4 +1,4 @@
-"""A badge with a coded frame in place of squares, filmed and verified.  Beside each test: what it would catch."""
+"""A badge with a coded frame in place of squares, filmed and verified.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -139,8 +139,8 @@ def test_every_file_that_is_named_is_there() -> None:
 @pytest.mark.slow
 def test_every_reason_code_is_told_and_no_other() -> None:
     """Catches: a finding that nobody documented, and a code on the page that no film can get any more."""
-    told = (DOCS / "reference" / "reason-codes.md").read_text(encoding="utf-8")
-    rows = "\n".join(line.split("|")[1] for line in told.splitlines() if line.startswith("| `"))
+    result = (DOCS / "reference" / "reason-codes.md").read_text(encoding="utf-8")
+    rows = "\n".join(line.split("|")[1] for line in result.splitlines() if line.startswith("| `"))
     levels = {"pass", "fail", "undecided", "note"}
     # Why a badge does not count is a code of its own, and so is why a registry is refused.
     barred = get_args(get_type_hints(Exclusion)["code"])
@@ -148,7 +148,7 @@ def test_every_reason_code_is_told_and_no_other() -> None:
 
 
 def _codes() -> Iterator[str]:
-    """Every code of a `Reason` or of an audit's finding that stands in the source as a word."""
+    """Every code of a `Reason` or of an audit's finding that is in the source as a word."""
     baseline = ROOT / "lab" / "src" / "moireid_lab" / "baseline"
     places = (ROOT / "src" / "moireid", ROOT / "studio" / "src" / "moireid_studio" / "challenge", baseline)
     for path in (one for place in places for one in place.rglob("*.py")):
@@ -250,11 +250,11 @@ class _Fetched(HTMLParser):
         self.feed(page.read_text(encoding="utf-8"))
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        told = dict(attrs)
-        if tag == "link" and told.get("rel") in ("canonical", "next", "prev"):
+        result = dict(attrs)
+        if tag == "link" and result.get("rel") in ("canonical", "next", "prev"):
             return
-        self.found += [value for name in (FETCHES.get(tag), "srcset", "poster") if name and (value := told.get(name))]
-        self.found += re.findall(r"url\(['\"]?([^)'\"]+)", told.get("style") or "")
+        self.found += [value for name in (FETCHES.get(tag), "srcset", "poster") if name and (value := result.get(name))]
+        self.found += re.findall(r"url\(['\"]?([^)'\"]+)", result.get("style") or "")
 
 
 @pytest.mark.slow

@@ -1,7 +1,7 @@
 """The wheels, installed by `uv tool install` in an empty place: moireid alone, and with each extra and distribution.
 
 An installation has the versions of the lock file; where MOIREID_NEWEST is set, as `make release` does, the newest that
-the wheel allows.  Beside each test: what it catches.
+the wheel allows.  Each test names what it catches.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The lock files, the list of parts, and the check for known holes.  Beside each test: what it catches."""
+"""The lock files, the list of parts, and the check for known holes.  Each test names what it catches."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def audit(
 def test_a_known_hole_is_told_with_its_mend(tmp_path: Path, database: str) -> None:
     """Catches: an audit that passes over what the database knows, or finds holes everywhere."""
     found = audit(tmp_path, database, "other==3.0", "thing==1.0")
-    assert found.returncode == 1 and "thing 1.0: TEST-1 (mended in 1.1)" in found.stdout, found.stdout
+    assert found.returncode == 1 and "thing 1.0: TEST-1 (fixed in 1.1)" in found.stdout, found.stdout
     clean = audit(tmp_path, database, "other==3.0", "thing==1.1")
     assert clean.returncode == 0 and "no hole in any of the 2 packages" in clean.stdout, clean.stdout
 
@@ -278,7 +278,7 @@ def test_the_audit_asks_for_all_that_is_in_the_lists_of_parts() -> None:
 def test_a_database_that_knows_no_ffmpeg_has_not_checked_it(
     tmp_path: Path, database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Catches: 'no hole' by a database that has never heard of the project, as OSV answers both alike."""
+    """Catches: 'no hole' by a database that has no entry of the project, as OSV answers both alike."""
     monkeypatch.setattr(Database, "knows_ffmpeg", False)
     outcome = audit(tmp_path, database, "thing==1.1", ffmpeg="8.2", three="0.187.0")
     assert outcome.returncode == 3 and "NOT CHECKED: FFmpeg 8.2" in outcome.stdout, outcome.stdout

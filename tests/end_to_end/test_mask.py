@@ -1,4 +1,4 @@
-"""A badge whose front is a printed line mask on acrylic.  Beside each test: the wrong implementation it catches."""
+"""A badge whose front is a printed line mask on acrylic.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The project's papers for those outside: citation, security, promises.  Beside each test: what it catches."""
+"""The project's papers for those outside: citation, security, promises.  Each test names what it catches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kernel built for other machines than this one.  Beside each test: what it would catch."""
+"""The kernel built for other machines than this one.  Each test names what it would catch."""
 
 from __future__ import annotations
 

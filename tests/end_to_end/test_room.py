@@ -29,7 +29,7 @@ WAIT_S = 90
 
 
 class Posted(http.server.BaseHTTPRequestHandler):
-    """What a platform is told."""
+    """What a platform is sent."""
 
     def do_POST(self) -> None:
         said = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
@@ -95,9 +95,9 @@ def first(
     """
     someone = Participant(server, name, stream)
     try:
-        while (told := said.get(timeout=WAIT_S))[key] != wanted:
-            assert told["event"] not in ("verdict", "error") and told["verdict"] != "reject", told
-            assert told["name"] == name
+        while (document := said.get(timeout=WAIT_S))[key] != wanted:
+            assert document["event"] not in ("verdict", "error") and document["verdict"] != "reject", document
+            assert document["name"] == name
     finally:
         someone.end()
-    return told
+    return document

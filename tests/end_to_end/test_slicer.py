@@ -21,7 +21,7 @@ from moireid.fabrication.shopping.mount_times import mount_times
 #: A mount takes seconds to build and seconds to slice.
 pytestmark = pytest.mark.slow
 
-#: What `--info` tells only of a mesh that it had to mend.
+#: What `--info` tells only of a mesh that it had to repair.
 MENDED = ("open_edges", "facets_removed", "facets_reversed", "backwards_edges", "degenerate", "edges_fixed", "repaired")
 #: Extruded plastic over the solid's volume: three tenths with walls and a sparse core, more with skirt and support.
 LEAST_SHARE, MOST_SHARE = 0.25, 1.3
@@ -65,17 +65,17 @@ def test_a_stock_slicer_finds_nothing_to_repair(
     report = made(badges[front], kind, tmp_path)
     bodies = 1 if kind in ("lanyard", "holder") else 2
     for path in (report.stl, report.three_mf):
-        told = sliced(slicer, "--info", str(path), home=tmp_path)
-        meshes = re.findall(r"^manifold = (\w+)$", told, re.MULTILINE)
+        output = sliced(slicer, "--info", str(path), home=tmp_path)
+        meshes = re.findall(r"^manifold = (\w+)$", output, re.MULTILINE)
         # An STL is one mesh of two parts, a 3MF has an object for each body.
-        assert meshes == ["yes"] * (bodies if path == report.three_mf else 1), told
-        assert sum(map(int, re.findall(r"number_of_parts = +(\d+)", told))) == bodies, told
-        assert not [word for word in MENDED if word in told], told
-        volume = sum(map(float, re.findall(r"^volume = ([\d.]+)$", told, re.MULTILINE)))
+        assert meshes == ["yes"] * (bodies if path == report.three_mf else 1), output
+        assert sum(map(int, re.findall(r"number_of_parts = +(\d+)", output))) == bodies, output
+        assert not [word for word in MENDED if word in output], output
+        volume = sum(map(float, re.findall(r"^volume = ([\d.]+)$", output, re.MULTILINE)))
         assert volume == pytest.approx(report.volume_mm3, rel=0.005)
         gcode = tmp_path / f"{path.suffix[1:]}.gcode"
-        told = sliced(slicer, "--export-gcode", "--output", str(gcode), str(path), home=tmp_path)
-        assert not re.search(r"repair|empty layer|error|outside", told, re.IGNORECASE), told
+        output = sliced(slicer, "--export-gcode", "--output", str(gcode), str(path), home=tmp_path)
+        assert not re.search(r"repair|empty layer|error|outside", output, re.IGNORECASE), output
         used = re.search(r"filament used \[mm\] = ([\d.]+)", gcode.read_text())
         assert used is not None
         # Stock filament is 1.75 mm thick.
@@ -91,8 +91,8 @@ def test_a_faulty_mesh_is_told(slicer: str, badges: dict[str, Badge], tmp_path: 
     mesh = trimesh.load_mesh(made(badges["lens"], "lanyard", tmp_path).stl)
     mesh.update_faces(np.arange(len(mesh.faces)) % 40 != 7)
     mesh.export(tmp_path / "holes.stl")
-    told = sliced(slicer, "--info", str(tmp_path / "holes.stl"), home=tmp_path)
-    assert "manifold = no" in told and [word for word in MENDED if word in told], told
+    output = sliced(slicer, "--info", str(tmp_path / "holes.stl"), home=tmp_path)
+    assert "manifold = no" in output and [word for word in MENDED if word in output], output
 
 
 def test_the_table_of_printing_times_is_true(slicer: str, tmp_path: Path) -> None:

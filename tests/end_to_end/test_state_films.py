@@ -1,4 +1,4 @@
-"""Films of badges that are suspended or expired: the verdict by name.  Beside each test: what it would catch."""
+"""Films of badges that are suspended or expired: the verdict by name.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def judged(*words: object, code: int) -> str:
 
 @pytest.mark.slow
 def test_every_check_says_what_bars_the_badge(film, registry, ada, tmp_path, monkeypatch):
-    """Catches: a way in by which such a badge passes; a reason that is not told by name; a suspension that stays."""
+    """Catches: a way in by which such a badge passes; a reason that is not named; a suspension that stays."""
     url, bundle = f"sqlite:///{tmp_path}/people.sqlite3", tmp_path / "bundle"
     (tmp_path / "badge.json").write_text(ada.to_json(), encoding="utf-8")
     registry.enroll(ada, expires="2090-05-03")
@@ -52,8 +52,8 @@ def test_every_check_says_what_bars_the_badge(film, registry, ada, tmp_path, mon
         ("identify", film, "--bundle", bundle),
     ]
     for way in ways:
-        told = judged(*way, code=1)
-        assert ": Suspended on " in told and "mislaid" in told
+        printed = judged(*way, code=1)
+        assert ": Suspended on " in printed and "mislaid" in printed
     found = json.loads(judged(*ways[0], "--json", code=1))
     assert found["verdict"] == "reject" and found["reasons"][-1]["code"] == "suspended"
     registry.reinstate(ada.name)

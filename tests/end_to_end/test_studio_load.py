@@ -1,4 +1,4 @@
-"""The studio under load and under loss, by the benchmarks that print its figures, made small.  Beside each test: the
+"""The studio under load and under loss, by the benchmarks that print its figures, made small.  Each test names the
 wrong implementation it catches."""
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def figures(name: str, *options: str) -> dict[str, str]:
 
 
 def test_silent_and_slow_ones_keep_nobody_waiting() -> None:
-    """Catches: connections or places that are held by whoever sends nothing, and a log that grows with them."""
+    """Catches: connections or places that are held by a visitor who sends nothing, and a log that grows with them."""
     found = figures("studio_flood.py", "--true", "8", "--before", "5", "--after", "0")
     assert found["true uploads"] == "{200: 8}", found
     assert int(found["bytes of the server's log"]) < 20_000

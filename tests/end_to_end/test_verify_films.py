@@ -107,7 +107,7 @@ def hold_contract(document: dict[str, Any]) -> None:
 
 
 def true_parallax(csv: Path, report: Report) -> np.ndarray:
-    """Parallax coordinates (T, 2) of the tracked frames, from the poses beside the film."""
+    """Parallax coordinates (T, 2) of the tracked frames, from the poses in the file next to the film."""
     truth = np.loadtxt(csv, delimiter=",", skiprows=1)[report.track.frame_numbers]
     return truth[:, 1:3] / np.abs(truth[:, 3:4])
 
@@ -355,7 +355,7 @@ def test_a_file_makes_nobody_an_accepted_person(ada, ada_film, tmp_path):
 
 @pytest.mark.slow
 def test_a_badge_printed_from_the_name_is_not_the_issued_one(ada_film, tmp_path):
-    """Catches: an identity that whoever knows the name can make: here the film of a badge that was made from it."""
+    """Catches: an identity that anyone who knows the name can make: here the film of a badge that was made from it."""
     printed = run("print", "Ada Lovelace", "--out", tmp_path / "out", "--mount", "none", "--json")
     assert printed.exit_code == 0
     outcome = run("verify", ada_film, "--badge", tmp_path / "out" / "badge.json", "--json")

@@ -1,4 +1,4 @@
-"""The wheel and the source archive, built as for a release.  Beside each test: the wrong release it catches."""
+"""The wheel and the source archive, built as for a release.  Each test names the wrong release it catches."""
 
 from __future__ import annotations
 
@@ -40,8 +40,10 @@ def test_two_machines_build_the_same_bytes(built: list[Path], tmp_path: Path) ->
         os.utime(source / name, (1_600_000_000, 1_600_000_000))
     again = build(source, tmp_path / "dist", umask=0o002, environment=ELSEWHERE)
     assert digests(again) == digests(built) and len(built) == 2
-    told = (built[0].parent / "SHA256SUMS").read_text(encoding="utf-8").split()
-    assert digests(built).items() <= dict(zip(told[1::2], told[::2], strict=True)).items() and len(told) == 12
+    document = (built[0].parent / "SHA256SUMS").read_text(encoding="utf-8").split()
+    assert (
+        digests(built).items() <= dict(zip(document[1::2], document[::2], strict=True)).items() and len(document) == 12
+    )
 
 
 @pytest.mark.slow
@@ -55,7 +57,7 @@ def test_the_source_archive_gives_the_same_wheel(built: list[Path], tmp_path: Pa
 
 @pytest.mark.slow
 def test_the_time_in_the_files_can_be_chosen(tmp_path: Path) -> None:
-    """Catches: SOURCE_DATE_EPOCH that is not heard, so that distributions cannot set their own."""
+    """Catches: SOURCE_DATE_EPOCH that is not used, so that distributions cannot set their own."""
     wheel = build(
         copy_of_project(tmp_path / "s", 0o644), tmp_path / "d", environment={"SOURCE_DATE_EPOCH": "1700000000"}
     )

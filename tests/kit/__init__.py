@@ -30,7 +30,7 @@ film_taken_over.py  orders to read that do something else, as a film would
 contained.py        a command as a container of `deploy/` runs it, without a container engine
 untrusted_readers.py  the readers of files that strangers give, and contents kept for them
 fuzzing.py          those readers fuzzed by coverage
-spoilt_films.py     what stands for films that spoil or take over their reader
+spoilt_films.py     what is used in place of films that spoil or take over their reader
 report_documents.py  reports as verify --json prints them, by hand
 report_faults.py    a report held against its schema
 schemas.py          the shipped JSON Schemas, made of the models

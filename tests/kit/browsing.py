@@ -45,7 +45,7 @@ def served(folder: Path, *badges: Badge, limits: Limits | None = None) -> Iterat
 def look(page: Page, pictures: Path, name: str, *, shapes: Collection[str] = tuple(SIZES)) -> None:
     """Take pictures of a page at some widths, and let axe look at it; nothing may stick out to the side.
 
-    Without shapes it keeps the size that it has, as a page does beside a tab that is shared.
+    Without shapes it keeps the size that it has, as a page does next to a tab that is shared.
     """
     before = page.viewport_size
     if not shapes:

@@ -1,4 +1,4 @@
-"""Has Numba compile the renderer and the sensor, which it keeps beside their files: python -m kit.compiling."""
+"""Has Numba compile the renderer and the sensor, which it keeps next to their files: python -m kit.compiling."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from moireid.registry import batch, open_registry
 def prepared() -> ForkServerContext:
     """Processes forked from one that has loaded the registry, which takes longer than most of what they do.
 
-    They have the environment of that one's start, so they are told where the keys of this test lie.
+    They have the environment of that one's start, so they are given the place of this test's keys.
     """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["moireid.registry.store"])

@@ -1,9 +1,9 @@
 """The guides as a reader follows them: a page's blocks, in order, in one shell and one Python for each page.
 
 In a `console` block a line that begins with `$ ` is typed, with the lines by which it goes on (after a backslash, or up
-to the END of `<< END`); the lines below must come out, whole and in that order, with anything between them; `…` stands
+to the END of `<< END`); the lines below must come out, whole and in that order, with anything between them; `…` is
 for any letters.  What is typed ends with exit code 0, or says another: `# exit code 3`.  A server runs until the page
-ends.  What a `python` block prints stands in a `text` block after it.  A block that is not run has
+ends.  What a `python` block prints is in a `text` block after it.  A block that is not run has
 `<!-- not run: reason -->` above it.
 """
 
@@ -30,7 +30,7 @@ STATED = re.compile(r"\s+# exit code (\d+)$")
 #: What is typed goes on to the line of that word.
 HERE = re.compile(r"<< (\w+)$")
 MARK = "\x1e"
-#: A Python that takes a block as its length and its text, runs it among the names of those before, and tells its end.
+#: A Python that takes a block as its length and its text, runs it among the names of those before, and reports its end.
 PYTHON = f"""
 import sys, traceback
 names = {{"__name__": "__main__"}}
@@ -126,7 +126,7 @@ class Session:
                     stream.close()
 
     def follow(self, page: Path) -> None:
-        """Do all that a page says.  Raises: AssertionError that tells the place."""
+        """Do all that a page says.  Raises: AssertionError that shows the place."""
         before: str | None = None
         for block in blocks_of(page):
             where = f"{page.name}, line {block.line}"

@@ -42,7 +42,7 @@ def signal(
     place_px: np.ndarray | None = None,
     expected: np.ndarray | None = None,
 ) -> GratingSignal:
-    """A badge's signal; unless it is given, its place in the picture tells nothing."""
+    """A badge's signal; unless it is given, its place in the picture says nothing."""
     rng = np.random.default_rng(5)
     beyond = BeyondPhase(
         law,

@@ -175,7 +175,7 @@ def _account() -> tuple[list[str], tuple[int, int] | None]:
 
 def _run(prefix: list[str], *command: object, folder: Path) -> None:
     """Run a command; where it fails, so does the test, with what it said."""
-    # No pipe: the server would inherit it, and whoever reads to its end would wait for the server.
+    # No pipe: the server would inherit it, and a reader to its end would wait for the server.
     said = folder.with_suffix(".said")
     with said.open("wb") as stream:
         done = subprocess.run(

@@ -13,8 +13,8 @@ from kit.places import ROOT
 
 def tracked_files() -> list[str]:
     """The paths of the files that git keeps."""
-    told = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
-    return [name for name in told.stdout.split("\0") if name and (ROOT / name).is_file()]
+    output = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
+    return [name for name in output.stdout.split("\0") if name and (ROOT / name).is_file()]
 
 
 def copy_of_project(folder: Path, mode: int) -> Path:

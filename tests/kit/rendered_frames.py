@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Crop = tuple[int, int, int, int]
 
 
-#: Rays of the analytic reference, across and along: enough that its own error is small beside Mitsuba's noise.
+#: Rays of the analytic reference, across and along: enough that its own error is small next to Mitsuba's noise.
 REFERENCE_RAYS = (64, 8)
 
 

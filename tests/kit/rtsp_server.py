@@ -1,6 +1,6 @@
 """A network camera: GStreamer's RTSP server, which plays a Matroska film of H.264 in time.
 
-It runs in Debian's own Python, as `rtsp_server.py FILM`, and tells its port.
+It runs in Debian's own Python, as `rtsp_server.py FILM`, and prints its port.
 """
 
 from __future__ import annotations

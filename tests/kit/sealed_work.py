@@ -88,7 +88,7 @@ def _signal_by_file(process: int) -> str:
 
 
 def _x32() -> str:
-    """getpid by its x32 number; the filter ends whoever calls so."""
+    """getpid by its x32 number; the filter ends a process that calls so."""
     return str(ctypes.CDLL(None).syscall(ctypes.c_long(0x40000000 + 39)))
 
 

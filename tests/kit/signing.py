@@ -88,7 +88,7 @@ def pem_of_certificates(*certificates: x509.Certificate) -> bytes:
 
 
 def certified_key(path: Path, kind: str, name: str = "Desk") -> Private:
-    """A key with its certificate and its authority's in one file; the key stands in the middle, as files may be so."""
+    """A key with its certificate and its authority's in one file; the key is in the middle, as files may be so."""
     root, key = new_key("p256"), new_key(kind)
     own = certificate(name, key, "Root", root)
     above = certificate("Root", root, "Root", root, authority=True)

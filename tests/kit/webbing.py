@@ -66,7 +66,7 @@ class Visit:
         return await client.request(method, path, headers=headers, **more)
 
     def job(self, job_id: str) -> Job:
-        """A job, whoever asked for it."""
+        """A job, by any visitor."""
         found = self.studio.jobs.ledger.find(job_id)
         assert found is not None
         return found
@@ -83,10 +83,10 @@ class Visit:
     def wait(self, job_id: str, role: str = "admin") -> dict[str, Any]:
         """The job once it is over."""
         begun = time.monotonic()
-        while (told := self.ask("GET", f"/api/jobs/{job_id}", role).json())["state"] not in ("done", "failed"):
+        while (output := self.ask("GET", f"/api/jobs/{job_id}", role).json())["state"] not in ("done", "failed"):
             assert time.monotonic() - begun < 200
             time.sleep(0.1)
-        return told
+        return output
 
 
 #: Opens a studio with these badges and settings: `open_studio` of the studio's tests.

@@ -1,4 +1,4 @@
-"""Cameras of the simulator: lens, shutter, light, and what software does.  Beside each test: what it would catch."""
+"""Cameras of the simulator: lens, shutter, light, and what software does.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -268,7 +268,7 @@ def test_cameras_are_found_by_name():
 
 
 def test_the_background_turns_with_the_camera():
-    """Catches: a background that stands still in the picture, goes the wrong way, or is shifted by its coarse scale.
+    """Catches: a background that stays still in the picture, goes the wrong way, or is shifted by its coarse scale.
 
     A camera of 900 px that turns by 2 degrees moves it by 31 px in the middle.
     """

@@ -1,4 +1,4 @@
-"""Compiled functions that are kept on disk.  Beside each test: what it would catch."""
+"""Compiled functions that are kept on disk.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whole films: file, truth, and what happens when it goes wrong.  Beside each test: what it would catch."""
+"""Whole films: file, truth, and what happens when it goes wrong.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ def pictures(path: Path) -> np.ndarray:
 def test_the_film_is_what_was_asked_for(prototype, tmp_path):
     """Catches: width and height exchanged; a lost last frame; times from 1/fps on; another codec."""
     path = tmp_path / "a.mp4"
-    told = []
-    report = shoot(prototype, path, frames=7, progress=lambda done, of: told.append((done, of)))
+    document = []
+    report = shoot(prototype, path, frames=7, progress=lambda done, of: document.append((done, of)))
     assert (report.video, report.truth, report.frames, report.label) == (path, truth_path(path), 7, "genuine")
     with av.open(str(path)) as container:
         stream = container.streams.video[0]
@@ -66,7 +66,7 @@ def test_the_film_is_what_was_asked_for(prototype, tmp_path):
         assert (stream.width, stream.height) == (480, 272)
         times = [float(frame.time) for frame in container.decode(stream)]
     assert times == pytest.approx(np.arange(7) / FPS, abs=1e-4)
-    assert told == [(k + 1, 7) for k in range(7)]
+    assert document == [(k + 1, 7) for k in range(7)]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mp4", "a.mp4.truth.csv"]
 
 
@@ -101,7 +101,7 @@ def test_the_true_phase_follows_the_law_of_the_page_s_plane(prototype, tmp_path)
 
 
 def test_a_forged_film_s_truth_tells_both_places(prototype, tmp_path):
-    """Catches: the false place written as the pose; the true phase written beside a forged film; a wrong label."""
+    """Catches: the false place written as the pose; the true phase written next to a forged film; a wrong label."""
     genuine, forged = tmp_path / "a.mp4", tmp_path / "b.mp4"
     shoot(prototype, genuine, frames=12)
     report = shoot(prototype, forged, frames=12, forge="reversed")
@@ -180,7 +180,7 @@ def test_one_seed_makes_one_film(prototype, tmp_path):
 
 
 def test_noise_is_as_strong_as_the_camera_says(prototype, tmp_path):
-    """Catches: a standard deviation taken for a variance; noise that stands still from frame to frame."""
+    """Catches: a standard deviation taken for a variance; noise that stays still from frame to frame."""
     still = motion_named("static", distance_mm=600.0, seed=0)
     stacks = {}
     for counts in (0.0, 6.0):
@@ -239,19 +239,23 @@ def test_a_two_axis_badge_s_truth_tells_both_phases(tmp_path):
 
 @pytest.mark.slow
 def test_the_command_films_with_camera_codec_and_recipe(prototype, tmp_path):
-    """Catches: an option that is taken and not passed on; JSON that tells another film than the file holds."""
+    """Catches: an option that is taken and not passed on; JSON that describes another film than the file holds."""
     (tmp_path / "badge.json").write_text(prototype.to_json(), encoding="utf-8")
     video = tmp_path / "a.mp4"
     options = ["--camera", "webcam", "--mirror", "--blur", "0", "--codec", "h265", "--recipe", "call"]
     asked = ["simulate", str(tmp_path / "badge.json"), "--out", str(video), "--frames", "20", "--fps", "30", *options]
     done = CliRunner().invoke(moireid, [*asked, "--motion", "circle", "--forge", "patchy", "--json"])
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)
-    assert told["label"] == "forged:patchy" and told["size"] == [640, 360]
-    assert told["camera"]["mirror"] and told["camera"]["focus_blur_px"] == 0 and told["camera"]["distortion"][0] < 0
+    document = json.loads(done.stdout)
+    assert document["label"] == "forged:patchy" and document["size"] == [640, 360]
+    assert (
+        document["camera"]["mirror"]
+        and document["camera"]["focus_blur_px"] == 0
+        and document["camera"]["distortion"][0] < 0
+    )
     with av.open(str(video)) as container:
         assert container.streams.video[0].codec_context.name == "hevc"
-    assert len(pictures(video)) == told["frames"] == len(truth_of(video)["frame"]) < 20
+    assert len(pictures(video)) == document["frames"] == len(truth_of(video)["frame"]) < 20
     again = CliRunner().invoke(moireid, [*asked, "--motion", "circle", "--overwrite", "--explain"])
     assert again.exit_code == 0 and "render" in again.stdout and "encode" in again.stdout
 
@@ -264,7 +268,7 @@ class Stop(Exception):
 
 
 def test_an_interrupted_film_leaves_nothing(prototype, tmp_path):
-    """Catches: a film written under its own name; a truth beside half a film; a temporary file forgotten."""
+    """Catches: a film written under its own name; a truth next to half a film; a temporary file forgotten."""
 
     def stop(done: int, of: int) -> None:
         if done == 3:
@@ -294,10 +298,10 @@ def test_an_interrupted_film_leaves_the_old_one(prototype, tmp_path):
 def test_nothing_is_overwritten_unasked(prototype, tmp_path, there):
     """Catches: a check of the film alone; a check after the work is done."""
     (tmp_path / there).write_text("mine")
-    told = []
+    document = []
     with pytest.raises(SpecError, match="--overwrite"):
-        shoot(prototype, tmp_path / "a.mp4", progress=lambda done, of: told.append(done))
-    assert (tmp_path / there).read_text() == "mine" and told == [] and len(list(tmp_path.iterdir())) == 1
+        shoot(prototype, tmp_path / "a.mp4", progress=lambda done, of: document.append(done))
+    assert (tmp_path / there).read_text() == "mine" and document == [] and len(list(tmp_path.iterdir())) == 1
     shoot(prototype, tmp_path / "a.mp4", overwrite=True)
     assert len(pictures(tmp_path / "a.mp4")) == 6
 
@@ -314,7 +318,7 @@ def test_no_film_is_refused(prototype, tmp_path):
 
 
 def test_a_camera_behind_the_badge_is_refused(prototype, tmp_path):
-    """Catches: a truth that tells a camera behind the badge as one before it, and nan as it passes through."""
+    """Catches: a truth that gives a camera behind the badge as one before it, and nan as it passes through."""
 
     def through(times_s: np.ndarray) -> Poses:
         camera = np.column_stack([0 * times_s, 0 * times_s, 2000.0 * times_s - 200.0])

@@ -1,4 +1,4 @@
-"""What a scene does not need is left out, changes the answer by less than the stated error, and told with its time."""
+"""What a scene does not need is left out, changes the answer by less than stated, and is reported with its time."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_badge_alone_has_the_same_phase_within_the_stated_error(name: str) -> No
     box = (board.left, board.top, board.left + board.radiance.shape[1], board.top + board.radiance.shape[0])
     smaller = (cut.left, cut.top, cut.left + cut.radiance.shape[1], cut.top + cut.radiance.shape[0])
     counts = [sum(len(strip.rows) for strip in strips_of(scene, instant, one)) for one in (box, smaller)]
-    # A strip's rim is told by the mean footprint of a box's pixels.
+    # A strip's rim is found by the mean footprint of a box's pixels.
     assert counts[0] == pytest.approx(counts[1], rel=0.01)
     page = AnalyticRenderer(alone).render(instant, crop=box)
     centre = np.array(scene.badge.markers.centers_mm[0]) - scene.board_centre_mm
@@ -168,7 +168,7 @@ def test_bounces_and_hidden_face_change_less_than_mitsuba_s_own_error() -> None:
 
 @pytest.mark.slow
 def test_mitsuba_s_estimate_is_near_the_truth_and_chooses_its_rays() -> None:
-    """Catches: noise told as its square or of the mean; segments that do not count; a ladder climbed from the top."""
+    """Catches: noise stated as its square or of the mean; segments that do not count; a ladder climbed from the top."""
     scene, instant = NEAR.scene, NEAR.seen_at(0.3)
     reference = AnalyticRenderer(scene, rays=(64, 4)).render(instant)
     for setting in ((16, 2), (16, 16)):
@@ -196,20 +196,20 @@ def test_a_film_by_mitsuba_tells_its_error(prototype, tmp_path: Path) -> None:
     """Catches: a reference without an error bar; an estimate of another setting than is filmed."""
     report = shoot(prototype, tmp_path / "a.mp4", backend="mitsuba", error_rad=0.1)
     assert 0 < report.estimate.phase_rad <= 0.1
-    told = {one.what: one for one in report.left_out}
-    assert "rolling shutter" in told and f"lens detail below {report.estimate.segments} segments" in told
+    document = {one.what: one for one in report.left_out}
+    assert "rolling shutter" in document and f"lens detail below {report.estimate.segments} segments" in document
 
 
 @pytest.mark.slow
 def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) -> None:
-    """Catches: an option that is not passed on; things told without their time; names that the scene does not know."""
+    """Catches: an option that is not passed on; parts without their time; names that the scene does not know."""
     assert set(PARTS) | {"bounces"} == set(Need.__dataclass_fields__)
     (tmp_path / "badge.json").write_text(prototype.to_json(), encoding="utf-8")
     asked = ["simulate", str(tmp_path / "badge.json"), "--out", str(tmp_path / "a.mp4"), "--frames", "2"]
     asked += ["--camera", "dim", "--light", "even", *(word for part in PARTS for word in ("--leave-out", part))]
     done = CliRunner().invoke(moireid, [*asked, "--json"])
     assert done.exit_code == 0, done.output
-    told = {one["what"]: one for one in json.loads(done.stdout)["left_out"]}
+    document = {one["what"]: one for one in json.loads(done.stdout)["left_out"]}
     for what in (
         "pixels off the badge",
         "colour",
@@ -219,8 +219,8 @@ def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) ->
         "rolling shutter and exposure",
         "glare",
     ):
-        assert told[what]["saved_s"] is not None and told[what]["how"], what
-    assert told["pixels off the badge"]["saved_s"] > 0 and told["page and markers"]["saved_s"] > 0
+        assert document[what]["saved_s"] is not None and document[what]["how"], what
+    assert document["pixels off the badge"]["saved_s"] > 0 and document["page and markers"]["saved_s"] > 0
     said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite", "--explain"])
     assert said.exit_code == 0 and "background (" in said.stdout and "estimated error" in said.stdout
 

@@ -1,4 +1,4 @@
-"""The light's bands on the page, and the lenses' glare, without Mitsuba.  Beside each test: what it would catch."""
+"""The light's bands on the page, and the lenses' glare, without Mitsuba.  Each test names what it would catch."""
 
 from __future__ import annotations
 

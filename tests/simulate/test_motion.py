@@ -1,4 +1,4 @@
-"""Where the simulated camera is.  Beside each test stands the wrong implementation it would catch."""
+"""Where the simulated camera is.  Each test names the wrong implementation that it would catch."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def test_tumble_turns_about_all_three_axes_before_a_still_camera():
 
 
 def test_circle_excites_both_axes_alike_and_apart():
-    """Catches: a slanted line, on which one axis tells the other; a circle in degrees or metres."""
+    """Catches: a slanted line, on which one axis gives the other; a circle in degrees or metres."""
     poses = motion_named("circle", distance_mm=1200.0, seed=2)(np.linspace(0, 3, 300, endpoint=False))
     spread = poses.camera_mm.std(axis=0)
     assert spread[:2] == pytest.approx(120 / np.sqrt(2)) and spread[2] == pytest.approx(0, abs=1e-9)

@@ -1,4 +1,4 @@
-"""Sheets and pages by name, and what the truth beside a film says of them.  Beside each test: what it would catch."""
+"""Sheets and pages by name, and what the truth next to a film says of them.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ def test_every_name_changes_one_thing_and_keeps_the_build():
 
 @pytest.mark.parametrize(("name", "gain"), [("", 1.0), ("thin", 0.7), ("gap", 1.2), ("warm", 1.0), ("fed", 1.0)])
 def test_the_truth_tells_the_sheet_and_moves_as_it_does(prototype, name, gain):
-    """Catches: the design's phase told of another sheet; a gain that is not that of the phases."""
+    """Catches: the design's phase stated for another sheet; a gain that is not that of the phases."""
     scene = Scene(prototype, sheet_named(name, TYPICAL) if name else TYPICAL)
     stream = io.StringIO()
     place = np.array([50.0, 0.0, -1000.0])
     Truth(stream, scene, "genuine").add(0, 0.0, Poses(place[None], np.eye(3)[None]), place, place, None)
     columns, row = csv.reader(stream.getvalue().splitlines())
-    told = dict(zip(columns, row, strict=True))
-    assert float(told["air_gap_mm"]) == pytest.approx(0.1 if name == "gap" else 0.0)
-    assert float(told["sheet_thickness_mm"]) == pytest.approx(0.457 / 0.67 if name == "thin" else 1.0, abs=1e-5)
-    assert float(told["print_aspect"]) == pytest.approx(1.003 if name == "fed" else TYPICAL.print_aspect, abs=1e-6)
-    assert float(told["sheet_gain"]) == pytest.approx(gain, abs=0.04)
+    document = dict(zip(columns, row, strict=True))
+    assert float(document["air_gap_mm"]) == pytest.approx(0.1 if name == "gap" else 0.0)
+    assert float(document["sheet_thickness_mm"]) == pytest.approx(0.457 / 0.67 if name == "thin" else 1.0, abs=1e-5)
+    assert float(document["print_aspect"]) == pytest.approx(1.003 if name == "fed" else TYPICAL.print_aspect, abs=1e-6)
+    assert float(document["sheet_gain"]) == pytest.approx(gain, abs=0.04)
 
     def moved(one: Scene) -> float:
         ends = [np.array([x, 0.0, -1000.0]) for x in (-50.0, 50.0)]
@@ -50,4 +50,4 @@ def test_the_truth_tells_the_sheet_and_moves_as_it_does(prototype, name, gain):
         return last - first
 
     plain = Scene(replace(prototype))
-    assert moved(scene) / moved(plain) == pytest.approx(float(told["sheet_gain"]), rel=0.03)
+    assert moved(scene) / moved(plain) == pytest.approx(float(document["sheet_gain"]), rel=0.03)

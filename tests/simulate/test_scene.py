@@ -1,4 +1,4 @@
-"""How a badge is built by chance, and where its page then lies.  Beside each test: what it would catch."""
+"""How a badge is built by chance, and where its page then lies.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Windows over a series, against SciPy's filters.  Beside each test: what it would catch."""
+"""Windows over a series, against SciPy's filters.  Each test names what it would catch."""
 
 from __future__ import annotations
 

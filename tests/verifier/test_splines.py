@@ -1,4 +1,4 @@
-"""Splines over frames: closed form, then against SciPy's.  Beside each test: what it would catch."""
+"""Splines over frames: closed form, then against SciPy's.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Times of frames as they stand in files.  Beside each test: the wrong implementation that it catches."""
+"""Times of frames as they are in files.  Each test names the wrong implementation that it catches."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def test_brightness_comes_out_as_it_went_in(codec, pixels, full_range, tmp_path)
     seen = [frame.luma for frame in film.frames()]
     assert [luma.shape for luma in seen] == [(96, 182)] * 2 and seen[0].dtype == np.uint8
     for picture, wanted in zip(seen, (ramp, ramp[:, ::-1]), strict=True):
-        # The encoder of H.265 spoils eight pixels of a row now and then, whoever decodes it.
+        # The encoder of H.265 spoils eight pixels of a row now and then, by any decoder.
         assert np.mean(np.abs(picture.astype(int) - wanted) > 3) < 0.005
 
 
@@ -124,7 +124,7 @@ def test_frames_ahead_are_the_frames(films: Path):
     assert not decoders()
 
 
-@pytest.mark.parametrize("error", [None, ValueError("told by the test"), KeyboardInterrupt()])
+@pytest.mark.parametrize("error", [None, ValueError("raised by the test"), KeyboardInterrupt()])
 def test_the_decoder_ends_with_its_reader(films: Path, error):
     """Catches: a thread that waits for ever behind a reader who left early, broke down or was interrupted."""
     frames = Film(films / "genuine_2.0m.mp4").frames_ahead()
@@ -255,8 +255,8 @@ def test_a_film_read_reduced_is_told_in_its_own_pixels(films: Path, tmp_path, mo
     assert focal_px is None or half["camera"]["focal_px"] == focal_px
     corners = (np.array(found["region"]["corners_px"]) for found in (half, whole))
     assert np.abs(np.subtract(*corners)).max() < 1
-    told = [part for part in half["left_out"] if part not in whole["left_out"]]
-    assert len(told) == 1 and "960 x 540" in told[0]
+    document = [part for part in half["left_out"] if part not in whole["left_out"]]
+    assert len(document) == 1 and "960 x 540" in document[0]
 
 
 @pytest.mark.slow

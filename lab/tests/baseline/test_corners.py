@@ -122,8 +122,8 @@ def test_markers_come_before_corners(films: Path):
 def test_what_markers_reject_stays_rejected(films: Path, prototype: Badge):
     """Catches: an open finding that takes a rejection back."""
     report = verify(films / "forged_reversed_1.0m.mp4", Claim(prototype))
-    told = without_corners(replace(report, frames={"read": 900, "tracked": report.frames["tracked"]}))
-    assert told.verdict == "reject" and told.reasons[-1].code == "corners"
+    printed = without_corners(replace(report, frames={"read": 900, "tracked": report.frames["tracked"]}))
+    assert printed.verdict == "reject" and printed.reasons[-1].code == "corners"
 
 
 def test_corners_that_cannot_be_read_are_an_error(films: Path):

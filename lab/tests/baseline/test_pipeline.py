@@ -72,9 +72,9 @@ def test_the_score_is_the_greatest_window_and_0_is_none(rng):
     found = judge(measured, place, 200)
     assert found.verdict == "accept" and found.score == found.window_correlation_max == pytest.approx(1.0)
     assert found.window_correlation_mean < 0.5 and found.reasons[0].limit == 0.927
-    told = found.to_json()
-    assert told["window_correlation_min"] < told["window_correlation_mean"] < told["window_correlation_max"]
-    assert 0 < told["window_correlation_sd"] < 0.5
+    document = found.to_json()
+    assert document["window_correlation_min"] < document["window_correlation_mean"] < document["window_correlation_max"]
+    assert 0 < document["window_correlation_sd"] < 0.5
     still = judge(np.zeros(200), place, 200)
     assert still.verdict == "inconclusive" and still.score is None
 

@@ -1,4 +1,4 @@
-"""Issuing and enrolling, asked without a browser.  Beside each test: the wrong implementation it catches."""
+"""Issuing and enrolling, asked without a browser.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -82,10 +82,10 @@ def order(name: str, **more: str) -> dict[str, Any]:
 def done(visit: Visit, job: str, role: str = "issuer") -> dict[str, Any]:
     """The job of issuing or enrolling once it is over."""
     begun = time.monotonic()
-    while (told := visit.ask("GET", f"/api/badges/jobs/{job}", role).json())["state"] not in ("done", "failed"):
+    while (outcome := visit.ask("GET", f"/api/badges/jobs/{job}", role).json())["state"] not in ("done", "failed"):
         assert time.monotonic() - begun < 200
         time.sleep(0.1)
-    return told
+    return outcome
 
 
 def packed(visit: Visit, job: str) -> dict[str, bytes]:
@@ -133,11 +133,11 @@ def test_the_page_refuses_in_the_command_s_own_sentence(
     """Catches: a page with rules or words of its own, and one that loses what was typed."""
     sent = {"name": "Ada", "do": "issue"} | fields
     answer = visit.ask("POST", "/issue", "issuer", data=sent)
-    told = CliRunner().invoke(moireid, ["print", sent["name"], "--out", str(tmp_path / "out"), *arguments])
-    assert told.exit_code == 2 and told.stderr.startswith("error: ")
+    outcome = CliRunner().invoke(moireid, ["print", sent["name"], "--out", str(tmp_path / "out"), *arguments])
+    assert outcome.exit_code == 2 and outcome.stderr.startswith("error: ")
     assert answer.status_code == 422
     problem = re.search(r'role="alert" id="problem">(.*?)</p>', answer.text, re.S)
-    assert problem is not None and html.unescape(problem.group(1)) == told.stderr.removeprefix("error: ").strip()
+    assert problem is not None and html.unescape(problem.group(1)) == outcome.stderr.removeprefix("error: ").strip()
     assert Markup(answer.text).fields | fields == Markup(answer.text).fields
     body = {key: float(value) if key.endswith(("_m", "_mm")) else value for key, value in sent.items() if key != "do"}
     by_api = visit.ask("POST", "/api/badges/check", "issuer", json=body)
@@ -161,15 +161,15 @@ def test_fields_that_are_none_are_named(visit: Visit, fields: dict[str, str], wo
 
 
 def test_issuing_makes_one_archive_and_the_record_together(visit: Visit) -> None:
-    """Catches: a package without its record, a record of another badge, files beside the archive, a job shared."""
+    """Catches: a package without its record, a record of another badge, files next to the archive, a job shared."""
     begun = visit.ask("POST", "/api/badges", "issuer", json=order("Grace Hopper"))
     assert begun.status_code == 202
     job = begun.json()["id"]
     assert visit.ask("GET", f"/api/badges/jobs/{job}/package.zip", "issuer").status_code in (200, 404)
-    told = done(visit, job)
-    assert told["state"] == "done" and told["result"]["name"] == "Grace Hopper"
+    outcome = done(visit, job)
+    assert outcome["state"] == "done" and outcome["result"]["name"] == "Grace Hopper"
     files = packed(visit, job)
-    badge_id = told["result"]["id"]
+    badge_id = outcome["result"]["id"]
     top = f"badge-{badge_id}/"
     assert sorted(files) == [
         top + name for name in ("assembly.pdf", "badge.json", "badge.pdf", "preview.png", "preview.webp")
@@ -184,7 +184,7 @@ def test_issuing_makes_one_archive_and_the_record_together(visit: Visit) -> None
     assert done(visit, own, "admin")["state"] == "done" and visit.ask("GET", f"/verify/{own}").status_code == 404
     same = order("Grace Hopper") | {"payload": badge_id}
     again = done(visit, visit.ask("POST", "/api/badges", "issuer", json=same).json()["id"])
-    assert again["result"]["already_issued"] and not told["result"]["already_issued"]
+    assert again["result"]["already_issued"] and not outcome["result"]["already_issued"]
     another = done(visit, visit.ask("POST", "/api/badges", "issuer", json=order("Grace Hopper")).json()["id"])
     assert another["result"]["id"] not in (badge_id, None)
 
@@ -207,8 +207,10 @@ def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> N
     other = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": "0123456789abcdef"})
     assert other.status_code == 200 and "Another badge has this name already" in other.text and first.id in other.text
     assert registry.count() == count
-    told = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Two Of Us", "payload": "0123456789abcdef"})
-    assert told.json()["namesakes"] == [first.id]
+    outcome = visit.ask(
+        "POST", "/api/badges/check", "issuer", json={"name": "Two Of Us", "payload": "0123456789abcdef"}
+    )
+    assert outcome.json()["namesakes"] == [first.id]
     taken = visit.ask("POST", "/api/badges", "issuer", json={"name": "Somebody Else", "payload": first.id})
     assert taken.status_code == 422 and "Two Of Us" in taken.json()["text"]
     registry.revoke(first.id or "", "lost")
@@ -270,7 +272,7 @@ def test_an_event_is_understood_row_by_row_and_issued_as_one_archive(visit: Visi
         assert record is not None and record.name == row["name"]
         assert f"event/{row['folder']}/badge.json" in files
     assert visit.ask("GET", f"/issue/jobs/{job}", "issuer").text.count("<bdi>") == 5
-    # The very same badges again are told, and nothing new is issued.
+    # That these are the very same badges is said, and nothing new is issued.
     known = "name,payload\n" + "".join('"' + row["name"].replace('"', '""') + f'",{row["id"]}\n' for row in rows)
     assert page(known, do="check").text.count("issued already on") == 5
     assert "drawn when it is issued" in page(listed, do="check").text
@@ -283,8 +285,8 @@ def test_a_list_comes_as_a_file_too_and_a_large_one_is_refused(visit: Visit) -> 
         fields = {"people": "", "do": "check"} | SMALL
         return visit.ask("POST", "/issue/event", "issuer", data=fields, files={"people_file": ("x.csv", data)})
 
-    told = send("\ufeffname\r\nZoë\r\n".encode())
-    assert told.status_code == 200 and "<bdi>Zoë</bdi>" in told.text
+    outcome = send("\ufeffname\r\nZoë\r\n".encode())
+    assert outcome.status_code == 200 and "<bdi>Zoë</bdi>" in outcome.text
     guessed = html.unescape(send("name;line\nZoë;Édition\n".encode("cp1252")).text)
     # What is sent again is the text shown, so it must be the one that was understood.
     assert "was read as Windows-1252" in guessed and guessed.count("Zoë") == 3 and guessed.count("Édition") == 3

@@ -1,4 +1,4 @@
-"""Badges to wear, from the form and the API.  Beside each test: the wrong implementation it catches."""
+"""Badges to wear, from the form and the API.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ def problem_of(answer: httpx.Response) -> str:
 def made(visit: Visit, job: str) -> tuple[dict[str, Any], dict[str, bytes]]:
     """The result of a job of issuing, and the files of its package by name."""
     begun = time.monotonic()
-    while (told := visit.ask("GET", f"/api/badges/jobs/{job}", "issuer").json())["state"] not in ("done", "failed"):
+    while (result := visit.ask("GET", f"/api/badges/jobs/{job}", "issuer").json())["state"] not in ("done", "failed"):
         assert time.monotonic() - begun < 200
         time.sleep(0.1)
-    assert told["state"] == "done", told
+    assert result["state"] == "done", result
     package = visit.ask("GET", f"/api/badges/jobs/{job}/package.zip", "issuer")
     with zipfile.ZipFile(io.BytesIO(package.content)) as archive:
-        return told["result"], {name: archive.read(name) for name in archive.namelist()}
+        return result["result"], {name: archive.read(name) for name in archive.namelist()}
 
 
 def share(picture: Image.Image, colour: tuple[int, int, int]) -> float:
@@ -108,13 +108,13 @@ def test_pictures_lines_and_colour_reach_the_print_from_the_form(visit: Visit) -
     moved = visit.ask("POST", "/issue", "issuer", data=again)
     assert moved.status_code == 303, moved.text
     job = moved.headers["location"].rsplit("/", 1)[1]
-    told, found = made(visit, job)
-    top = f"badge-{told['id']}/"
+    result, found = made(visit, job)
+    top = f"badge-{result['id']}/"
     badge = badge_from_json(found[top + "badge.json"].decode())
     assert badge.print is not None and badge.print["lines"] == ["Reporter", "Example News"]
     x0, y0, x1, y1 = badge.outline_mm
     assert (x1 - x0, y1 - y0) == pytest.approx(FORMATS["a7"].size_mm)
-    record = visit.studio.registry.by_id(told["id"])
+    record = visit.studio.registry.by_id(result["id"])
     assert record is not None and record.badge == badge and record.line == "Reporter"
     with pdfium.PdfDocument(found[top + "badge.pdf"]) as document:
         page = document[0].render(scale=2).to_pil()
@@ -154,8 +154,8 @@ def test_pictures_and_looks_reach_the_print_from_the_api(visit: Visit) -> None:
     order = {"name": "Ada", "format": "cr80", "orientation": "portrait", "lines": ["Guest"], "colour": "teal", **ids}
     begun = visit.ask("POST", "/api/badges", "issuer", json=order | {"template": "newsroom", "mount": "none"})
     assert begun.status_code == 202, begun.text
-    told, found = made(visit, begun.json()["id"])
-    preview = Image.open(io.BytesIO(found[f"badge-{told['id']}/preview.png"]))
+    result, found = made(visit, begun.json()["id"])
+    preview = Image.open(io.BytesIO(found[f"badge-{result['id']}/preview.png"]))
     assert preview.height > preview.width and min(share(preview, MAGENTA), share(preview, GREEN)) > 0.003
     old = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Ada", "payload": "7097c67b0fafc59b"})
     new = {"name": "Ada", "payload": "7097c67b0fafc59b", "format": "board", "markers": "squares", "mount": "lanyard"}
@@ -195,10 +195,10 @@ def test_a_wish_gives_the_command_s_own_badge(
     body |= {"far_m": float(fields["far_m"])} if "far_m" in fields else {}
     answer = visit.ask("POST", "/api/badges/check", "issuer", json=body)
     out = tmp_path / "out"
-    told = CliRunner().invoke(
+    result = CliRunner().invoke(
         moireid, ["print", "Ada", "--payload", wish["payload"], "--out", str(out), "--mount", "none", *arguments]
     )
-    assert told.exit_code == 0, told.stderr
+    assert result.exit_code == 0, result.stderr
     by_command = badge_from_json((out / "badge.json").read_text())
     assert answer.status_code == 200, answer.text
     assert badge_from_json(json.dumps(answer.json()["badge"])) == by_command
@@ -230,9 +230,9 @@ def test_a_fault_is_the_command_s_sentence_and_nothing_is_lost(
     (tmp_path / "logo.svg").write_bytes(LOGO)
     own = [] if "lines" in fields else ["--line", "Guest"]
     logo = ["--logo", str(tmp_path / "logo.svg")]
-    told = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "out"), *logo, *own, *arguments])
-    assert told.exit_code == 2 and words in told.stderr, told.stderr
-    assert problem_of(answer) == told.stderr.removeprefix("error: ").strip()
+    result = CliRunner().invoke(moireid, ["print", "Ada", "--out", str(tmp_path / "out"), *logo, *own, *arguments])
+    assert result.exit_code == 2 and words in result.stderr, result.stderr
+    assert problem_of(answer) == result.stderr.removeprefix("error: ").strip()
     again = fields_of(answer.text)
     assert {name: again[name] for name in typed if name != "do"} == {
         name: typed[name] for name in typed if name != "do"
@@ -251,8 +251,8 @@ def test_a_fault_is_the_command_s_sentence_and_nothing_is_lost(
 def test_fields_that_contradict_or_name_files_are_refused_in_plain_words(visit: Visit) -> None:
     """Catches: a template or a sheet that is a path of the server; words of the command line on a page."""
     for name in ("template", "lens", "format", "logo", "portrait", "markers", "front"):
-        told = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Ada", name: "/etc/passwd.toml"})
-        assert told.status_code == 422 and "passwd" not in told.json()["text"], told.text
+        result = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Ada", name: "/etc/passwd.toml"})
+        assert result.status_code == 422 and "passwd" not in result.json()["text"], result.text
         if name not in ("logo", "portrait"):
             page = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", name: "/etc/passwd.toml", "do": "check"})
             assert problem_of(page)

@@ -1,4 +1,4 @@
-"""The registry by API.  Beside each test: the wrong implementation it catches."""
+"""The registry by API.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ def test_a_badge_is_revoked_once_and_for_everybody(visit: Visit, ada: Badge) -> 
     path = f"/api/registry/{ada.id}/revoke"
     for reason in ("", "two\nlines", "x" * 1001):
         assert visit.ask("POST", path, "issuer", json={"reason": reason}).status_code == 422
-    told = visit.ask("POST", path, "issuer", json={"reason": "lost"})
-    assert told.status_code == 200 and told.json()["revoked_reason"] == "lost"
-    assert visit.ask("GET", f"/api/registry/{ada.id}", "verifier").json()["revoked_at"] == told.json()["revoked_at"]
+    result = visit.ask("POST", path, "issuer", json={"reason": "lost"})
+    assert result.status_code == 200 and result.json()["revoked_reason"] == "lost"
+    assert visit.ask("GET", f"/api/registry/{ada.id}", "verifier").json()["revoked_at"] == result.json()["revoked_at"]
     assert visit.ask("POST", path, "issuer", json={"reason": "found"}).status_code == 422
     assert visit.ask("GET", f"/api/registry/{ada.id}", "verifier").json()["revoked_reason"] == "lost"
     assert visit.ask("POST", "/api/registry/0000/revoke", "issuer", json={"reason": "lost"}).status_code == 404
 
 
 def test_the_api_audits_as_the_command_does(visit: Visit, tmp_path: Path) -> None:
-    """Catches: an audit that finds nothing, takes any head, or tells other things than the command."""
+    """Catches: an audit that finds nothing, takes any head, or reports other things than the command."""
     database = tmp_path / "registry.sqlite3"
     command = ["registry", "audit", "--registry", f"sqlite:///{database}", "--json"]
     for sound in (True, False):
@@ -112,29 +112,29 @@ def test_a_verifier_learns_no_identity(
     )
     secret = {str(one.id) for one in (ada, twin, bo, look_alike)}
     with studio(tmp_path, ada, twin, bo, look_alike) as visit:
-        told = []
+        result = []
         for role in ("issuer", "verifier"):
             listed = visit.ask("GET", "/api/registry", role).json()["badges"]
             assert [one["name"] for one in listed].count("Bo") == 2
             assert {one["id"] for one in listed} == (secret if role == "issuer" else {None})
             found = visit.ask("GET", f"/api/registry?search={str(ada.id)[:4]}", role).json()["badges"]
             assert len(found) == (role == "issuer")
-        told.append(visit.ask("GET", "/registry", "verifier").text)
+        result.append(visit.ask("GET", "/registry", "verifier").text)
         assert (
-            f"/verify?claim={quote(ada.name)}" in told[0]
+            f"/verify?claim={quote(ada.name)}" in result[0]
             and str(ada.id) in visit.ask("GET", "/registry", "issuer").text
         )
         for claim, status in (("Bo", 409), ("B\u043e", 404), (ada.name, 202), ("\u0412o", 202)):
             answer = visit.ask("POST", "/api/jobs", "verifier", **film_form(film, kind="verify", claim=claim))
             assert answer.status_code == status, answer.text
-            told.append(answer.text)
+            result.append(answer.text)
             if status == 202:
                 job = answer.json()["id"]
-                told.append(json.dumps(visit.wait(job, "verifier")))
-                told.append(visit.ask("GET", f"/verify/{job}", "verifier").text)
-                told.append(visit.ask("GET", f"/api/jobs/{job}/report", "verifier").text)
-                assert "no identity" not in told[-1]
-        assert not [one for one in secret for text in told if one in text]
+                result.append(json.dumps(visit.wait(job, "verifier")))
+                result.append(visit.ask("GET", f"/verify/{job}", "verifier").text)
+                result.append(visit.ask("GET", f"/api/jobs/{job}/report", "verifier").text)
+                assert "no identity" not in result[-1]
+        assert not [one for one in secret for text in result if one in text]
         assert visit.studio.verdicts.given(9)[-1].claim == ada.id
         answer = visit.ask("POST", "/api/jobs", "admin", **film_form(film, kind="verify", claim=ada.name))
         assert visit.wait(answer.json()["id"])["result"]["identity"]["claimed_id"] == ada.id
@@ -143,7 +143,7 @@ def test_a_verifier_learns_no_identity(
 def test_a_registry_that_is_put_back_while_the_studio_runs_judges_nothing(
     ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Catches: a studio that looks at the registry's head only when it starts; an address told to visitors."""
+    """Catches: a studio that looks at the registry's head only when it starts; an address that visitors are shown."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     database, film = tmp_path / "registry.sqlite3", tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
     with studio(tmp_path, ada) as visit:

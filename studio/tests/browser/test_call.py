@@ -1,6 +1,6 @@
 """*Check a call* in a real browser: a page with a call's layout plays films of a badge, and its tab is shared.
 
-Beside each test: what it would catch.
+Each test names what it would catch.
 """
 
 from __future__ import annotations
@@ -81,10 +81,10 @@ class Call:
         start = self.asker.get_by_role("button", name="Start the sentences")
         expect(start).to_be_enabled(timeout=60_000)
         start.click()
-        told = 0
+        output = 0
         while not self.asker.locator("#result").is_visible():
-            if (self.asker.locator("#count").text_content() or "").startswith(f"{told + 1} of"):
-                told += 1
+            if (self.asker.locator("#count").text_content() or "").startswith(f"{output + 1} of"):
+                output += 1
                 time.sleep(0.3)
                 self.page.evaluate("goOn()")
             assert not self.asker.locator("#problem").is_visible(), self.asker.locator("#problem").text_content()

@@ -1,6 +1,6 @@
 """The studio as tired people use it: on a phone, with a poor camera, with many films, and with every choice once.
 
-Beside each test: the wrong implementation it catches.
+Each test names the wrong implementation it catches.
 """
 
 from __future__ import annotations
@@ -278,7 +278,7 @@ def test_the_advice_to_a_slow_check_is_of_what_is_slow(
 
 
 def test_a_link_leads_a_person_through_and_the_asker_reads_it(page: Page, browser: Browser, pictures: Path) -> None:
-    """Catches: a link that nobody can follow; a result that does not come; a second opening that is not told."""
+    """Catches: a link that nobody can follow; a result that does not come; a second opening that is not reported."""
     page.goto("/links")
     look(page, pictures, "links")
     page.get_by_label("Who should it be").fill("Ada Lovelace")
@@ -336,10 +336,10 @@ def test_every_choice_of_the_forms_that_issue_is_taken(page: Page, path: str) ->
         page.wait_for_load_state()
         assert page.locator(f"#{name}").input_value() == value
         done, why = page.locator("#result"), page.locator("#problem")
-        told = why.text_content() if why.count() else ""
+        output = why.text_content() if why.count() else ""
         # A lens that these sizes do not allow is refused in a sentence that says what would do.
-        assert done.count() == 1 or (told and told.strip().endswith(".")), (name, value, told)
-        assert done.count() == 1 or name == "lens", (name, value, told)
+        assert done.count() == 1 or (output and output.strip().endswith(".")), (name, value, output)
+        assert done.count() == 1 or name == "lens", (name, value, output)
 
 
 def test_every_choice_of_the_other_forms_is_taken(page: Page, films: Path, tmp_path: Path) -> None:

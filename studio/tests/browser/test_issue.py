@@ -1,7 +1,7 @@
 """The Issue and Enroll pages in a real browser: a badge is issued, downloaded, read back, and enrolled from a film.
 
 Pictures of every page go to the folder that MOIREID_SCREENSHOTS names, or to the test's own.
-Beside each test: the wrong implementation it catches.
+Each test names the wrong implementation it catches.
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ def test_what_is_told_of_a_capture_is_how_the_badge_was_built(ada: Badge, measur
 
 @pytest.mark.slow
 def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(page: Page, browser: Browser) -> None:
-    """Catches: a preview that stands still, that moves without being asked, or that only a pointer can move."""
+    """Catches: a preview that stays still, that moves without being asked, or that only a pointer can move."""
     page.goto("/issue")
     page.get_by_label("Name", exact=True).fill("Ada")
     page.get_by_role("button", name="Check").click()
@@ -283,7 +283,7 @@ def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> No
 
 @pytest.mark.slow
 def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(page: Page, look: Look) -> None:
-    """Catches: a preview without the logo, with the default's letters or that stands still; choices that are lost."""
+    """Catches: a preview without the logo, with the default's letters or that stays still; choices that are lost."""
     page.goto("/issue")
     page.get_by_label("Name", exact=True).fill("Nellie Bly")
     page.get_by_label("Lines below the name").fill("Reporter\nExample News")
@@ -392,16 +392,16 @@ def test_the_api_measures_and_keeps_only_when_it_is_told(
         def begin(badge: Badge, film: Path) -> dict[str, Any]:
             begun = client.post(f"/{badge.id}/captures", **film_form(film))
             assert begun.status_code == 202
-            while (told := client.get(f"/jobs/{begun.json()['id']}").json())["state"] not in ("done", "failed"):
+            while (report := client.get(f"/jobs/{begun.json()['id']}").json())["state"] not in ("done", "failed"):
                 time.sleep(0.2)
-            return told
+            return report
 
-        told = begin(ada, capture)
-        assert told["result"]["as_built"] == json.loads(measured.to_json())
-        assert client.post(f"/{other.id}/captures/{told['id']}/keep").status_code == 404
-        kept = client.post(f"/{ada.id}/captures/{told['id']}/keep").json()
-        assert kept["as_built"] == told["result"]["as_built"] and kept["id"] == ada.id
-        events = client.get(f"/jobs/{told['id']}/events").text
+        report = begin(ada, capture)
+        assert report["result"]["as_built"] == json.loads(measured.to_json())
+        assert client.post(f"/{other.id}/captures/{report['id']}/keep").status_code == 404
+        kept = client.post(f"/{ada.id}/captures/{report['id']}/keep").json()
+        assert kept["as_built"] == report["result"]["as_built"] and kept["id"] == ada.id
+        events = client.get(f"/jobs/{report['id']}/events").text
         assert events.startswith("event: end\ndata: ") and json.loads(events.split("data: ")[1])["state"] == "done"
         wrong = begin(other, capture)
         assert wrong["state"] == "failed" and "Film the badge again" in wrong["problem"]["text"]

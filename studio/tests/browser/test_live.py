@@ -1,4 +1,4 @@
-"""The live check in a real browser, whose camera is fed from a film file.  Beside each test: what it would catch."""
+"""The live check in a real browser, whose camera is fed from a film file.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def camera_film(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Path:
     with path.open("wb") as out:
         for number, picture in enumerate(frames(ada, portrait(), course, length_s=LENGTH_S, fps=FPS)):
             small = cv2.resize(picture, (960, 540), interpolation=cv2.INTER_AREA)
-            # A light in the corner tells the test where the film is: a busy machine plays it slower.
+            # A light in the corner shows the test where the film is: a busy machine plays it slower.
             small[-40:, :40] = 255 if 0 <= number / FPS - STARTED_S < 0.2 else 0
             out.write(cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 92])[1].tobytes())
     return path

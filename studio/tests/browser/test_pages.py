@@ -1,4 +1,4 @@
-"""The studio's pages in a real browser, as people use them.  Beside each test: the wrong implementation it catches.
+"""The studio's pages in a real browser, as people use them.  Each test names the wrong implementation it catches.
 
 Pictures of every page go to the folder that MOIREID_SCREENSHOTS names, or to the test's own.
 """
@@ -157,7 +157,7 @@ def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Pa
 
 def play(visitor: Visitor, films: Path, film: str) -> None:
     """Play the judged film on its verdict's page; catches: another film that is played beneath that verdict, a law that
-    stands still or runs ahead of the film, a film that is sent again.
+    stays still or runs ahead of the film, a film that is sent again.
     """
     page, sent = visitor.page, []
     page.on("request", lambda request: sent.append(request.url) if request.method != "GET" else None)
@@ -172,7 +172,7 @@ def play(visitor: Visitor, films: Path, film: str) -> None:
     page.get_by_label("The same film").set_input_files(films / film)
     expect(page.get_by_text("It is the film that was judged.")).to_be_visible()
     expect(page.locator("#play-film")).to_have_js_property("readyState", 4)
-    # The line stands where the film stands, also after a click on the drawing.
+    # The line is where the film is, also after a click on the drawing.
     page.evaluate("document.getElementById('play-film').currentTime = 1")
     expect(page.locator("#play-now")).to_contain_text("1.0 s: fringes at")
     assert line_at(page) == pytest.approx(251, abs=6)
@@ -191,7 +191,7 @@ def play(visitor: Visitor, films: Path, film: str) -> None:
 
 
 def line_at(page: Page) -> float:
-    """How far across the drawing its line stands, of 1000."""
+    """How far across the drawing its line is, of 1000."""
     return float((page.locator("#play-law .now").get_attribute("d") or "M0V").split("V")[0].strip("M").split()[0])
 
 
@@ -236,7 +236,7 @@ def test_whose_badge_it_is(
     guest.page.get_by_label("Token").fill(secret)
     guest.page.get_by_role("button", name="Sign in").click()
     guest.page.wait_for_url("**/verify")
-    guest.faults.clear()  # The console tells of the page that asked for the token.
+    guest.faults.clear()  # The console reports the page that asked for the token.
     for title, film in shown.items():
         guest.page.get_by_label("The film", exact=True).set_input_files(film)
         guest.page.get_by_label("Find out whose it is").check()
@@ -258,7 +258,7 @@ def test_what_is_no_film_is_told(visitor: Visitor, tmp_path: Path) -> None:
     page.get_by_role("button", name="Verify").click()
     expect(page.get_by_role("alert")).to_contain_text("none of the films that are taken")
     expect(page.get_by_role("button", name="Verify")).to_be_enabled()
-    visitor.faults.clear()  # The console tells of an answer that is no success.
+    visitor.faults.clear()  # The console reports an answer that is no success.
     visitor.look("no-film")
 
 

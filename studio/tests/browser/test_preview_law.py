@@ -1,6 +1,6 @@
 """The preview's script in a real browser, held against the library's own predictions.
 
-Beside each test: the wrong implementation it catches.
+Each test names the wrong implementation it catches.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def badge(request: pytest.FixtureRequest) -> Badge:
 
 
 def camera_mm(badge: Badge, right: float, down: float, distance_mm: float) -> np.ndarray:
-    """Where the preview's camera stands, page mm."""
+    """Where the preview's camera is, page mm."""
     x0, y0, x1, y1 = badge.outline_mm
     return np.array([(x0 + x1) / 2 + right * distance_mm, (y0 + y1) / 2 + down * distance_mm, -distance_mm])
 
@@ -144,7 +144,7 @@ def test_the_script_sees_the_line_that_a_traced_ray_lands_on(page: Page, badge: 
 
 
 def test_the_fringes_move_and_lie_as_the_verifier_predicts(page: Page, badge: Badge) -> None:
-    """Catches: fringes that go the wrong way, that run beside the camera's distance, that move on the wrong plane."""
+    """Catches: fringes that go the wrong way, that ignore the camera's distance, that move on the wrong plane."""
     strips = [strip for strip in ProfileReader(badge).strips if strip.uniform]
     eyes = np.array([camera_mm(badge, *camera) for camera in CAMERAS])
     for strip in strips[:: max(1, len(strips) // 3)]:

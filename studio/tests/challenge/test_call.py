@@ -1,6 +1,6 @@
 """A challenge in a call: answers come late, prompts wait for them, and tiles may be poor.
 
-Beside each test: the wrong implementation it catches.
+Each test names the wrong implementation it catches.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def test_a_detour_is_no_answer_however_long_a_call_waits() -> None:
 
 
 def test_a_prompt_of_a_call_is_over_once_it_was_followed() -> None:
-    """Catches: a call of nine prompts that takes two minutes; a wrong move that may be mended until time is over."""
+    """Catches: a call of nine prompts that takes two minutes; a wrong move that may be put right until time is over."""
     asked, right, wrong = Prompt("left", 3.0), course([("left", 4.0)]), course([("right", 4.0)])
     found = judge_prompt(right, asked, CALL)
     assert found.level == "pass" and over_s(asked, CALL, found) < asked.at_s
@@ -156,11 +156,11 @@ def called(
         if slow and (number % 2 or chance.random() < 0.1):
             continue
         claimed_s = now_s + (chance.uniform(0.0, 0.03) if slow else 0.0)
-        told = check.push(picture, claimed_s, now_s + 0.03)
-        for event in told:
+        output = check.push(picture, claimed_s, now_s + 0.03)
+        for event in output:
             if event["event"] == "prompt":
                 who.hear(event["move"], now_s)
-        events += told
+        events += output
         if check.ended:
             return events
     return [*events, check.finish()]

@@ -1,4 +1,4 @@
-"""Prompts, and whether a badge followed them.  Beside each test: what it would catch."""
+"""Prompts, and whether a badge followed them.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def test_the_law_and_the_name_come_before_the_challenge() -> None:
 
 
 def test_an_open_check_says_how_to_begin_again() -> None:
-    """Catches: advice to ask for another film of somebody who stands before the camera."""
+    """Catches: advice to ask for another film of someone who is in front of the camera."""
     for code in ("motion", "motion_gaps", "drift", "challenge", "badge_absent", "fringes"):
         found = headline(said("inconclusive", code, level="undecided"))
         assert found.title.startswith("Cannot tell: ") and found.advice.startswith("Begin again")

@@ -1,4 +1,4 @@
-"""One-time links, without a browser.  Beside each test: what it would catch."""
+"""One-time links, without a browser.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def asker(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Aske
 
 
 def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker) -> None:
-    """Catches: a link that a mail program's preview uses up; a page that tells whoever fetches it whom it is for."""
+    """Catches: a link that a mail program's preview uses up; a page that shows anyone who fetches it whom it is for."""
     secret = asker.make()
     assert "not opened yet" in asker.page().lower()
     for method in ("GET", "HEAD"):
@@ -114,15 +114,15 @@ def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker)
         assert answer.status_code in (200, 405) and "Ada" not in answer.text
     assert "not opened yet" in asker.page().lower()
     for _ in range(2):
-        status, told = asker.look(secret)
+        status, document = asker.look(secret)
         known = {"asks": "Sam <b>of accounts</b>", "name": "Ada Lovelace", "pictures": False, "film": None}
-        assert status == 200 and told == known
+        assert status == 200 and document == known
     assert "opened, not begun" in asker.page().lower() and asker.newest().used_at is None
 
 
 @pytest.mark.slow
 def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> None:
-    """Catches: a link that works twice, or is passed without prompts; a result that another token reads, or that tells
+    """Catches: a link that works twice, or is passed without prompts; a result that another token reads, or that shows
     more than the verdict; a receipt of another report; a secret that is stored.
     """
     secret = asker.make()
@@ -130,8 +130,8 @@ def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> No
     assert event["event"] == "verdict" and event["verdict"] == "inconclusive"
     # Who plays an old film would press Stop without the challenge.
     assert [one["level"] for one in event["reasons"] if one["code"] == "challenge"] == ["undecided"]
-    for told in (asker.check(secret)["text"], asker.look(secret)[1]["text"]):
-        assert told.startswith("This link was used on ") and told.count(".") == 1
+    for document in (asker.check(secret)["text"], asker.look(secret)[1]["text"]):
+        assert document.startswith("This link was used on ") and document.count(".") == 1
     link = asker.newest()
     assert "Cannot tell" in asker.page() and "Ada Lovelace" in asker.page()
     report = asker.client.get(f"/links/{link.id}/report", headers=asker.headers)
@@ -279,7 +279,7 @@ def test_a_full_house_or_another_site_uses_no_link_up(asker: Asker, monkeypatch:
     with pytest.raises(WebSocketDisconnect), asker.client.websocket_connect("/check/socket", headers=elsewhere) as one:
         one.receive_json()
     assert asker.look(secret)[0] == 200
-    # Who comes and goes uses it up, and the asker is told that there is no verdict.
+    # Who comes and goes uses it up, and the asker reads that there is no verdict.
     with asker.client.websocket_connect("/check/socket", headers=ORIGIN) as connection:
         connection.send_json({"token": secret})
         assert connection.receive_json()["event"] == "ready"
@@ -354,9 +354,9 @@ def test_who_has_a_link_learns_nobody_else_s_badge(asker: Asker, monkeypatch: py
     identity = {"verdict": "mismatch", "decoded_id": "bb" * 8}
     event = {"verdict": "reject", "reasons": [reason], "claim_source": "registry", "identity": identity}
     event |= {"invariant": {"verdict": "accept"}}
-    told = {kind: _headline(asker.visit.studio, event, replace(asked, kind=kind)) for kind in ("live", "link")}
-    assert "Grace Hopper" in told["live"]["title"] and "Grace" not in json.dumps(told["link"])
-    assert told["link"]["title"] == "Genuine, but another badge, not Ada Lovelace's"
+    document = {kind: _headline(asker.visit.studio, event, replace(asked, kind=kind)) for kind in ("live", "link")}
+    assert "Grace Hopper" in document["live"]["title"] and "Grace" not in json.dumps(document["link"])
+    assert document["link"]["title"] == "Genuine, but another badge, not Ada Lovelace's"
 
 
 def test_strangers_fill_neither_the_memory_nor_all_connections(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 """A live session without a browser: the check on made-up pictures, and the WebSocket's manners.
 
-Beside each test: what it would catch.
+Each test names what it would catch.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def followed(ada: Badge, pictures: list[np.ndarray]) -> list[dict[str, Any]]:
 
 @pytest.mark.slow
 def test_who_follows_the_prompts_is_accepted_and_sees_them_only_when_due(followed):
-    """Catches: prompts that are told ahead; a challenge whose frames are not those that are judged."""
+    """Catches: prompts that are known in advance; a challenge whose frames are not those that are judged."""
     events = followed
     kinds = [event["event"] for event in events if event["event"] != "status"]
     assert kinds == ["challenge", *["prompt", "prompted"] * 3, "verdict"]
@@ -204,7 +204,7 @@ def opened(client: TestClient, token: str | None, **headers: str) -> Any:
     return client.websocket_connect("/live/socket", headers=sent)
 
 
-def heard(connection: Any, kind: str) -> dict[str, Any]:
+def received(connection: Any, kind: str) -> dict[str, Any]:
     """The next event of a kind."""
     while (event := connection.receive_json())["event"] != kind:
         assert event["event"] in ("ready", "taken", "status"), event
@@ -230,14 +230,14 @@ def test_pictures_go_in_and_a_verdict_comes_out(studio, ada):
     client.app.state.studio.settings = replace(client.app.state.studio.settings, level="enrolled")
     with opened(client, tokens["verifier"]) as connection:
         connection.send_json({"claim": "Ada Lovelace"})
-        heard(connection, "ready")
+        received(connection, "ready")
         for k, picture in enumerate(islice(filmed(ada), 30)):
             sent = CLOCK.pack(1000.0 * time.monotonic()) + cv2.imencode(".jpg", picture)[1].tobytes()
             connection.send_bytes(sent)
             time.sleep(0.045)
-            assert heard(connection, "taken")["frames"] == k + 1
+            assert received(connection, "taken")["frames"] == k + 1
         connection.send_json({"do": "end"})
-        verdict = heard(connection, "verdict")
+        verdict = received(connection, "verdict")
     assert verdict["verdict"] == "inconclusive" and not verdict["challenged"] and verdict["frames"]["tracked"] > 2
     assert levels([verdict], "level") == ["undecided"]
 
@@ -259,15 +259,15 @@ def test_what_is_no_picture_ends_the_session_and_nothing_else(studio, message):
     client, tokens = studio
     with opened(client, tokens["verifier"]) as connection:
         connection.send_json({"claim": "Ada Lovelace"})
-        heard(connection, "ready")
+        received(connection, "ready")
         if isinstance(message, dict):
             connection.send_json(message)
             connection.send_json({"do": "end"})
-            assert heard(connection, "verdict")["verdict"] == "inconclusive"
+            assert received(connection, "verdict")["verdict"] == "inconclusive"
         else:
             (connection.send_bytes if isinstance(message, bytes) else connection.send_text)(message)
             with pytest.raises((WebSocketDisconnect, AssertionError)):
-                heard(connection, "verdict")
+                received(connection, "verdict")
     assert not client.app.state.studio.live_sessions
     assert client.get("/help").status_code == 200
 
@@ -279,12 +279,12 @@ def test_a_revoked_token_ends_its_session(studio, monkeypatch):
     monkeypatch.setattr(live, "LOOK_S", 0.0)
     with opened(client, tokens["verifier"]) as connection:
         connection.send_json({"claim": "Ada Lovelace"})
-        heard(connection, "ready")
+        received(connection, "ready")
         held = client.app.state.studio.tokens
         held.revoke(next(one.id for one in held.all() if one.role == "verifier"))
         connection.send_json({"do": "end"})
         with pytest.raises(WebSocketDisconnect) as ended:
-            heard(connection, "verdict")
+            received(connection, "verdict")
     assert ended.value.code == 1000 and not client.app.state.studio.live_sessions
 
 
@@ -294,10 +294,10 @@ def test_an_unknown_person_and_a_full_house_are_told(studio, monkeypatch):
     for hello in ({"claim": "Nobody"}, {"claim": ""}, {"claim": ["x"]}):
         with opened(client, tokens["verifier"]) as connection:
             connection.send_json(hello)
-            assert heard(connection, "error")["text"]
+            assert received(connection, "error")["text"]
     for limit in ("MOST_SESSIONS", "MOST_OF_ONE"):
         with monkeypatch.context() as full:
             full.setattr(live, limit, 0)
             with opened(client, tokens["verifier"]) as connection:
                 connection.send_json({"claim": "Ada Lovelace"})
-                assert "Other live checks" in heard(connection, "error")["text"]
+                assert "Other live checks" in received(connection, "error")["text"]

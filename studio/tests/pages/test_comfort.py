@@ -1,6 +1,6 @@
 """What makes the studio easy: samples, its own page for each failure, suspending, words that people say.
 
-Beside each test: the wrong implementation it catches.
+Each test names the wrong implementation it catches.
 """
 
 from __future__ import annotations

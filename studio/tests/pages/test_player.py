@@ -1,4 +1,4 @@
-"""What is drawn beneath a film that is played.  Beside each test: the wrong implementation it would catch."""
+"""What is drawn beneath a film that is played.  Each test names the wrong implementation it would catch."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ SECONDS = Seconds((), "1 s", (), "")
 def job(folder: Path, lines: str, **result: Any) -> Job:
     """A job that left these signals."""
     (folder / "signals.csv").write_text(lines, encoding="utf-8")
-    told = {"cover": {"film_s": [2.0, 3.0]}, "input": {"sha256": "of another film"}} | result
-    return Job("1", "verify", "me", folder, result=told, kept={"files": []}, film_sha256="ab")
+    output = {"cover": {"film_s": [2.0, 3.0]}, "input": {"sha256": "of another film"}} | result
+    return Job("1", "verify", "me", folder, result=output, kept={"files": []}, film_sha256="ab")
 
 
 def test_a_course_is_in_widths_and_breaks_where_nobody_saw(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The pages of a film and its verdict, as they come without script.  Beside each test: what it would catch."""
+"""The pages of a film and its verdict, as they come without script.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_registry_of_nobody_still_answers(films: Path, tmp_path: Path, monkeyp
 def test_another_s_badge_is_named_by_the_server_alone(
     ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Catches: the claimed name for that of the badge that was read; a process of a film that is told that name."""
+    """Catches: the claimed name for that of the badge that was read; a process of a film that is given that name."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     sarah = design_badge(Request("Sarah Example"), payload_for_name("Sarah Example"))
     film = badge_film(ada, tmp_path / "ada.mp4")
@@ -70,8 +70,8 @@ def test_another_s_badge_is_named_by_the_server_alone(
         kept = visit.ask("GET", f"/api/jobs/{job_id}/report", "verifier").text
         assert "<h1>✗ Genuine, but Ada Lovelace&#39;s, not Sarah Example&#39;s</h1>" in kept
         job = visit.job(job_id)
-        told = json.dumps([job.result, job.kept]).encode() + b"".join(p.read_bytes() for p in job.folder.iterdir())
-        assert b"Ada Lovelace" not in told and b"Sarah Example" in told
+        output = json.dumps([job.result, job.kept]).encode() + b"".join(p.read_bytes() for p in job.folder.iterdir())
+        assert b"Ada Lovelace" not in output and b"Sarah Example" in output
         picture = visit.ask("GET", f"/verify/{job_id}/picture/frame.jpg", "verifier")
         assert picture.status_code == 200 and picture.content[:2] == b"\xff\xd8"
 

@@ -1,4 +1,4 @@
-"""What every page says must be true of every badge.  Beside each test: the wrong implementation it catches."""
+"""What every page says must be true of every badge.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_no_page_asks_for_corners_that_a_badge_may_not_have(name: str) -> None:
 
 def test_sentences_of_the_library_lose_the_words_of_the_command_line() -> None:
     """Catches: an option's name on a page, a sentence that is cut with it, a sentence without one that is changed."""
-    told = {
+    output = {
         "give a board (--size) of 81 mm or more in height": "give a board of 81 mm or more in height",
         "take a thinner sheet, or another mount (--mount)": "take a thinner sheet, or another mount",
         "add it, or take the badge in portrait (--orientation portrait)": "add it, or take the badge in portrait",
@@ -40,5 +40,5 @@ def test_sentences_of_the_library_lose_the_words_of_the_command_line() -> None:
         "add --trust 0123": "add --trust 0123",
         "the name is empty; give the name": "the name is empty; give the name",
     }
-    assert {sentence: plain(sentence) for sentence in told} == told
+    assert {sentence: plain(sentence) for sentence in output} == output
     assert all("--" not in words for _, words in PLAIN)

@@ -70,10 +70,10 @@ def test_another_detector_s_score_is_told_and_counts_for_nothing(here: Path) -> 
     """Catches: a verdict that follows another program; a score that is swallowed where nothing is signed."""
     plain = json.loads(ran("verify", "film.mp4", *BADGE, "--json").stdout)
     scored = ran("verify", "film.mp4", *BADGE, "--detector", "lips=-1e9", "--detector", "a=b=2", "--json")
-    told = json.loads(scored.stdout)
-    assert plain["detectors"] == [] and (scored.exit_code, told["verdict"]) == (0, "accept")
-    assert told["detectors"] == [{"name": "lips", "score": -1e9}, {"name": "a=b", "score": 2.0}]
-    assert told["reasons"] == plain["reasons"]
+    document = json.loads(scored.stdout)
+    assert plain["detectors"] == [] and (scored.exit_code, document["verdict"]) == (0, "accept")
+    assert document["detectors"] == [{"name": "lips", "score": -1e9}, {"name": "a=b", "score": 2.0}]
+    assert document["reasons"] == plain["reasons"]
     words = ran("verify", "film.mp4", *BADGE, "--detector", "lips=0.5").stdout
     assert "Detector lips gives 0.5; that is no part of the verdict." in words
 
@@ -87,11 +87,11 @@ def test_every_verdict_is_signed_with_the_registry_that_was_asked(here: Path, ad
     command = ["verify", "film.mp4", "--claim", "Ada Lovelace", "--registry", "sqlite:///people.sqlite3"]
     done = ran(*command, "--sign", "key.pem", "--attest", "verdict.json", "--json")
     assert done.exit_code in (1, 3), done.output
-    told = json.loads(done.stdout)
-    assert told["registry"] == asked | {"expires": None} and "sqlite" not in json.dumps(told)
+    document = json.loads(done.stdout)
+    assert document["registry"] == asked | {"expires": None} and "sqlite" not in json.dumps(document)
     checked = ran("attest", "check", "verdict.json", "--key", "pub.pem")
     assert checked.exit_code == 0 and asked["fingerprint"] in checked.stdout
-    assert told["verdict"].upper() in checked.stdout and f"badge of Ada Lovelace ({ada.id})" in checked.stdout
+    assert document["verdict"].upper() in checked.stdout and f"badge of Ada Lovelace ({ada.id})" in checked.stdout
 
 
 @pytest.mark.parametrize(

@@ -68,11 +68,11 @@ def test_a_namesake_with_the_same_line_is_told(registry: str, tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_people_who_get_one_line_from_the_options_are_told_apart_or_told(tmp_path: Path) -> None:
-    """Catches: two people of one name who bear one line, of which only one stands in the list."""
+    """Catches: two people of one name who bear one line, of which only one is in the list."""
     (tmp_path / "people.csv").write_text("name,line\nAda,Speaker\nAda,\n", encoding="utf-8")
     command = ["--people", str(tmp_path / "people.csv"), "--format", "a7", "--line"]
-    told = notes(printed(*command, "Speaker", out=tmp_path / "a"))
-    assert any("rows 2 and 3 bear the name 'Ada' and the line 'Speaker'" in note for note in told)
+    output = notes(printed(*command, "Speaker", out=tmp_path / "a"))
+    assert any("rows 2 and 3 bear the name 'Ada' and the line 'Speaker'" in note for note in output)
     assert not any("rows 2 and 3" in note for note in notes(printed(*command, "Guest", out=tmp_path / "b")))
 
 

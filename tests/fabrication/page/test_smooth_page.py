@@ -1,4 +1,4 @@
-"""Curved lines on the printer's dots.  Beside each test: what it would catch."""
+"""Curved lines on the printer's dots.  Each test names what it would catch."""
 
 from __future__ import annotations
 

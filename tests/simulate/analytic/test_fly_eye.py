@@ -1,4 +1,4 @@
-"""Pictures of a board under a lens array.  Beside each test: what it would catch."""
+"""Pictures of a board under a lens array.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def test_the_cheapest_setting_that_meets_the_wish_is_taken():
 
 
 def test_float32_and_float64_see_the_same():
-    """Catches: places told from far away in float32; a neighbour taken at the wrong slant; tangents held in a pixel."""
+    """Catches: places far away given in float32; a neighbour taken at the wrong slant; tangents held in a pixel."""
     for name in FEW:
         setting = SETTINGS[name]
         instant = setting.seen_at(0.3)

@@ -1,4 +1,4 @@
-"""The fast renderer, held against the closed form of the optics.  Beside each test: what it would catch.
+"""The fast renderer, held against the closed form of the optics.  Each test names what it would catch.
 
 Frames are those of `kit.seen_gratings`.
 """
@@ -104,7 +104,7 @@ def test_print_scale_changes_the_beat(prototype):
 
 
 def test_print_aspect_changes_the_beat_of_a_y_grating_alone(prototype):
-    """Catches: an aspect of the width; 1/a for a; one that the scale's square stands for; one of the sheet as well."""
+    """Catches: an aspect of the width; 1/a for a; one that is the scale's square; one of the sheet as well."""
     camera, built = (0.0, 0.0, -1001.0), Build(print_scale=1.002, print_aspect=0.997)
     lying = view(transposed(prototype), camera, built)
     seen = View(lying.brightness.T, lying.y_mm, lying.x_mm)

@@ -1,4 +1,4 @@
-"""A smooth field as the tracer reads it.  Beside each test: what it would catch."""
+"""A smooth field as the tracer reads it.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of high dynamic range, of calls, and with a flag.  Beside each test: what it would catch."""
+"""Files of high dynamic range, of calls, and with a flag.  Each test names what it would catch."""
 
 from __future__ import annotations
 

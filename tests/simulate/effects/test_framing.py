@@ -1,4 +1,4 @@
-"""Crops, tiles, zooms and stabilisers on a dot whose place is known.  Beside each test: what it would catch."""
+"""Crops, tiles, zooms and stabilisers on a dot whose place is known.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_a_tile_is_the_picture_itself_off_the_recording_s_middle():
 
 
 def test_stretching_widens_and_anamorphic_pixels_are_told():
-    """Catches: heights that are stretched; a flag turned round; a stretch that is told, which undoes it."""
+    """Catches: heights that are stretched; a flag turned round; a stretch that is stated, which undoes it."""
     across, down = scales(a_take(), "stretch:ordinary")
     assert across == pytest.approx(1.03, abs=0.002) and down == pytest.approx(1)
     assert effect_named("stretch").recipe is None
@@ -154,7 +154,7 @@ def test_a_stabiliser_calms_the_picture_within_its_margin(strength, px):
     assert np.abs(shift).max() <= margin + 1e-6 and np.abs(shift[:, 0]).max() > 0.6 * margin
     turn = np.degrees(np.arctan2(maps[:, 1, 0], maps[:, 0, 0]))
     assert 0.5 * px / 25 < np.abs(turn).max() <= px / 25 + 1e-9
-    # The far end of the mean view shakes less than before, beside the magnification.
+    # The far end of the mean view shakes less than before, apart from the magnification.
     far = take.poses.rotation @ take.poses.rotation[:, 2].mean(axis=0)
     path = 480 * far[:, :2] / far[:, 2:]
     calmed = path + shift

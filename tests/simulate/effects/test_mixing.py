@@ -1,4 +1,4 @@
-"""Pictures mixed with those before.  Beside each test: what it would catch."""
+"""Pictures mixed with those before.  Each test names what it would catch."""
 
 from __future__ import annotations
 

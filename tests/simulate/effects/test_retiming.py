@@ -1,4 +1,4 @@
-"""Which of the camera's frames the file shows, and when.  Beside each test: what it would catch."""
+"""Which of the camera's frames the file shows, and when.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ def test_times_never_run_backwards_and_weights_add_to_one(name, strength):
 
 def test_blending_keeps_the_told_times_and_repeating_lags():
     """Catches: neighbours' weights exchanged; 24 frames a second played as 30; every frame repeated."""
-    told = np.arange(FRAMES) / FPS
-    assert times("blend") == pytest.approx(told)
+    output = np.arange(FRAMES) / FPS
+    assert times("blend") == pytest.approx(output)
     made = timing("blend")
     assert made.fps == pytest.approx(24)
     assert np.array(made.parts[1]) == pytest.approx(np.array([[0, 0.2], [1, 0.8]]))
-    lag = told - times("repeat")
+    lag = output - times("repeat")
     assert lag.min() == pytest.approx(0) and lag.max() == pytest.approx(4 / 5 / 24)
     shown = np.array([part[0][0] for part in timing("repeat").parts])
     assert np.count_nonzero(np.diff(shown) == 0) == pytest.approx(FRAMES / 5, abs=1)

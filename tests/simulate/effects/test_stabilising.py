@@ -1,4 +1,4 @@
-"""Rows that wobble, and shutters of either direction.  Beside each test: what it would catch."""
+"""Rows that wobble, and shutters of either direction.  Each test names what it would catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tone, halos and exposure on pictures made up.  Beside each test: what it would catch."""
+"""Tone, halos and exposure on pictures made up.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_glare_is_a_light_in_the_scene(prototype):
 
 @pytest.mark.parametrize(("strength", "most_mm"), [("light", 2.0), ("ordinary", 5.0), ("strong", 10.0)])
 def test_a_backdrop_bites_the_outline_no_deeper_than_told(strength, most_mm):
-    """Catches: bites in the middle; a mask beside the badge; bites that never change."""
+    """Catches: bites in the middle; a mask next to the badge; bites that never change."""
     take = a_take()
     begin = effect_named(f"backdrop:{strength}").begin
     assert begin is not None

@@ -1,4 +1,4 @@
-"""What forged films show, and the truth that is written of it.  Beside each test: what it would catch."""
+"""What forged films show, and the truth that is written of it.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -88,25 +88,25 @@ def fringe_phase(badge: Badge, board: BoardRadiance, pose: Poses, camera: Camera
 
 @pytest.mark.parametrize("kind", [None, "gain_low", "reversed", "wobble", "generative", "photo", "screen", "frozen"])
 def test_the_truth_s_phase_moves_as_the_picture_s(prototype, kind):
-    """Catches: the true phase beside a forged film; a forged phase that forgets that the sheet lies above the page
+    """Catches: the true phase next to a forged film; a forged phase that forgets that the sheet lies above the page
     (3.7 % of the true motion); a picture whose fringes do not move as its truth says; a sign.
     """
-    frames, measured, told = (0, 9, 20, 31, 42, 55), [], []
+    frames, measured, output = (0, 9, 20, 31, 42, 55), [], []
     boards, shown = seen(prototype, kind, *frames)
     for frame, board in zip(frames, boards, strict=True):
         measured.append(fringe_phase(prototype, board, frontal_swing(np.array([frame / FPS]))))
         field = shown.field(frame)
         centre = np.zeros(2) if field is None else field[field.shape[0] // 2, field.shape[1] // 2]
-        told.append(
+        output.append(
             shown_phase_rad(
                 Scene(prototype), prototype.gratings[0], shown.camera_mm[frame], shown.sight_mm[frame], centre
             )
         )
-    off = np.array([math.remainder(m - t, 2 * math.pi) for m, t in zip(measured, told, strict=True)])
+    off = np.array([math.remainder(m - t, 2 * math.pi) for m, t in zip(measured, output, strict=True)])
     off = np.array([math.remainder(value - off[0], 2 * math.pi) for value in off])
     assert np.abs(off).max() < 0.05, off
     if kind in (None, "gain_low", "reversed"):
-        assert np.ptp(told) > 0.4
+        assert np.ptp(output) > 0.4
 
 
 def test_half_the_gain_is_half_the_phase_on_the_lens(prototype, tmp_path):
@@ -176,7 +176,7 @@ def test_a_patch_of_the_board_shows_its_own_course(prototype):
 
 
 def test_a_generative_film_begins_true_and_then_wanders(prototype):
-    """Catches: a first frame that is forged already; a pitch that stands still; a spread that gives it away."""
+    """Catches: a first frame that is forged already; a pitch that stays still; a spread that gives it away."""
     camera = frontal_swing(np.arange(90) / FPS).camera_mm
     made_up = Generative(prototype, camera, FPS, seed=2)
     assert np.array_equal(made_up.camera_mm[0], camera[0]) and not made_up.at(0).any()
@@ -274,7 +274,7 @@ def test_a_seed_makes_one_forgery(prototype):
 
 
 def test_the_truth_says_nothing_where_the_law_is_not_traced(prototype):
-    """Catches: the edge of the law's table told as the truth, with which a verifier of the same table agrees."""
+    """Catches: the edge of the law's table written as the truth, with which a verifier of the same table agrees."""
     grating, centre = prototype.gratings[0], np.zeros(2)
     phases = [
         shown_phase_rad(Scene(prototype), grating, place, place, centre)

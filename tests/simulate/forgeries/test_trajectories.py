@@ -161,7 +161,7 @@ def test_the_seed_decides_the_random_walk_and_nothing_else():
 
 
 def test_the_input_is_left_alone():
-    """Catches: a forgery computed in place, which would forge the truth beside the film."""
+    """Catches: a forgery computed in place, which would forge the truth next to the film."""
     true = course()
     for kind in TRAJECTORIES:
         false_camera(kind, true, FPS, seed=3)

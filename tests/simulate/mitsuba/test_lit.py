@@ -57,7 +57,7 @@ def frames(scene: Scene, u: float, samples: int) -> tuple[list[BoardRadiance], B
 
 @pytest.mark.parametrize(("u", "samples"), [(0.0, 144), pytest.param(0.3, 144, marks=pytest.mark.slow)])
 def test_a_soft_box_turns_the_fringes_alike(badge: Badge, u: float, samples: int) -> None:
-    """Two places, one facing the box's bright bands and one off them; the Monte-Carlo error is told by the seeds.
+    """Two places, one facing the box's bright bands and one off them; the Monte-Carlo error is that of the seeds.
 
     Catches: a light mirrored left to right (the two places change their brightness), bands at another place of the
     pitch, light that passes no lens.
@@ -74,7 +74,7 @@ def test_a_soft_box_turns_the_fringes_alike(badge: Badge, u: float, samples: int
 
 @pytest.mark.slow
 def test_the_two_places_differ_in_brightness(badge: Badge) -> None:
-    """What the test above rests on: mirrored, the box would be told by a half of the brightness."""
+    """What the test above rests on: mirrored, the box would show in a half of the brightness."""
     scene = Scene(badge, light=LIGHTS["softbox"])
     crop = [pixels_of(scene, seen_from((1000 * u, 0, -1000)), badge.gratings[0].cells[5].rect_mm) for u in (0.3, -0.3)]
     bright, dark = (
@@ -86,7 +86,7 @@ def test_the_two_places_differ_in_brightness(badge: Badge) -> None:
 
 @pytest.mark.slow
 def test_the_streak_of_glare_is_as_bright(badge: Badge) -> None:
-    """A lamp's glare on black paper, so that nothing else is seen: mean over the streak, and beside it nothing.
+    """A lamp's glare on black paper, so that nothing else is seen: mean over the streak, and next to it nothing.
 
     Catches: Fresnel's share at the wrong angle, a streak too wide or too narrow, the disc at another height.
     """

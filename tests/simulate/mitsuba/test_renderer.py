@@ -96,8 +96,8 @@ def fresnel_turn_rad(lens: Lens, rear_pitch_mm: float, tan_x: float) -> float:
 def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
     """Mitsuba, the analytic renderer and the phase law, straight on and at 17 degrees, rad.
 
-    Mitsuba's own error is told by three seeds.  Beyond it, and beyond what its weighing of rays by their transmittance
-    adds, the two renderers are let differ by 0.002 rad, and the law from both by 0.01.
+    Mitsuba's own error is estimated from three seeds.  Beyond it, and beyond what its weighing of rays by their
+    transmittance adds, the two renderers are let differ by 0.002 rad, and the law from both by 0.01.
     Catches: an offset of 2 um between lens and page, a law for another effective gap, a lost Fresnel share.
     """
     scene, cell = Scene(badge), badge.gratings[0].cells[band]
@@ -112,15 +112,15 @@ def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
         analytic = beyond_law_rad(analytic_frame(scene, instant, (16, 4)), scene, instant, cell)
         weighed = fresnel_turn_rad(badge.lens, cell.pitch_mm, -u)
         # Phases about half a turn have two names, so they are counted from one of their own.
-        beside = [turn_rad(phase, analytic + weighed) for phase in phases]
-        error[u] = float(np.std(beside, ddof=1)) / math.sqrt(3)
-        beyond[u] = [analytic + float(np.mean(beside)), analytic]  # without that weight
+        weighed_rad = [turn_rad(phase, analytic + weighed) for phase in phases]
+        error[u] = float(np.std(weighed_rad, ddof=1)) / math.sqrt(3)
+        beyond[u] = [analytic + float(np.mean(weighed_rad)), analytic]  # without that weight
     apart = [turn_rad(*beyond[u]) for u in (0.0, 0.3)]
     from_law = [turn_rad(beyond[0.3][k], beyond[0.0][k]) for k in (0, 1)]
-    told = f"Mitsuba - analytic {apart}, Mitsuba's error {error} rad at u = 0, 0.3; from u = 0 on, - law: {from_law}"
-    assert max(error.values()) < 0.002, told
-    assert all(abs(gap) < 0.002 + 3 * err for gap, err in zip(apart, error.values(), strict=True)), told
-    assert np.abs(from_law).max() < 0.01, told
+    output = f"Mitsuba - analytic {apart}, Mitsuba's error {error} rad at u = 0, 0.3; from u = 0 on, - law: {from_law}"
+    assert max(error.values()) < 0.002, output
+    assert all(abs(gap) < 0.002 + 3 * err for gap, err in zip(apart, error.values(), strict=True)), output
+    assert np.abs(from_law).max() < 0.01, output
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The lens sheet's front, and one renderer for many frames.  Beside each test: what it would catch."""
+"""The lens sheet's front, and one renderer for many frames.  Each test names what it would catch."""
 
 from __future__ import annotations
 

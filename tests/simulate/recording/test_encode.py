@@ -1,4 +1,4 @@
-"""Codecs and recipes, and films that end before their time.  Beside each test: what it would catch."""
+"""Codecs and recipes, and films that end before their time.  Each test names what it would catch."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_recipes_scale_down_and_never_up(prototype, tmp_path):
 
 
 def test_a_low_rate_is_kept(tmp_path):
-    """Catches: kbps taken for bits or bytes; a rate beside a quality, which then rules."""
+    """Catches: kbps taken for bits or bytes; a rate next to a quality, which then rules."""
     sizes = {}
     for kbps in (200, 800):
         path = tmp_path / f"{kbps}.mp4"

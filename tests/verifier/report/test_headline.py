@@ -318,11 +318,11 @@ def test_dates_are_in_words_and_by_one_clock() -> None:
 
 
 def test_each_finding_stands_in_one_group() -> None:
-    """Catches: a finding lost or told twice; a warning that is folded away."""
+    """Catches: a finding lost or stated twice; a warning that is folded away."""
     levels = ("pass", "fail", "undecided", "note")
     reasons = [finding(code, level) for code in (*WEIGHTIEST, *CAUSES, "copyable", "unheard_of") for level in levels]
     found = sorted_findings(reasons)
-    told = [*found.fail, *found.open, *found.warn, *found.hold, *found.rest]
-    assert len(told) == len(reasons) and all(one in told for one in reasons)
+    output = [*found.fail, *found.open, *found.warn, *found.hold, *found.rest]
+    assert len(output) == len(reasons) and all(one in output for one in reasons)
     assert [one["code"] for one in found.warn] == ["covered", "copyable"]
     assert {one["level"] for one in found.first} == {"fail", "undecided", "note"}

@@ -248,14 +248,14 @@ def test_failures_come_first_and_what_holds_is_folded(ada):
     page = page_of(report, replace(KNOWN, barred=Exclusion("revoked", "2026-05-03T10:00:00Z", "lost on the train")))
     assert "<h1>✗ Revoked on 3 May: lost on the train</h1>" in page
     body = page[page.index("<h2>Why") : page.index("<h2>Which seconds")]
-    told = [body.index(one.text.replace("'", "&#39;")) for one in (gone, *report.identity.reasons)]
-    assert told == sorted(told) and max(told) < body.index("<details")
+    output = [body.index(one.text.replace("'", "&#39;")) for one in (gone, *report.identity.reasons)]
+    assert output == sorted(output) and max(output) < body.index("<details")
     held = [one.text for one in report.reasons if one.level == "pass"]
     assert held and all(body.index(text.replace("'", "&#39;")) > body.index("<details") for text in held)
 
 
 def test_no_option_of_the_command_line_stands_on_a_page():
-    """Catches: a sentence of a finding or a template that tells a reader of a page to type something."""
+    """Catches: a sentence of a finding or a template that asks a reader of a page to type something."""
     root = Path(moireid.__file__).parent
     option = re.compile(r"(?<![\w-])--[a-z][a-z-]+")
     for path in [*root.glob("verifier/report/*.j2"), *root.glob("verifier/**/*.py")]:
