@@ -8,30 +8,38 @@ bytes a picture, and processor time of decoding by one thread, ns a pixel, the l
 of a low bit rate, where decoding costs least: then no film's searches cost more than their share.
 Rows "look": each search of a picture, its processor ms, over the nominal work that it counts, and over decoding a
 picture by `DECODED_NS`: in the room, in noise, before an even wall.
+Rows "step": drawing, smearing and registering a template of a page in view, its solver apart, and following a page as
+if it were smeared, over the same; by the width of a marker, px.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import av
 import numpy as np
 from numpy.typing import NDArray
 from speed_films import BADGE, Room
-from tracking import as_coded
+from tracking import HeldBadge, as_coded, held
 
 from moireid.simulate.cameras import Camera
 from moireid.verifier.picture import Picture
 from moireid.verifier.tracking.finding.markers import MarkerFinder, tiles_of
+from moireid.verifier.tracking.print_template import Template
+from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, scale_px_per_mm
 from moireid.verifier.tracking.search_work import DECODED_NS
+from moireid.verifier.tracking.smeared_frames import ShakenFollower
+from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 from moireid.verifier.video import Film
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
 
 Counts = NDArray[np.uint8]
 CAMERA, FRAMES, RUNS = Camera(), 40, 5
+MARKERS_PX, STEPS = (25, 50, 100), ("draw", "smear", "solve and register", "register", "follow as smeared")
 #: Codec, and its options by quality: as a call, a phone and an editor code films.
 CODECS = {
     "H.264": ("libx264", ({"crf": "34"}, {"crf": "28"}, {"crf": "23"}, {"crf": "18"})),
@@ -95,6 +103,46 @@ def look_row(finder: MarkerFinder, picture: Counts, look: Callable[[Picture], ob
     return {"ms": 1e3 * real_s, "over nominal": real_s / nominal_s, "over decoding": real_s / decoding_s}
 
 
+@cache
+def page_in_view(marker_px: int) -> HeldBadge:
+    """A film of a badge in a hand, with markers of about that width."""
+    return held(26 * CAMERA.focal_px / marker_px)
+
+
+def step_row(step: str, marker_px: int) -> Row:
+    """Cost of one step of following a page, in the middle of a film; a step's own preparation is not timed."""
+    film = page_in_view(marker_px)
+    middle = len(film.frames) // 2
+    picture, page, time_s = film.frames[middle].picture, film.homographies[middle], film.frames[middle].time_s
+    registrar = PageRegistrar(film.badge.markers)
+    printer, kept = registrar.printer, KeptTemplate(registrar.printer)
+    px_per_mm, template = scale_px_per_mm(page, printer.middle), kept.at(page)
+    smear_mm = np.tile([printer.module_mm, 0.0], (len(printer.patches), 1))
+    before, last = (FrameSighting(at, film.frames[at].time_s, film.homographies[at]) for at in (middle - 2, middle - 1))
+    follower = ShakenFollower(registrar, kept, TrackEnds(before=before, last=last))
+    works: dict[str, tuple[Callable[[], Template | None], Callable[[Template | None], object]]] = {
+        "draw": (lambda: None, lambda _: printer.draw(px_per_mm)),
+        "smear": (lambda: None, lambda _: printer.smeared(template, smear_mm)),
+        "solve and register": (
+            partial(printer.draw, px_per_mm),
+            lambda fresh: registrar.register(picture, page, fresh),
+        ),
+        "register": (lambda: template, lambda sharp: registrar.register(picture, page, sharp)),
+        "follow as smeared": (lambda: None, lambda _: follower.find(picture, time_s)),
+    }
+    prepare, work = works[step]
+    work(prepare())
+    real_s, nominal_s = math.inf, 0.0
+    for _ in range(4 * RUNS):
+        given = prepare()
+        counted, begun = registrar.work_ns + printer.work_ns, time.thread_time()
+        work(given)
+        real_s = min(real_s, time.thread_time() - begun)
+        nominal_s = 1e-9 * (registrar.work_ns + printer.work_ns - counted)
+    decoding_s = 1e-9 * DECODED_NS * CAMERA.width * CAMERA.height
+    return {"ms": 1e3 * real_s, "over nominal": real_s / nominal_s, "over decoding": real_s / decoding_s}
+
+
 def rows(wish: Wish) -> Iterator[Row]:
     """One row a case."""
     finder, rng = MarkerFinder(BADGE.markers), np.random.default_rng(wish.seed)
@@ -115,6 +163,7 @@ def rows(wish: Wish) -> Iterator[Row]:
         }
         for place, picture in pictures.items():
             cases |= {f"look {name}, {place}": partial(look_row, finder, picture, look) for name, look in looks.items()}
+        cases |= {f"step {step}, {px} px": partial(step_row, step, px) for px in MARKERS_PX for step in STEPS}
         for name in wish.chosen(cases):
             yield {"case": name} | cases[name]()
 
