@@ -391,11 +391,11 @@ def test_silent_sockets_stop_no_one_who_has_a_link_or_a_token(
     ask_for_files()
     secret, strangers = asker.make(), asker.visit.studio.silent_strangers
 
-    async def first_event(port: int, path: str, hello: dict[str, str], **headers: str) -> str:
+    async def first_event(port: int, path: str, hello: dict[str, str], **headers: str) -> dict[str, Any]:
         address = f"ws://127.0.0.1:{port}{path}"
         async with connect(address, origin=Origin(f"http://127.0.0.1:{port}"), additional_headers=headers) as socket:
             await socket.send(json.dumps(hello))
-            return str(json.loads(await socket.recv())["event"])
+            return dict(json.loads(await socket.recv()))
 
     async def flooded(port: int) -> None:
         flood = []
@@ -407,9 +407,10 @@ def test_silent_sockets_stop_no_one_who_has_a_link_or_a_token(
             assert b"101" in await reader.readline()
             flood.append(writer)
         assert len(strangers) == min(count, MOST_SILENT)
-        assert await first_event(port, "/check/socket", {"token": secret}) == "ready"
-        claim = {"claim": "Ada Lovelace"}
-        assert await first_event(port, "/live/socket", claim, **asker.headers) == "ready"
+        asked = await first_event(port, "/check/socket", {"token": secret})
+        assert asked["event"] == "ready", asked
+        live = await first_event(port, "/live/socket", {"claim": "Ada Lovelace"}, **asker.headers)
+        assert live["event"] == "ready", live
         for writer in flood:
             writer.close()
 
