@@ -79,30 +79,39 @@ def smoothest(grating: Grating) -> tuple[Cell, ...]:
         cell changes; that ends, as each change makes the sum over the field less.
     """
     rows = rows_of(grating)
+    middles = [
+        [(low + high) / 2 for low, _, high, _ in (own_rect(grating.axis, c.rect_mm) for c in row)] for row in rows
+    ]
+    edges = [[cell.edge_mm for cell in row] for row in rows]
+    near = {(r, k): _neighbours(rows, r, k) for r, row in enumerate(rows) if len(row) > 1 for k in range(len(row))}
+
+    def number(r: int, k: int, along: float) -> float:
+        return (along - edges[r][k]) / rows[r][k].pitch_mm
+
     changed = True
     while changed:
         changed = False
-        for r, k in [(r, k) for r, row in enumerate(rows) if len(row) > 1 for k in range(len(row))]:
-            cell = rows[r][k]
-            low, _, high, _ = own_rect(grating.axis, cell.rect_mm)
-            own = _number(cell, (low + high) / 2)
-            near = [_number(other, (low + high) / 2) for other in _neighbours(rows, r, k)]
-            on = min((0, -1, 1), key=lambda step: sum((own + step - at) ** 2 for at in near) + LEAST_GAIN * (step != 0))
-            if on:
-                rows[r][k], changed = replace(cell, edge_mm=cell.edge_mm - on * cell.pitch_mm), True
-    counted = {cell.rect_mm: cell for row in rows for cell in row}
+        for (r, k), others in near.items():
+            own = number(r, k, middles[r][k])
+            apart = sum(own - number(*other, middles[r][k]) for other in others)
+            # A whole number on changes the sum of the squares of n differences by n and twice their sum.
+            if 2 * abs(apart) > len(others) + LEAST_GAIN:
+                edges[r][k] += math.copysign(rows[r][k].pitch_mm, apart)
+                changed = True
+    counted = {
+        cell.rect_mm: replace(cell, edge_mm=edge) if edge != cell.edge_mm else cell
+        for row, own_edges in zip(rows, edges, strict=True)
+        for cell, edge in zip(row, own_edges, strict=True)
+    }
     return tuple(counted[cell.rect_mm] for cell in grating.cells)
 
 
-def _number(cell: Cell, along: float) -> float:
-    return (along - cell.edge_mm) / cell.pitch_mm
-
-
-def _neighbours(rows: list[list[Cell]], r: int, k: int) -> list[Cell]:
-    """The cells on either side of one, and those above and below it."""
-    found = rows[r][max(k - 1, 0) : k] + rows[r][k + 1 : k + 2]
-    for row in rows[max(r - 1, 0) : r] + rows[r + 1 : r + 2]:
-        found.append(row[k * len(row) // len(rows[r])])
+def _neighbours(rows: list[list[Cell]], r: int, k: int) -> list[tuple[int, int]]:
+    """Row and place in it of the cells on either side of one, and of those above and below it."""
+    found = [(r, other) for other in (k - 1, k + 1) if 0 <= other < len(rows[r])]
+    for other in (r - 1, r + 1):
+        if 0 <= other < len(rows):
+            found.append((other, k * len(rows[other]) // len(rows[r])))
     return found
 
 

@@ -7,7 +7,27 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.identity.cell_waveform import HARMONICS, learn_waveform, match_cost, match_phase, match_symbol
+from moireid.verifier.fringes.sinusoid import series
+from moireid.verifier.identity.cell_slip import row_slips
+from moireid.verifier.identity.cell_waveform import (
+    HARMONICS,
+    learn_waveform,
+    match_cost,
+    match_phase,
+    match_symbol,
+    moments,
+)
+
+
+def cost_of(seen, phase, shape, inflation):
+    """The misfit of one cell that has all places of a row, (1, GRID)."""
+    places = phase.shape[1]
+    return match_cost(moments(seen, phase).of_cells(np.ones((1, places)), np.zeros(places)), shape, inflation)
+
+
+def phase_of(cost):
+    """The phase of one cell and its standard deviation."""
+    return tuple(float(part[0]) for part in match_phase(cost))
 
 
 def squarish(phase):
@@ -32,7 +52,7 @@ def test_a_cell_that_sees_part_of_a_fringe_gives_its_phase(rng, ahead, span, lev
     shape = learn_waveform(squarish(np.linspace(0, 40, 3000)), np.linspace(0, 40, 3000))
     phase = rng.uniform(1.0, 1.0 + span, (60, 12))
     seen = level + contrast * squarish(phase + ahead) + 0.04 * rng.standard_normal(phase.shape)
-    value, sd = match_phase(match_cost(seen, phase, shape, 1.0))
+    value, sd = phase_of(cost_of(seen, phase, shape, 1.0))
     assert abs(math.remainder(value - ahead, 2 * math.pi)) < 0.02
     assert 0 < sd < 0.05
 
@@ -45,7 +65,7 @@ def test_error_bars_are_those_of_the_scatter(rng):
         phase = rng.uniform(0, 8, (20, 10))
         # Noise that outweighs what is allowed for the shape's own error.
         seen = squarish(phase + 0.5) + 0.9 * rng.standard_normal(phase.shape)
-        value, sd = match_phase(match_cost(seen, phase, shape, 1.0))
+        value, sd = phase_of(cost_of(seen, phase, shape, 1.0))
         errors.append(value - 0.5)
         bars.append(sd)
     assert 0.7 < np.std(errors) / np.mean(bars) < 1.4
@@ -55,9 +75,9 @@ def test_a_cell_that_sees_only_white_says_that_it_does_not_know(rng):
     """Catches: a confident guess from a piece of a fringe without an edge in it."""
     shape = learn_waveform(squarish(np.linspace(0, 40, 3000)), np.linspace(0, 40, 3000))
     phase = rng.uniform(-0.05, 0.05, (40, 8))
-    _, sd = match_phase(match_cost(squarish(phase) + 0.3 * rng.standard_normal(phase.shape), phase, shape, 3.0))
+    _, sd = phase_of(cost_of(squarish(phase) + 0.3 * rng.standard_normal(phase.shape), phase, shape, 3.0))
     assert sd > 0.3
-    assert match_phase(match_cost(phase[:1, :4], phase[:1, :4], shape, 1.0)) == (0.0, math.inf)
+    assert phase_of(cost_of(phase[:1, :4], phase[:1, :4], shape, 1.0)) == (0.0, math.inf)
 
 
 @pytest.mark.parametrize("middle", [0.0, math.pi])
@@ -70,8 +90,65 @@ def test_one_plateau_is_never_taken_for_the_other(middle, misfit):
     phase = np.linspace(-0.35, 0.35, 2000).reshape(-1, 20)
     # A slope and a bend that the shape does not know, as blur from a neighbouring cell makes.
     seen = squarish(phase + middle) + misfit * (3 * phase + np.cos(6 * phase))
-    cost = match_cost(seen, phase, shape, 3.0)
-    value, sd = match_phase(cost)
+    cost = cost_of(seen, phase, shape, 3.0)
+    value, sd = phase_of(cost)
     assert abs(math.remainder(value - middle, 2 * math.pi)) < 2.5 * sd
-    value, _ = match_symbol(cost, 0.0, 4)
+    value = match_symbol(cost, np.zeros(1), 4)[0][0]
     assert abs(math.remainder(value - middle, 2 * math.pi)) < math.pi / 4
+
+
+@pytest.fixture
+def noisy_row(rng):
+    """A row of two cells of 12 and 9 places with a gap between them: seen, phase, shape, members."""
+    shape = learn_waveform(squarish(np.linspace(0, 40, 3000)), np.linspace(0, 40, 3000))
+    phase = rng.uniform(-9, 9, (80, 1)) + np.linspace(0, 7, 25)
+    members = np.zeros((2, 25))
+    members[0, :12], members[1, 15:24] = 1.0, 1.0
+    return squarish(phase + 0.4) + 0.2 * rng.standard_normal(phase.shape), phase, shape, members
+
+
+def test_sums_over_a_row_give_the_misfit_of_each_of_its_cells(noisy_row, rng):
+    """Catches: a phase ahead that is taken off instead of added, and places of one cell that count for another."""
+    seen, phase, shape, members = noisy_row
+    ahead = rng.uniform(-3, 3, 25)
+    costs = match_cost(moments(seen, phase).of_cells(members, ahead), shape, 2.0)
+    for cost, own in zip(costs, members > 0, strict=True):
+        alone = cost_of(seen[:, own], (phase + ahead)[:, own], shape, 2.0)[0]
+        assert cost == pytest.approx(alone, rel=1e-4)
+    turned = match_cost(moments(seen, phase + ahead).of_cells(members, np.zeros(25)), shape, 2.0)
+    assert costs == pytest.approx(turned, rel=1e-4)
+
+
+def test_changes_are_those_of_the_shape_frame_by_frame(noisy_row, rng):
+    """Catches: products of harmonics left out of the square, and means that are not taken off."""
+    seen, phase, shape, _ = noisy_row
+    ahead = rng.uniform(-3, 3, 25)
+    expected = series(shape, phase + ahead)
+    expected -= expected.mean(axis=0)
+    moved, power = moments(seen, phase).change(shape, ahead)
+    assert moved == pytest.approx((expected * (seen - seen.mean(axis=0))).sum(axis=0), abs=1e-3)
+    assert power == pytest.approx((expected**2).sum(axis=0), abs=1e-3)
+
+
+def test_slips_of_a_row_are_those_of_its_cells_by_themselves(noisy_row):
+    """Catches: level or contrast that cells of a row share, so that one that is covered moves the others; a slip of the
+    wrong sign.
+    """
+    seen, phase, shape, members = noisy_row
+    phase = phase + 0.4
+    for slip, own in zip(row_slips(seen, phase, shape, members), members > 0, strict=True):
+        argument = phase[:, own]
+        fringe, slope = series(shape, argument), series(1j * np.arange(HARMONICS + 1) * shape, argument)
+        left = np.empty_like(fringe)
+        for frame in range(len(phase)):
+            table = np.column_stack([np.ones(own.sum()), fringe[frame]])
+            inverse = np.linalg.pinv(table)
+            left[frame] = seen[frame, own] - table @ (inverse @ seen[frame, own])
+            slope[frame] -= table @ (inverse @ slope[frame])
+        left -= left.mean(axis=0)
+        along, power = (left * slope).sum(axis=1), (slope**2).sum(axis=1)
+        assert slip.along == pytest.approx(along, abs=1e-3)
+        assert slip.power == pytest.approx(power, abs=1e-3)
+    shifted = row_slips(squarish(phase + 0.02), phase, shape, members)
+    mean = [slip.along.sum() / slip.power.sum() for slip in shifted]
+    assert mean == pytest.approx([0.02, 0.02], abs=0.01)

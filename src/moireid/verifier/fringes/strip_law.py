@@ -90,7 +90,7 @@ def strip_law(badge: Badge, strip: Strip, camera_mm: Array, map_rad: Array | Non
     # The law is smooth along a strip, so 24 look-ups per frame and linear interpolation are enough.
     coarse = np.linspace(0, len(places) - 2, 24).astype(int)
     shift_coarse = law.phase_rad(tangent[:, coarse], across) * pitch_mm / (2 * np.pi)
-    shift = np.stack([np.interp(places, places[coarse], row) for row in shift_coarse])
+    shift = shift_coarse @ np.array([np.interp(places, places[coarse], unit) for unit in np.eye(len(coarse))])
     # Measured from the grating's middle, where the lines of all cells meet, so that phases of cells can be compared.
     low, _, high, _ = own_rect(grating.axis, grating.rect_mm)
     middle_mm = (low + high) / 2

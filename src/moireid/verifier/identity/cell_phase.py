@@ -11,7 +11,8 @@ Convention: phases in rad, positive where the cell's fringes are ahead; frames (
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +23,17 @@ from moireid.idcodes.spacing import PHASE_LEVELS, nearest_place
 from moireid.layers import is_smooth
 from moireid.verifier import measuring
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.fringes.sinusoid import Complex, series
+from moireid.verifier.fringes.sinusoid import Complex
 from moireid.verifier.fringes.strip_law import strip_law
-from moireid.verifier.identity.cell_slip import CellSlip, cell_slip
-from moireid.verifier.identity.cell_waveform import learn_waveform, match_cost, match_phase, match_symbol
+from moireid.verifier.identity.cell_slip import CellSlip, row_slips
+from moireid.verifier.identity.cell_waveform import (
+    Moments,
+    learn_waveform,
+    match_cost,
+    match_phase,
+    match_symbol,
+    moments,
+)
 from moireid.verifier.identity.neighbour_lines import ahead_of_own_lines, beat_steps
 from moireid.verifier.tracking.brightness_profiles import Strip, rims_of
 from moireid.verifier.tracking.track import Track
@@ -84,7 +92,32 @@ class Field:
     read: NDArray[np.bool_]
 
 
-def read_cells(track: Track, measurement: Measurement, grating: int, field: Field) -> dict[int, CellPhase]:
+@dataclass(frozen=True)
+class CellsRead:
+    """The phase cells of a grating as read under one field, by cell, and what their motion is measured from."""
+
+    cells: dict[int, CellPhase]
+    rows: tuple[_Row, ...] = ()
+    shape: Complex = field(default_factory=lambda: np.zeros(0, complex))
+
+    def with_motion(self) -> dict[int, CellPhase]:
+        """The cells with what they show of motion."""
+        found = {}
+        for row in self.rows:
+            own = [self.cells[cell] for cell in row.strip.cells]
+            placed, free = (
+                row.ahead_rad + np.array([getattr(one, name) + one.offset_rad for one in own]) @ row.members
+                for name in ("phase_rad", "free_rad")
+            )
+            samples = np.maximum(row.members @ row.sums.count, 1.0)
+            moved, power = (row.members @ part / samples for part in row.sums.change(self.shape, placed))
+            slips = row_slips(row.seen, row.phase + free, self.shape, row.members)
+            for k, cell in enumerate(row.strip.cells):
+                found[cell] = replace(own[k], moved=float(moved[k]), power=float(power[k]), slip=slips[k])
+        return found
+
+
+def read_cells(track: Track, measurement: Measurement, grating: int, field: Field) -> CellsRead:
     """Phases of all phase cells of one grating, by cell index, relative to one of its `uniform_fields`.
 
     Convention: phase positive where the cell's fringe is ahead, which means that its lines are shifted back.
@@ -95,101 +128,83 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
         takes no more time or memory than one of 8 s.
     """
     strips = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
-    if not strips:
-        return {}
     sampled = field.read[track.cell_frames]
-    if not sampled.any():
-        return {}
+    if not strips or not sampled.any():
+        return CellsRead({})
     shape, badge, frames = _shape(track, measurement, grating, field), track.badge, track.cell_frames[sampled]
     own = badge.gratings[grating]
-    rows = [
-        _Row(
-            strip,
-            _in_contrasts(track.profiles[index][sampled], field, frames),
-            _field_phase(badge, strip, measurement, field, frames),
-        )
-        for index, strip in strips
-    ]
-    views = _views(own, rows, {})
-    cells = _placed(views, shape, field, own)
+    # Looked up once, as that compares all cells of the grating.
+    rows, rims = [], [rim for rim, _ in rims_of(own)]
+    for index, strip in strips:
+        seen = _in_contrasts(track.profiles[index][sampled], field, frames)
+        phase = _field_phase(badge, strip, measurement, field, frames)
+        members = _members(own, strip, rims)
+        rows.append(_Row(strip, seen, phase, moments(seen, phase), members, np.zeros(phase.shape[1])))
+    cells = _placed(rows, shape, field, own)
     if is_smooth(own):
         steps = beat_steps(track, measurement, grating)
+        before: dict[int, int] = {}
         for _ in range(NEIGHBOUR_PASSES):
             places = {cell: nearest_place(found.phase_rad) for cell, found in cells.items()}
-            views = _views(own, rows, ahead_of_own_lines(track, grating, places, steps))
-            cells = _placed(views, shape, field, own)
-    return {cell: _with_motion(found, views[cell], shape) for cell, found in cells.items()}
+            if places == before:
+                break
+            ahead, before = ahead_of_own_lines(track, grating, places, steps), places
+            rows = [_with_neighbours(own, row, ahead) for row in rows]
+            cells = _placed(rows, shape, field, own)
+    return CellsRead(cells, tuple(rows), shape)
 
 
 @dataclass(frozen=True)
 class _Row:
-    """A strip of phase cells: its samples in contrasts about the level, and the field's phase there, (frames, N)."""
+    """A strip of phase cells, of N places: its samples in contrasts about the level, and the field's phase there,
+    (frames, N); their sums; members (cells, N): 1 where a cell is read, else 0; ahead_rad (N,): what neighbours add.
+    """
 
     strip: Strip
     seen: Array
     phase: Array
+    sums: Moments
+    members: Array
+    ahead_rad: Array
 
 
-@dataclass(frozen=True)
-class _View:
-    """As `_Row`, of one cell, with its middle, own mm."""
-
-    seen: Array
-    phase: Array
-    along_mm: float
-    across_mm: float
+def _members(own: Grating, strip: Strip, rims_mm: Sequence[float]) -> Array:
+    """As in `_Row`; rims_mm: by cell, what is left out at its ends at least."""
+    return np.array([_samples_of(own, strip, cell, rims_mm[cell]) for cell in strip.cells], float)
 
 
-def _views(grating: Grating, rows: list[_Row], ahead: dict[int, Array]) -> dict[int, _View]:
-    """What each cell shows.
-
-    ahead: as `ahead_of_own_lines`; empty where it is not known, and then places that neighbours change are left out.
-    """
-    # Looked up once, as that compares all cells of the grating.
-    found, rims = {}, rims_of(grating)
-    for row in rows:
-        for cell in row.strip.cells:
-            inside = _samples_of(grating, row.strip, cell, 0.0 if ahead else rims[cell][0])
-            phase = row.phase[:, inside] + ahead[cell][inside] if ahead else row.phase[:, inside]
-            along = float(row.strip.along_mm[inside].mean())
-            found[cell] = _View(row.seen[:, inside], phase, along, row.strip.across_mm)
-    return found
+def _with_neighbours(own: Grating, row: _Row, ahead: dict[int, Array]) -> _Row:
+    """The row with its cells read whole, as is known what neighbours add to them; ahead: as `ahead_of_own_lines`."""
+    members = _members(own, row.strip, [0.0] * len(own.cells))
+    return replace(row, members=members, ahead_rad=(members * [ahead[cell] for cell in row.strip.cells]).sum(axis=0))
 
 
-def _placed(views: dict[int, _View], shape: Complex, field: Field, grating: Grating) -> dict[int, CellPhase]:
+def _placed(rows: Sequence[_Row], shape: Complex, field: Field, grating: Grating) -> dict[int, CellPhase]:
     """Each cell by itself, then on one of the code's places, less a plane of phase."""
+    costs = np.concatenate(
+        [match_cost(row.sums.of_cells(row.members, row.ahead_rad), shape, measuring.CELL_NOISE_RATIO) for row in rows]
+    )
     found: dict[int, CellPhase] = {}
-    costs: dict[int, Array] = {}
-    for cell, view in views.items():
-        costs[cell] = match_cost(view.seen, view.phase, shape, measuring.CELL_NOISE_RATIO)
-        value, sd = match_phase(costs[cell])
-        found[cell] = CellPhase(value, math.hypot(sd, measuring.CELL_FLOOR_RAD), view.along_mm, view.across_mm)
+    phases = iter(zip(*(part.tolist() for part in match_phase(costs)), strict=True))
+    for row in rows:
+        along = row.members @ row.strip.along_mm / np.maximum(row.members.sum(axis=1), 1.0)
+        for cell, middle, (value, sd) in zip(row.strip.cells, along.tolist(), phases, strict=False):
+            found[cell] = CellPhase(value, math.hypot(sd, measuring.CELL_FLOOR_RAD), middle, row.strip.across_mm)
     levels = (grating.code.phase_levels if grating.code else None) or PHASE_LEVELS
-    placed = {}
-    for cell, offset in _offsets(found, field, levels).items():
-        value, sd = match_symbol(costs[cell], offset, levels)
-        placed[cell] = replace(
+    offsets = _offsets(found, field, levels)
+    placed = zip(
+        *(part.tolist() for part in match_symbol(costs, np.array(list(offsets.values())), levels)), strict=True
+    )
+    return {
+        cell: replace(
             found[cell],
             phase_rad=value,
             phase_sd_rad=math.hypot(sd, measuring.CELL_FLOOR_RAD),
             free_rad=math.remainder(found[cell].phase_rad - offset, 2 * math.pi),
             offset_rad=offset,
         )
-    return placed
-
-
-def _with_motion(cell: CellPhase, view: _View, shape: Complex) -> CellPhase:
-    """The cell with what it shows of motion."""
-    moved, power = _motion(view.seen, view.phase, shape, cell.phase_rad + cell.offset_rad)
-    slip = cell_slip(view.seen, view.phase, shape, cell.free_rad + cell.offset_rad)
-    return replace(cell, moved=moved, power=power, slip=slip)
-
-
-def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[float, float]:
-    """Mean of measured times expected change, and of expected change squared; changes from the film's mean."""
-    expected = series(shape, phase + ahead)
-    expected = expected - expected.mean(axis=0)
-    return float(np.mean(expected * (seen - seen.mean(axis=0)))), float(np.mean(expected**2))
+        for (cell, offset), (value, sd) in zip(offsets.items(), placed, strict=True)
+    }
 
 
 def _field_phase(

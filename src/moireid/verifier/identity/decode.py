@@ -15,7 +15,7 @@ from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier import limits, measuring
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
+from moireid.verifier.identity.cell_phase import CellPhase, CellsRead, Field, read_cells, uniform_fields
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart, greatest, rows_apart
 from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.tracking.track import Track
@@ -91,36 +91,47 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
     if not coded:
         return CellReadings(None, tuple(plain.values()), {})
 
+    kept: dict[tuple[int, int], CellsRead] = {}
+
+    def read_under(index: int, option: int) -> CellsRead:
+        """The cells of one grating under one of its fields; the first and the last one read are kept, as both are
+        large and one of them is used.
+        """
+        if (index, option) not in kept:
+            for old in [key for key in kept if key[0] == index and key[1]]:
+                del kept[old]
+            kept[index, option] = read_cells(track, measurement, index, options[index][option])
+        return kept[index, option]
+
     @cache
-    def read(index: int, option: int) -> tuple[dict[int, CellPhase], tuple[CellReading, ...]]:
-        """The cells of one grating under one of its fields, which several combinations share."""
-        found = read_cells(track, measurement, index, options[index][option])
-        return found, tuple(_cell_readings(track, measurement, index, found))
+    def read(index: int, option: int) -> tuple[CellReading, ...]:
+        """The readings of one grating under one of its fields, which several combinations share."""
+        return tuple(_cell_readings(track, measurement, index, read_under(index, option).cells))
 
     options = {index: uniform_fields(track, measurement, index) for index in coded}
-    first: CellReadings | None = None
+    family, gratings = family_named(badge.gratings[coded[0]].family), tuple(badge.gratings[index] for index in coded)
+    tried: list[tuple[DecodeResult, dict[int, int]]] = []
     for chosen in itertools.islice(itertools.product(*(range(len(options[k])) for k in coded)), measuring.MOST_FIELDS):
         picked = dict(zip(coded, chosen, strict=True))
-        fields = {index: options[index][option] for index, option in picked.items()}
-        shifted = {index: read(index, option)[0] for index, option in picked.items()}
-        cells = tuple(plain[k] if k in plain else read(k, picked[k])[1] for k in range(len(badge.gratings)))
-        every = [cell for found in shifted.values() for cell in found.values()]
-        power = sum(cell.power for cell in every)
-        # If the rows hardly move, so should the cells, and the comparison means nothing.
-        motion = (
-            sum(cell.moved for cell in every) / power
-            if power > measuring.MIN_CELL_CHANGE_CONTRASTS2 * max(len(every), 1)
-            else None
-        )
-        gratings = tuple(badge.gratings[index] for index in coded)
-        decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
-        apart = greatest(_rows_apart(track, index, fields[index], shifted[index]) for index in coded)
-        reading = CellReadings(decoded, cells, fields, motion, apart)
-        first = first or reading
-        if decoded.payload is not None:
-            return reading
-    assert first is not None
-    return first
+        tried.append((family.read([read(*one) for one in picked.items()], gratings), picked))
+        if tried[-1][0].payload is not None:
+            break
+    decoded, picked = tried[-1] if tried[-1][0].payload is not None else tried[0]
+    fields = {index: options[index][option] for index, option in picked.items()}
+    cells = tuple(plain[k] if k in plain else read(k, picked[k]) for k in range(len(badge.gratings)))
+    # What the cells show of motion is measured once, under the fields that are used.
+    moved = {index: read_under(index, option).with_motion() for index, option in picked.items()}
+    apart = greatest(_rows_apart(track, index, fields[index], moved[index]) for index in coded)
+    return CellReadings(decoded, cells, fields, _relative_motion(moved), apart)
+
+
+def _relative_motion(shifted: dict[int, dict[int, CellPhase]]) -> float | None:
+    """As `CellReadings.cell_motion`, of the cells of all gratings that carry a code."""
+    every = [cell for found in shifted.values() for cell in found.values()]
+    power = sum(cell.power for cell in every)
+    # If the rows hardly move, so should the cells, and the comparison means nothing.
+    enough = power > measuring.MIN_CELL_CHANGE_CONTRASTS2 * max(len(every), 1)
+    return sum(cell.moved for cell in every) / power if enough else None
 
 
 def _rows_apart(track: Track, grating: int, field: Field, cells: dict[int, CellPhase]) -> RowsApart:
