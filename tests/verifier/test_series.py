@@ -38,5 +38,6 @@ def test_a_moving_mean_is_centred(series: np.ndarray, frames: int) -> None:
 @pytest.mark.parametrize("sd_frames", [0.0, 0.01, 0.7, 3.3, 200.0])
 def test_a_gaussian_mean_keeps_its_width(series: np.ndarray, sd_frames: float) -> None:
     """Catches: a window cut elsewhere, weights that do not add up to 1, a division by no width."""
-    expected = gaussian_filter1d(series[:, 0], max(sd_frames, 1e-9), mode="nearest")
-    assert gaussian_mean(series[:, 0], sd_frames) == pytest.approx(expected, abs=1e-11)
+    expected = gaussian_filter1d(series, max(sd_frames, 1e-9), axis=0, mode="nearest")
+    assert gaussian_mean(series, sd_frames) == pytest.approx(expected, abs=1e-11)
+    assert gaussian_mean(series[:, 0], sd_frames) == pytest.approx(expected[:, 0], abs=1e-11)

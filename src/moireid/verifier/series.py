@@ -43,10 +43,14 @@ def moving_mean(series: Array, frames: int) -> Array:
 
 
 def gaussian_mean(series: Array, sd_frames: float) -> Array:
-    """The mean of a series (T,), weighted by a Gaussian of this standard deviation about each frame."""
+    """The mean of a series (T,) or of several (T, B), weighted by a Gaussian of this standard deviation about each
+    frame.
+    """
     reach = int(REACH_SDS * sd_frames + 0.5)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(sd_frames, 1e-9)) ** 2)
-    return np.convolve(np.pad(series, reach, mode="edge"), weights / weights.sum(), "valid")
+    columns = series.reshape(len(series), -1)
+    mean = cv2.sepFilter2D(columns, -1, np.ones(1), weights / weights.sum(), borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(mean).reshape(series.shape)
 
 
 def _windows(series: NDArray[Any], frames: int) -> NDArray[Any]:

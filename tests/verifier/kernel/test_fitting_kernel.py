@@ -14,12 +14,17 @@ FRAMES, POINTS = 6, 16
 
 @pytest.fixture
 def view(rng):
+    """As `view_of` so many points."""
+    return view_of(rng, POINTS)
+
+
+def view_of(rng, points):
     """A plane, its pictures from some poses, and two starts near each pose; another one for each frame."""
-    plane = np.column_stack([rng.uniform(-60, 60, (POINTS, 2)), np.zeros(POINTS)])
+    plane = np.column_stack([rng.uniform(-60, 60, (points, 2)), np.zeros(points)])
     turn = rotations(rng.normal(0, 0.3, (FRAMES, 3)))
     shift = np.column_stack([rng.uniform(-200, 200, (FRAMES, 2)), rng.uniform(600, 1500, FRAMES)])
     local = plane @ turn.swapaxes(-1, -2) + shift[:, None]
-    seen = local[..., :2] / local[..., 2:] + rng.normal(0, 2e-5, (FRAMES, POINTS, 2))
+    seen = local[..., :2] / local[..., 2:] + rng.normal(0, 2e-5, (FRAMES, points, 2))
     off = rotations(rng.normal(0, 0.1, (FRAMES, 2, 3)))
     return plane, seen, off @ turn[:, None], shift[:, None] + rng.normal(0, 5, (FRAMES, 2, 3))
 
@@ -39,6 +44,29 @@ def test_poses_are_refined_as_by_numpy(view, rng, steps, loose):
     expected = numpy_kernel.refined_poses(plane, seen, slack, rotation, translation, **given)
     for one, other, least in zip(found, expected, (1e-9, 1e-6, 1e-12), strict=True):
         assert one == pytest.approx(other, abs=least, rel=1e-9)
+
+
+@pytest.mark.parametrize("loose", [False, True])
+@pytest.mark.parametrize("points", [4, 15, 17, 32, 41])
+def test_any_number_of_points_counts_in_full(rng, points, loose):
+    """Catches: points beyond the first sixteen that are left out, or the last ones counted twice; their slack too."""
+    plane, seen, rotation, translation = view_of(rng, points)
+    slack = rng.uniform(-0.9, 0.9, (FRAMES, points)) / np.sqrt(points) if loose else None
+    given = {"steps": 2, "damping": DAMPING, "most_turn": MOST_TURN_RAD}
+    found = refined_poses(plane, seen, slack, rotation, translation, **given)
+    expected = numpy_kernel.refined_poses(plane, seen, slack, rotation, translation, **given)
+    for one, other, least in zip(found, expected, (1e-9, 1e-6, 1e-12), strict=True):
+        assert one == pytest.approx(other, abs=least, rel=1e-9)
+
+
+def test_steps_end_where_a_further_one_changes_nothing(view):
+    """Catches: steps that end early, on the way."""
+    plane, seen, rotation, translation = view
+    given = {"damping": DAMPING, "most_turn": MOST_TURN_RAD}
+    found = refined_poses(plane, seen, None, rotation, translation, steps=50, **given)
+    expected = numpy_kernel.refined_poses(plane, seen, None, rotation, translation, steps=50, **given)
+    for one, other, least in zip(found, expected, (1e-9, 1e-6, 1e-12), strict=True):
+        assert one == pytest.approx(other, abs=least)
 
 
 def test_a_large_turn_is_taken_in_parts_and_rotations_stay_rotations(view):

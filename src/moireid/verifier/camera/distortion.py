@@ -49,11 +49,16 @@ class TakenIn:
         # Four markers make the eight columns independent; a ridge also works for unusual boards.
         turned = table.swapaxes(-1, -2)
         self._table, self._inverse = table, np.linalg.solve(turned @ table + RIDGE * np.eye(8), turned)
+        #: Those of the frames that were asked for last.
+        self._chosen: tuple[Frames, Array, Array] = slice(None), self._table, self._inverse
 
     def absorbed(self, moved_px: Array, frames: Frames) -> Array:
         """The part of displacements (T, N, 2) px that the homographies of these frames absorb."""
         wanted = np.concatenate([moved_px[..., 0], moved_px[..., 1]], axis=1)[..., None]
-        fitted = (self._table[frames] @ (self._inverse[frames] @ wanted))[..., 0]
+        if self._chosen[0] is not frames:
+            self._chosen = frames, self._table[frames], self._inverse[frames]
+        _, table, inverse = self._chosen
+        fitted = (table @ (inverse @ wanted))[..., 0]
         half = fitted.shape[1] // 2
         return np.stack([fitted[:, :half], fitted[:, half:]], axis=-1)
 

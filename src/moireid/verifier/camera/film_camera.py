@@ -65,6 +65,8 @@ BEND_AT, AXIS_AT = slice(2, 4), slice(4, 6)
 PROBE = 0.05
 #: Most frames used to estimate the film-wide unknowns.
 SOLVE_FRAMES = 300
+#: Most frames from which each of them is first estimated alone, as a start of the joint search over all of those.
+START_FRAMES = 100
 #: A page that moved by less, px, was not filmed again: registration of one picture repeats within 0.003 px, and noise
 #: moves it by 0.02 px or more.  Fewest pictures that are enough.
 SAME_PX, LEAST_PICTURES = 0.01, 8
@@ -288,6 +290,15 @@ class FilmCamera:
         slack = self._slack(self._chosen)
         film._start = start_poses(self.plane, film._flat(self._chosen), self.focal, self._centre, slack)
         film._start_focal, film._near = self.focal, NearPoses(self.plane, film._start, slack)
+        return film
+
+    def of_fewer(self) -> Self:
+        """The same camera on `START_FRAMES` of the chosen frames, near their poses."""
+        film = copy.copy(self)
+        some = np.unique(np.linspace(0, len(self._chosen) - 1, min(START_FRAMES, len(self._chosen))).astype(int))
+        film._chosen = self._chosen[some]
+        film._start = PlanePoses(*(part[some] for part in vars(self._start).values()))
+        film._near = NearPoses(self.plane, film._start, film._slack(film._chosen))
         return film
 
     def moved(self, off: Array) -> PlanePoses:

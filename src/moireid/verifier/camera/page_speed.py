@@ -17,6 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.camera.plane_pose import plane_homographies
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.stretches import AROUND, even_or_apart
 from moireid.verifier.measuring import HAND_JERK_PER_S3, JUMP_NOISE_SDS, MAX_PICTURE_JUMP, MOST_JERK_S, TREMOR_HZ
@@ -128,20 +129,10 @@ def lengthened_px(points_px: Array, plane_mm: Array) -> Array:
     """How points of a page move in the picture as the page's aspect grows, (T, N, 2) px per unit.
 
     Parameters: points_px (T, N, 2): pictures of plane_mm (N, 2), of mean 0, by one homography in each frame.
-    Source: the homography by least squares (direct linear transformation), in coordinates of unit size.
+    Source: derivative of the points' homography by their y.
     """
-    size = float(np.abs(plane_mm).max())
-    x, y = plane_mm.T / size
-    middle = points_px.mean(axis=1, keepdims=True)
-    reach = np.maximum(np.abs(points_px - middle).max(axis=(1, 2), keepdims=True), 1e-12)
-    u, v = np.moveaxis((points_px - middle) / reach, 2, 0)
-    one, none = np.ones_like(u), np.zeros_like(u)
-    of_u = np.stack([x * one, y * one, one, none, none, none, -x * u, -y * u], axis=-1)
-    of_v = np.stack([none, none, none, x * one, y * one, one, -x * v, -y * v], axis=-1)
-    table, seen = np.concatenate([of_u, of_v], axis=1), np.concatenate([u, v], axis=1)
-    mapped = (np.linalg.pinv(table) @ seen[..., None])[..., 0]
-    depth = mapped[:, 6, None] * x + mapped[:, 7, None] * y + 1
-    along = np.stack(
-        [mapped[:, row, None] - picture * mapped[:, 7, None] for row, picture in ((1, u), (4, v))], axis=-1
-    )
-    return np.asarray(reach * along * (y / depth)[..., None])
+    x, y = plane_mm.T
+    mapped = plane_homographies(plane_mm, points_px)
+    depth = mapped[:, 2:, 0] * x + mapped[:, 2:, 1] * y + 1
+    along = mapped[:, None, :2, 1] - points_px * mapped[:, None, 2:, 1]
+    return np.asarray(along * (y / depth)[..., None])

@@ -17,8 +17,8 @@ Convention: points (N, 3) of the plane in its own frame; rotation plane -> camer
     In `ClosedForm` lengths are in long sides of the picture, the axis from the picture's middle, x right, y down;
     aspect is the focal length along x over that along y, 1 for square pixels, below 1 in a picture that was squeezed.
     Axis and focal length are those of the picture once its pixels are square.
-Source: start by infinitesimal plane-based pose estimation (Collins and Bartoli, 2014, in OpenCV); refinement by
-    Gauss-Newton on the reprojection error.  Closed form: Zhang, A flexible new technique for camera calibration, 2000,
+Source: start by infinitesimal plane-based pose estimation (Collins and Bartoli, 2014); refinement by Gauss-Newton on
+    the reprojection error.  Closed form: Zhang, A flexible new technique for camera calibration, 2000,
     section 3.1; frames that fit badly, as some are shaken, get Geman and McClure's weight.
 """
 
@@ -26,7 +26,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,7 +50,8 @@ def closed_form(points: Array, plane: Array, *, square: bool) -> ClosedForm | No
     Parameters: points (T, N, 2): pictures of the plane's points, from the picture's middle, in long sides; plane
         (N, 2): any unit; square: whether pixels are known to be square.
     """
-    homographies = _homographies(points, plane)
+    homographies = plane_homographies((plane - plane.mean(axis=0)) / np.ptp(plane), points)
+    homographies /= np.linalg.norm(homographies, axis=(1, 2), keepdims=True)
     rows = np.concatenate([_row(homographies, 0, 1), _row(homographies, 0, 0) - _row(homographies, 1, 1)])
     if square:
         rows = np.column_stack([rows[:, 0] + rows[:, 1], rows[:, 2:]])
@@ -72,23 +72,6 @@ def closed_form(points: Array, plane: Array, *, square: bool) -> ClosedForm | No
     return ClosedForm(axis / [aspect, 1.0], float(np.sqrt(power)), aspect)
 
 
-def _homographies(points: Array, plane: Array) -> Array:
-    """Plane -> picture of each frame, (T, 3, 3), of norm 1.
-
-    Source: direct linear transform (Hartley and Zisserman, Multiple View Geometry, 4.1).
-    """
-    local = (plane - plane.mean(axis=0)) / np.abs(plane - plane.mean(axis=0)).max()
-    flat = np.column_stack([local, np.ones(len(local))])
-    flat = np.broadcast_to(flat, (len(points), *flat.shape))
-    none = np.zeros_like(flat)
-    upper = np.concatenate([flat, none, -points[..., :1] * flat], axis=-1)
-    lower = np.concatenate([none, flat, -points[..., 1:] * flat], axis=-1)
-    rows = np.concatenate([upper, lower], axis=1)
-    # Four places make eight rows, whose null vector only the full matrices hold.
-    turned = np.linalg.svd(rows, full_matrices=rows.shape[1] < rows.shape[2])[2]
-    return np.asarray(turned[:, -1].reshape(-1, 3, 3))
-
-
 def _row(homographies: Array, i: int, j: int) -> Array:
     """Coefficients (T, 5) of h_i' B h_j, for B11, B22, B13, B23, B33 and no skew."""
     a, b = homographies[:, :, i], homographies[:, :, j]
@@ -104,6 +87,8 @@ def _row(homographies: Array, i: int, j: int) -> Array:
 
 
 STEPS = 6
+#: Added to the normal matrix of a homography in unit coordinates: it solves also what points do not determine.
+LEAST_RIDGE = 1e-12
 #: This share of the normal matrix's diagonal is added to it, so that a frame of poor geometry takes small steps.
 DAMPING = 1e-6
 #: Largest rotation in one step; a larger one would leave the basin of its pose.
@@ -167,14 +152,61 @@ def start_poses(
     plane: Array, points_px: Array, focal: float, centre: tuple[float, float], slack: Array | None = None
 ) -> PlanePoses:
     """Both poses of every frame without a start value, refined; points_px (T, N, 2)."""
-    matrix = np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]])
-    rotation, translation = np.empty((len(points_px), 2, 3, 3)), np.empty((len(points_px), 2, 3))
-    for frame, points in enumerate(np.ascontiguousarray(points_px)):
-        _, turns, shifts, _ = cv2.solvePnPGeneric(plane, points, matrix, None, flags=cv2.SOLVEPNP_IPPE)
-        for side in (0, 1):
-            rotation[frame, side] = cv2.Rodrigues(turns[min(side, len(turns) - 1)])[0]
-            translation[frame, side] = np.ravel(shifts[min(side, len(shifts) - 1)])
+    seen = (points_px - np.array(centre)) / focal
+    rotation, translation = _from_homographies(plane_homographies(plane[:, :2], seen))
     return refine_poses(plane, points_px, focal, centre, rotation, translation, slack=slack)
+
+
+def plane_homographies(plane: Array, seen: Array) -> Array:
+    """Plane (N, 2) -> picture of each frame, (T, 3, 3), 1 in the last place.
+
+    Source: least squares (direct linear transformation), in coordinates of unit size.
+    """
+    middle, reach = plane.mean(axis=0), float(np.abs(plane - plane.mean(axis=0)).max())
+    off = seen.mean(axis=1, keepdims=True)
+    size = np.maximum(np.abs(seen - off).max(axis=(1, 2), keepdims=True), 1e-12)
+    flat = np.column_stack([(plane - middle) / reach, np.ones(len(plane))])
+    local = (seen - off) / size
+    by_axis = np.zeros((len(seen), 2, len(plane), 8))
+    by_axis[:, 0, :, :3], by_axis[:, 1, :, 3:6] = flat, flat
+    by_axis[..., 6:] = -local.swapaxes(1, 2)[..., None] * flat[:, :2]
+    table = by_axis.reshape(len(seen), -1, 8)
+    turned = table.swapaxes(-1, -2)
+    wanted = local.swapaxes(1, 2).reshape(len(seen), -1, 1)
+    found = np.linalg.solve(turned @ table + LEAST_RIDGE * np.eye(8), turned @ wanted)[..., 0]
+    homographies = np.concatenate([found, np.ones((len(seen), 1))], axis=1).reshape(-1, 3, 3)
+    homographies[:, :2] = size * homographies[:, :2] + off[:, 0, :, None] * homographies[:, 2:]
+    homographies[..., :2] /= reach
+    homographies[..., 2] -= homographies[..., :2] @ middle
+    return np.asarray(homographies / homographies[:, 2:, 2:])
+
+
+def _from_homographies(homographies: Array) -> tuple[Array, Array]:
+    """Both poses, (T, 2, 3, 3) and (T, 2, 3), whose projection agrees with a homography at the plane's origin.
+
+    Source: Collins and Bartoli (2014), section 3: the homography's derivative there is a rotation towards the origin's
+        line of sight, times the upper part of a rotation, over the depth; the third row of that has two signs.
+    """
+    at, depth = homographies[:, :2, 2], homographies[:, 2, :2]
+    slope = homographies[:, :2, :2] - at[:, :, None] * depth[:, None]
+    sight = np.concatenate([at, np.ones((len(at), 1))], axis=1)
+    sight /= np.linalg.norm(sight, axis=1, keepdims=True)
+    # The shortest rotation that takes the optical axis there.
+    towards = np.zeros((len(at), 3, 3))
+    towards[:, :2, :2] = np.eye(2) - sight[:, :2, None] * sight[:, None, :2] / (1 + sight[:, 2, None, None])
+    towards[:, :, 2], towards[:, 2, :2] = sight, -sight[:, :2]
+    inner = np.linalg.solve(towards[:, :2, :2] - at[:, :, None] * towards[:, 2:, :2], slope)
+    square = inner @ inner.swapaxes(-1, -2)
+    half, apart = (square[:, 0, 0] + square[:, 1, 1]) / 2, (square[:, 0, 0] - square[:, 1, 1]) / 2
+    near = np.sqrt(half + np.hypot(apart, square[:, 0, 1]))
+    upper = inner / near[:, None, None]
+    rest = np.sqrt(np.maximum(1 - (upper**2).sum(axis=1), 0.0))
+    rest[:, 1] *= np.where((upper[:, :, 0] * upper[:, :, 1]).sum(axis=1) > 0, -1.0, 1.0)
+    columns = np.stack([np.concatenate([upper, sign * rest[:, None]], axis=1) for sign in (1.0, -1.0)], axis=1)
+    third = np.cross(columns[..., 0], columns[..., 1])
+    rotation = towards[:, None] @ np.concatenate([columns, third[..., None]], axis=-1)
+    shift = np.column_stack([at, np.ones(len(at))]) / near[:, None]
+    return rotation, np.repeat(shift[:, None], 2, axis=1)
 
 
 def moved_poses(
@@ -257,25 +289,18 @@ def refine_poses(
     return PlanePoses(rotation, translation, focal * left)
 
 
-def normal_equations(plane: Array, poses: PlanePoses, slack: Array | None = None) -> tuple[Array, Array]:
-    """Derivatives of each pose by rotation and shift, (T, 2, 6, 2 N), and their normal matrices (T, 2, 6, 6).
+def derivatives(plane: Array, poses: PlanePoses, slack: Array | None = None) -> Array:
+    """Derivatives of each pose by rotation and shift, (T, S, 6, 2 N).
 
     Convention: in normalised picture coordinates, u of all points before v.
     """
     turned = _turned(poses.rotation, plane)
     flat, near = _projected(turned, poses.translation)
-    return _normal(np.empty((*flat.shape[:2], 6, 2, len(plane))), turned, flat, near, slack)
-
-
-def _normal(jacobian: Array, turned: Array, flat: Array, near: Array, slack: Array | None) -> tuple[Array, Array]:
-    """Derivatives (T, 2, 6, 2 N), written into `jacobian`, and the normal matrices (T, 2, 6, 6)."""
+    jacobian = np.empty((*flat.shape[:2], 6, 2, len(plane)))
     _fill_jacobian(jacobian, turned, flat, near)
     if slack is not None:
-        jacobian[...] = loosened(jacobian, slack[:, None, None, None])
-    flattened = jacobian.reshape(*jacobian.shape[:3], -1)
-    normal = flattened @ flattened.swapaxes(-1, -2)
-    normal += DAMPING * normal * np.eye(6)
-    return flattened, normal
+        jacobian = loosened(jacobian, slack[:, None, None, None])
+    return np.asarray(jacobian.reshape(*jacobian.shape[:3], -1))
 
 
 def _turned(rotation: Array, plane: Array) -> Array:

@@ -3,7 +3,7 @@
 1. The print's aspect alone, and then the page's twist: each hides all else.
 2. In which direction does the shutter run through the picture?  Tested at its usual time.
 3. Shutter time alone, then focal length alone, each from its prior.
-4. All together.
+4. All together, on all of the chosen frames; the steps before are starts, for which some of them are enough.
 5. If the focal length is far from its prior, estimate it again on a steady camera path (`smoothing`).
 6. If a tremor hides between the frames, rows are less precise than they seem: estimate all again with that slack.
 Convention: as `film_camera`.
@@ -72,7 +72,9 @@ class FilmWide(FilmCamera):
         sure = best._steadied or best._rows is best._directions[0]
         best = best if sure else min((best, best._rolled_down()), key=cost)
         if not best._twisted:
-            best._untwist()
+            few = best.of_fewer()
+            few._untwist()
+            best._begin_from(few)
             if best._twisted:
                 best._solve_again()
         if abs(best.twist) > TWIST_AT_LIMIT_SHARE * TWIST_MAX_PER_M:
@@ -81,6 +83,11 @@ class FilmWide(FilmCamera):
         best._count_once()
         best._loosen()
         return best
+
+    def _begin_from(self, few: FilmWide) -> None:
+        """Take over what was estimated from fewer frames, as a start."""
+        for name in ("print_aspect", "twist", "_twisted", "_rows", "shutter_s", "focal"):
+            setattr(self, name, getattr(few, name))
 
     def _untwist(self) -> None:
         """Take a page's twist for a start that takes much of the errors away, and solve it from then on; less may be
@@ -215,6 +222,16 @@ class FilmWide(FilmCamera):
 
     def _solve_from_the_middle(self) -> None:
         """Steps 1 to 5."""
+        few = self.of_fewer()
+        few._solve_alone()
+        self._begin_from(few)
+        self._solve_together()  # 4
+        far = abs(math.log(self.focal / self._guess)) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG
+        if not self._given and far:
+            self._solve_steadily(self._zoom().alone)  # 5
+
+    def _solve_alone(self) -> None:
+        """Steps 1 to 3."""
         middle, zoom = math.log(self._guess), self._zoom().alone
         self._unhide()  # 1
         self._untwist()
@@ -226,9 +243,6 @@ class FilmWide(FilmCamera):
             if abs(log_focal - middle) > USUAL_ZOOM:
                 # Far from the guessed focal length all shutter directions look alike, so the direction is tested again.
                 self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
-        self._solve_together()  # 4
-        if not self._given and abs(math.log(self.focal) - middle) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG:
-            self._solve_steadily(zoom)  # 5
 
     def _unhide(self) -> None:
         """Take a print's aspect for a start that takes much of the errors away; less may be noise."""

@@ -97,7 +97,7 @@ def _short_runs(doubted: NDArray[np.bool_], times_s: Array) -> NDArray[np.bool_]
 
 
 def slow_part(series: Array, times_s: Array, spread_s: float, numbers: NDArray[np.int64] | None = None) -> Array:
-    """The slow part of a series, (T,): a Gaussian mean of standard deviation `spread_s`, not across gaps."""
+    """The slow part of a series, (T,) or (T, B): a Gaussian mean of standard deviation `spread_s`, not across gaps."""
     slow = np.empty_like(series)
     for stretch in unbroken(times_s, GAP_S, numbers):
         slow[stretch] = gaussian_mean(series[stretch], spread_s / max(frame_s(times_s[stretch]), 1e-4))
