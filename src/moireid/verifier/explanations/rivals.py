@@ -67,8 +67,11 @@ def even(count: int, low: float, high: float) -> Array:
     return np.asarray(low + (high - low) * (np.arange(count) + 0.5) / count)
 
 
-def delayed(series: PhaseSeries, delay_s: float) -> Array:
-    """The law so much later, (N,), with the law's own constant; beyond the ends of a stretch it goes on as it went."""
+def delayed(series: PhaseSeries, delays_s: Array) -> Array:
+    """The law so much later, (N, D), with the law's own constant; beyond the ends of a stretch it goes on as it went.
+
+    Parameters: delays_s (D,): negative where it is earlier.
+    """
     begins = np.flatnonzero(np.diff(series.stretch, prepend=-1))
     first = series.times_s[begins]
     last = series.times_s[np.append(begins[1:], len(series.times_s)) - 1]
@@ -77,11 +80,12 @@ def delayed(series: PhaseSeries, delay_s: float) -> Array:
     clock = series.times_s + apart[series.stretch]
 
     def law_at(times_s: Array, stretch: NDArray[np.int64]) -> Array:
-        within = np.clip(times_s, first[stretch], last[stretch])
-        return np.asarray(np.interp(within + apart[stretch], clock, series.law_rad))
+        begin, end, on = (of.reshape(-1, 1)[stretch] for of in (first, last, apart))
+        return np.asarray(np.interp(np.clip(times_s, begin, end) + on, clock, series.law_rad))
 
-    each, wanted = np.arange(len(begins)), series.times_s - delay_s
-    near = np.minimum(abs(delay_s), last - first)
+    each, wanted = np.arange(len(begins)), series.times_s[:, None] - delays_s
+    near = np.minimum(np.abs(delays_s), (last - first)[:, None])
+    first, last = first[:, None], last[:, None]
     pace = np.maximum(near, 1e-9)
     early = np.where(near > 0, (law_at(first + near, each) - law_at(first, each)) / pace, 0.0)[series.stretch]
     late = np.where(near > 0, (law_at(last, each) - law_at(last - near, each)) / pace, 0.0)[series.stretch]
@@ -118,7 +122,12 @@ def _scaled(columns: Callable[[PhaseSeries], Array]) -> Callable[..., Array]:
 
 def _delays(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
     late = even((count + 1) // 2, *limits.LATE_RANGE_S)
-    return np.column_stack([delayed(series, delay) for delay in (*late, *-late)])
+    return delayed(series, np.concatenate([late, -late]))
+
+
+def _known_delays(series: PhaseSeries) -> list[tuple[float | None, Array]]:
+    delays = [sign * one for one in limits.DELAYS_S for sign in (1, -1)]
+    return list(zip(delays, delayed(series, np.array(delays)).T[:, :, None], strict=True))
 
 
 def _gains(series: PhaseSeries, rng: np.random.Generator, count: int, room: Room) -> Array:
@@ -153,7 +162,7 @@ RIVALS = (
     ),
     Rival(
         "late", "follow the motion late or early", "change speed and direction more often",
-        lambda series: [(s, delayed(series, s)[:, None]) for one in limits.DELAYS_S for s in (one, -one)], _delays,
+        _known_delays, _delays,
     ),
     Rival(
         "place", "move with the badge's place in the picture", "turn the badge as well, or walk around it",

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from moireid.badge import Grating, Lens
 from moireid.lenticule import MAX_TANGENT, between_bumps, bumps_of, view_response
 from moireid.verifier.fringes.grating_signal import DepthLaw
-from moireid.verifier.fringes.sinusoid import left_of_rows
+from moireid.verifier.fringes.sinusoid import fitted_rows
 from moireid.verifier.fringes.strip_phase import StripLaw, StripPhase, harmonics_of
 from moireid.verifier.fringes.strip_shape import StripShape
 
@@ -59,7 +59,7 @@ def depth_law(
     change = change - table @ np.linalg.lstsq(table, change, rcond=None)[0]
     # Of each frame, the fit took up the background and these harmonics.
     taken = shape.columns[:, : 2 + 2 * harmonics_of(found.frequency_per_mm, length_mm)]
-    pattern = left_of_rows(change.astype(np.float32) * shape.slope, taken)
+    pattern = fitted_rows(change.astype(np.float32) * shape.slope, taken)[1]
     pattern -= pattern.mean(axis=0)
     noise = float(np.median(np.mean(shape.left**2, axis=1)))
     if noise > 0:

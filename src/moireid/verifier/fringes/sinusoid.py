@@ -70,9 +70,10 @@ def fit_rows(values: Array, argument_rad: Array, harmonics: int, background: Arr
     return Fit(found[..., :first], turns, (left**2).sum(axis=-1), gram, values.shape[-1])
 
 
-def left_of_rows(values: Single, columns: Single) -> Single:
-    """What the fit of every row by itself leaves, (..., N); columns (..., K, N): as of `fit_columns`."""
-    return _fitted(values, columns)[2]
+def fitted_rows(values: NDArray[Any], columns: NDArray[Any]) -> tuple[Array, NDArray[Any]]:
+    """The fit of every row by itself: coefficients (..., K), and what is left, (..., N); columns: of `fit_columns`."""
+    found, _, left = _fitted(values, columns)
+    return found, left
 
 
 def _fitted(values: NDArray[Any], columns: NDArray[Any]) -> tuple[Array, Array, NDArray[Any]]:

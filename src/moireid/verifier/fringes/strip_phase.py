@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.fringes.sinusoid import Fit, fit_rows
+from moireid.verifier.fringes.sinusoid import Fit, fit_columns, fit_rows, fitted_rows
 from moireid.verifier.measuring import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
 from moireid.verifier.picture import CODING_POWER
 from moireid.verifier.series import greatest_near
@@ -47,6 +47,11 @@ class StripLaw:
         """Predicted phase at the strip's middle, (T,), up to the constants that depend on assembly."""
         return np.asarray(2 * np.pi * (self.fixed_middle + frequency_per_mm * self.per_frequency_middle))
 
+    @property
+    def slope_rad(self) -> Array:
+        """Derivative of `phase_rad` by the frequency, rad mm, (T, N)."""
+        return np.asarray(2 * np.pi * (self.per_frequency - self.per_frequency_middle[:, None]))
+
     def part(self, frames: NDArray[np.int64]) -> StripLaw:
         """The law in some frames."""
         return StripLaw(*(of_all[frames] for of_all in vars(self).values()))
@@ -57,8 +62,8 @@ Complex = NDArray[np.complex128]
 SEARCH_FRAMES = 32
 REFINE_FRAMES = 64
 BLOCKS = 4
-#: Steps of the refinement, as shares of its reach: the last parabola is exact to a thousandth of it.
-REFINE_STEPS = (1 / 2, 1 / 8, 1 / 32)
+#: Most steps of the refinement, and the share of its reach below which a step is the last: the next one is far shorter.
+REFINE_STEPS, REFINED_SHARE = 8, 0.003
 #: Frames fitted at a time.
 PIECE_FRAMES = 512
 #: A hand's soft edge is before the strip so many frames longer than it shows.
@@ -195,28 +200,36 @@ def _search(profiles: Array, law: StripLaw, length_mm: float, band: tuple[float,
     line = np.linspace(-1, 1, some.shape[1])
     some = some - some.mean(axis=1, keepdims=True)
     some = (some - (some @ line)[:, None] / (line @ line) * line) * np.hanning(some.shape[1])
-    law = law.part(frames)
-    grid = np.arange(band[0], band[1] + 1e-9, 0.2 / length_mm)
-    power = [np.abs((some * np.exp(-1j * law.phase_rad(f))).sum(axis=1)) ** 2 for f in grid]
-    return float(grid[int(np.argmax(np.sum(power, axis=1)))])
+    law, step = law.part(frames), 0.2 / length_mm
+    grid = np.arange(band[0], band[1] + 1e-9, step)
+    turned, turn = some * np.exp(-1j * law.phase_rad(grid[0])), np.exp(-1j * step * law.slope_rad)
+    power = []
+    for _ in grid:
+        power.append(float((np.abs(turned.sum(axis=1)) ** 2).sum()))
+        turned *= turn
+    return float(grid[int(np.argmax(power))])
 
 
 def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: int) -> float:
-    """Frequency near `start` that explains the profiles best."""
+    """Frequency near `start` that explains the profiles best.
+
+    Source: Gauss-Newton on what the fit of each frame leaves (variable projection; Kaufman 1975).
+    """
     frames = _spread_out(len(profiles), most)
     some, law = profiles[frames], law.part(frames)
-    place = start
-    for step in (reach * share for share in REFINE_STEPS):
-        move = 1.0
-        while abs(move) == 1.0 and abs(place - start) <= reach:
-            below, here, above = (
-                float(_fit(some, law.phase_rad(place + way * step), 1).left.sum()) for way in (-1, 0, 1)
-            )
-            bend, slope = below - 2 * here + above, above - below
-            # To the vertex of the parabola through the three, if it lies between them; else to the lower side.
-            move = -0.5 * slope / bend if 2 * bend > abs(slope) else -float(np.sign(slope))
-            place += step * move
-    return float(np.clip(place, start - reach, start + reach))
+    background, place = level_and_slope(some.shape[1]), start
+    for _ in range(REFINE_STEPS):
+        columns = fit_columns(law.phase_rad(place), 1, background)
+        found, left = fitted_rows(some, columns)
+        # The derivative of a cos + b sin is b cos - a sin.
+        moved = law.slope_rad * (found[:, 3, None] * columns[:, 2] - found[:, 2, None] * columns[:, 3])
+        moved = fitted_rows(moved, columns)[1]
+        power = float(np.einsum("tn,tn->", moved, moved))
+        step = float(np.einsum("tn,tn->", left, moved)) / power if power > 0 else 0.0
+        before, place = place, float(np.clip(place + step, start - reach, start + reach))
+        if abs(place - before) <= REFINED_SHARE * reach:
+            break
+    return place
 
 
 def _fit(profiles: Array, phase_rad: Array, harmonics: int) -> Fit:
