@@ -44,7 +44,7 @@ def minimise(
 
     def misfits(scale: float) -> tuple[Array, Array]:
         places = np.array(sorted(tried))
-        cauchy = np.array([_misfit(tried[p], scale) for p in places])
+        cauchy = _misfits(np.array([tried[p] for p in places]), scale)
         return places, SPARE_PER_FRAME * cauchy + ((places - prior) / prior_sd) ** 2
 
     scale = min(float(np.median(errors)) for errors in tried.values()) or 1e-9
@@ -75,17 +75,17 @@ def posterior(
     places = np.linspace(low, high, 21)
     tried = [errors_px(float(place)) for place in places]
     scale = min(float(np.median(errors)) for errors in tried) or 1e-9
-    cost = np.array([spare * _misfit(errors, scale) for errors in tried]) + ((places - prior) / prior_sd) ** 2
+    cost = spare * _misfits(np.array(tried), scale) + ((places - prior) / prior_sd) ** 2
     weight = np.exp(-0.5 * (cost - cost.min()))
     mean = float(np.average(places, weights=weight))
     spread = np.average((places - mean) ** 2, weights=weight) + (places[1] - places[0]) ** 2 / 12
     return mean, float(np.sqrt(spread))
 
 
-def _misfit(errors_px: Array, scale: float) -> float:
-    """Cauchy's misfit of all frames; a frame without a pose counts as a large but finite error."""
+def _misfits(errors_px: Array, scale: float) -> Array:
+    """Cauchy's misfit of all frames, (P,), from (P, T); a frame without a pose counts as a large but finite error."""
     bounded = np.minimum(np.nan_to_num(errors_px, nan=np.inf), 1e3 * scale)
-    return float(np.sum(np.log1p((bounded / scale) ** 2)))
+    return np.asarray(np.log1p((bounded / scale) ** 2).sum(axis=-1))
 
 
 def repeated(residuals_px: Array) -> float:
