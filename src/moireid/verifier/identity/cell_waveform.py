@@ -84,10 +84,14 @@ def moments(seen: Array, phase: Array) -> Moments:
     Source: single precision, as in `cell_slip`.
     """
     values = seen.astype(np.float32)
-    columns = np.moveaxis(fit_columns(phase.astype(np.float32), 2 * HARMONICS, np.ones((1, 1))), -2, 0)
+    columns = np.moveaxis(fit_columns(phase.astype(np.float32), HARMONICS, np.ones((1, 1))), -2, 0)
     sums = (np.ones(len(values), np.float32) @ columns).astype(float)
-    along = np.einsum("tn,htn->hn", values, columns[: 2 * HARMONICS + 1]).astype(float)
+    along = np.einsum("tn,htn->hn", values, columns).astype(float)
     ones, first = (np.concatenate([part[:1], part[1::2] + 1j * part[2::2]]) for part in (sums, along))
+    # Higher ones are products of the highest with the others.
+    by_cosine, by_sine = (np.einsum("tn,htn->hn", part, columns[1:]).astype(float) for part in columns[-2:])
+    higher = by_cosine[::2] - by_sine[1::2] + 1j * (by_sine[::2] + by_cosine[1::2])
+    ones = np.concatenate([ones, higher])
     return Moments(sums[0], ones, first, along[0], np.einsum("tn,tn->n", seen, seen))
 
 
