@@ -14,7 +14,7 @@ import numpy as np
 
 from moireid.verifier.kernel import fitting, page, squares
 from moireid.verifier.kernel.library import picture_struct
-from moireid.verifier.kernel.page import PagePrint, Points, row_means, values_at
+from moireid.verifier.kernel.page import PagePrint, PageRows, Points, expected_page, values_at
 from moireid.verifier.tracking.registration import RULES
 
 PAGE = mmap.PAGESIZE
@@ -95,16 +95,26 @@ def fuzz(seed: int, calls: int) -> None:
         points = Points(rng.uniform(-1.2, 1.2, (first[-1], 2)))
         printed = rng.normal(size=first[-1]).astype(np.float32) * rng.choice([0.0, 1.0, 1e30])
         sides = rng.integers(-1, 4, patches).tolist()
-        sizes = {"least_seen": patches, "squares": 4, "extent_px": float(rng.choice([0.0, 50.0, np.nan]))}
-        shown = PagePrint(points, first, sides, printed, least_correlation=float(rng.uniform(-1, 1)), **sizes)
-        shown.prepare((rng.normal(size=(2, first[-1])) * rng.choice([0.0, 1.0, 1e30])).astype(np.float32))
+        sizes = {"least_seen": patches, "squares": 4, "middle": rng.normal(size=2)}
+        sizes |= {"extent": float(rng.choice([0, 1.0])), "px_per_mm": float(rng.choice([0.0, 50.0, np.nan]))}
+        sizes |= {"scale_step": 1.2, "rules": RULES}
+        prints = [
+            PagePrint(points, first, sides, printed, least_correlation=float(rng.uniform(-1, 1)), **sizes)
+            for _ in range(2)
+        ]
+        coarse, shown = prints
+        gradient = (rng.normal(size=(2, first[-1])) * rng.choice([0.0, 1.0, 1e30])).astype(np.float32)
+        coarse.prepare(gradient)
+        shown.prepare(gradient, coarse if rng.integers(2) else None, float(rng.choice([0.0, 9.0, np.inf, np.nan])))
         for _ in range(4):
             warp = hostile_warp(rng)
             values_at(picture, warp, points)
-            shown.compare(picture, RULES, warp)
-            shown.register(picture, RULES, warp)
-            rows = rng.integers(1, 5, 3).astype(np.int32)
-            row_means(picture, warp, Points(rng.uniform(-1, 1, (int(rows.sum()) * 70, 2))), rows, 70)
+            shown.compare(picture, warp)
+            counts = rng.integers(1, 5, 3).astype(np.int32)
+            rows = PageRows(Points(rng.uniform(-1, 1, (int(counts.sum()) * 70, 2))), counts, 70, -np.inf)
+            rows.read(picture, warp)
+            shown.follow(picture, warp, rows.struct(levels), any_scale=bool(rng.integers(2)))
+            expected_page(warp, hostile_warp(rng), float(rng.choice([1.0, 0.5, np.nan, 1e300])))
         drawing = fence.array((height, width), np.float32, at_end=at_end)
         drawing[...] = 1.0
         places = (rng.normal(size=(2, 100)) * 10.0 ** rng.uniform(-2, 12)).astype(np.float32)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 
@@ -73,15 +76,13 @@ def registered(picture, warp, template, enough):
 
     Parameters: enough: whether some visible patches hold the page.
     """
-    free, patch, scale = free_rows(template), template.samples.patch, template.extent * template.px_per_mm
+    free, warp = free_rows(template), brought_near(picture, warp, template, enough)
 
     def step_of(centred, found, asked):
-        used = np.array(asked)[patch]
-        rows, gain = np.where(used, free, 0.0), np.array(found.gain)[patch]
-        return np.linalg.solve(rows @ rows.T, rows @ np.where(gain > rules.MIN_GAIN, centred / gain, 0.0))
+        return _step(free, template, centred, found, asked)
 
     def is_settled(step):
-        return rules.LEFT_SHARE * np.abs(step).max() * scale < rules.STOP_PX
+        return rules.LEFT_SHARE * np.abs(step).max() * template.extent * template.px_per_mm < rules.STOP_PX
 
     for steps in range(2 * rules.MAX_STEPS + 1):
         values = sampled(picture, warp, template.samples.points)
@@ -113,9 +114,58 @@ def registered(picture, warp, template, enough):
     return (warp, found) if enough(found.seen) and found.correlation >= rules.MIN_CORRELATION else None
 
 
+def brought_near(picture, warp, template, enough):
+    """The warp after some steps with a quarter of the samples; unchanged where these do not settle or have no use."""
+    if template.smeared or len(template.samples.points) < rules.COARSE_FROM:
+        return warp
+    few, points = template.samples.every_second, template.samples.points
+    every, ends = np.concatenate(few), np.cumsum([0, *map(len, few)])
+    samples = SimpleNamespace(
+        points=points[every],
+        parts=[slice(*both) for both in pairwise(ends)],
+        patch=template.samples.patch[every],
+    )
+    coarse = SimpleNamespace(
+        samples=samples,
+        printed=[template.values[part] - template.values[part].mean() for part in few],
+        gradient=lambda: template.gradient()[:, every],
+        extent=template.extent,
+        smeared=False,
+    )
+    free, moved = free_rows(coarse), warp
+    for _ in range(3):
+        values = sampled(picture, moved, samples.points)
+        if values is None:
+            return warp
+        centred, found = compared(values, coarse)
+        step = _step(free, coarse, centred, found, found.seen if enough(found.seen) else [True] * len(found.seen))
+        moved = stepped(moved, step)
+        if np.abs(step).max() * template.extent * template.px_per_mm < rules.NEAR_PX:
+            return moved
+    return warp
+
+
+def _step(free, template, centred, found, asked):
+    patch = template.samples.patch
+    used = np.array(asked)[patch]
+    rows, gain = np.where(used, free, 0.0), np.array(found.gain)[patch]
+    return np.linalg.solve(rows @ rows.T, rows @ np.where(gain > rules.MIN_GAIN, centred / gain, 0.0))
+
+
 def stepped(warp, step):
     """The warp after a step of its eight parameters."""
     moved = warp @ inverse(np.append(step, 0.0).reshape(3, 3) + np.eye(3))
+    return moved / moved[2, 2]
+
+
+def expected_page(before, last, share):
+    """As `page.expected_page`."""
+    back = inverse(before)
+    if back is None:
+        return last
+    motion = back @ last
+    motion *= share / motion[2, 2]
+    moved = last @ (motion + (1 - share) * np.eye(3))
     return moved / moved[2, 2]
 
 
@@ -131,7 +181,7 @@ def row_means(picture, warp, points, counts, samples):
     right, down = x - column, y - row
     upper = coded[row, column] * (1 - right) + coded[row, column + 1] * right
     lower = coded[row + 1, column] * (1 - right) + coded[row + 1, column + 1] * right
-    light = picture._values[np.floor(upper * (1 - down) + lower * down + 0.5).astype(np.uint8)].reshape(-1, samples)
+    light = picture._tables[0][np.floor(upper * (1 - down) + lower * down + 0.5).astype(np.uint8)].reshape(-1, samples)
     return np.add.reduceat(light, np.cumsum([0, *counts[:-1]]), axis=0) / np.asarray(counts)[:, None]
 
 

@@ -5,7 +5,7 @@ Turning a whole 1080p picture into counts costs a fifth of decoding it, and a fo
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import cv2
@@ -25,6 +25,13 @@ def counts_of(light: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Light, (...,), in the unit of `LINEAR_COUNTS`, coded as a picture's counts."""
     counts = np.rint(255.0 * (np.clip(light, 0.0, 255.0) / 255.0) ** (1 / CODING_POWER))
     return np.asarray(counts, np.uint8)
+
+
+@lru_cache(maxsize=16)
+def _tables(levels: bytes | None, kind: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Counts of each coded byte, and its light in the unit of `LINEAR_COUNTS`, (256,).  A film has one such pair."""
+    counts = np.arange(256, dtype=np.float32) if levels is None else np.frombuffer(levels, kind).astype(np.float32)
+    return counts, LINEAR_COUNTS[np.clip(counts, 0, 255).astype(np.uint8)]
 
 
 class Picture:
@@ -56,14 +63,24 @@ class Picture:
         return self.part((0, 0, self.shape[1], self.shape[0]))
 
     @cached_property
-    def _values(self) -> NDArray[np.float32]:
-        """Value of each coded byte, (256,)."""
-        return np.arange(256, dtype=np.float32) if self._levels is None else self._levels.astype(np.float32)
-
-    @cached_property
     def struct(self) -> PictureStruct:
         """The picture as the kernel takes it."""
-        return picture_struct(self._coded, self._values)
+        return picture_struct(self._coded, self._tables[0])
+
+    @property
+    def light(self) -> NDArray[np.float32]:
+        """Light of each coded byte, in the unit of `LINEAR_COUNTS`, (256,); for a picture in counts."""
+        return self._tables[1]
+
+    @property
+    def in_light(self) -> Picture:
+        """The picture in the unit of `LINEAR_COUNTS`; for a picture in counts."""
+        return Picture(self._coded, self.light)
+
+    @cached_property
+    def _tables(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        levels = self._levels
+        return _tables(None, "") if levels is None else _tables(levels.tobytes(), levels.dtype.str)
 
     def part(self, box: Box, kind: type[Any] | None = None) -> NDArray[Any]:
         """Counts of a part, which lies within the picture; kind: of number, None for that in which they are kept."""

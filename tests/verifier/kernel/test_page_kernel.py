@@ -16,9 +16,10 @@ from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
 from moireid.badge import load_badge
 from moireid.errors import MoireIdError
 from moireid.verifier.kernel import library as kernel_library
-from moireid.verifier.kernel.page import PagePrint, Points, row_means, values_at
-from moireid.verifier.picture import LINEAR_COUNTS, Picture, as_picture
-from moireid.verifier.tracking.registration import MIN_SHARE, RULES, PageRegistrar, scale_px_per_mm
+from moireid.verifier.kernel.page import OTHER_SCALE, PagePrint, PageRows, Points, expected_page, values_at
+from moireid.verifier.picture import Picture, as_picture
+from moireid.verifier.tracking.brightness_profiles import ProfileReader
+from moireid.verifier.tracking.registration import MIN_SHARE, RULES, KeptTemplate, PageRegistrar, scale_px_per_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.video import VIDEO_RANGE, Film
 
@@ -64,7 +65,7 @@ def test_pages_and_rows_of_films_are_those_of_numpy(name):
         assert apart_px(one.homography, page) < 1e-4
         assert one.correlation == pytest.approx(other.correlation, abs=1e-6)
         rows = numpy_kernel.row_means(
-            frame.picture.graded(LINEAR_COUNTS), page, reader._points.page, reader._row_counts, reader.samples
+            frame.picture.in_light, page, reader.rows.points.page, reader._row_counts, reader.samples
         )
         # A value that is half way between two counts may be rounded to either.
         assert np.abs(reader.read(frame.picture, page) - rows).max() < 0.3
@@ -105,8 +106,8 @@ def test_rows_are_read_from_padded_planes_and_go_on_beyond_the_picture(rng):
     across, down = np.meshgrid(np.linspace(-30, 150, 64), np.linspace(-25, 110, 12))
     points = np.column_stack([across.ravel(), down.ravel()])
     warp = np.array([[0.9, 0.1, 2.0], [-0.1, 1.1, 3.0], [1e-4, -2e-4, 1.0]])
-    picture, counts = Picture(plane[:, :121], VIDEO_RANGE).graded(LINEAR_COUNTS), np.array([5, 7], np.int32)
-    found = row_means(picture.struct, warp, Points(points), counts, 64)
+    picture, counts = Picture(plane[:, :121], VIDEO_RANGE).in_light, np.array([5, 7], np.int32)
+    found = PageRows(Points(points), counts, 64, 0.9).read(picture.struct, warp)
     assert np.abs(found - numpy_kernel.row_means(picture, warp, points, counts, 64)).max() < 0.3
 
 
@@ -127,7 +128,7 @@ def test_no_homography_makes_the_kernel_read_outside_or_return_what_is_no_number
     across, down = np.meshgrid(np.linspace(-1, 1, 50), np.linspace(-1, 1, 8))
     points = Points(np.column_stack([across.ravel(), down.ravel()]))
     for warp in warps(rng):
-        rows = row_means(picture.struct, warp, points, np.array([3, 5], np.int32), 50)
+        rows = PageRows(points, np.array([3, 5], np.int32), 50, 0.9).read(picture.struct, warp)
         assert np.array_equal(rows, np.full((2, 50), 100.0))
         values = values_at(picture.struct, warp, points)
         assert values is None or np.array_equal(values, np.full(400, 100.0))
@@ -142,7 +143,8 @@ def test_a_picture_of_one_row_or_column_holds_no_place():
 def test_arrays_of_other_sizes_or_kinds_are_refused():
     """Catches: C that works on memory which is not there."""
     points = Points(np.random.default_rng(1).uniform(0, 1, (10, 2)))
-    sizes = {"least_seen": 1, "squares": 4, "extent_px": 1.0, "least_correlation": 0.7}
+    sizes = {"least_seen": 1, "squares": 4, "middle": np.zeros(2), "extent": 1.0, "px_per_mm": 1.0, "scale_step": 1.2}
+    sizes |= {"rules": RULES, "least_correlation": 0.7}
     for first, sides, printed in (
         ([0, 9], [-1], np.ones(10, np.float32)),
         ([0, 10, 10], [-1, -1], np.ones(10, np.float32)),
@@ -153,11 +155,13 @@ def test_arrays_of_other_sizes_or_kinds_are_refused():
             PagePrint(points, first, sides, printed, **sizes)
     shown = PagePrint(points, [0, 10], [-1], np.ones(10, np.float32), **sizes)
     with pytest.raises(ValueError, match="prepared"):
-        shown.register(Picture(np.zeros((20, 20), np.uint8)).struct, RULES, np.eye(3))
+        shown.follow(Picture(np.zeros((20, 20), np.uint8)).struct, np.eye(3))
     with pytest.raises(ValueError):
         shown.prepare(np.ones((2, 9), np.float32))
     with pytest.raises(ValueError):
-        row_means(Picture(np.zeros((20, 20), np.uint8)).struct, np.eye(3), points, np.array([3], np.int32), 4)
+        PageRows(points, np.array([3], np.int32), 4, 0.9)
+    with pytest.raises(ValueError, match="no rows"):
+        PageRows(points, np.array([5], np.int32), 2, 0.9).taken()
     with pytest.raises(ValueError):
         kernel_library.picture_struct(np.zeros((20, 20), np.float32), np.zeros(256, np.float32))
 
@@ -171,3 +175,36 @@ def test_a_library_that_is_missing_or_of_another_version_is_one_sentence(monkeyp
     with pytest.raises(MoireIdError, match="cannot be loaded"):
         kernel_library.library.__wrapped__()
     assert isinstance(kernel_library.library(), ctypes.CDLL)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0, 2.0])
+def test_a_motion_is_repeated_as_by_numpy(rng, share):
+    """Catches: a cofactor of the wrong sign or place; a motion undone; a share of the wrong page."""
+    before, last = (nudged(seen_from(), *rng.uniform(-9, 9, 2), 1 + rng.uniform(-0.05, 0.05)) for _ in range(2))
+    last = last + rng.normal(0, 1e-6, (3, 3)) * [[0, 0, 0], [0, 0, 0], [1, 1, 0]]
+    found = expected_page(before, last, share)
+    assert found == pytest.approx(numpy_kernel.expected_page(before, last, share), rel=1e-9)
+    assert np.array_equal(expected_page(np.zeros((3, 3)), last, share), last)
+
+
+def test_rows_are_read_with_the_page_only_where_it_is_certain(rng, ada):
+    """Catches: rows of the expected place in place of the page's; rows of a page that must still be judged; a kept room
+    that the next frame overwrites; a print of another scale that is used.
+    """
+    badge_page = np.array([[3.0, 0.02, 40.0], [-0.02, 3.0, 30.0], [0, 0, 1.0]])
+    reader = ProfileReader(ada)
+    registrar = PageRegistrar(ada.markers)
+    size = tuple(int(3.0 * side) + 80 for side in reversed(ada.page_mm))
+    page = filmed(draw(badge_page, ada.markers, shape=size), rng, noise=1.0)
+    kept = KeptTemplate(registrar.printer)
+    start = nudged(badge_page, 1.0, -0.7)
+    found, rows = registrar.follow(as_picture(page), start, kept, reader.rows)
+    assert rows is not None and np.array_equal(rows, reader.read(page, found.homography))
+    again, more = registrar.follow(as_picture(page), start, kept, reader.rows)
+    assert np.array_equal(again.homography, found.homography) and np.array_equal(more, rows) and more is not rows
+    dark = filmed(np.where(draw(badge_page, ada.markers, shape=size) > 100, 60, 50).astype(float), rng, noise=6.0)
+    unsure, none = registrar.follow(as_picture(dark), start, kept, reader.rows)
+    assert unsure is None or (unsure.correlation < 0.9 and none is None)
+    shown = registrar._prepared(kept.at(start))
+    twice = np.array([[6.0, 0, 40.0], [0, 6.0, 30.0], [0, 0, 1.0]])
+    assert shown.follow(as_picture(page).struct, twice, any_scale=False)[0] == OTHER_SCALE

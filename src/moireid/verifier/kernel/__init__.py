@@ -2,6 +2,7 @@
 
     kernel.h, picture.c     how a picture and places of the page are given, and where the places lie in it
     registration.c          the whole loop that registers a page
+    following.c             a page's registration and its rows in one call
     rows.c                  brightness along strips of the page
     smear.c                 prints that moved while they were exposed
     poses.c                 poses of a plane

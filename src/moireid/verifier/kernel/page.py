@@ -22,7 +22,7 @@ MOST_PATCHES = 16
 
 
 class PrintStruct(ctypes.Structure):
-    """`Print` of registration.c."""
+    """`Print` of kernel.h."""
 
     _fields_ = (
         ("places", PlacesStruct),
@@ -41,7 +41,7 @@ class PrintStruct(ctypes.Structure):
 
 
 class RulesStruct(ctypes.Structure):
-    """`Rules` of registration.c."""
+    """`Rules` of kernel.h."""
 
     _fields_ = (
         *((name, ctypes.c_int32) for name in ("max_steps", "hopeless_steps", "bent_seen_steps", "bent_steps")),
@@ -51,7 +51,7 @@ class RulesStruct(ctypes.Structure):
 
 
 class ComparisonStruct(ctypes.Structure):
-    """`Comparison` of registration.c."""
+    """`Comparison` of kernel.h."""
 
     _fields_ = (
         ("correlation", ctypes.c_double),
@@ -61,6 +61,32 @@ class ComparisonStruct(ctypes.Structure):
         ("steps", ctypes.c_int32),
         ("seen", ctypes.c_int32 * MOST_PATCHES),
     )
+
+
+class DrawingStruct(ctypes.Structure):
+    """`Drawing` of following.c."""
+
+    _fields_ = (
+        *((name, ctypes.c_void_p) for name in ("print", "coarse", "rules", "values", "found")),
+        ("middle", ctypes.c_double * 2),
+        *((name, ctypes.c_double) for name in ("extent", "least_scale", "most_scale", "near_px")),
+        ("coarse_steps", ctypes.c_int32),
+    )
+
+
+class RowsStruct(ctypes.Structure):
+    """`Rows` of following.c."""
+
+    _fields_ = (
+        ("places", PlacesStruct),
+        *((name, ctypes.c_void_p) for name in ("counts", "light", "profiles")),
+        ("least_correlation", ctypes.c_double),
+        *((name, ctypes.c_int32) for name in ("strips", "samples")),
+    )
+
+
+#: What `kernel_follow` returns: one of the first four, and flags.
+HELD, LOOSE, OTHER_SCALE, ALL_SEEN, READ = 1, 2, 3, 4, 8
 
 
 class Points:
@@ -77,6 +103,51 @@ class Points:
         start, count = address(self.centred, np.float32), len(points)
         hull = (ctypes.c_double * 8)(x0, y0, x1, y0, x1, y1, x0, y1)
         self.struct = PlacesStruct(start, start + 4 * count, (ctypes.c_double * 2)(*middle), hull, count)
+
+
+class PageRows:
+    """Rows of the page, one strip's after another's."""
+
+    def __init__(self, points: Points, counts: NDArray[np.int32], samples: int, least_correlation: float) -> None:
+        """Parameters: counts (S,): rows of each strip, one or more, of so many samples; least_correlation: from which a
+        page's rows are read as it is registered.
+        """
+        if int(counts.sum()) * samples != points.struct.count or counts.min() < 1:
+            raise ValueError(f"{points.struct.count} places are not {counts.sum()} rows of {samples}")
+        self.points, self._counts, self._shape = points, counts, (len(counts), samples)
+        self._room: Single | None = None
+        start = address(counts, np.int32)
+        self._struct = RowsStruct(points.struct, start, None, None, least_correlation, len(counts), samples)
+
+    def struct(self, light: Single) -> RowsStruct:
+        """The rows, with room to read them.  Parameters: light (256,): of each coded byte."""
+        if self._room is None:
+            self._room = np.empty(self._shape, np.float32)
+            self._struct.profiles = address(self._room, np.float32)
+        self._struct.light, self._struct.light_array = address(light, np.float32, 256), light
+        return self._struct
+
+    def taken(self) -> Single:
+        """What was read, (S, samples)."""
+        if self._room is None:
+            raise ValueError("no rows were read")
+        profiles, self._room = self._room, None
+        return profiles
+
+    def read(self, picture: PictureStruct, warp: Array) -> Single:
+        """Mean of the rows of each strip under a warp, (S, samples)."""
+        if min(picture.width, picture.height) < 2:
+            raise ValueError(f"a picture of {picture.width} x {picture.height} has no four pixels around a place")
+        warp, profiles = np.array(warp, np.float64, order="C"), np.empty(self._shape, np.float32)
+        library().kernel_rows(
+            ctypes.byref(picture),
+            ctypes.byref(self.points.struct),
+            ctypes.c_void_p(address(warp, np.float64, 9)),
+            ctypes.c_void_p(address(self._counts, np.int32)),
+            *(ctypes.c_int32(size) for size in self._shape),
+            ctypes.c_void_p(address(profiles, np.float32)),
+        )
+        return profiles
 
 
 @dataclass(frozen=True)
@@ -106,12 +177,17 @@ class PagePrint:
         *,
         least_seen: int,
         squares: int,
-        extent_px: float,
+        middle: Array,
+        extent: float,
+        px_per_mm: float,
+        scale_step: float,
+        rules: RulesStruct,
         least_correlation: float,
     ) -> None:
         """Parameters: first (K + 1,): where each patch's samples begin; sides (K,): the frame's side of each, -1 for a
         square; printed (N,): about each patch's mean; squares: patches up to which none is left out as covered;
-        extent_px: a unit of the places.
+        middle (2,), extent: the places are page mm less `middle`, over `extent`; px_per_mm, scale_step: the print
+        serves pages of that scale, within this factor.
         """
         self.points, self.samples, self.patches = points, points.struct.count, len(sides)
         if self.patches > MOST_PATCHES or first[-1] != self.samples or min(np.diff(first)) < 1:
@@ -121,6 +197,7 @@ class PagePrint:
         self.power = np.array([float(part @ part) for part in np.split(self._printed, self._first[1:-1])], np.float64)
         self._room = np.empty(self.samples, np.float32)
         self._free: Single | None = None
+        self._coarse: PagePrint | None = None
         self._normal = np.zeros((self.patches, 8, 8))
         self._struct = PrintStruct(
             points.struct,
@@ -133,18 +210,34 @@ class PagePrint:
             None,
             address(self.power, np.float64),
             address(self._normal, np.float64),
-            extent_px,
+            extent * px_per_mm,
             least_correlation,
         )
         self._found = ComparisonStruct()
+        self._rules, self._middle, self._extent = rules, middle, extent
+        self._drawing = DrawingStruct(
+            ctypes.addressof(self._struct),
+            None,
+            ctypes.addressof(rules),
+            address(self._room, np.float32),
+            ctypes.addressof(self._found),
+            (ctypes.c_double * 2)(*middle),
+            extent,
+            px_per_mm / scale_step,
+            px_per_mm * scale_step,
+        )
 
     @property
     def is_prepared(self) -> bool:
         """Whether `prepare` was called."""
         return self._free is not None
 
-    def prepare(self, gradient: Single) -> None:
-        """Make it ready to register with.  Parameters: gradient (2, N): of the print, per unit of the places."""
+    def prepare(self, gradient: Single, coarse: PagePrint | None = None, near_px: float = 0.0) -> None:
+        """Make it ready to register with.
+
+        Parameters: gradient (2, N): of the print, per unit of the places; coarse: a prepared print of some of its
+            samples, with which a page comes within about `near_px` first.
+        """
         free = np.empty((8, self.samples), np.float32)
         gradient = np.ascontiguousarray(gradient, np.float32)
         library().kernel_free(
@@ -154,6 +247,13 @@ class PagePrint:
             ctypes.c_void_p(address(self._normal, np.float64)),
         )
         self._free, self._struct.free = free, address(free, np.float32)
+        if coarse is not None:
+            if coarse.patches != self.patches or coarse.samples > self.samples or not coarse.is_prepared:
+                raise ValueError(
+                    f"a coarse print of {coarse.patches} patches and {coarse.samples} samples does not fit"
+                )
+            self._coarse, self._drawing.near_px = coarse, near_px
+            self._drawing.coarse = ctypes.addressof(coarse._struct)
 
     @property
     def free(self) -> Single:
@@ -166,33 +266,50 @@ class PagePrint:
         """Products of the rows of `free` over the visible patches, (8, 8)."""
         return np.asarray(self._normal[np.array(seen)].sum(axis=0))
 
-    def register(
-        self, picture: PictureStruct, rules: RulesStruct, warp: Array
-    ) -> tuple[Array, PatchComparison, bool] | None:
-        """Refine a warp on a picture.
+    def follow(
+        self, picture: PictureStruct, expected: Array, rows: RowsStruct | None = None, *, any_scale: bool = True
+    ) -> tuple[int, Array]:
+        """Register the page where it is expected, and read its rows.
 
-        Returns: the warp, the comparison there, and whether the visible patches hold the page; None if the page does
-            not match, or is not in the picture.
+        Parameters: expected: homography page mm -> px; any_scale: also where the print was drawn for another scale.
+        Returns: one of `HELD` and `LOOSE` (whether the visible patches hold the page), `OTHER_SCALE` and 0 (nothing
+            that matches), with the flags `ALL_SEEN` and `READ` (of the rows); and the page, h33 = 1.
         """
-        warp = np.array(warp, np.float64, order="C")
         if self._free is None:
             raise ValueError("a print must be prepared before it is registered")
-        state = library().kernel_register(
+        page = np.empty((3, 3))
+        state = library().kernel_follow(
             ctypes.byref(picture),
-            ctypes.byref(self._struct),
-            ctypes.byref(rules),
-            ctypes.c_void_p(address(warp, np.float64, 9)),
-            ctypes.c_void_p(address(self._room, np.float32)),
-            ctypes.byref(self._found),
+            ctypes.byref(self._drawing),
+            None if rows is None else ctypes.byref(rows),
+            ctypes.c_void_p(address(expected, np.float64, 9)),
+            ctypes.c_int32(any_scale),
+            ctypes.c_void_p(address(page, np.float64)),
         )
-        return (warp, self._comparison(), state == 1) if state else None
+        return state, page
 
     @property
-    def steps(self) -> int:
-        """Steps of the last registration."""
-        return int(self._found.steps)
+    def compared(self) -> int:
+        """Samples that the last registration compared, in all its steps."""
+        coarse = 0 if self._coarse is None else self._coarse.samples * self._drawing.coarse_steps
+        return int(coarse + self.samples * self._found.steps)
 
-    def compare(self, picture: PictureStruct, rules: RulesStruct, warp: Array) -> tuple[PatchComparison, Single] | None:
+    @property
+    def correlation(self) -> float:
+        """Correlation of picture and print at the end of the last registration."""
+        return float(self._found.correlation)
+
+    @property
+    def contrast(self) -> float:
+        """Contrast of the clearest patch there, counts."""
+        return float(self._found.contrast)
+
+    @property
+    def seen(self) -> tuple[bool, ...]:
+        """The patches that were visible there, (K,)."""
+        return tuple(map(bool, self._found.seen[: self.patches]))
+
+    def compare(self, picture: PictureStruct, warp: Array) -> tuple[PatchComparison, Single] | None:
         """The comparison at a warp, and picture less print (N,), in units of print contrast, with each patch's own gain
         and offset; None where the page is not within the picture.
         """
@@ -200,7 +317,7 @@ class PagePrint:
         within = library().kernel_compare(
             ctypes.byref(picture),
             ctypes.byref(self._struct),
-            ctypes.byref(rules),
+            ctypes.byref(self._rules),
             ctypes.c_void_p(address(warp, np.float64, 9)),
             ctypes.c_void_p(address(left, np.float32)),
             ctypes.byref(self._found),
@@ -208,9 +325,10 @@ class PagePrint:
         return (self._comparison(), left) if within else None
 
     def _comparison(self) -> PatchComparison:
-        found, count = self._found, self.patches
-        seen = tuple(map(bool, found.seen[:count]))
-        return PatchComparison(tuple(found.gain[:count]), seen, found.correlation, found.contrast, found.steps)
+        found = self._found
+        return PatchComparison(
+            tuple(found.gain[: self.patches]), self.seen, found.correlation, found.contrast, found.steps
+        )
 
 
 def values_at(picture: PictureStruct, warp: Array, points: Points) -> Single | None:
@@ -225,24 +343,16 @@ def values_at(picture: PictureStruct, warp: Array, points: Points) -> Single | N
     return values if within else None
 
 
-def row_means(picture: PictureStruct, warp: Array, points: Points, counts: NDArray[np.int32], samples: int) -> Single:
-    """Mean of the rows of places of each strip, (S, samples).
+def expected_page(before: Array, last: Array, share: float) -> Array:
+    """The page after its motion from `before` to `last`, all homographies with h33 = 1, is repeated by a share of it.
 
-    Parameters: points: row by row, one strip's rows after another's; counts (S,): rows of each strip, one or more.
+    Source: to first order in the motion; the last page, where the one before has no inverse.
     """
-    warp = np.array(warp, np.float64, order="C")
-    if int(counts.sum()) * samples != points.struct.count or counts.min() < 1:
-        raise ValueError(f"{points.struct.count} places are not {counts.sum()} rows of {samples}")
-    if min(picture.width, picture.height) < 2:
-        raise ValueError(f"a picture of {picture.width} x {picture.height} has no four pixels around a place")
-    profiles = np.empty((len(counts), samples), np.float32)
-    library().kernel_rows(
-        ctypes.byref(picture),
-        ctypes.byref(points.struct),
-        ctypes.c_void_p(address(warp, np.float64, 9)),
-        ctypes.c_void_p(address(counts, np.int32)),
-        ctypes.c_int32(len(counts)),
-        ctypes.c_int32(samples),
-        ctypes.c_void_p(address(profiles, np.float32)),
+    found = np.empty((3, 3))
+    library().kernel_expected(
+        ctypes.c_void_p(address(before, np.float64, 9)),
+        ctypes.c_void_p(address(last, np.float64, 9)),
+        ctypes.c_double(share),
+        ctypes.c_void_p(address(found, np.float64)),
     )
-    return profiles
+    return found

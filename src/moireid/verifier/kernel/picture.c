@@ -34,8 +34,19 @@ Mapping mapping_of(const Places *places, const double warp[9], int32_t left, int
 void mapped(const Places *places, const Mapping *mapping, int32_t first, int32_t count, float *x, float *y) {
     const float *a = mapping->a, *across = places->across + first, *down = places->down + first;
     for (int32_t k = 0; k < count; k++) {
-        float w = a[6] * across[k] + a[7] * down[k] + a[8];
-        x[k] = (a[0] * across[k] + a[1] * down[k] + a[2]) / w;
-        y[k] = (a[3] * across[k] + a[4] * down[k] + a[5]) / w;
+        const float near = 1 / (a[6] * across[k] + a[7] * down[k] + a[8]);
+        x[k] = (a[0] * across[k] + a[1] * down[k] + a[2]) * near;
+        y[k] = (a[3] * across[k] + a[4] * down[k] + a[5]) * near;
     }
+}
+
+int is_inside(const Picture *picture, const Places *places, const double warp[9], const double bounds[4]) {
+    double least = 0, most = 0;
+    for (int k = 0; k < 4; k++) {
+        const double w = warp[6] * places->hull[2 * k] + warp[7] * places->hull[2 * k + 1] + warp[8], size = w < 0 ? -w : w;
+        if (k == 0 || size < least) least = size;
+        if (k == 0 || size > most) most = size;
+    }
+    return picture->width <= MOST_SIDE && picture->height <= MOST_SIDE && most < MOST_DEPTH * least && bounds[0] >= 1 &&
+           bounds[1] >= 1 && bounds[2] < picture->width - 2 && bounds[3] < picture->height - 2;
 }

@@ -5,29 +5,6 @@
  */
 #include "kernel.h"
 
-/* The print at sample places: `printed`, about its mean in each patch, and `power`, the sum of its squares there;
- * `free` (8, samples): change with each parameter of the warp that no gain or offset of brightness could make, and
- * `normal` (patches, 8, 8): its products in each patch.  Samples of patch k are first[k] to first[k + 1] - 1. */
-typedef struct {
-    Places places;
-    int32_t patches, least_seen, squares;
-    const int32_t *first, *side;
-    const float *printed, *free;
-    const double *power, *normal;
-    double extent_px, least_correlation;
-} Print;
-
-/* Limits of `tracking/registration.py`, of the same names. */
-typedef struct {
-    int32_t max_steps, hopeless_steps, bent_seen_steps, bent_steps;
-    double stop_px, left_share, min_correlation, min_gain, covered_left, covered_left_ratio;
-} Rules;
-
-typedef struct {
-    double correlation, contrast, gain[MOST_PATCHES], mean[MOST_PATCHES];
-    int32_t steps, seen[MOST_PATCHES];
-} Comparison;
-
 static double magnitude(double value) { return value < 0 ? -value : value; }
 
 /* Brightness at the print's places; 0 where they are not within the picture, four pixels around each. */
@@ -40,13 +17,20 @@ static int sampled(const Picture *picture, const Places *places, const double wa
     const uint8_t *corner = picture->rows + top * picture->stride + left;
     const float *levels = picture->levels;
     /* Rounding may take a place at the picture's border over it. */
+    const int inside = is_inside(picture, places, warp, at);
     const float most_x = (float)(picture->width - 2 - left), most_y = (float)(picture->height - 2 - top);
     for (int32_t first = 0; first < places->count; first += BLOCK) {
         const int32_t count = places->count - first < BLOCK ? places->count - first : BLOCK;
         float x[BLOCK], y[BLOCK], a[BLOCK], b[BLOCK], c[BLOCK], d[BLOCK];
         int32_t pixel_x[BLOCK], pixel_y[BLOCK];
         mapped(places, &mapping, first, count, x, y);
-        for (int32_t k = 0; k < count; k++) {
+        for (int32_t k = 0; k < count && inside; k++) {
+            pixel_x[k] = (int32_t)x[k];
+            pixel_y[k] = (int32_t)y[k];
+            x[k] -= (float)pixel_x[k];
+            y[k] -= (float)pixel_y[k];
+        }
+        for (int32_t k = 0; k < count && !inside; k++) {
             float within_x = x[k] > 0 ? x[k] : 0, within_y = y[k] > 0 ? y[k] : 0;
             pixel_x[k] = (int32_t)(within_x < most_x ? within_x : most_x);
             pixel_y[k] = (int32_t)(within_y < most_y ? within_y : most_y);
@@ -186,10 +170,15 @@ static int stepped(double warp[9], const double s[8]) {
     return 1;
 }
 
-static int is_settled(const Print *print, const Rules *rules, const double step[8]) {
+/* How far a step moves the page, px. */
+static double length_px(const Print *print, const double step[8]) {
     double longest = 0;
     for (int k = 0; k < 8; k++) longest = magnitude(step[k]) > longest ? magnitude(step[k]) : longest;
-    return rules->left_share * longest * print->extent_px < rules->stop_px;
+    return longest * print->extent_px;
+}
+
+static int is_settled(const Print *print, const Rules *rules, const double step[8]) {
+    return rules->left_share * length_px(print, step) < rules->stop_px;
 }
 
 /* From a warp that some patches do not fit to one that all agree on; 0 where there is none. */
@@ -232,6 +221,27 @@ PUBLIC int32_t kernel_compare(const Picture *picture, const Print *print, const 
             values[n] = gain > rules->min_gain ? values[n] / gain - print->printed[n] : 0;
     }
     return 1;
+}
+
+/* Bring a warp near by a few steps with a coarse print; a warp that does not come within `near_px` stays as it is.
+ * Returns how many steps were taken. */
+int32_t come_near(const Picture *picture, const Print *print, const Rules *rules, double near_px, double warp[9],
+                  float *values, Comparison *found) {
+    int32_t every[MOST_PATCHES], steps = 0;
+    double step[8], moved[9];
+    for (int32_t k = 0; k < print->patches; k++) every[k] = 1;
+    for (int k = 0; k < 9; k++) moved[k] = warp[k];
+    while (steps < COARSE_STEPS) {
+        if (!sampled(picture, &print->places, moved, values)) return steps;
+        steps++;
+        compare(print, rules, values, found);
+        if (!step_of(print, rules, values, found->gain, enough(print, found->seen) ? found->seen : every, step)) break;
+        if (!stepped(moved, step)) break;
+        if (!(length_px(print, step) < near_px)) continue;
+        for (int k = 0; k < 9; k++) warp[k] = moved[k];
+        break;
+    }
+    return steps;
 }
 
 /* Refine a warp on a picture.  values (samples,): room to work in.  Returns 0 where the page does not match, 2 where the

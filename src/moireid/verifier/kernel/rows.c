@@ -7,8 +7,9 @@
 PUBLIC void kernel_rows(const Picture *picture, const Places *places, const double *warp, const int32_t *counts,
                         int32_t strips, int32_t samples, float *profiles) {
     double at[4];
-    int32_t left = 0, top = 0;
+    int32_t left = 0, top = 0, inside = 0;
     if (bounds_of(places, warp, at)) {
+        inside = is_inside(picture, places, warp, at);
         left = at[0] > 0 ? (int32_t)(at[0] < picture->width - 2 ? at[0] : picture->width - 2) : 0;
         top = at[1] > 0 ? (int32_t)(at[1] < picture->height - 2 ? at[1] : picture->height - 2) : 0;
     }
@@ -29,7 +30,13 @@ PUBLIC void kernel_rows(const Picture *picture, const Places *places, const doub
                 int32_t pixel_x[BLOCK], pixel_y[BLOCK];
                 uint32_t four[BLOCK];
                 mapped(places, &mapping, row * samples + first, count, x, y);
-                for (int32_t k = 0; k < count; k++) {
+                for (int32_t k = 0; k < count && inside; k++) {
+                    pixel_x[k] = (int32_t)x[k];
+                    pixel_y[k] = (int32_t)y[k];
+                    x[k] -= (float)pixel_x[k];
+                    y[k] -= (float)pixel_y[k];
+                }
+                for (int32_t k = 0; k < count && !inside; k++) {
                     float u = x[k] > low_x ? x[k] : low_x, v = y[k] > low_y ? y[k] : low_y;
                     u = u < most_x ? u : most_x;
                     v = v < most_y ? v : most_y;

@@ -135,10 +135,14 @@ class BadgeTracker:
         self._clock = time.perf_counter()
         # The expected place is mostly near enough for registration, so no marker has to be decoded.
         expected = self.ends.expected(frame.index)
-        registration = _clear(self._registered(luma, expected)) if expected is not None else None
+        registration, rows = None, None
+        if expected is not None:
+            registration, rows = self._registrar.follow(luma, expected, self._template, self._reader.rows)
+            registration = _clear(registration)
         self.smeared = False
         self._lap("register")
         if registration is None and expected is not None:
+            rows = None
             registration = self._paid(self._purses.near, partial(self._outlined, luma, expected))
             self._lap("find")
         if registration is None:
@@ -148,7 +152,7 @@ class BadgeTracker:
             purse = self._purses.smeared if self.ends.followed else self._purses.gone
             registration = self._paid(purse, lambda: _clear(self._shaken.find(luma, frame.time_s)))
             self._lap("shaken")
-        return self._taken_in(frame, luma, registration, taken, expected)
+        return self._taken_in(frame, luma, registration, taken, expected, rows)
 
     def _outlined(self, luma: Picture, expected: Array) -> Registration | None:
         """The page by its outline at its expected place."""
@@ -211,12 +215,16 @@ class BadgeTracker:
         registration: Registration | None,
         taken: Sequence[Array],
         expected: Array | None = None,
+        rows: NDArray[np.float32] | None = None,
     ) -> bool:
-        """Read the frame if the page was registered, at a place of no other badge; returns whether it was."""
+        """Read the frame if the page was registered, at a place of no other badge; returns whether it was.
+
+        Parameters: rows: what its rows show, if they are read already.
+        """
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
         self.place, self.faint = registration.homography, registration.contrast < FAINT_BELOW_COUNTS
-        seen = self._reader.read(luma, registration.homography)
+        seen = rows if rows is not None else self._reader.read(luma, registration.homography)
         self._note_if_calm(frame, registration.homography, expected, seen)
         if self._stride > 1 and frame.time_s >= self._restless_s:
             self._watch.keep(luma, registration.homography)

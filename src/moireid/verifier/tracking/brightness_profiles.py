@@ -18,8 +18,9 @@ from moireid.errors import SpecError
 from moireid.frames import OwnFrame, own_rect
 from moireid.layers import is_smooth
 from moireid.smooth_lines import rims_mm
-from moireid.verifier.kernel.page import Points, row_means
-from moireid.verifier.picture import LINEAR_COUNTS, Picture, as_picture
+from moireid.verifier.kernel.page import PageRows, Points
+from moireid.verifier.picture import Picture, as_picture
+from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION
 
 MAX_STRIP_MM = 10.0
 #: Margin left out at a cell's border, across and along the fringes' axis, mm: blur mixes neighbours there.
@@ -89,18 +90,18 @@ class ProfileReader:
                 grid = np.stack(np.meshgrid(along, across), axis=-1)
                 points.append(frame.on_page(grid))
                 counts.append(count)
-        self._points = Points(np.concatenate(points).reshape(-1, 2))
-        self._row_counts = np.array(counts, np.int32)
+        places, self._row_counts = Points(np.concatenate(points).reshape(-1, 2)), np.array(counts, np.int32)
+        #: The strips' rows, as the kernel takes them.
+        self.rows = PageRows(places, self._row_counts, self.samples, FOLLOWED_CORRELATION)
 
     def read(self, luma: Picture | NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """Brightness profile of every strip in a coded picture, (S, N), in `LINEAR_COUNTS`."""
         # Coded values are sampled first, as the points are far fewer than the pixels.
-        light = as_picture(luma).graded(LINEAR_COUNTS)
-        return row_means(light.struct, homography, self._points, self._row_counts, self.samples)
+        return self.rows.read(as_picture(luma).in_light.struct, homography)
 
     def read_light(self, light: NDArray[np.float32], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """As `read`, but from a picture that is light already, (height, width), in its own unit."""
-        places = cv2.perspectiveTransform(self._points.page[None], homography).astype(np.float32)
+        places = cv2.perspectiveTransform(self.rows.points.page[None], homography).astype(np.float32)
         x, y = np.moveaxis(places.reshape(-1, self.samples, 2), -1, 0)
         seen = cv2.remap(light, x.copy(), y.copy(), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         first_rows = np.concatenate([[0], np.cumsum(self._row_counts)[:-1]])

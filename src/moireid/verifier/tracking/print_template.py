@@ -94,6 +94,12 @@ class Samples:
         return [0, *np.cumsum(self.count).tolist()]
 
     @cached_property
+    def every_second(self) -> list[NDArray[np.int64]]:
+        """Every second sample of each patch, along and across."""
+        numbers = zip(np.split(np.arange(len(self.points)), self.first[1:-1]), self.shapes, strict=True)
+        return [part.reshape(shape)[::2, ::2].ravel() for part, shape in numbers]
+
+    @cached_property
     def parts(self) -> tuple[slice, ...]:
         """Samples of each patch."""
         return tuple(slice(*ends) for ends in pairwise(self.first))

@@ -11,6 +11,7 @@ Source: inverse compositional alignment (Baker and Matthews, Lucas-Kanade 20 Yea
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Fiducial
-from moireid.verifier.kernel.page import PagePrint, Points, RulesStruct, values_at
+from moireid.verifier.kernel.page import (
+    ALL_SEEN,
+    LOOSE,
+    OTHER_SCALE,
+    READ,
+    PagePrint,
+    PageRows,
+    Points,
+    RulesStruct,
+    values_at,
+)
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.borders import Borders
 from moireid.verifier.tracking.print_template import Template, TemplatePrinter, printer_of
@@ -40,6 +51,9 @@ STOP_PX = 0.003
 #: A step leaves at most a fifth of its own length, so one that is not yet below the limit may be the last.
 #: Trap: it mostly leaves far less, but the correlation is that before the step, and small markers need it settled.
 LEFT_SHARE = 0.2
+#: Prints of so many samples, four markers of 32 px, bring a page within this first, px, by every second one of their
+#: samples along and across.
+COARSE_FROM, NEAR_PX = 4096, 0.5
 #: Least correlation between picture and print.
 MIN_CORRELATION = 0.80
 #: A followed page needs a higher correlation than one whose markers were decoded (0.80), since it may be lost. Genuine
@@ -104,13 +118,14 @@ class KeptTemplate:
 
     def __init__(self, printer: TemplatePrinter) -> None:
         self._printer = printer
-        self._kept: Template | None = None
+        #: The template that was drawn last.
+        self.last: Template | None = None
 
     def at(self, homography: Array) -> Template:
         """The template at about the scale of a homography."""
-        px_per_mm, kept = scale_px_per_mm(homography, self._printer.middle), self._kept
+        px_per_mm, kept = scale_px_per_mm(homography, self._printer.middle), self.last
         if not (kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP):
-            kept = self._kept = self._printer.draw(px_per_mm)
+            kept = self.last = self._printer.draw(px_per_mm)
         return kept
 
 
@@ -137,55 +152,99 @@ class PageRegistrar:
         Convention: as `MarkerFinder`.
         """
         template = template or self.printer.draw(scale_px_per_mm(start, self._middle))
-        picture, shown, every = as_picture(picture), self._print_of(template), (True,) * len(self.printer.patches)
-        if not shown.is_prepared:
-            shown.prepare(template.gradient() * np.float32(self._extent))
-            self.work_ns += SOLVED_NS * shown.samples
-        found = shown.register(picture.struct, RULES, start @ self._to_page)
-        self.work_ns += STEP_NS * shown.samples * shown.steps
-        if found is None:
+        picture, shown = as_picture(picture), self._prepared(template)
+        state, page = shown.follow(picture.struct, np.ascontiguousarray(start, np.float64))
+        return self._outcome(picture, template, state, page)
+
+    def follow(
+        self, picture: Picture, expected: Array, kept: KeptTemplate, rows: PageRows
+    ) -> tuple[Registration | None, NDArray[np.float32] | None]:
+        """As `register` in a picture in counts, and what its rows show, read in the same call, (S, N).
+
+        Parameters: kept: of the badge.
+        Returns: None in place of rows that must be read by themselves, as the page was not certain at once.
+        """
+        template, struct = kept.last or kept.at(expected), rows.struct(picture.light)
+        shown = self._prepared(template)
+        state, page = shown.follow(picture.struct, expected, struct, any_scale=False)
+        if state == OTHER_SCALE:
+            template = kept.at(expected)
+            shown = self._prepared(template)
+            state, page = shown.follow(picture.struct, expected, struct)
+        found = self._outcome(picture, template, state, page)
+        return found, rows.taken() if state & READ else None
+
+    def _prepared(self, template: Template) -> PagePrint:
+        shown = self._print_of(template)
+        if shown.is_prepared:
+            return shown
+        gradient, coarse = template.gradient() * np.float32(self._extent), None
+        # A smeared print serves one frame, too few for another print.
+        if shown.samples >= COARSE_FROM and not template.smeared:
+            few = template.samples.every_second
+            printed = [template.values[part] - template.values[part].mean() for part in few]
+            first = [0, *np.cumsum([len(part) for part in few]).tolist()]
+            every = np.concatenate(few)
+            coarse = self._new_print(template, Points(template.samples.points[every]), first, printed)
+            coarse.prepare(gradient[:, every])
+        shown.prepare(gradient, coarse, NEAR_PX)
+        self.work_ns += SOLVED_NS * shown.samples
+        return shown
+
+    def _outcome(self, picture: Picture, template: Template, state: int, page: Array) -> Registration | None:
+        """What `PagePrint.follow` has found; of a page that the visible patches do not hold, by its borders."""
+        shown = self._print_of(template)
+        self.work_ns += STEP_NS * shown.compared
+        if not state:
             return None
-        warp, compared, holds = found
-        correlation, contrast, vague = compared.correlation, compared.contrast, (1.0, 1.0)
-        if not holds:
+        correlation, contrast, vague = shown.correlation, shown.contrast, (1.0, 1.0)
+        if state & LOOSE:
             # With two markers on one side the page can still tilt about them, so the pose is useless without the
             # borders. A smeared border cannot help: its displacement would follow the smear.
-            held = None if template.smeared else self._held_by_borders(picture, warp, template, compared.seen)
+            held = None if template.smeared else self._held_by_borders(picture, page, template, shown.seen)
             if held is None:
                 return None
-            warp, correlation, vague, contrast = held
-        elif not all(compared.seen):
-            vague = _ratios(*(_tilt_sd(shown.normal(seen)) for seen in (compared.seen, every)))
-        homography = warp @ self._from_page
-        if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
-            return None
-        return Registration(homography / homography[2, 2], float(correlation), vague, contrast)
+            page, correlation, vague, contrast = held
+        elif not state & ALL_SEEN:
+            every = (True,) * shown.patches
+            vague = _ratios(*(_tilt_sd(shown.normal(seen)) for seen in (shown.seen, every)))
+        return Registration(page, correlation, vague, contrast) if correlation >= MIN_CORRELATION else None
 
     def _print_of(self, template: Template) -> PagePrint:
         """The template as the kernel takes it; kept with the template."""
         if template.kept_print is None:
             samples = template.samples
-            template.kept_print = PagePrint(
-                samples.places,
-                samples.first,
-                [-1 if patch.side is None else patch.side for patch in self.printer.patches],
-                np.concatenate(template.printed),
-                least_seen=self._least_seen,
-                squares=SQUARES,
-                extent_px=self._extent * template.px_per_mm,
-                least_correlation=SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION,
-            )
+            template.kept_print = self._new_print(template, samples.places, samples.first, template.printed)
         return template.kept_print
 
+    def _new_print(
+        self, template: Template, places: Points, first: Sequence[int], printed: Sequence[NDArray[np.float32]]
+    ) -> PagePrint:
+        return PagePrint(
+            places,
+            first,
+            [-1 if patch.side is None else patch.side for patch in self.printer.patches],
+            np.concatenate(printed),
+            least_seen=self._least_seen,
+            squares=SQUARES,
+            middle=self._middle,
+            extent=self._extent,
+            px_per_mm=template.px_per_mm,
+            scale_step=SCALE_STEP,
+            rules=RULES,
+            least_correlation=SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION,
+        )
+
     def _held_by_borders(
-        self, picture: Picture, warp: Array, template: Template, seen: tuple[bool, ...]
+        self, picture: Picture, page: Array, template: Template, seen: tuple[bool, ...]
     ) -> tuple[Array, float, tuple[float, float], float] | None:
-        """The warp from two markers and the gratings' borders, correlation, vagueness and contrast; None without
+        """The page from two markers and the gratings' borders, correlation, vagueness and contrast; None without
         borders.
         """
         borders, shown = self._borders, self._print_of(template)
         if borders is None or sum(seen) != 2:
             return None
+        warp = page @ self._to_page
         places = Points(((borders.places - self._middle) / self._extent).reshape(-1, 2))
         freed, prior = (
             np.zeros_like(borders.freedom_sd),
@@ -194,7 +253,7 @@ class PageRegistrar:
         used = np.array(seen)[template.samples.patch]
         normal = np.zeros_like(prior)
         for _ in range(MAX_STEPS):
-            there, edges = shown.compare(picture.struct, RULES, warp), values_at(picture.struct, warp, places)
+            there, edges = shown.compare(picture.struct, warp), values_at(picture.struct, warp, places)
             if there is None or edges is None or there[0].seen != seen:
                 return None
             compared, residual = there
@@ -215,14 +274,17 @@ class PageRegistrar:
             warp, freed = moved, freed + step[8:]
             if np.abs(step[:8]).max() * self._extent * template.px_per_mm < STOP_PX:
                 break
-        every = (True,) * len(seen)
-        return warp, compared.correlation, _ratios(_tilt_sd(normal), _tilt_sd(shown.normal(every))), contrast
+        every, homography = (True,) * len(seen), warp @ self._from_page
+        if not np.all(np.isfinite(homography)):
+            return None
+        vague = _ratios(_tilt_sd(normal), _tilt_sd(shown.normal(every)))
+        return homography / homography[2, 2], compared.correlation, vague, contrast
 
     def residuals(
         self, picture: Picture | NDArray[Any], homography: Array, template: Template
     ) -> tuple[Array | None, tuple[bool, ...]]:
         """Picture less print under this homography (None outside the picture), and which markers are visible."""
-        found = self._print_of(template).compare(as_picture(picture).struct, RULES, homography @ self._to_page)
+        found = self._print_of(template).compare(as_picture(picture).struct, homography @ self._to_page)
         if found is None:
             return None, (False,) * len(self.printer.patches)
         compared, residual = found

@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.picture import LINEAR_COUNTS, Picture, as_picture
+from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.print_template import Template, without_gains
 from moireid.verifier.tracking.registration import (
     FOLLOWED_CORRELATION,
@@ -84,7 +84,7 @@ class ShakenFollower:
         grown = self._scale(expected) / self._scale(last.page)
         if not 1 / MOST_GROWTH < grown < MOST_GROWTH:
             return None
-        light = as_picture(luma).graded(LINEAR_COUNTS)
+        light = as_picture(luma).in_light
         frame_s = (time_s - last.time_s) / lost
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
         best, best_s = None, 0.0

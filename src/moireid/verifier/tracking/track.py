@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
+from moireid.verifier.kernel.page import expected_page
 from moireid.verifier.tracking.brightness_profiles import Strip
-from moireid.verifier.tracking.sampling import inverse
 
 Array = NDArray[np.float64]
 
@@ -118,11 +118,6 @@ class TrackEnds:
         if not self.followed or self.last is None:
             return None
         last, before = self.last, self.before
-        back = inverse(before.page) if before is not None and self.repeats(frame) else None
-        if before is None or back is None:
+        if before is None or not self.repeats(frame):
             return last.page
-        motion, share = back @ last.page, (frame - last.frame) / (last.frame - before.frame)
-        motion *= share / motion[2, 2]
-        motion.flat[::4] += 1 - share
-        moved = last.page @ motion
-        return np.asarray(moved / moved[2, 2])
+        return expected_page(before.page, last.page, (frame - last.frame) / (last.frame - before.frame))

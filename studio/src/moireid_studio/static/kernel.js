@@ -1,6 +1,6 @@
 // The verifier's kernel in WebAssembly: registers the printed page on a picture, and reads a row of it.
 //
-// Convention: structs as in kernel.h and registration.c, with pointers of four bytes.  A warp, nine numbers row by row,
+// Convention: structs as in kernel.h, with pointers of four bytes.  A warp, nine numbers row by row,
 // leads from places of the page, in units of the squares' extent about their middle, to px of the picture.
 
 const PAGE_BYTES = 65536;
