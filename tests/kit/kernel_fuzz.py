@@ -14,7 +14,7 @@ import numpy as np
 
 from moireid.verifier.kernel import fitting, page, squares
 from moireid.verifier.kernel.library import picture_struct
-from moireid.verifier.kernel.page import PagePrint, PageRows, Points, expected_page, values_at
+from moireid.verifier.kernel.page import PagePrint, PageRows, Points, correlations, expected_page, values_at
 from moireid.verifier.tracking.registration import RULES
 
 PAGE = mmap.PAGESIZE
@@ -115,12 +115,16 @@ def fuzz(seed: int, calls: int) -> None:
             rows.read(picture, warp)
             shown.follow(picture, warp, rows.struct(levels), any_scale=bool(rng.integers(2)))
             expected_page(warp, hostile_warp(rng), float(rng.choice([1.0, 0.5, np.nan, 1e300])))
-        drawing = fence.array((height, width), np.float32, at_end=at_end)
+            printed = rng.normal(size=rng.integers(1, 20, 2)).astype(np.float32)
+            fewer, reach = int(rng.integers(1, min(printed.shape) + 1)), int(rng.integers(0, 7))
+            correlations(picture, warp, printed, fewer, reach, np.zeros((2 * reach + 1,) * 2, np.float32))
+        height, width = height // 2 + 1, width // 2 + 1
+        drawing = room.array((2, 2, height, width), np.float32, at_end=at_end)
         drawing[...] = 1.0
-        places = (rng.normal(size=(2, 100)) * 10.0 ** rng.uniform(-2, 12)).astype(np.float32)
-        places[:, :3] = np.nan, np.inf, -np.inf
+        shape = tuple(int(rng.integers(1, size)) for size in (height, width))
+        corner = tuple(int(rng.integers(0, size - part)) for size, part in zip((height, width), shape, strict=True))
         motion = tuple(float(part) for part in rng.choice([0.0, 3.0, -1e9, 1e300, np.nan], 2))
-        means = fitting.smeared_means([drawing], places, motion, int(rng.integers(1, 5)))[0]
+        means = fitting.smeared_means(drawing, corner, shape, motion, int(rng.integers(1, 5)))
         assert np.abs(means - 1).max() < 1e-5
         frames, corners = int(rng.integers(0, 4)), int(rng.integers(0, 20))
         fitting.refined_poses(

@@ -218,14 +218,38 @@ def refined_poses(plane, seen, slack, rotation, translation, *, steps, damping, 
     return rotation, translation, left
 
 
-def smeared_means(planes, places, motion, steps):
+def smeared_means(phases, corner, shape, motion, steps):
     """By OpenCV's remap, one step after another; as `fitting.smeared_means`."""
-    shares = (np.arange(steps) + 0.5) / steps - 0.5
-    x, y = (
-        (part.astype(float) - whole * shares[:, None]).astype(np.float32)
-        for part, whole in zip(places, motion, strict=True)
-    )
-    return [cv2.remap(plane, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).mean(axis=0) for plane in planes]
+    whole = phases.transpose(2, 0, 3, 1).reshape(2 * phases.shape[2], 2 * phases.shape[3])
+    down, across = np.meshgrid(np.arange(shape[0]), np.arange(shape[1]), indexing="ij")
+    most = [2 * (size - part) - 2 for size, part in zip(phases.shape[2:], shape, strict=True)]
+    seen = []
+    for share in (np.arange(steps) + 0.5) / steps - 0.5:
+        first = np.clip([2 * start - 2 * way * share for start, way in zip(corner, motion[::-1], strict=True)], 0, most)
+        y, x = (np.float32(2 * part + start) for part, start in zip((down, across), first, strict=True))
+        seen.append(cv2.remap(whole, x, y, cv2.INTER_LINEAR))
+    return np.mean(seen, axis=0).ravel()
+
+
+def block_means(values, fewer):
+    """Means of whole blocks of `fewer` x `fewer` values."""
+    rows, columns = (size // fewer for size in values.shape)
+    return values[: rows * fewer, : columns * fewer].reshape(rows, fewer, columns, fewer).mean(axis=(1, 3))
+
+
+def correlations(picture, warp, printed, fewer, reach):
+    """As `page.correlations`, by OpenCV's."""
+    printed = block_means(printed, fewer)
+    rows, columns = (size + 2 * reach for size in printed.shape)
+    at = (fewer - 1) / 2 + (np.array([-0.25, 0.25]) * fewer if fewer > 1 else np.zeros(2))
+    y, x = ((np.arange(size)[:, None] - reach) * fewer + at for size in (rows, columns))
+    grid = np.meshgrid(x.ravel(), y.ravel())
+    places = mapped(warp, np.column_stack([part.ravel() for part in grid])).reshape(2 * rows, 2 * columns, 2)
+    height, width = picture.shape
+    places = np.clip(places, 0, (width - 2, height - 2)).astype(np.float32)
+    flat = block_means(cv2.remap(picture.whole.astype(np.float32), places, None, cv2.INTER_LINEAR), 2)
+    found = cv2.matchTemplate(flat.astype(np.float32), printed.astype(np.float32), cv2.TM_CCOEFF_NORMED)
+    return np.maximum(found, 0)
 
 
 #: Directions in which a component's extreme points are kept, around the clock.

@@ -92,22 +92,24 @@ def test_a_plane_behind_the_camera_or_without_extent_has_no_pose(view):
 
 @pytest.mark.parametrize(("motion", "steps"), [((0.0, 0.0), 1), ((7.3, -2.2), 5), ((-300.0, 90.0), 9)])
 def test_a_smear_is_the_mean_along_its_motion(rng, motion, steps):
-    """Catches: a motion of the wrong sign; half a sample; a read beyond the drawing."""
-    planes = [rng.normal(size=(40, 57)).astype(np.float32) for _ in range(3)]
-    places = np.stack([rng.uniform(-3, 60, 500), rng.uniform(-3, 43, 500)]).astype(np.float32)
-    expected = numpy_kernel.smeared_means(planes, places, motion, steps)
-    for one, other in zip(smeared_means(planes, places, motion, steps), expected, strict=True):
-        assert one == pytest.approx(other, abs=2e-4)
+    """Catches: a motion of the wrong sign; x for y; a half sample of the wrong phase; a read beyond the drawing."""
+    phases = rng.normal(size=(2, 2, 40, 57)).astype(np.float32)
+    for corner, shape in (((9, 12), (21, 30)), ((0, 0), (39, 56)), ((18, 1), (3, 2))):
+        expected = numpy_kernel.smeared_means(phases, corner, shape, motion, steps)
+        assert smeared_means(phases, corner, shape, motion, steps) == pytest.approx(expected, abs=2e-4)
 
 
 def test_drawings_of_other_sizes_are_refused():
     """Catches: C that works on memory which is not there."""
-    places = np.zeros((2, 5), np.float32)
-    for planes, steps in (
-        ([np.zeros((1, 9), np.float32)], 1),
-        ([np.zeros((9, 9), np.float32), np.zeros((9, 8), np.float32)], 1),
-        ([np.zeros((9, 9), np.float32)], 0),
-        ([np.zeros((9, 9))], 1),
+    good = np.zeros((2, 2, 9, 9), np.float32)
+    for phases, corner, shape, steps in (
+        (good, (0, 0), (9, 8), 1),
+        (good, (-1, 0), (5, 5), 1),
+        (good, (4, 4), (5, 4), 1),
+        (good, (0, 0), (0, 4), 1),
+        (good, (0, 0), (4, 4), 0),
+        (np.zeros((2, 2, 9, 9)), (0, 0), (4, 4), 1),
+        (np.zeros((2, 9, 9), np.float32), (0, 0), (4, 4), 1),
     ):
         with pytest.raises(ValueError):
-            smeared_means(planes, places, (0.0, 0.0), steps)
+            smeared_means(phases, corner, shape, (0.0, 0.0), steps)

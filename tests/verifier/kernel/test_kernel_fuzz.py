@@ -41,7 +41,8 @@ def test_no_figures_make_the_kernel_read_outside_or_do_what_is_undefined(tmp_pat
     [
         ("rows.c", "last_y = picture->height - 2 - top", "last_y = picture->height - 1 - top"),
         ("registration.c", "corner = picture->rows + top", "corner = picture->rows + picture->stride + top"),
-        ("smear.c", "v = v > 0 ? v : 0;", ""),
+        ("smear.c", "y = y > 0 ? y : 0;", ""),
+        ("matching.c", "y = y < most_y ? y : most_y;", ""),
         ("squares.c", "y < picture->height ? y : picture->height - 1", "y"),
         ("squares.c", "TAKE(unused, 2 * runs)", "TAKE(unused, runs / 4)"),
     ],

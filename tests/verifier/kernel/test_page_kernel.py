@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,7 +17,15 @@ from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
 from moireid.badge import load_badge
 from moireid.errors import MoireIdError
 from moireid.verifier.kernel import library as kernel_library
-from moireid.verifier.kernel.page import OTHER_SCALE, PagePrint, PageRows, Points, expected_page, values_at
+from moireid.verifier.kernel.page import (
+    OTHER_SCALE,
+    PagePrint,
+    PageRows,
+    Points,
+    correlations,
+    expected_page,
+    values_at,
+)
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.brightness_profiles import ProfileReader
 from moireid.verifier.tracking.registration import MIN_SHARE, RULES, KeptTemplate, PageRegistrar, scale_px_per_mm
@@ -208,3 +217,37 @@ def test_rows_are_read_with_the_page_only_where_it_is_certain(rng, ada):
     shown = registrar._prepared(kept.at(start))
     twice = np.array([[6.0, 0, 40.0], [0, 6.0, 30.0], [0, 0, 1.0]])
     assert shown.follow(as_picture(page).struct, twice, any_scale=False)[0] == OTHER_SCALE
+
+
+@pytest.mark.parametrize(("fewer", "reach"), [(1, 3), (3, 2), (4, 5)])
+def test_a_print_is_sought_as_by_opencv(rng, fewer, reach):
+    """Catches: a shift down for one across; blocks half a sample off; a sum that is not started anew for each row; a
+    correlation with the opposite of the print.
+    """
+    plane = cv2.GaussianBlur(rng.integers(0, 256, (150, 190)).astype(np.float32), (0, 0), 2.0)
+    picture = as_picture(np.clip(4 * (plane - 128) + 128, 0, 255).astype(np.uint8))
+    warp = np.array([[0.9, 0.1, 60.0], [-0.1, 1.1, 50.0], [1e-4, -2e-4, 1.0]])
+    printed = values_at(
+        picture.struct,
+        warp,
+        Points(np.column_stack([grid.ravel() for grid in np.meshgrid(range(33), range(29))]) + 0.0),
+    ).reshape(29, 33)
+    moved = warp @ np.array([[1, 0, -fewer], [0, 1, 2.0 * fewer], [0, 0, 1]])
+    total = np.full((2 * reach + 1, 2 * reach + 1), 0.25, np.float32)
+    correlations(picture.struct, moved, printed, fewer, reach, total)
+    expected = numpy_kernel.correlations(picture, moved, printed, fewer, reach)
+    assert total - 0.25 == pytest.approx(expected, abs=2e-3)
+    assert np.unravel_index(int(total.argmax()), total.shape) == (reach - 2, reach + 1)
+
+
+def test_nothing_is_sought_in_what_is_uniform_or_with_other_sizes():
+    """Catches: a correlation of rounding errors; C that works on memory which is not there."""
+    uniform, printed = Picture(np.full((60, 60), 90, np.uint8)), np.eye(9, dtype=np.float32)
+    total = np.zeros((5, 5), np.float32)
+    correlations(uniform.struct, np.eye(3), printed, 1, 2, total)
+    assert not total.any()
+    for given in ((printed, 1, 3), (printed, 10, 2), (printed, 0, 2), (printed, 1, -1), (printed.astype(float), 1, 2)):
+        with pytest.raises(ValueError):
+            correlations(uniform.struct, np.eye(3), *given, total)
+    with pytest.raises(ValueError):
+        correlations(Picture(np.zeros((1, 50), np.uint8)).struct, np.eye(3), printed, 1, 2, total)

@@ -5,6 +5,7 @@
     following.c             a page's registration and its rows in one call
     rows.c                  brightness along strips of the page
     smear.c                 prints that moved while they were exposed
+    matching.c              where such a print is
     poses.c                 poses of a plane
     squares.c               clear square markers: a threshold, dark components, their codes
     freestanding.c          what compilers expect of a C library

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,24 +49,28 @@ def refined_poses(
     return rotation, translation, np.where(left >= 0, left, np.inf)
 
 
-def smeared_means(planes: Sequence[Single], places: Single, motion: tuple[float, float], steps: int) -> list[Single]:
-    """Mean of each plane (rows, columns) at places (2, N) over a motion, both in samples of the planes.
+def smeared_means(
+    phases: Single, corner: tuple[int, int], shape: tuple[int, int], motion: tuple[float, float], steps: int
+) -> Single:
+    """Mean of a drawing over a motion, (rows * columns,).
 
-    Convention: column and row are counted from the middle of the first sample; beyond a plane its border goes on.
+    Parameters: phases (2, 2, height, width): the drawing at whole and at half samples down and across; corner: the row
+        and the column of its first whole sample that is asked, and shape: how many rows and columns are; motion: right
+        and down, in samples.
+    Convention: a motion out of the drawing ends at its border.
     """
-    height, width = planes[0].shape
-    if min(height, width) < 2 or steps < 1:
-        raise ValueError(f"planes of {width} x {height} and {steps} steps; two or more and one or more are needed")
-    count, means = places.shape[1], np.empty((len(planes), places.shape[1]), np.float32)
-    start = address(places, np.float32, 2 * count)
+    (top, left), (rows, columns) = corner, shape
+    height, width = phases.shape[-2:]
+    if min(top, left) < 0 or min(shape) < 1 or top + rows >= height or left + columns >= width:
+        raise ValueError(f"{rows} x {columns} samples from {top}, {left} on are not within {height} x {width} less one")
+    if steps < 1:
+        raise ValueError(f"{steps} steps; one or more are needed")
+    means = np.empty(rows * columns, np.float32)
     library().kernel_smeared(
-        (ctypes.c_void_p * len(planes))(*(address(plane, np.float32, height * width) for plane in planes)),
-        *(ctypes.c_int32(number) for number in (len(planes), width, height)),
-        ctypes.c_void_p(start),
-        ctypes.c_void_p(start + 4 * count),
-        ctypes.c_int32(count),
+        ctypes.c_void_p(address(phases, np.float32, 4 * height * width)),
+        *(ctypes.c_int32(size) for size in (width, height, left, top, rows, columns)),
         *(ctypes.c_double(part) for part in motion),
         ctypes.c_int32(steps),
         ctypes.c_void_p(address(means, np.float32)),
     )
-    return list(means)
+    return means

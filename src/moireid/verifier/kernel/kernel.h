@@ -71,7 +71,7 @@ int bounds_of(const Places *places, const double warp[9], double bounds[4]);
 Mapping mapping_of(const Places *places, const double warp[9], int32_t left, int32_t top);
 /* Whether no place leaves the picture though it is worked out in single precision.  Within these limits a place is off
  * by less than 0.1 px: a numerator of `mapped` and its terms are at most MOST_SIDE times the largest depth, and an error
- * of 4e-7 of that is divided by the least depth. */
+ * of 4e-7 of that is divided by the least depth; none of them is too large or too small for single precision. */
 #define MOST_SIDE 16384
 #define MOST_DEPTH 8
 int is_inside(const Picture *picture, const Places *places, const double warp[9], const double bounds[4]);

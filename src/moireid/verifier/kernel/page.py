@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 #: As `MOST_PATCHES` of kernel.h.
 MOST_PATCHES = 16
+#: Most blocks around which a print is sought, and most of its samples down or across.
+MOST_REACH, MOST_SIDE = 1000, 4096
 
 
 class PrintStruct(ctypes.Structure):
@@ -356,3 +358,27 @@ def expected_page(before: Array, last: Array, share: float) -> Array:
         ctypes.c_void_p(address(found, np.float64)),
     )
     return found
+
+
+def correlations(picture: PictureStruct, warp: Array, printed: Single, fewer: int, reach: int, total: Single) -> None:
+    """Add the correlation of a print with a picture at each shift, or 0 where it is opposite.
+
+    Parameters: warp: from samples of the print to px; printed (rows, columns); total (2 reach + 1, 2 reach + 1): down
+        and across, in blocks of `fewer` x `fewer` samples, whose means are compared.
+    """
+    (rows, columns), side = printed.shape, 2 * reach + 1
+    if not (1 <= fewer <= min(rows, columns) and 0 <= reach <= MOST_REACH and max(rows, columns) <= MOST_SIDE):
+        raise ValueError(f"{rows} x {columns} samples cannot be compared {reach} blocks of {fewer} around")
+    if min(picture.width, picture.height) < 2:
+        raise ValueError(f"a picture of {picture.width} x {picture.height} has no four pixels around a place")
+    height, width = rows // fewer, columns // fewer
+    wide = width + 2 * reach
+    room = np.empty(height * width + (height + 2 * reach + 2) * wide + 3 * side, np.float32)
+    library().kernel_correlations(
+        ctypes.byref(picture),
+        ctypes.c_void_p(address(warp, np.float64, 9)),
+        ctypes.c_void_p(address(printed, np.float32)),
+        *(ctypes.c_int32(size) for size in (rows, columns, fewer, reach)),
+        ctypes.c_void_p(address(room, np.float32)),
+        ctypes.c_void_p(address(total, np.float32, side * side)),
+    )

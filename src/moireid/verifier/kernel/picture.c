@@ -47,6 +47,6 @@ int is_inside(const Picture *picture, const Places *places, const double warp[9]
         if (k == 0 || size < least) least = size;
         if (k == 0 || size > most) most = size;
     }
-    return picture->width <= MOST_SIDE && picture->height <= MOST_SIDE && most < MOST_DEPTH * least && bounds[0] >= 1 &&
-           bounds[1] >= 1 && bounds[2] < picture->width - 2 && bounds[3] < picture->height - 2;
+    return picture->width <= MOST_SIDE && picture->height <= MOST_SIDE && most < MOST_DEPTH * least && least > 1e-20 &&
+           most < 1e20 && bounds[0] >= 1 && bounds[1] >= 1 && bounds[2] < picture->width - 2 && bounds[3] < picture->height - 2;
 }

@@ -10,7 +10,7 @@ Convention: places in units of the patches' extent about their middle, so that a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import pairwise
@@ -34,43 +34,48 @@ BORDER_MODULES, FREE_MODULES = 0.7, 1.05
 BLUR_PX = 0.8
 #: Samples along a square's side: at least this many; more than this add nothing; and along a part of a frame.
 SIDE_SAMPLES, LONG_SAMPLES = (24, 96), (48, 240)
-#: The print is drawn with this many fine samples per sample of the template.
+#: The print is drawn with this many fine samples per sample of the template, of which every half sample is kept.
 FINE = 8
+#: Longest smear, in modules; with a longer one, a marker of six modules is a grey spot.
+MOST_MODULES = 3.0
 
 
 @dataclass(frozen=True)
 class PatchDrawing:
-    """The patches, finely drawn: sample pitch of the template, mm, each patch's brightness (rows, columns), and its
-    gradient along x, and along y, per mm.
+    """The patches, drawn: sample pitch of the template, mm; samples down and across of each patch; the border around
+    them, in samples; each patch's brightness at whole and at half samples, (2, 2, rows, columns) with the border, and
+    its gradient along x, and along y, per mm.
 
     samples: those of all patches, by how many each has; smears of many frames share them.
     """
 
     pitch_mm: float
-    pictures: tuple[NDArray[np.float32], ...]
-    along_x: tuple[NDArray[np.float32], ...]
-    along_y: tuple[NDArray[np.float32], ...]
+    counts: tuple[tuple[int, int], ...]
+    border: int
+    pictures: tuple[Single, ...]
+    along_x: tuple[Single, ...]
+    along_y: tuple[Single, ...]
     samples: dict[tuple[int, ...], Samples] = field(default_factory=dict)
 
     @cached_property
     def grids(self) -> list[tuple[Array, Array]]:
         """Places of each patch's columns, and of its rows, from its middle, mm."""
-        return [(self._offsets(picture.shape[1]), self._offsets(picture.shape[0])) for picture in self.pictures]
+        return [(self._offsets(columns), self._offsets(rows)) for rows, columns in self.counts]
 
-    def _offsets(self, side: int) -> Array:
-        return np.asarray((np.arange(FINE // 2, side, FINE) + 0.5 - side / 2) / FINE * self.pitch_mm)
+    def _offsets(self, count: int) -> Array:
+        return np.asarray((np.arange(count) + 0.5 - count / 2 + 0.5 / FINE) * self.pitch_mm)
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Where the patches are sampled: points (N, 2) of the page; on_drawing: those of each patch, (2, n) fine samples
-    from the middle of the first one, in `shapes` rows and columns.
+    """Where the patches are sampled: points (N, 2) of the page; those of each patch are `shapes` rows and columns of
+    its drawing, and `corners` the first row and column.
 
     Convention: one patch's samples after another's.
     """
 
     points: Array
-    on_drawing: tuple[Single, ...]
+    corners: tuple[tuple[int, int], ...]
     shapes: tuple[tuple[int, int], ...]
 
     @cached_property
@@ -81,7 +86,7 @@ class Samples:
     @cached_property
     def count(self) -> NDArray[np.int64]:
         """Number of samples of each patch, (K,)."""
-        return np.array([part.shape[1] for part in self.on_drawing])
+        return np.array([rows * columns for rows, columns in self.shapes])
 
     @cached_property
     def patch(self) -> NDArray[np.int64]:
@@ -157,8 +162,7 @@ class TemplatePrinter:
     def _sampled(self, px_per_mm: float, drawing: PatchDrawing, smear_mm: Array | None) -> Template:
         smears = np.zeros((len(self.patches), 2)) if smear_mm is None else smear_mm
         samples = self._samples(drawing, smears)
-        planes = ((picture,) for picture in drawing.pictures)
-        shown = [part for (part,) in _all_smeared(planes, samples, smears, drawing.pitch_mm)]
+        shown = _all_smeared(drawing.pictures, drawing, samples, smears)
         return Template(
             samples=samples,
             values=np.concatenate(shown),
@@ -173,27 +177,21 @@ class TemplatePrinter:
     def _samples(self, drawing: PatchDrawing, smears: Array) -> Samples:
         """Where the patches are sampled under smears (K, 2) mm; one drawing has few such sets, so each is kept."""
         kept = []
-        for patch, grid, smear in zip(self.patches, drawing.grids, smears, strict=True):
+        for patch, grid, length in zip(self.patches, drawing.grids, np.hypot(*smears.T).tolist(), strict=True):
             # Beyond the white border lies the grating; a smear mixes it in.
-            length = float(np.linalg.norm(smear)) / self.module_mm
-            margin = min(BORDER_MODULES, max(FREE_MODULES - length / 2, 0.0)) * self.module_mm
-            kept.append(
-                tuple(places[np.abs(places) < half + margin] for places, half in zip(grid, patch.half_mm, strict=True))
-            )
+            white = min(BORDER_MODULES, max(FREE_MODULES - length / self.module_mm / 2, 0.0)) * self.module_mm
+            limits = [half + white for half in patch.half_mm]
+            kept.append([_first_and_end(places, limit) for places, limit in zip(grid, limits, strict=True)])
         # Rectangles about one middle: as many samples are the same samples.
-        shapes = tuple((len(down), len(across)) for across, down in kept)
+        shapes = tuple((bottom - top, right - left) for (left, right), (top, bottom) in kept)
         counts = tuple(rows * columns for rows, columns in shapes)
         if counts not in drawing.samples:
-            own = tuple(np.stack([part.ravel() for part in np.meshgrid(across, down)]) for across, down in kept)
-            points = [places.T + center for places, center in zip(own, self.centers_mm, strict=True)]
-            fine = FINE / drawing.pitch_mm
-            # OpenCV's convention of places: the middle of the first sample is 0.
-            middles = [[side / 2 - 0.5 for side in reversed(picture.shape)] for picture in drawing.pictures]
-            on_drawing = tuple(
-                (fine * places + np.array(middle)[:, None]).astype(np.float32)
-                for places, middle in zip(own, middles, strict=True)
-            )
-            drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, on_drawing, shapes)
+            points = []
+            for ends, (across, down), center in zip(kept, drawing.grids, self.centers_mm, strict=True):
+                own = np.meshgrid(across[slice(*ends[0])], down[slice(*ends[1])])
+                points.append(np.column_stack([part.ravel() for part in own]) + center)
+            corners = tuple((top + drawing.border, left + drawing.border) for (left, _), (top, _) in kept)
+            drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, corners, shapes)
         return drawing.samples[counts]
 
     def _drawn(self, px_per_mm: float) -> PatchDrawing:
@@ -203,15 +201,36 @@ class TemplatePrinter:
         count = int(np.clip(2 * longest * px_per_mm, *limits))
         pitch_mm = 2 * longest / count
         blur = BLUR_PX / px_per_mm / pitch_mm * FINE
-        drawn = []
+        border = math.ceil(MOST_MODULES / 2 * self.module_mm / pitch_mm) + 1
+        drawn, counts = [], []
         for patch, reach in zip(self.patches, reaches, strict=True):
             picture = patch.print(*(_fine_offsets(half, pitch_mm) for half in reach))
             picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
             gradient_y, gradient_x = np.gradient(picture, pitch_mm / FINE)
-            drawn.append(tuple(np.ascontiguousarray(one, np.float32) for one in (picture, gradient_x, gradient_y)))
+            drawn.append(tuple(_phases(np.asarray(one), border) for one in (picture, gradient_x, gradient_y)))
+            counts.append((picture.shape[0] // FINE, picture.shape[1] // FINE))
             self.work_ns += DRAWN_NS * picture.size
         pictures, along_x, along_y = zip(*drawn, strict=True)
-        return PatchDrawing(pitch_mm, pictures, along_x, along_y)
+        return PatchDrawing(pitch_mm, tuple(counts), border, pictures, along_x, along_y)
+
+
+def _phases(fine: NDArray[Any], border: int) -> Single:
+    """A fine drawing at whole and half samples down and across, (2, 2, rows, columns), with a border around it, which
+    goes on as the drawing ends.
+
+    Convention: whole samples are the fine ones of number `FINE` / 2 and every `FINE`-th from there.
+    """
+    halves = np.ascontiguousarray(fine[:: FINE // 2, :: FINE // 2], np.float32)
+    before, behind = 2 * border - 1, 2 * border + 1
+    wide = np.asarray(cv2.copyMakeBorder(halves, before, behind, before, behind, cv2.BORDER_REPLICATE))
+    rows, columns = (size // 2 for size in wide.shape)
+    return np.ascontiguousarray(wide.reshape(rows, 2, columns, 2).transpose(1, 3, 0, 2))
+
+
+def _first_and_end(places: Array, limit: float) -> tuple[int, int]:
+    """Number of the first of some rising places less than a limit away from 0, and of the first beyond them."""
+    first, end = np.searchsorted(places, (-limit, limit))
+    return int(first + (places[first] == -limit)), int(end)
 
 
 def _fine_offsets(half_mm: float, pitch_mm: float) -> Array:
@@ -225,19 +244,17 @@ def _fine_offsets(half_mm: float, pitch_mm: float) -> Array:
 
 def _gradient(drawing: PatchDrawing, samples: Samples, smears: Array) -> Single:
     """Gradient (2, N) of smeared brightness along x and y, per mm."""
-    planes = zip(drawing.along_x, drawing.along_y, strict=True)
-    return np.concatenate([np.stack(both) for both in _all_smeared(planes, samples, smears, drawing.pitch_mm)], axis=1)
+    both = drawing.along_x, drawing.along_y
+    return np.stack([np.concatenate(_all_smeared(planes, drawing, samples, smears)) for planes in both])
 
 
-def _all_smeared(
-    planes: Iterable[tuple[Single, ...]], samples: Samples, smears: Array, pitch_mm: float
-) -> list[list[Single]]:
-    """Means (n,) of each patch's fine drawings at its samples over the page's motion during the exposure."""
+def _all_smeared(planes: Sequence[Single], drawing: PatchDrawing, samples: Samples, smears: Array) -> list[Single]:
+    """Means (n,) of each patch's drawing at its samples over the page's motion during the exposure."""
     found = []
-    for fine, places, smear in zip(planes, samples.on_drawing, smears, strict=True):
-        steps = _smear_steps(float(np.linalg.norm(smear)), pitch_mm)
-        across, down = (smear * (FINE / pitch_mm)).tolist()
-        found.append(smeared_means(fine, places, (across, down), steps))
+    for phases, corner, shape, smear in zip(planes, samples.corners, samples.shapes, smears.tolist(), strict=True):
+        across, down = (part / drawing.pitch_mm for part in smear)
+        steps = _smear_steps(math.hypot(*smear), drawing.pitch_mm)
+        found.append(smeared_means(phases, corner, shape, (across, down), steps))
     return found
 
 

@@ -19,8 +19,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.kernel.page import correlations
 from moireid.verifier.picture import Picture, as_picture
-from moireid.verifier.tracking.print_template import Template, without_gains
+from moireid.verifier.tracking.print_template import MOST_MODULES, Template, without_gains
 from moireid.verifier.tracking.registration import (
     FOLLOWED_CORRELATION,
     KeptTemplate,
@@ -28,12 +29,10 @@ from moireid.verifier.tracking.registration import (
     Registration,
     scale_px_per_mm,
 )
-from moireid.verifier.tracking.sampling import hull_of, part_around
-from moireid.verifier.tracking.search_work import CORRELATED_NS
+from moireid.verifier.tracking.search_work import MATCHED_NS, SOUGHT_NS
 from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
 Array = NDArray[np.float64]
-Grey = NDArray[np.float32]
 #: A badge that was lost for longer must be found again by its markers.
 LOST_S = 0.25
 #: Radius of the search around the expected place, in modules; growth for each lost frame; and the most, for `LOST_S` at
@@ -43,11 +42,8 @@ REACH_MODULES, REACH_MORE, MOST_REACH = 4.0, 2.0, 16.0
 MOST_GROWTH = 2.0
 #: Mean correlation of the patches below which another smear is tried, and below which the page is given up.
 UNSURE, SOUGHT = 0.65, 0.4
-#: Prints are correlated at half size first if they are searched within at least this many samples, and then within some
-#: samples around the place found.
-COARSE_FROM, AROUND = 12, 3
-#: Longest smear, in modules; with a longer one, a marker of six modules is a grey spot.
-MOST_MODULES = 3.0
+#: Prints are correlated with so many blocks of samples a module at least.
+MODULE_PX = 2.0
 #: A page is not searched again if its smear changes by less than this, in modules.  Step 4 is not repeated from this
 #: correlation on, once the exposure is known: a smear is symmetric, so its length moves no page.  Not from a lower one:
 #: a page that correlates by 0.03 less than usual is taken for covered (`limits.COVERED_CORRELATION`).
@@ -61,7 +57,7 @@ MOST_CHANGE = 0.4
 #: Step 4 ends when the smear changes by less than this.
 SETTLED = 0.1
 PROBE = 0.1
-#: A print is compared as at least so many pixels across and down.
+#: A print is compared as at least so many blocks across and down.
 LEAST_PX = 4
 
 
@@ -181,30 +177,27 @@ class ShakenFollower:
         return np.asarray(smear * min(1.0, MOST_MODULES * self._module_mm / max(longest, 1e-9)))
 
     def _sought(self, light: Picture, expected: Array, template: Template, reach_modules: float) -> tuple[float, Array]:
-        """Best correlation of the smeared markers, and the homography there, shifted along the page."""
-        printer = self._registrar.printer
-        pitch = 1 / template.px_per_mm
-        reach = math.ceil(reach_modules * self._module_mm / pitch)
-        pairs = []
-        for here, shape in zip(template.samples.parts, template.samples.shapes, strict=True):
-            # A patch's samples run along rows from its top left one to its bottom right one.
-            corner, end = template.samples.points[[here.start, here.stop - 1]] * printer.extent + printer.middle
-            columns, rows = (
-                max(round(float(far - near) / pitch), LEAST_PX) for near, far in zip(corner, end, strict=True)
-            )
-            printed = template.values[here].reshape(shape).astype(np.float32)
-            printed = np.asarray(cv2.resize(printed, (columns, rows), interpolation=cv2.INTER_AREA))
-            corner = corner - reach * pitch
-            to_page = np.array([[pitch, 0, corner[0]], [0, pitch, corner[1]], [0, 0, 1.0]])
-            size = (columns + 2 * reach, rows + 2 * reach)
-            self._registrar.work_ns += CORRELATED_NS * size[0] * size[1]
-            box, warp = part_around(light, expected @ to_page, hull_of((0, 0, *size)))
-            flat = cv2.warpPerspective(light.part(box), warp, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
-            pairs.append((np.asarray(flat), printed))
-        score, (column, row) = _best_shift(pairs, reach)
-        shift = np.array([[1, 0, (column - reach) * pitch], [0, 1, (row - reach) * pitch], [0, 0, 1.0]])
-        place = expected @ shift
-        return score, np.asarray(place / place[2, 2])
+        """Best correlation of the smeared markers, and the homography there, shifted along the page.
+
+        Source: of blocks of samples of which two show a module, since registration finds the rest of the way.
+        """
+        printer, samples, pitch = self._registrar.printer, template.samples, template.drawing.pitch_mm
+        module, least = self._module_mm / pitch, min(map(min, samples.shapes))
+        fewer = max(1, min(int(module / MODULE_PX), least // LEAST_PX))
+        reach = math.ceil(reach_modules * module / fewer)
+        total = np.zeros((2 * reach + 1, 2 * reach + 1), np.float32)
+        for here, shape in zip(samples.parts, samples.shapes, strict=True):
+            # A patch's samples run along rows from its top left one.
+            x, y = (samples.points[here.start] * printer.extent + printer.middle).tolist()
+            to_page = np.array([[pitch, 0, x], [0, pitch, y], [0, 0, 1.0]])
+            correlations(light.struct, expected @ to_page, template.values[here].reshape(shape), fewer, reach, total)
+            blocks = shape[0] // fewer * (shape[1] // fewer)
+            self._registrar.work_ns += MATCHED_NS * total.size * blocks
+            self._registrar.work_ns += SOUGHT_NS * (blocks + 2 * reach * sum(shape) // fewer + 4 * reach**2)
+        row, column = divmod(int(total.argmax()), 2 * reach + 1)
+        across, down = ((place - reach) * fewer * pitch for place in (column, row))
+        place = expected @ np.array([[1, 0, across], [0, 1, down], [0, 0, 1.0]])
+        return float(total[row, column]) / len(samples.parts), np.asarray(place / place[2, 2])
 
     def _change(self, light: Picture, place: Array, template: Template, smear: Array) -> tuple[float, float]:
         """Share by which the smear should be longer, and angle by which it should be rotated, rad."""
@@ -222,44 +215,6 @@ class ShakenFollower:
         change = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2) + 1e-12 * np.eye(2), rows @ residual)
         change = np.clip(change, -MOST_CHANGE, MOST_CHANGE)
         return float(change[0]), float(change[1])
-
-
-def _best_shift(pairs: list[tuple[Grey, Grey]], reach: int) -> tuple[float, tuple[int, int]]:
-    """The shift (column, row) of all prints in their pictures, each up to 2 `reach`, that correlates best, and its mean
-    correlation.
-
-    Source: at half size first, then around that at full size: a print's correlation is broader than a pixel, and a
-        correlation costs the fourth power of the size.
-    """
-    if reach < COARSE_FROM:
-        return _peak(_correlation(pairs), len(pairs))
-    halves = [(_halved(flat), _halved(printed)) for flat, printed in pairs]
-    _, (column, row) = _peak(_correlation(halves), len(pairs))
-    left, top = (min(max(2 * at - AROUND, 0), 2 * reach - 2 * AROUND) for at in (column, row))
-    near = [
-        (flat[top : top + rows + 2 * AROUND, left : left + columns + 2 * AROUND], printed)
-        for flat, printed in pairs
-        for rows, columns in (printed.shape,)
-    ]
-    score, (column, row) = _peak(_correlation(near), len(pairs))
-    return score, (left + column, top + row)
-
-
-def _correlation(pairs: list[tuple[Grey, Grey]]) -> Grey:
-    """Sum over the patches of the correlations at each shift; one that is opposite to its print counts as none."""
-    each = [cv2.matchTemplate(flat, printed, cv2.TM_CCOEFF_NORMED) for flat, printed in pairs]
-    rows, columns = (min(sizes) for sizes in zip(*(one.shape for one in each), strict=True))
-    return np.asarray(sum(np.clip(one[:rows, :columns], 0, None) for one in each))
-
-
-def _peak(total: Grey, count: int) -> tuple[float, tuple[int, int]]:
-    row, column = np.unravel_index(int(np.argmax(total)), total.shape)
-    return float(total[row, column]) / count, (int(column), int(row))
-
-
-def _halved(picture: Grey) -> Grey:
-    rows, columns = (size // 2 for size in picture.shape)
-    return np.asarray(cv2.resize(picture[: 2 * rows, : 2 * columns], (columns, rows), interpolation=cv2.INTER_AREA))
 
 
 def _expected(before: FrameSighting, last: FrameSighting, time_s: float) -> tuple[Array, int]:
