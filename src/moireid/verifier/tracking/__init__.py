@@ -7,6 +7,7 @@ registration.py         the page aligned to its print
 page_motion.py          how far a page moves, and whether it reaches out of the picture
 borders.py              the gratings' borders, where only two markers are seen
 smeared_frames.py       frames that motion smeared
+marker_readings.py      how often the markers of a doubtful page are read
 brightness_profiles.py  brightness along each row
 track.py                what a film shows of one badge
 badge_tracker.py        one badge over the frames

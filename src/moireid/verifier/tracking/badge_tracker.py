@@ -33,6 +33,7 @@ from moireid.verifier.tracking.frame_skipping import (
     CalmWatch,
     strips_differ,
 )
+from moireid.verifier.tracking.marker_readings import MarkerReadings
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.sampling import EvenSample, hull_of, part_around
@@ -85,6 +86,9 @@ class BadgeTracker:
         self._profiles: NDArray[np.float32] | None = None
         #: Frames of the present track that were passed by.
         self.passed = 0
+        #: Of its markers; and where registration alone has put the page in the present frame.
+        self._readings = MarkerReadings()
+        self._alone: Registration | None = None
         #: Whether the sharp print did not match in the present frame.
         self.smeared = False
         self._mirrored = False
@@ -135,24 +139,35 @@ class BadgeTracker:
         self._clock = time.perf_counter()
         # The expected place is mostly near enough for registration, so no marker has to be decoded.
         expected = self.ends.expected(frame.index)
-        registration, rows = None, None
+        rows = self._alone = None
         if expected is not None:
-            registration, rows = self._registrar.follow(luma, expected, self._template, self._reader.rows)
-            registration = _clear(registration)
-        self.smeared = False
+            self._alone, rows = self._registrar.follow(luma, expected, self._template, self._reader.rows)
+        registration = _clear(self._alone)
         self._lap("register")
+        if expected is None:
+            self._readings.forget()
+        elif registration is not None:
+            self._readings.fade()
+        elif self._readings.suffice(self._alone):
+            registration = self._alone
         if registration is None and expected is not None:
             rows = None
             registration = self._paid(self._purses.near, partial(self._outlined, luma, expected))
             self._lap("find")
-        if registration is None:
-            self.smeared = True
-            # A page that was there in the last frame has a purse of its own: what is tried in vain after it has left
-            # must not be missing where it is seen, smeared, in frame after frame.
-            purse = self._purses.smeared if self.ends.followed else self._purses.gone
-            registration = self._paid(purse, lambda: _clear(self._shaken.find(luma, frame.time_s)))
-            self._lap("shaken")
+        self.smeared = registration is None
+        # Where readings of the markers agree with registration, they come first (`seek`).
+        if registration is None and not self._readings.agree:
+            registration = self._unsmeared(frame, luma)
         return self._taken_in(frame, luma, registration, taken, expected, rows)
+
+    def _unsmeared(self, frame: Frame, luma: Picture) -> Registration | None:
+        """The smeared page near its expected place."""
+        # A page that was there in the last frame has a purse of its own: what is tried in vain after it has left
+        # must not be missing where it is seen, smeared, in frame after frame.
+        purse = self._purses.smeared if self.ends.followed else self._purses.gone
+        registration = self._paid(purse, lambda: _clear(self._shaken.find(luma, frame.time_s)))
+        self._lap("shaken")
+        return registration
 
     def _outlined(self, luma: Picture, expected: Array) -> Registration | None:
         """The page by its outline at its expected place."""
@@ -169,7 +184,9 @@ class BadgeTracker:
         return found
 
     def seek(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:
-        """Look for its markers around its last place; returns whether it was found."""
+        """Look for its markers around its last place, and then for its smear if that was put off; returns whether it
+        was found.
+        """
         self._clock = time.perf_counter()
         last, purse = self.ends.last, self._purses.near
         if last is None or not self.ends.followed:
@@ -185,7 +202,12 @@ class BadgeTracker:
             pages.sort(key=lambda page: not same_page(page, last.page, self._corners_mm))
             return any(self.begin(frame, luma, page, taken) for page in pages)
 
-        return bool(self._paid(purse, found))
+        if self._paid(purse, found):
+            return True
+        if not self._readings.agree:
+            return False
+        self._readings.forget()
+        return self._taken_in(frame, luma, self._unsmeared(frame, luma), taken)
 
     def begin(
         self, frame: Frame, luma: Picture, page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
@@ -196,7 +218,14 @@ class BadgeTracker:
         registration = self._registered(luma, page)
         self._lap("register")
         self._mirrored = self._mirrored or (mirrored and registration is not None)
-        return self._taken_in(frame, luma, registration, taken)
+        begun = self._taken_in(frame, luma, registration, taken)
+        if begun and registration is not None:
+            self._readings.note(registration, self._alone_apart_px(registration))
+        return begun
+
+    def _alone_apart_px(self, read: Registration) -> float | None:
+        """How far a page whose markers were read is from where registration alone has put it, px; None if nowhere."""
+        return None if self._alone is None else self._watch.apart_px(self._alone.homography, read.homography)
 
     def spent(self, seconds: float) -> None:
         """Add the time of a search of the whole frame to this track."""

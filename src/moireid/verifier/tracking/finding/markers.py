@@ -20,7 +20,7 @@ from moireid.verifier.kernel.library import picture_struct
 from moireid.verifier.kernel.squares import SquareCodes
 from moireid.verifier.picture import Box, Picture
 from moireid.verifier.tracking.finding.page_finder import EitherWay, Grey, PageFinder, PicturePart
-from moireid.verifier.tracking.finding.page_groups import MOST_OF_ONE, moved_page, pages_of, same_page
+from moireid.verifier.tracking.finding.page_groups import MOST_OF_ONE, moved_page, pages_of, same_page, where_it_was
 from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.search_work import ENLARGED_NS, clear_work_ns
 
@@ -132,6 +132,9 @@ class MarkerFinder(PageFinder):
                 places = np.column_stack([part.width - 1 - places[:, 0], places[:, 1]])[[1, 0, 3, 2]]
             quads[way].append(places)
             index[way].append(number)
+        if before is not None:
+            kept = where_it_was(np.array(quads[0]), index[0], self._corners_mm, before)
+            quads[0][:], index[0][:] = [quads[0][k] for k in kept], [index[0][k] for k in kept]
         straight, turned = (
             pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm)
             for found, ids in zip(quads, index, strict=True)

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 TOLERANCE_SIDES, TOLERANCE_PX = 0.15, 2.0
 #: At most this many markers of one number are used, the largest, so that a wall of markers cannot stall a verifier.
 MOST_OF_ONE = 6
+#: A marker is near where its page had it within this share of the page's size.
+MOVED_SHARE = 0.5
 #: Most pages returned from one frame, largest first.
 MOST_PAGES = 4
 #: Two markers smaller than this give a poor perspective, so the page is also placed without perspective.
@@ -87,6 +89,23 @@ def _plain(quads_px: Array, squares_mm: Array) -> list[Array]:
     if similar is None or not np.all(np.isfinite(similar)):
         return []
     return [np.vstack([similar, [0.0, 0.0, 1.0]])]
+
+
+def where_it_was(quads_px: Array, index: Sequence[int], corners_mm: Array, before: Array) -> list[int]:
+    """Which markers to take for a page that was there a moment ago: all that were found, if one page fits them; else
+    those near where it had them, if they are two at least.
+
+    Where some markers are in false places, RANSAC finds a page too, but takes ten times as long.  Where a number is
+    seen twice there are several pages, and no marker is left out.
+    Parameters: as `moved_page`.
+    """
+    every = list(range(len(index)))
+    if not 2 < len(index) == len(set(index)) or _misfit(quads_px, index, corners_mm, every) <= 1.0:
+        return every
+    then = _outline(before, corners_mm)
+    apart = np.linalg.norm(quads_px.mean(axis=1) - then[list(index)], axis=1)
+    near = [k for k in every if apart[k] < MOVED_SHARE * float(np.ptp(then, axis=0).max())]
+    return near if len(near) >= 2 else every
 
 
 def moved_page(quads_px: Array, index: Sequence[int], corners_mm: Array, before: Array) -> Array | None:
