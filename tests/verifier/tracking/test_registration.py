@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import HEIGHT, MARKERS, WIDTH, apart_px, corners_px, draw, filmed, nudged, seen_from
+from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.verifier.kernel.page import Points, values_at
 from moireid.verifier.picture import as_picture
+from moireid.verifier.tracking import print_template
 from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.finding.page_groups import fit_homography
-from moireid.verifier.tracking.patches import marker_corners_mm
+from moireid.verifier.tracking.patches import marker_corners_mm, patches_of
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, scale_px_per_mm
 from moireid.verifier.tracking.track import FrameSighting, TrackEnds
 
@@ -337,3 +339,20 @@ def corners_page(markers):
     half = markers.size_mm / 2
     square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
     return np.asarray(markers.centers_mm)[:, None, :] + square
+
+
+@pytest.mark.parametrize("px_per_mm", [0.3, 1.0, 2.1, 6.0])
+@pytest.mark.parametrize("fiducial", ["squares", "frame"])
+def test_a_template_is_the_blurred_print(fiducial: str, px_per_mm: float) -> None:
+    """Catches: a row or column of the print left out, a blur along the wrong axis, gradients exchanged."""
+    badge = design_badge(Request("Ada", markers=fiducial), payload_from_hex("0123456789abcdef"))
+    for patch in patches_of(badge.markers):
+        pitch_mm, blur = 0.1 / px_per_mm, 0.8 * 10
+        places = [(np.arange(240) - 119.5) * half / 100 for half in patch.half_mm]
+        picture = patch.print(*places)
+        found = print_template._blurred(picture, blur, pitch_mm)
+        whole = cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE)
+        down, across = np.gradient(whole, pitch_mm)
+        halves = slice(None, None, print_template.FINE // 2)
+        for one, other in zip(found, (whole, across, down), strict=True):
+            assert np.abs(one - other[halves, halves]).max() < 1e-5 * np.abs(other).max()

@@ -83,11 +83,13 @@ def _squares(markers: Markers) -> tuple[Patch, ...]:
 
 def _modules_at(bits: NDArray[np.bool_], size_mm: float, across: Array, down: Array) -> NDArray[np.float32]:
     modules, module_mm = len(bits), size_mm / len(bits)
-    column, row = (np.floor((offsets + size_mm / 2) / module_mm).astype(int) for offsets in (across, down))
-    in_column, in_row = ((places >= 0) & (places < modules) for places in (column, row))
-    picture = np.ones((len(down), len(across)), np.float32)
-    picture[np.ix_(in_row, in_column)] = bits[np.ix_(row[in_row], column[in_column])]
-    return picture
+    # One module of white paper around it.
+    printed = np.pad(bits, 1, constant_values=True).astype(np.float32)
+    column, row = (
+        np.clip(np.floor((offsets + size_mm / 2) / module_mm).astype(int), -1, modules) + 1
+        for offsets in (across, down)
+    )
+    return np.asarray(printed[:, column].take(row, axis=0))
 
 
 def _sides(frame: CodedFrame) -> tuple[Patch, ...]:

@@ -205,24 +205,62 @@ class TemplatePrinter:
         drawn, counts = [], []
         for patch, reach in zip(self.patches, reaches, strict=True):
             picture = patch.print(*(_fine_offsets(half, pitch_mm) for half in reach))
-            picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
-            gradient_y, gradient_x = np.gradient(picture, pitch_mm / FINE)
-            drawn.append(tuple(_phases(np.asarray(one), border) for one in (picture, gradient_x, gradient_y)))
+            drawn.append(tuple(_phases(one, border) for one in _blurred(picture, blur, pitch_mm / FINE)))
             counts.append((picture.shape[0] // FINE, picture.shape[1] // FINE))
             self.work_ns += DRAWN_NS * picture.size
         pictures, along_x, along_y = zip(*drawn, strict=True)
         return PatchDrawing(pitch_mm, tuple(counts), border, pictures, along_x, along_y)
 
 
-def _phases(fine: NDArray[Any], border: int) -> Single:
-    """A fine drawing at whole and half samples down and across, (2, 2, rows, columns), with a border around it, which
+def _blurred(picture: Single, blur: float, pitch_mm: float) -> tuple[Single, Single, Single]:
+    """A print of rectangles, blurred, and its gradients along x and y, per mm, at whole and half samples.
+
+    Parameters: blur: standard deviation, fine samples; pitch_mm: of the fine samples.
+    Source: a print has few different rows and columns, and a Gaussian blur is one along each axis, so what shows each
+        of these is blurred, and no picture.
+    """
+    down, rows = _distinct(picture)
+    across, cells = _distinct(rows.T)
+    (by_row, turns_row), (by_column, turns_column) = (_blurred_line(which, blur, pitch_mm) for which in (down, across))
+    by_cell, turns_cell = by_row @ cells.T, turns_row @ cells.T
+    products = (by_cell @ by_column.T, by_cell @ turns_column.T, turns_cell @ by_column.T)
+    shown, along_x, along_y = (np.asarray(product, np.float32) for product in products)
+    return shown, along_x, along_y
+
+
+def _distinct(picture: Single) -> tuple[NDArray[np.int64], Single]:
+    """For each row, which of the rows that differ from the one before it shows; and these rows."""
+    begins = np.concatenate([[True], np.any(picture[1:] != picture[:-1], axis=1)])
+    return np.cumsum(begins) - 1, picture[begins]
+
+
+def _blurred_line(which: NDArray[np.int64], blur: float, pitch_mm: float) -> tuple[Single, Single]:
+    """Share (n, K) of each of K parts in a blurred line, at whole and half samples, and its change per mm.
+
+    Parameters: which: the part that each fine sample shows.
+    """
+    shares = (which == np.arange(which[-1] + 1)[:, None]).astype(np.float32)
+    # As many samples as OpenCV takes for a blur of floating point numbers.
+    kernel = cv2.getGaussianKernel(round(8 * blur + 1) | 1, blur, cv2.CV_32F)
+    shares = np.asarray(
+        cv2.sepFilter2D(shares, -1, kernel, np.ones((1, 1), np.float32), borderType=cv2.BORDER_REPLICATE)
+    )
+    halves = slice(None, None, FINE // 2)
+    return shares[:, halves].T, np.gradient(shares, pitch_mm, axis=1)[:, halves].T
+
+
+def _phases(halves: Single, border: int) -> Single:
+    """A drawing at whole and half samples down and across, (2, 2, rows, columns), with a border around it, which
     goes on as the drawing ends.
 
     Convention: whole samples are the fine ones of number `FINE` / 2 and every `FINE`-th from there.
     """
-    halves = np.ascontiguousarray(fine[:: FINE // 2, :: FINE // 2], np.float32)
     before, behind = 2 * border - 1, 2 * border + 1
-    wide = np.asarray(cv2.copyMakeBorder(halves, before, behind, before, behind, cv2.BORDER_REPLICATE))
+    wide = np.asarray(
+        cv2.copyMakeBorder(
+            np.ascontiguousarray(halves, np.float32), before, behind, before, behind, cv2.BORDER_REPLICATE
+        )
+    )
     rows, columns = (size // 2 for size in wide.shape)
     return np.ascontiguousarray(wide.reshape(rows, 2, columns, 2).transpose(1, 3, 0, 2))
 
