@@ -16,7 +16,7 @@ import trimesh
 from moireid.badge import Badge
 from moireid.cli.printing.print_cmd import print_command
 from moireid.errors import FabricationError, SpecError
-from moireid.fabrication import assembly_files, package, solid_parts
+from moireid.fabrication import assembly_files, mount_parts, package, solid_parts
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.part_colours import COLOURS, kind_of
 from moireid.fabrication.printed.mount import KINDS
@@ -227,7 +227,7 @@ def test_assembly_sheet_lists_what_the_mount_needs(ada: Badge, tmp_path: Path) -
     import pypdfium2 as pdfium
 
     figures = mount_figures(["kerf_mm=0.2", "base_mm=4"])
-    parts = package.plan_parts(ada, "clip", figures)
+    parts = mount_parts.plan_parts(ada, "clip", figures)
     package.write_assembly_pdf(ada, tmp_path / "a.pdf", mount="clip", acrylic=parts.acrylic, figures=figures)
     document = pdfium.PdfDocument(tmp_path / "a.pdf")
     text = document[0].get_textpage()
@@ -274,4 +274,4 @@ def test_mount_that_is_none_of_ours_is_named(ada: Badge, tmp_path: Path) -> None
 def test_command_line_workshop_and_package_know_the_same_mounts() -> None:
     """Catches: a mount that --mount does not offer, or offers and no one can make (the list is written three times)."""
     option = next(entry for entry in print_command.params if entry.name == "mount")
-    assert tuple(option.type.choices) == package.MOUNTS == (*KINDS, "none")
+    assert tuple(option.type.choices) == mount_parts.MOUNTS == (*KINDS, "none")

@@ -22,7 +22,7 @@ from kit.browsing import look, served
 from kit.drawn_pages import apart_px, nudged
 from kit.programs import needs
 from moireid.badge import load_badge
-from moireid.verifier.kernel.page import Points, row_means
+from moireid.verifier.kernel.page import PageRows, Points
 from moireid.verifier.picture import LINEAR_COUNTS
 from moireid.verifier.tracking.registration import PageRegistrar, scale_px_per_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
@@ -77,7 +77,10 @@ def test_the_browser_s_kernel_registers_and_reads_as_the_native_one(page: Page, 
     truth = scene.trackers[0].ends.first.page
     registrar, geometry = PageRegistrar(badge.markers), view_geometry(badge)
     start, scale = nudged(truth, 0.8, -0.6), scale_px_per_mm(truth, registrar.printer.middle)
-    native = registrar.register(frame.picture, start, registrar.printer.draw(scale))
+    # As the browser does: by all samples from the start.
+    template = registrar.printer.draw(scale)
+    registrar._print_of(template).prepare(template.gradient() * np.float32(registrar.printer.extent))
+    native = registrar.register(frame.picture, start, template)
     assert native is not None
     height, width = frame.picture.shape
     samples = np.frombuffer(print_bytes(badge, scale), "<f4").tolist()
@@ -114,7 +117,8 @@ def test_the_browser_s_kernel_registers_and_reads_as_the_native_one(page: Page, 
     assert apart_px(native.homography, warp.reshape(3, 3) @ registrar._from_page) < 1e-4
     counts = np.array([geometry["row"]["lines"]], np.int32)
     light = frame.picture.graded(LINEAR_COUNTS).struct
-    rows = row_means(light, native.homography, Points(row_places(geometry)), counts, geometry["row"]["samples"])
+    places, samples = Points(row_places(geometry)), geometry["row"]["samples"]
+    rows = PageRows(places, counts, samples, 0.0).read(light, native.homography)
     # A value that is half way between two counts may be rounded to either.
     assert np.abs(profile - rows[0]).max() < 1.0 and np.abs(profile - rows[0]).mean() < 0.01
     assert apart_px(native.homography, searched.reshape(3, 3) @ registrar._from_page) < 2.0
