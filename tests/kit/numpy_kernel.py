@@ -115,7 +115,10 @@ def registered(picture, warp, template, enough):
 
 
 def brought_near(picture, warp, template, enough):
-    """The warp after some steps with a quarter of the samples; unchanged where these do not settle or have no use."""
+    """The warp after some steps with a quarter of the samples.
+
+    Unchanged where these do not settle, show too few patches, or have no use.
+    """
     if template.smeared or len(template.samples.points) < rules.COARSE_FROM:
         return warp
     few, points = template.samples.every_second, template.samples.points
@@ -141,7 +144,7 @@ def brought_near(picture, warp, template, enough):
         step = _step(free, coarse, centred, found, found.seen if enough(found.seen) else [True] * len(found.seen))
         moved = stepped(moved, step)
         if np.abs(step).max() * template.extent * template.px_per_mm < rules.NEAR_PX:
-            return moved
+            return moved if enough(found.seen) else warp
     return warp
 
 

@@ -98,10 +98,6 @@ class Picture:
         """The picture with left and right swapped; the principal point, its centre, stays."""
         return Picture(np.ascontiguousarray(self._coded[:, ::-1]), self._levels, self.contrast)
 
-    def graded(self, levels: NDArray[Any]) -> Picture:
-        """The picture in another unit.  Parameters: levels (256,): value of each count in that unit."""
-        return Picture(self._coded, levels if self._levels is None else levels[self._levels])
-
 
 def as_picture(luma: Picture | NDArray[Any]) -> Picture:
     """The picture itself, or one whose counts are those of an array."""

@@ -23,7 +23,6 @@ from kit.drawn_pages import apart_px, nudged
 from kit.programs import needs
 from moireid.badge import load_badge
 from moireid.verifier.kernel.page import PageRows, Points
-from moireid.verifier.picture import LINEAR_COUNTS
 from moireid.verifier.tracking.registration import PageRegistrar, scale_px_per_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import board_px
@@ -116,7 +115,7 @@ def test_the_browser_s_kernel_registers_and_reads_as_the_native_one(page: Page, 
     warp, profile, searched = (np.array(one) for one in found)
     assert apart_px(native.homography, warp.reshape(3, 3) @ registrar._from_page) < 1e-4
     counts = np.array([geometry["row"]["lines"]], np.int32)
-    light = frame.picture.graded(LINEAR_COUNTS).struct
+    light = frame.picture.in_light.struct
     places, samples = Points(row_places(geometry)), geometry["row"]["samples"]
     rows = PageRows(places, counts, samples, 0.0).read(light, native.homography)
     # A value that is half way between two counts may be rounded to either.

@@ -44,7 +44,7 @@ class NearPoses:
         """Reprojection error of the better pose of each frame, (T,) px, after the poses are updated.
 
         Parameters: points_px (T, N, 2), near those of the poses; focal: `zoom` times that of the poses.
-        Returns: infinity if both poses see the plane from behind.
+        Returns: infinity if both poses see the plane from behind, or their equations have no solution.
         """
         return moved_poses(self._poses, self._plane, points_px, zoom, focal, centre, STEPS, self._slack).least_error_px
 

@@ -7,7 +7,8 @@ The slips of the cells of a row, and of neighbouring frames, are averaged.
 
 Convention: phases in rad, positive where the cell's fringes are ahead; frames (F,) are those that cells are read in.
 Source: least squares, first order in the slip; level and contrast of each cell and frame are free (Frisch and Waugh
-    1933).  Single precision resolves a slip to some millionths of a radian, and noise leaves a thousand times that.
+    1933).  Single precision resolves a slip to some hundred-thousandths of a radian; noise leaves a hundred times
+    that.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 #include "kernel.h"
 
 /* A print, and room to register it: `values` (samples,).  `coarse`, null for none: some of its samples, with which a page
- * comes within about `near_px`; `coarse_steps`, written: those that took.  The print's places are page mm less `middle`, over `extent`;
+ * is brought near, by steps until one is shorter than `near_px`; `coarse_steps`, written: those that took.  The print's places are page mm less `middle`, over `extent`;
  * it serves pages of `least_scale` to `most_scale`, px per mm at its middle. */
 typedef struct {
     const Print *print, *coarse;
@@ -39,7 +39,7 @@ static void product(const double a[9], const double b[9], double found[9]) {
 }
 
 /* The page after its last motion is done once more, by a share of it, which is right to first order; the last page where
- * the one before cannot be inverted. */
+ * the one before cannot be inverted, or no number comes of it. */
 PUBLIC void kernel_expected(const double *before, const double *last, double share, double *expected) {
     const double *m = before, whole = determinant(before);
     const double back[9] = {m[4] * m[8] - m[5] * m[7], m[2] * m[7] - m[1] * m[8], m[1] * m[5] - m[2] * m[4],
@@ -51,6 +51,11 @@ PUBLIC void kernel_expected(const double *before, const double *last, double sha
     product(back, last, motion);
     for (int k = 0; k < 9; k++) motion[k] = share * motion[k] + (k % 4 ? 0 : 1 - share);
     product(last, motion, expected);
+    for (int k = 0; k < 9; k++)
+        if (!(expected[k] > -1e300 && expected[k] < 1e300)) {
+            for (int n = 0; n < 9; n++) expected[n] = last[n];
+            return;
+        }
 }
 
 /* Follow a page: expected (9,), the start of its registration; page (9,), what is found.  Homographies are page mm -> px,
@@ -85,7 +90,7 @@ PUBLIC int32_t kernel_follow(const Picture *picture, Drawing *drawing, const Row
     }
     int32_t all = 1;
     for (int32_t k = 0; k < drawing->print->patches; k++) all &= drawing->found->seen[k];
-    if (rows && state == HELD && drawing->found->correlation >= rows->least_correlation) {
+    if (rows && rows->profiles && state == HELD && drawing->found->correlation >= rows->least_correlation) {
         Picture lit = *picture;
         lit.levels = rows->light;
         kernel_rows(&lit, &rows->places, page, rows->counts, rows->strips, rows->samples, rows->profiles);

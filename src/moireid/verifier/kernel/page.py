@@ -20,7 +20,7 @@ Single = NDArray[np.float32]
 #: As `MOST_PATCHES` of kernel.h.
 MOST_PATCHES = 16
 #: Most blocks around which a print is sought, and most of its samples down or across.
-MOST_REACH, MOST_SIDE = 1000, 4096
+MOST_REACH, MOST_SAMPLES = 1000, 4096
 
 
 class PrintStruct(ctypes.Structure):
@@ -87,7 +87,7 @@ class RowsStruct(ctypes.Structure):
     )
 
 
-#: What `kernel_follow` returns: one of the first four, and flags.
+#: What `kernel_follow` returns: 0 or one of the first three, and flags.
 HELD, LOOSE, OTHER_SCALE, ALL_SEEN, READ = 1, 2, 3, 4, 8
 
 
@@ -133,7 +133,7 @@ class PageRows:
         """What was read, (S, samples)."""
         if self._room is None:
             raise ValueError("no rows were read")
-        profiles, self._room = self._room, None
+        profiles, self._room, self._struct.profiles = self._room, None, None
         return profiles
 
     def read(self, picture: PictureStruct, warp: Array) -> Single:
@@ -367,7 +367,7 @@ def correlations(picture: PictureStruct, warp: Array, printed: Single, fewer: in
         and across, in blocks of `fewer` x `fewer` samples, whose means are compared.
     """
     (rows, columns), side = printed.shape, 2 * reach + 1
-    if not (1 <= fewer <= min(rows, columns) and 0 <= reach <= MOST_REACH and max(rows, columns) <= MOST_SIDE):
+    if not (1 <= fewer <= min(rows, columns) and 0 <= reach <= MOST_REACH and max(rows, columns) <= MOST_SAMPLES):
         raise ValueError(f"{rows} x {columns} samples cannot be compared {reach} blocks of {fewer} around")
     if min(picture.width, picture.height) < 2:
         raise ValueError(f"a picture of {picture.width} x {picture.height} has no four pixels around a place")

@@ -223,7 +223,8 @@ PUBLIC int32_t kernel_compare(const Picture *picture, const Print *print, const 
     return 1;
 }
 
-/* Bring a warp near by a few steps with a coarse print; a warp that does not come within `near_px` stays as it is.
+/* Bring a warp near by a few steps with a coarse print, until one is shorter than `near_px`; where none is, or too few
+ * patches are visible there, the warp stays as it is.
  * Returns how many steps were taken. */
 int32_t come_near(const Picture *picture, const Print *print, const Rules *rules, double near_px, double warp[9],
                   float *values, Comparison *found) {
@@ -238,6 +239,8 @@ int32_t come_near(const Picture *picture, const Print *print, const Rules *rules
         if (!step_of(print, rules, values, found->gain, enough(print, found->seen) ? found->seen : every, step)) break;
         if (!stepped(moved, step)) break;
         if (!(length_px(print, step) < near_px)) continue;
+        /* Steps may also become short where a few patches fit at a false place. */
+        if (!enough(print, found->seen)) break;
         for (int k = 0; k < 9; k++) warp[k] = moved[k];
         break;
     }

@@ -3,8 +3,8 @@
 A followed page must correlate with the print as `FOLLOWED_CORRELATION` says, or its smear is searched, and then its
 markers: half as much work as decoding the frame.  A badge with a damaged marker, or a board that shows some of its
 markers in false places, never correlates so.  Once its markers were found some times in a row where registration alone
-had put the page, they are read in one frame of several.  In the others registration is enough, if the page correlates
-as it did.  Where it does not, its markers are read before a smear is searched.
+had put the page, they are read in one frame of several.  In the others registration is enough, if all markers are
+visible and the page correlates as it did.  Where it does not, its markers are read before a smear is searched.
 
 A forger can read this source.  Leaving markers out of the other frames gains nothing, as the page must correlate there
 as with them; and what is followed so leaves the budgets of searches to the other badges.
@@ -51,6 +51,7 @@ class MarkerReadings:
             registered is not None
             and self.agree
             and self._since < READ_EVERY
+            and registered.vague == (1.0, 1.0)
             and registered.correlation >= self._correlation - FALLEN
         )
 

@@ -28,8 +28,7 @@ CLEAR_NS, RUN_NS, READ_NS, ENLARGED_NS = 0.9, 30.0, 2e3, 0.6
 #: Measured as above: a search takes 0.9 to 1.35 of this, on white noise 0.2.
 WINDOW_NS, CHANGE_NS, OUTLINE_NS, OUTLINED = 0.95, 43.0, 400e3, 1.6
 #: Work of drawing a template, a fine sample; of smearing it, a sample, and a sample and step; of its solver, a sample;
-#: of a step of registration, a sample; and of correlating, a block that is read, and a
-#: block and shift.
+#: of a step of registration, a sample; and of correlating, a block that is read, and a block and shift.
 #: Measured as above, on markers of 50 to 100 px.
 DRAWN_NS, SMEARED_NS, SMEAR_STEP_NS, SOLVED_NS, STEP_NS = 20.0, 15.0, 4.5, 450.0, 32.0
 SOUGHT_NS, MATCHED_NS = 40.0, 1.0

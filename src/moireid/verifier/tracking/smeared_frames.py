@@ -2,7 +2,7 @@
 
 1. Where is the page?  Repeat its last motion, for a few frames at most.
 2. How is it smeared?  Along that motion, by its speed times the exposure, which is learnt over the film.
-3. Search the smeared markers around that place in the rectified picture, all four by one shift.
+3. Search the smeared markers around that place of the page, all four by one shift.
 4. Register the page with them.  The residual shows whether the smear should be longer, shorter or rotated; repeat step
 4 until that no longer changes.
 
@@ -43,7 +43,7 @@ MOST_GROWTH = 2.0
 #: Mean correlation of the patches below which another smear is tried, and below which the page is given up.
 UNSURE, SOUGHT = 0.65, 0.4
 #: Prints are correlated with so many blocks of samples a module at least.
-MODULE_PX = 2.0
+MODULE_BLOCKS = 2.0
 #: A page is not searched again if its smear changes by less than this, in modules.  Step 4 is not repeated from this
 #: correlation on, once the exposure is known: a smear is symmetric, so its length moves no page.  Not from a lower one:
 #: a page that correlates by 0.03 less than usual is taken for covered (`limits.COVERED_CORRELATION`).
@@ -58,7 +58,7 @@ MOST_CHANGE = 0.4
 SETTLED = 0.1
 PROBE = 0.1
 #: A print is compared as at least so many blocks across and down.
-LEAST_PX = 4
+LEAST_BLOCKS = 4
 
 
 class ShakenFollower:
@@ -183,7 +183,7 @@ class ShakenFollower:
         """
         printer, samples, pitch = self._registrar.printer, template.samples, template.drawing.pitch_mm
         module, least = self._module_mm / pitch, min(map(min, samples.shapes))
-        fewer = max(1, min(int(module / MODULE_PX), least // LEAST_PX))
+        fewer = max(1, min(int(module / MODULE_BLOCKS), least // LEAST_BLOCKS))
         reach = math.ceil(reach_modules * module / fewer)
         total = np.zeros((2 * reach + 1, 2 * reach + 1), np.float32)
         for here, shape in zip(samples.parts, samples.shapes, strict=True):
