@@ -78,13 +78,13 @@ int is_inside(const Picture *picture, const Places *places, const double warp[9]
 /* Places first .. first + count - 1 under a mapping; count <= BLOCK. */
 void mapped(const Places *places, const Mapping *mapping, int32_t first, int32_t count, float *x, float *y);
 
-int32_t kernel_register(const Picture *picture, const Print *print, const Rules *rules, double *warp, float *values,
+PUBLIC int32_t kernel_register(const Picture *picture, const Print *print, const Rules *rules, double *warp, float *values,
                         Comparison *found);
 /* Most steps of `come_near`. */
 #define COARSE_STEPS 3
 int32_t come_near(const Picture *picture, const Print *print, const Rules *rules, double near_px, double warp[9],
                   float *values, Comparison *found);
-void kernel_rows(const Picture *picture, const Places *places, const double *warp, const int32_t *counts,
+PUBLIC void kernel_rows(const Picture *picture, const Places *places, const double *warp, const int32_t *counts,
                  int32_t strips, int32_t samples, float *profiles);
 
 /* The four pixels around a place: the first two bytes of the upper row, then of the lower one. */
