@@ -278,7 +278,7 @@ def test_the_advice_to_a_slow_check_is_of_what_is_slow(
 
 
 def test_a_link_leads_a_person_through_and_the_asker_reads_it(page: Page, browser: Browser, pictures: Path) -> None:
-    """Catches: a link that nobody can follow; a result that does not come; a second opening that is not reported."""
+    """Catches: a link that no one can follow; a result that does not come; a second opening that is not reported."""
     page.goto("/links")
     look(page, pictures, "links")
     page.get_by_label("Who should it be").fill("Ada Lovelace")

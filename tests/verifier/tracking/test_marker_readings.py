@@ -1,4 +1,4 @@
-"""How often markers are read of a page that looks less like the print than a followed one must.  Beside each test: what
+"""How often markers are read of a page that looks less like the print than a followed one must.  Each test names what
 it would catch.
 """
 

@@ -87,6 +87,16 @@ int32_t come_near(const Picture *picture, const Print *print, const Rules *rules
 PUBLIC void kernel_rows(const Picture *picture, const Places *places, const double *warp, const int32_t *counts,
                  int32_t strips, int32_t samples, float *profiles);
 
+/* Places within the picture as the pixel at their upper left, and how far they are beyond it, in x and y. */
+static inline void split(float *x, float *y, int32_t *pixel_x, int32_t *pixel_y, int32_t count) {
+    for (int32_t k = 0; k < count; k++) {
+        pixel_x[k] = (int32_t)x[k];
+        pixel_y[k] = (int32_t)y[k];
+        x[k] -= (float)pixel_x[k];
+        y[k] -= (float)pixel_y[k];
+    }
+}
+
 /* The four pixels around a place: the first two bytes of the upper row, then of the lower one. */
 static inline uint32_t four_pixels(const uint8_t *corner, int64_t stride, int32_t x, int32_t y) {
     const uint8_t *upper = corner + y * stride + x, *lower = upper + stride;

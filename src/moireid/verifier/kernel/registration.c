@@ -24,12 +24,7 @@ static int sampled(const Picture *picture, const Places *places, const double wa
         float x[BLOCK], y[BLOCK], a[BLOCK], b[BLOCK], c[BLOCK], d[BLOCK];
         int32_t pixel_x[BLOCK], pixel_y[BLOCK];
         mapped(places, &mapping, first, count, x, y);
-        for (int32_t k = 0; k < count && inside; k++) {
-            pixel_x[k] = (int32_t)x[k];
-            pixel_y[k] = (int32_t)y[k];
-            x[k] -= (float)pixel_x[k];
-            y[k] -= (float)pixel_y[k];
-        }
+        if (inside) split(x, y, pixel_x, pixel_y, count);
         for (int32_t k = 0; k < count && !inside; k++) {
             float within_x = x[k] > 0 ? x[k] : 0, within_y = y[k] > 0 ? y[k] : 0;
             pixel_x[k] = (int32_t)(within_x < most_x ? within_x : most_x);

@@ -30,12 +30,7 @@ PUBLIC void kernel_rows(const Picture *picture, const Places *places, const doub
                 int32_t pixel_x[BLOCK], pixel_y[BLOCK];
                 uint32_t four[BLOCK];
                 mapped(places, &mapping, row * samples + first, count, x, y);
-                for (int32_t k = 0; k < count && inside; k++) {
-                    pixel_x[k] = (int32_t)x[k];
-                    pixel_y[k] = (int32_t)y[k];
-                    x[k] -= (float)pixel_x[k];
-                    y[k] -= (float)pixel_y[k];
-                }
+                if (inside) split(x, y, pixel_x, pixel_y, count);
                 for (int32_t k = 0; k < count && !inside; k++) {
                     float u = x[k] > low_x ? x[k] : low_x, v = y[k] > low_y ? y[k] : low_y;
                     u = u < most_x ? u : most_x;
