@@ -84,6 +84,14 @@ MAX_GAIN_SD_SHARE = 0.215
 BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS = 0.04, 4 / 3
 #: Gains that can be enrolled.  Set by hand: wider than all sheets of `moireid.sheets` but the extreme ones, and finite.
 ENROLLED_GAINS = (0.5, 1.6)
+#: Least gain of a badge that is not known as built, or is seen from beyond the second figure (a tangent): nothing less
+#: is a question about the build.  Derived: of rays that meet air beneath a sheet beyond the critical angle, none sees
+#: the page.  Traced for 62 lines an inch, 5 to 20 um of air: 0.9 to 1.0 of the law's slope at 33 degrees, 0.64 at 45,
+#: 0.32 at 62 (0.25 at 5 um).  There is no greatest gain: 0.3 mm of air gives 2.2, and more of it more.
+LEAST_BUILT_GAIN, STEEP_TANGENT = 0.2, 0.6
+#: Focal lengths that lenses have, over the picture's long side: from an ultra-wide phone to a press photographer's.
+#: Where a film does not show its own, any of them may have taken it.
+LENS_RATIOS = (0.3, 8.0)
 #: Films of one enrolment whose gains differ by more than this many of their standard deviations, and by more than the
 #: room above, are of different sheets, or one of them is wrong.  Derived: 99.7 % of a normal distribution.
 GAINS_AGREE_SDS = 3.0

@@ -115,6 +115,29 @@ def flips(points: np.ndarray, camera: np.ndarray) -> int:
 # Focal length.
 
 
+@pytest.mark.parametrize("focal_px", [2900.0, 4100.0, 7600.0])
+def test_a_badge_moved_flat_shows_no_focal_length_and_excludes_none(rng, focal_px):
+    """Catches: a usual lens taken for the one that the film shows; a telephoto lens excluded by what is usual."""
+    times = np.arange(120) / FPS
+    x, y = 60.0 * np.sin(1.7 * times), 10.0 * np.sin(2.9 * times)
+    camera = np.column_stack([MIDDLE[0] + x, MIDDLE[1] + y, np.full(120, -0.55 * focal_px)])
+    level = Rotation.from_euler("xyz", np.zeros((120, 3)))
+    fit = fitted(registered(project(camera, level, focal_px), rng, 0.05), times)
+    least, most = fit.focal_span_px
+    assert least < fit.focal_px < focal_px <= most and fit.shown["focal"] < 0.3
+    assert fit.lens_room[0] <= fit.focal_px / focal_px and fit.lens_room[1] >= 1
+
+
+def test_a_badge_that_turns_shows_its_focal_length(rng):
+    """Catches: any lens that is allowed for a film which shows its own; a span that leaves out the true one."""
+    times = np.arange(120) / FPS
+    points = registered(project(*Course(rng, 900.0).pose(times), 1450.0), rng, 0.05)
+    fit = fitted(points, times)
+    least, most = fit.focal_span_px
+    assert 0.8 * 1450 < least < 1450 < most < 1.2 * 1450 and fit.shown["focal"] > 0.9
+    assert fitted(points, times, focal_px=1450.0).focal_span_px == (1450.0, 1450.0)
+
+
 @pytest.mark.slow
 def test_the_focal_length_is_found_with_an_honest_error_bar():
     """Catches: a bar that is too short by a half; a prior that outweighs the film; a biased minimum."""

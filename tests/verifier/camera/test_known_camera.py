@@ -92,7 +92,8 @@ def test_what_is_no_calibration_is_refused(tmp_path: Path):
         load_camera(opencv_file(tmp_path / "wide.yaml", np.diag([1595.0, 1450.0, 1.0])))
     with pytest.raises(MediaError, match="cannot be read"):
         load_camera(tmp_path / "none.yaml")
-    with pytest.raises(SpecError, match=r"allowed are 0\.3 to 4 of the long side"):
+    assert load_camera(opencv_file(tmp_path / "tele.yaml", np.diag([15360.0, 15360.0, 1.0]))).focal == 8.0
+    with pytest.raises(SpecError, match=r"allowed is 0\.1 of the long side or more, in pixels and not in mm"):
         load_camera(opencv_file(tmp_path / "mm.yaml", np.diag([4.2, 4.2, 1.0])))
     with pytest.raises(SpecError, match="that is no number"):
         load_camera(opencv_file(tmp_path / "nan.yaml", strengths=(float("nan"), 0, 0, 0)))

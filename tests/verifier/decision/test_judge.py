@@ -21,10 +21,12 @@ from kit.fringe_signals import (
 )
 from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.decision.judge import Invariant, gain_of, judge_signals
+from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations.residuals import residual_limit_rad
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.limits import (
     GAIN_TOLERANCE_SHARE,
+    LEAST_BUILT_GAIN,
     MAX_LASTING_PX,
     MAX_RIVAL_LOG10,
     MAX_RIVAL_SHARE,
@@ -35,6 +37,8 @@ from moireid.verifier.limits import (
 EXCITATION = 1.2
 LAW = EXCITATION * trajectory()
 SWEEP = 0.6 * (clock() - clock().mean())
+#: A badge that was measured when it was enrolled.
+BUILT = SheetGain(built=True, handled=(0.8, 1.3))
 #: What the findings of a film that is accepted are about.
 ACCEPTED = {"motion", "gain", "residual", "agreement", "explanations", "phase_gaps"}
 
@@ -149,15 +153,50 @@ def test_each_forgery_of_a_whole_film_is_rejected_and_named_for_what_it_does(nam
     assert named(outcome) == [name]
 
 
-@pytest.mark.parametrize("gain", [0.5, 1.5, 1.9, 0.2])
-def test_a_wrong_gain_is_rejected_though_it_correlates(gain):
-    """Catches: a correlation of 1 taken for the law."""
-    outcome = judge_signals([fringe_signal(LAW, gain * LAW + 0.005 * apart_from(LAW))])
-    assert outcome.verdict == "reject" and outcome.correlation > 0.99
-    assert levels(outcome)["gain"] == "fail" and named(outcome) == ["another_gain"]
-    assert outcome.gain_ratio == pytest.approx(gain, abs=1e-6)
+@pytest.mark.parametrize("gain", [0.3, 0.5, 1.5, 1.9, 3.0])
+def test_a_gain_that_some_build_has_is_a_question_and_no_acceptance(gain):
+    """Catches: a correlation of 1 taken for the law; air, a thick sheet or an unusual lens taken for a forgery."""
+    film = fringe_signal(LAW, gain * LAW + 0.005 * apart_from(LAW))
+    outcome = judge_signals([film])
+    assert outcome.verdict == "inconclusive" and outcome.correlation > 0.99 and not outcome.law_fits
+    assert failed(outcome) == ["gain"] and outcome.gain_ratio == pytest.approx(gain, abs=1e-6)
     (row,) = [one for one in outcome.explanations if one.name == "another_gain"]
-    assert row.parameters["gain"] == pytest.approx(gain, abs=0.02)
+    assert row.parameters["gain"] == pytest.approx(gain, abs=0.02) and row.better
+    known = judge_signals([film], BUILT)
+    assert known.verdict == ("reject" if not 0.8 < gain < 1.3 else "inconclusive") and levels(known)["gain"] == "fail"
+
+
+@pytest.mark.parametrize("gain", [0.1, 0.0, -0.5, -1.0])
+def test_fringes_that_stay_or_go_backwards_are_rejected(gain):
+    """Catches: room for gains that no build has."""
+    outcome = judge_signals([fringe_signal(LAW, gain * LAW + 0.005 * apart_from(LAW))])
+    assert outcome.verdict == "reject" and levels(outcome)["gain"] == "fail"
+
+
+@pytest.mark.parametrize(("gain", "verdict"), [(0.37, "inconclusive"), (0.05, "reject"), (-1.0, "reject")])
+def test_a_lens_that_the_film_does_not_show_is_asked_for(gain, verdict):
+    """Catches: a true badge before a telephoto lens rejected; a still or reversed badge excused by any lens."""
+    film = fringe_signal(LAW, gain * LAW + 0.1 * gain * lasting_noise(), lens_room=(0.2, 2.0))
+    outcome = judge_signals([film], BUILT)
+    assert outcome.verdict == verdict
+    assert ("lens" in levels(outcome)) == (verdict == "inconclusive")
+    assert judge_signals([replace(film, lens_room=(1.0, 1.0))], BUILT).verdict == "reject"
+    assert judge_signals([replace(true_film(), lens_room=(0.2, 2.0))]).verdict == "accept"
+
+
+def test_air_that_is_seen_from_aside_excuses_a_low_gain_of_an_enrolled_badge():
+    """Catches: an honest badge rejected as each of its lenses is seen in part."""
+    film = fringe_signal(LAW, 0.4 * LAW + 0.005 * apart_from(LAW))
+    assert judge_signals([film], BUILT).verdict == "reject"
+    assert judge_signals([replace(film, steep=True)], BUILT).verdict == "inconclusive"
+
+
+@pytest.mark.parametrize("gain", [-1.0, 0.5])
+def test_a_page_or_sheet_that_is_off_excuses_what_the_fringes_do(gain):
+    """Catches: a page at 97 %, whose fringes run backwards, called a forgery; one that is accepted."""
+    film = fringe_signal(LAW, gain * LAW + lasting_noise(), rows_rad=0.9)
+    assert judge_signals([film]).verdict == "reject"
+    assert judge_signals([film], page_off=True).verdict == "inconclusive"
 
 
 @pytest.mark.parametrize("size", [0.2, 0.5])
@@ -324,11 +363,11 @@ def test_a_part_of_a_film_is_judged_without_shares():
 
 def test_a_gain_that_is_off_fails_beyond_its_error_and_is_undecided_within():
     """Catches: a bar that is not used; one that widens what passes, by which a vague film lets half the gain in."""
-    off = fringe_signal(LAW, (1 + 1.5 * GAIN_TOLERANCE_SHARE) * LAW)
-    assert judge_signals([off]).verdict == "reject"
-    vague = judge_signals([replace(off, tangent_sd=0.06)])
+    off = fringe_signal(LAW, 1.4 * LAW)
+    assert judge_signals([off], BUILT).verdict == "reject"
+    vague = judge_signals([replace(off, tangent_sd=0.06)], BUILT)
     assert vague.verdict == "inconclusive" and levels(vague)["gain"] == "undecided"
-    assert judge_signals([fringe_signal(LAW, 0.5 * LAW, tangent_sd=0.1)]).verdict == "reject"
+    assert judge_signals([fringe_signal(LAW, 0.5 * LAW, tangent_sd=0.1)], BUILT).verdict == "reject"
     assert judge_signals([true_film(tangent_sd=0.1)]).verdict == "accept"
 
 
@@ -351,7 +390,7 @@ def test_a_gain_too_vague_to_exclude_a_half_is_undecided_wherever_it_is():
 def test_no_grating_hides_another_s_gain():
     """Catches: a mean of gains, in which 1.25 and 0.75 are a true one."""
     outcome = judge_signals([fringe_signal(LAW, gain * LAW) for gain in (1.25, 0.75)])
-    assert levels(outcome)["gain"] == "fail" and outcome.verdict == "reject"
+    assert levels(outcome)["gain"] == "undecided" and outcome.verdict == "inconclusive"
 
 
 # Several gratings.
@@ -413,14 +452,14 @@ def test_a_blind_grating_does_not_spoil_a_good_one():
 
 def test_reasons_carry_figure_limit_and_unit():
     """Catches: a limit that is not the one applied; a text without its figure."""
-    reasons = {reason.code: reason for reason in judge_signals([fringe_signal(LAW, 0.5 * LAW)]).reasons}
+    reasons = {reason.code: reason for reason in judge_signals([fringe_signal(LAW, -0.5 * LAW)]).reasons}
     gain, motion, residual = reasons["gain"], reasons["motion"], reasons["residual"]
-    assert gain.measured == pytest.approx(0.5) and gain.limit == pytest.approx(GAIN_TOLERANCE_SHARE)
-    assert gain.unit == "ratio" and "0.500" in gain.text
+    assert gain.measured == pytest.approx(-0.5) and gain.limit == pytest.approx(GAIN_TOLERANCE_SHARE)
+    assert gain.unit == "ratio" and "-0.500" in gain.text
     assert motion.limit == pytest.approx(MIN_EXCITATION_RAD) and motion.unit == "rad"
     error = math.hypot(PHASE_SD, POSE_SD)
     assert residual.limit == pytest.approx(residual_limit_rad(EXCITATION, error)) and residual.unit == "rad"
-    assert residual.measured == pytest.approx(0.35 * EXCITATION, rel=0.2)
+    assert residual.measured == pytest.approx((0.5 + LEAST_BUILT_GAIN) * EXCITATION, rel=0.2)
     other = reasons["another_gain"]
     assert other.measured < -REJECTED_LOG10 and other.limit == -MAX_RIVAL_LOG10 and other.unit == "log10"
 
@@ -465,9 +504,9 @@ def test_what_covers_a_badge_is_noted(what):
     assert levels(judge_signals([replace(true_film(), **{what: 0.2})]))["covered"] == "note"
 
 
-@pytest.mark.parametrize(("gain", "verdict"), [(1.0, "inconclusive"), (0.5, "reject")])
+@pytest.mark.parametrize(("gain", "verdict"), [(1.0, "inconclusive"), (-1.0, "reject")])
 def test_what_covers_a_badge_excuses_a_residual_and_no_gain(gain, verdict):
-    """Catches: a hand before a true badge called a forgery; half a gain excused by a caption."""
+    """Catches: a hand before a true badge called a forgery; reversed fringes excused by a caption."""
     forged = fringe_signal(LAW, gain * LAW + lasting_noise(FRAMES, 0.2, lasting=0.9))
     assert judge_signals([forged]).verdict == "reject"
     outcome = judge_signals([replace(forged, covered_share=0.2)])
@@ -485,16 +524,16 @@ def test_a_camera_or_an_editor_excuses_poses_and_no_row(gain, sign, code):
     it; a good film that is inconclusive for it; a sign that makes a film pass.
     """
     wrong = fringe_signal(LAW, gain * LAW + 0.2 * white(LAW))
-    assert judge_signals([wrong]).verdict == "reject"
-    assert judge_signals([replace(wrong, **{name: value / 3 for name, value in sign.items()})]).verdict == "reject"
-    outcome = judge_signals([replace(wrong, **sign)])
+    less = {name: value / 3 for name, value in sign.items()}
+    assert judge_signals([wrong], BUILT).verdict == judge_signals([replace(wrong, **less)], BUILT).verdict == "reject"
+    outcome = judge_signals([replace(wrong, **sign)], BUILT)
     assert outcome.verdict == "inconclusive" and levels(outcome)[code] == "undecided"
-    assert judge_signals([replace(wrong, **sign, strip_residual_rad=np.array([0.1, 0.5]))]).verdict == "reject"
+    assert judge_signals([replace(wrong, **sign, strip_residual_rad=np.array([0.1, 0.5]))], BUILT).verdict == "reject"
     assert judge_signals([replace(true_film(), **sign)]).verdict == "accept"
 
 
 @pytest.mark.parametrize("sign", [{"lasting_px": 1.1 * MAX_LASTING_PX}, {"lasting_px": 9.0}, {"mixed_share": 0.2}])
-@pytest.mark.parametrize("gain", [0.0, -1.0, 3.0])
+@pytest.mark.parametrize("gain", [0.0, -1.0])
 def test_no_doubt_of_the_camera_excuses_a_still_or_a_reversed_badge(gain, sign):
     """Catches: a photograph that is reframed, as a forger can, left inconclusive."""
     outcome = judge_signals([fringe_signal(LAW, gain * LAW + lasting_noise(), **sign)])
@@ -517,7 +556,7 @@ def test_a_tiny_badge_is_rejected_after_much_motion():
     assert outcome.verdict == "reject" and "small" not in levels(outcome)
 
 
-@pytest.mark.parametrize("gain", [0.03, -1.0, 1.9])
+@pytest.mark.parametrize("gain", [0.03, -1.0])
 def test_poor_poses_lower_a_gain_somewhat_and_do_not_take_it_away(gain):
     """Catches: fringes that hardly move, or go the wrong way, excused by a small badge."""
     law = 0.38 * trajectory()

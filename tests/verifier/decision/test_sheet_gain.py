@@ -40,7 +40,7 @@ def level(outcome: Invariant, code: str) -> str:
     return next(reason.level for reason in outcome.reasons if reason.code == code)
 
 
-@pytest.mark.parametrize("gain", [0.68, 0.8, 1.2, 1.4])
+@pytest.mark.parametrize("gain", [0.4, 0.68, 0.8, 1.2, 1.4, 2.1])
 def test_another_sheet_is_open_with_its_cause_and_never_accepted(gain):
     """Catches: a shop's sheet taken for a forgery, by the gain or by the likelihood; one that makes an accept."""
     outcome = judged(filmed(gain), designed(BADGE))
@@ -51,8 +51,8 @@ def test_another_sheet_is_open_with_its_cause_and_never_accepted(gain):
     assert outcome.gain_ratio == pytest.approx(gain, abs=0.01)
 
 
-@pytest.mark.parametrize("gain", [0.5, 1.75, -1.0, 0.0])
-def test_what_no_sheet_can_do_is_rejected(gain):
+@pytest.mark.parametrize("gain", [0.1, -1.0, 0.0])
+def test_what_no_build_can_do_is_rejected(gain):
     """Catches: room for every gain."""
     assert judged(filmed(gain), designed(BADGE)).verdict == "reject"
 
@@ -64,9 +64,9 @@ def test_another_sheet_excuses_nothing_else():
     assert judged(filmed(0.72, wobble=0.4), as_built(BADGE, BUILT)).verdict == "reject"
 
 
-def test_a_board_of_no_known_sheet_is_judged_as_before():
-    """Catches: a wider window where nobody asks for one."""
-    assert judge_signals([filmed(0.72)]).verdict == "reject"
+def test_a_board_of_no_known_sheet_has_no_wider_room():
+    """Catches: a wider window where no one asks for one."""
+    assert judge_signals([filmed(0.72)]).verdict == "inconclusive"
     assert judge_signals([filmed(0.9)]).verdict == "accept"
 
 
@@ -77,7 +77,7 @@ def test_enrolment_measures_the_gain_over_a_finite_range():
         assert outcome.verdict == "accept"
         assert outcome.gain_ratio == pytest.approx(gain, abs=0.01) and outcome.gain_expected == 1.0
     for gain in (ENROLLED_GAINS[0] - 0.1, ENROLLED_GAINS[1] + 0.1):
-        assert judged(filmed(gain), to_measure()).verdict == "reject"
+        assert judged(filmed(gain), to_measure()).verdict == "inconclusive"
 
 
 def test_a_free_gain_makes_a_steady_sweep_prove_less():

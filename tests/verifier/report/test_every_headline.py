@@ -30,7 +30,7 @@ from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, gain_reason
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
-from moireid.verifier.identity import decode
+from moireid.verifier.identity import decode, page_scale
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.identity.compare_built import compare_built
 from moireid.verifier.identity.decode import Identity
@@ -180,6 +180,8 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield judge_signals([signal()]).reasons
     yield judge_signals([signal(ODD)]).reasons
     yield [gain_reason(1.1, 0.4, DESIGNED)]
+    yield judge_signals([replace(signal(0.4 * LAW), lens_room=(0.2, 1.0))]).reasons
+    yield [page_scale.mirrored_finding(0.97)]
     yield findings.law_fits([compared(residual_rad=1.5)])
     yield [findings.rows_agree([compared()], RowsApart(1.0, 1.0, 0.0))]
     yield troubled(lasting_px=99.0)

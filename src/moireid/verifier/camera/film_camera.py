@@ -25,6 +25,7 @@ from moireid.verifier.camera.plane_pose import (
     start_poses,
     tangent_error,
 )
+from moireid.verifier.limits import GAIN_REJECTED_SDS, LENS_RATIOS
 from moireid.verifier.measuring import (
     AXIS_MAX_SHARE,
     AXIS_PRIOR_SD_SHARE,
@@ -59,6 +60,8 @@ PRINT = Unknown(-PRINT_ASPECT_MAX_LOG, PRINT_ASPECT_MAX_LOG, 0.0, PRINT_ASPECT_P
 TWIST = Unknown(-TWIST_MAX_PER_M, TWIST_MAX_PER_M, 0.0, TWIST_PRIOR_SD_PER_M, 0.05, heavy=True)
 #: Where a twist moves the points depends on the poses, which depend on it.
 TWIST_ROUNDS = 2
+#: The unknowns by name, in their order.
+FIGURES = ("focal", "shutter", "bend", "bend_far", "axis_x", "axis_y", "aspect", "print_aspect", "twist")
 #: Places of the distortion and of the axis among the unknowns.
 BEND_AT, AXIS_AT = slice(2, 4), slice(4, 6)
 #: Share of an unknown's step used for finite differences.
@@ -170,6 +173,40 @@ class FilmCamera:
     def focal_sd(self) -> float:
         """Standard deviation of the focal length, px."""
         return self.focal * math.sqrt(self.covariance[0, 0])
+
+    @property
+    def focal_span_px(self) -> tuple[float, float]:
+        """Focal lengths that the film itself does not exclude, least and greatest, px, whatever the prior says.
+
+        Notes
+        -----
+        Source: the posterior less the prior is what the film shows, with three standard deviations to either side; in
+            one over the focal length, as perspective grows with that.  Where the film shows nothing, all lenses.
+        """
+        if self._given:
+            return self.focal, self.focal
+        usual, found = 1 / FOCAL_PRIOR_RATIO, self._long_side / self.focal
+        prior, both = FOCAL_PRIOR_SD_LOG**-2, 1 / max(self.covariance[0, 0], 1e-12)
+        own = max(both - prior, 1e-3)
+        middle = found * (1 + prior / own * math.log(found / usual))
+        reach = GAIN_REJECTED_SDS * found / math.sqrt(own)
+        least, most = LENS_RATIOS
+        far = np.clip(middle - reach, 1 / most, found)
+        near = np.clip(middle + reach, found, max(1 / least, found))
+        return self._long_side / float(near), self._long_side / float(far)
+
+    @property
+    def shown(self) -> dict[str, float]:
+        """Of each figure that was solved, the share of its information that is the film's, and not the prior's.
+
+        Source: 1 less the posterior variance over that of the prior.
+        """
+        sd = np.sqrt(np.diag(self.covariance))
+        return {
+            name: float(np.clip(1 - (sd[k] / one.prior_sd) ** 2, 0.0, 1.0))
+            for k, (name, one) in enumerate(zip(FIGURES, self._unknowns(), strict=True))
+            if sd[k] > 0
+        }
 
     @property
     def bend_k1(self) -> float:

@@ -48,7 +48,7 @@ class CameraFit:
     and focal length are in px of the height; print_aspect: height over width of the print, over those of the design;
     lasting_px: error that one camera leaves over many frames (`fast_poses`); slow_to_fast: as there; log_zoom (T,):
     logarithm of the zoom within the film, over its mean; twist_per_m: of the page (`page_shape`); cuts (T,): frames
-    before which the picture jumps.
+    before which the picture jumps; focal_span_px, shown: as in `FilmCamera`.
     """
 
     camera_mm: Array
@@ -70,6 +70,17 @@ class CameraFit:
     cuts: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     slow_to_fast: float = 0.0
     twist_per_m: float = 0.0
+    focal_span_px: tuple[float, float] = (0.0, 0.0)
+    shown: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def lens_room(self) -> tuple[float, float]:
+        """What a gain of 1 can be measured as, least and greatest, by another lens that the film does not exclude.
+
+        Source: a parallax is a path in the picture over the focal length, so a longer lens makes the gain smaller.
+        """
+        near, far = self.focal_span_px
+        return (self.focal_px / far, self.focal_px / near) if near > 0 else (1.0, 1.0)
 
     @property
     def zoom(self) -> float:
@@ -118,6 +129,8 @@ def fit_camera(
         film.cuts,
         slow_to_fast(film.residuals_px(final), times_s, np.cumsum(film.cuts)),
         film.twist,
+        film.focal_span_px,
+        film.shown,
     )
 
 

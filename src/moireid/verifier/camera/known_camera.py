@@ -26,13 +26,14 @@ from numpy.typing import NDArray
 from moireid.errors import MediaError, SpecError
 from moireid.files import AnyPath, as_path, read_regular
 from moireid.verifier.camera.distortion import FAR
-from moireid.verifier.measuring import FOCAL_RANGE_RATIO
 
 Array = NDArray[np.float64]
 #: Radii at which two terms are fitted to another model's distortion.
 RADII = 50
 #: Width over height of film and calibration differ by this share at most, else one of them shows a part of the picture.
 SAME_SHAPE_SHARE = 0.01
+#: A shorter focal length is none of a flat picture, whose ends would be 79 degrees aside; mostly it is one in mm.
+LEAST_FOCAL_SHARE = 0.1
 #: Distortion is taken off before pixels are made square, which is wrong by 0.1 % of the slope at this aspect.
 MOST_ASPECT = 1.03
 
@@ -128,11 +129,10 @@ def _known(size_px: tuple[int, int], matrix: Array, displaced: Any) -> KnownCame
     """From OpenCV's camera matrix; displaced: from radii (N,) to distorted radii, in focal lengths."""
     long_side = max(size_px)
     focal_x, focal_y = float(matrix[0, 0]), float(matrix[1, 1])
-    least, most = FOCAL_RANGE_RATIO
-    if min(size_px) < 1 or not least <= focal_x / long_side <= most:
+    if min(size_px) < 1 or not LEAST_FOCAL_SHARE * long_side <= focal_x < math.inf or not math.isfinite(focal_y):
         raise SpecError(
             f"the camera file states a focal length of {focal_x:g} x {focal_y:g} px for pictures of {size_px[0]} x "
-            f"{size_px[1]} px; allowed are {least:g} to {most:g} of the long side"
+            f"{size_px[1]} px; allowed is {LEAST_FOCAL_SHARE:g} of the long side or more, in pixels and not in mm"
         )
     if not 1 / MOST_ASPECT < focal_x / focal_y < MOST_ASPECT:
         raise SpecError(

@@ -30,6 +30,7 @@ from moireid.verifier.explanations.residuals import (
     credible_error_rad,
     deviation_rad,
     independent_samples,
+    log10_odds,
     residual_limit_rad,
 )
 from moireid.verifier.explanations.rivals import RIVALS, lookalike_shares, rival_odds, worst_spell
@@ -76,8 +77,10 @@ class GratingComparison:
 
     residual_rad: by how much the film leaves the law and its nuisances (`residuals.deviation_rad`); limit_rad,
     possible_rad: what an honest film may leave to be accepted, and what it can leave at all; doubted: whether the
-    camera may have changed within the film; reach: gains that an honest badge may then have; nuisances_rad: by name;
-    rivals: the table without the law's row.
+    camera may have changed within the film; reach: gains that an honest badge may then have; usual: whether the gain is
+    one of a build of usual parts before the camera that was solved, without which the film is not accepted;
+    ahead_log10: of the law with a gain that any build and camera can give, over the law with such a usual one;
+    nuisances_rad: by name; rivals: the table without the law's row.
     """
 
     figures: Figures
@@ -87,6 +90,8 @@ class GratingComparison:
     possible_rad: float = math.inf
     doubted: bool = False
     reach: Room = (0.0, math.inf)
+    usual: bool = True
+    ahead_log10: float = 0.0
     nuisances_rad: dict[str, float] | None = None
     rivals: tuple[Explanation, ...] = ()
 
@@ -102,8 +107,14 @@ class GratingComparison:
 
     @property
     def beaten(self) -> bool:
-        """Whether a rival explains the film far better than the law does, or a free motion on top of it does."""
-        return any(rival.log10_odds is not None and rival.log10_odds <= -limits.REJECTED_LOG10 for rival in self.rivals)
+        """Whether a rival explains the film far better than the law does with any possible gain, or a free motion on
+        top of it does.
+        """
+        return any(
+            one.log10_odds is not None
+            and one.log10_odds + (0.0 if one.name in CONTAINING else self.ahead_log10) <= -limits.REJECTED_LOG10
+            for one in self.rivals
+        )
 
     @property
     def score(self) -> float:
@@ -164,23 +175,34 @@ def compare(
     # A gain that is uncertain leaves as much of the phase uncertain.
     vague = limits.GAIN_REJECTED_SDS * figures.tangent_sd * abs(figures.gain_ratio)
     reach = (reach[0] - vague, reach[1] + vague)
-    model = HonestModel(series, reach)
+    model = shape = HonestModel(series, reach)
     fit = model.fit(series.measured_rad[:, None])
     residual, excitation = fit.residual_rad[:, 0], figures.excitation_rad
-    deviation = deviation_rad(residual, series.step_s, series.within_rad)
+    usual = reach[0] <= figures.gain_ratio <= reach[1]
+    if not usual:
+        # With such a gain it is not accepted; whether it is rejected is asked of the law's shape, with any gain that
+        # some build and some camera can give.
+        least, most = sheet.possible(signal.lens_room, steep=signal.steep)
+        shape = HonestModel(series, (min(reach[0], least - vague), max(reach[1], most + vague)))
+    shaped = shape.fit(series.measured_rad[:, None]).residual_rad[:, 0]
+    deviation = deviation_rad(shaped, series.step_s, series.within_rad)
     error = figures.expected_error_rad
     limit = residual_limit_rad(excitation, credible_error_rad(excitation, error))
     possible = limits.POSSIBLE_RESIDUAL_RATIO * residual_limit_rad(excitation, signal.doubt * error)
     possible = math.hypot(possible, limits.CAMERA_MOTION_SHARE * excitation if doubted else 0.0)
-    # Where the law does not explain the film, nothing needs to look like it.
+    # Where the law does not explain the film, or not with a gain that is accepted, nothing needs to look like it.
     asked = {}
-    if shares and deviation <= limit:
+    if shares and usual and deviation <= limit:
         room = sheet.room_for(figures.gain_sd)
         asked = lookalike_shares(model, residual, room, constant_room_rad=constant_room_rad)
     rows = _rows_apart(model, residual, asked)
-    rows += _rows_within(model, figures, deviation, credible_error_rad(excitation, signal.doubt * error))
+    rows += _rows_within(shape, figures, deviation, credible_error_rad(excitation, signal.doubt * error))
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
-    return GratingComparison(figures, True, deviation, limit, possible, doubted, reach, nuisances, tuple(rows))
+    own, any_gain = (float(series.weight @ left**2) for left in (residual, shaped))
+    ahead = log10_odds(any_gain, own, len(series.times_s), independent_samples(shaped))
+    return GratingComparison(
+        figures, True, deviation, limit, possible, doubted, reach, usual, ahead, nuisances, tuple(rows)
+    )
 
 
 def _rows_apart(model: HonestModel, residual_rad: Array, shares: dict[str, float]) -> list[Explanation]:
@@ -232,8 +254,11 @@ def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> Grat
     )
     doubted = any(part.doubted for part in moved)
     reach = min(part.reach[0] for part in moved), max(part.reach[1] for part in moved)
-    most = max(moved, key=lambda part: part.figures.information)
-    return GratingComparison(figures, True, residual, limit, possible, doubted, reach, most.nuisances_rad, rows)
+    most, usual = max(moved, key=lambda part: part.figures.information), all(part.usual for part in moved)
+    ahead = sum(part.ahead_log10 for part in moved)
+    return GratingComparison(
+        figures, True, residual, limit, possible, doubted, reach, usual, ahead, most.nuisances_rad, rows
+    )
 
 
 def _merged(
@@ -280,5 +305,6 @@ def law_row(gratings: list[GratingComparison]) -> Explanation:
     parameters = {"gain": most.figures.gain_ratio, "residual_rad": most.residual_rad} | {
         f"{name}_rad": value for name, value in (most.nuisances_rad or {}).items()
     }
-    fits = bool(np.all([one.fits for one in gratings if one.moved])) and any(one.moved for one in gratings)
+    moved = [one for one in gratings if one.moved]
+    fits = bool(moved) and all(one.fits and one.usual for one in moved)
     return Explanation(LAW, 0.0, parameters, None, fits)

@@ -131,15 +131,18 @@ def law_fits(compared: Sequence[GratingComparison]) -> list[Reason]:
 def _at_rest(grating: GratingComparison, moved: Sequence[GratingComparison]) -> Reason:
     """A grating that should hardly move by the law must hardly move.
 
-    Its gain means nothing, so the measured phase is compared with the prediction itself.  The tolerance of the gain is
-    allowed, and a share of the largest motion of any grating, as the camera's pose may turn the badge.
+    Its gain means nothing, so the measured phase is compared with the prediction itself, or with that times the gain of
+    the gratings that moved.  The tolerance of the gain is allowed, and a share of the largest motion of any grating, as
+    the camera's pose may turn the badge.
     """
     own, most = grating.figures, max(one.figures.excitation_rad for one in moved)
     if own.excitation_rad >= limits.MIN_EXCITATION_RAD:
         text = "One field of the badge moved, but its fringes are too unclear to say how. Film from nearer."
         limit = enough_motion_rad(own.expected_error_rad)
         return Reason("residual", "undecided", own.excitation_rad, limit, "rad", text)
-    deviation = float(np.hypot((own.gain_ratio - 1) * own.excitation_rad, own.phase_residual_rad))
+    same = max(moved, key=lambda one: one.figures.information).figures.gain_ratio
+    nearest = float(np.clip(own.gain_ratio, min(1.0, same), max(1.0, same)))
+    deviation = float(np.hypot((own.gain_ratio - nearest) * own.excitation_rad, own.phase_residual_rad))
     fixed = limits.RESIDUAL_FLOOR_RAD * limits.POSSIBLE_RESIDUAL_RATIO + 0.03 * most
     fixed += (limits.GAIN_TOLERANCE_SHARE + limits.GAIN_REJECTED_SDS * own.tangent_sd) * own.excitation_rad
     limit = float(np.hypot(fixed, limits.EXPLAINED_SDS * min(own.expected_error_rad, limits.MAX_STRIP_WANDER_RAD)))
@@ -192,11 +195,11 @@ def with_nuisances(
         return reasons
     moved = [(s, one) for s, one in zip(signals, compared, strict=True) if one.moved]
     if any(signal.covered_share >= 0.005 for signal in signals):
-        laws, rows = _softened(laws), _softened(rows)
+        laws, rows = softened(laws), softened(rows)
     small = _small(moved)
     if any(one.doubted for _, one in moved) and troubled:
         if all(one.reach[0] < one.figures.gain_ratio < one.reach[1] for _, one in moved):
-            gain = _softened(gain)
+            gain = softened(gain)
         return [gain, laws, rows, _camera([signal for signal, _ in moved])]
     if small is not None and troubled:
         # Errors of poses lower a gain by their power over that of the motion; they take none away.
@@ -205,11 +208,12 @@ def with_nuisances(
         )
         if any(abs(one.figures.gain_ratio - 1) > room for _, one in moved):
             return [gain, laws, rows]
-        return [_softened(gain), _softened(laws), rows, small]
+        return [softened(gain), softened(laws), rows, small]
     return [gain, laws, rows]
 
 
-def _softened(reason: Reason) -> Reason:
+def softened(reason: Reason) -> Reason:
+    """A failure as undecided, where something else than a forgery may have made it."""
     return replace(reason, level="undecided") if reason.level == "fail" else reason
 
 

@@ -48,7 +48,7 @@ from moireid.verifier.decision.comparison import (
     merge_chapters,
 )
 from moireid.verifier.decision.figures import Figures, calibrated_log10, figures_of
-from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reason
+from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain, gain_reason, lens_reason
 from moireid.verifier.explanations.honest import without_short_stretches
 from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cross_fade_of
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
@@ -208,6 +208,7 @@ def judge_signals(
     *,
     constant_room_rad: float | None = None,
     code_apart: RowsApart = TOGETHER,
+    page_off: bool = False,
     whole: bool = True,
     chapters: Sequence[Sequence[GratingComparison]] = (),
 ) -> Invariant:
@@ -223,6 +224,8 @@ def judge_signals(
         How far the phase constant may be from that at enrolment, rad; None where none is known.
     code_apart : RowsApart
         As `findings.rows_agree`.
+    page_off : bool
+        As `Identity.page_off`: the fringes then prove nothing against the film.
     whole : bool
         False leaves out what a few seconds do not need, the rivals' shares and photographs.
     chapters : sequence of sequences of GratingComparison
@@ -261,10 +264,16 @@ def judge_signals(
         table = film_table(compared)
         score = min(one.score for one in moved)
         wrong = max((one.figures for one in moved), key=lambda one: abs(one.gain_ratio - 1))
-        gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet)
+        lens_room = min(s.lens_room[0] for s in signals), max(s.lens_room[1] for s in signals)
+        steep = any(signal.steep for signal in signals)
+        gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet, lens_room, steep=steep)
+        if gain.level == "undecided" and (lens := lens_reason(wrong.gain_ratio, sheet, lens_room)) is not None:
+            reasons.append(lens)
         laws = findings.law_fits(compared)
-        reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
-        reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
+        found = findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
+        reasons += [findings.softened(reason) for reason in found] if page_off else found
+        if all(one.fits and one.usual for one in moved) or not all(one.fits for one in moved):
+            reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
         if whole:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import cast
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
@@ -27,7 +26,7 @@ class SheetGain:
     """The gain and the sharpness that a badge's sheet is expected to have.
 
     expected: over the design; sd: its standard deviation as a share; room: what may be accepted at most, least and
-    greatest; handled: gains that assembly and a shop's sheet can give, which are never rejected, or None; measured:
+    greatest; handled: gains that assembly and a shop's sheet can give, or None; measured:
     whether the film is to measure the gain, and any within the room will do; built: whether `expected` was measured;
     least_overtone: of the third harmonic, from the front, contrasts.
     """
@@ -42,9 +41,28 @@ class SheetGain:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Least and greatest gain that is not rejected, error bars aside."""
+        """Least and greatest gain of a build of usual parts, error bars aside."""
         low, high = self.handled or self.room
         return min(low, self.room[0]), max(high, self.room[1])
+
+    def possible(self, lens_room: tuple[float, float], *, steep: bool) -> tuple[float, float]:
+        """Least and greatest gain that a film can show of some build of this badge, by some camera, error bars aside.
+
+        Parameters
+        ----------
+        lens_room : (float, float)
+            As `CameraFit.lens_room`.
+        steep : bool
+            As `GratingSignal.steep`.
+
+        Notes
+        -----
+        Convention: beyond it a film is rejected; within it, but for the room, it is inconclusive.
+        """
+        low, high = self.reach if self.built else (limits.LEAST_BUILT_GAIN, math.inf)
+        if steep:
+            low = min(low, limits.LEAST_BUILT_GAIN)
+        return low * lens_room[0], high * lens_room[1]
 
     def room_for(self, gain_sd: float) -> tuple[float, float]:
         """Least and greatest gain that a film with that error bar may be accepted with."""
@@ -52,15 +70,6 @@ class SheetGain:
             return self.room
         half = max(limits.BUILT_GAIN_ROOM_SHARE, limits.BUILT_GAIN_SDS * math.hypot(gain_sd, self.sd))
         return max(1 - half, self.room[0]), min(1 + half, self.room[1])
-
-    def explains(self, gain: float, gain_sd: float) -> bool:
-        """Whether some sheet as sold gives this gain, within its error bar; a vague gain needs no sheet."""
-        if self.handled is None or gain_sd >= limits.MAX_GAIN_SD_SHARE * abs(gain):
-            return False
-        return (
-            self.handled[0] <= gain + limits.GAIN_REJECTED_SDS * gain_sd
-            and gain - limits.GAIN_REJECTED_SDS * gain_sd <= self.handled[1]
-        )
 
     def span(self, half: float) -> str:
         """The room, widened to that half width, in words; over the design."""
@@ -77,7 +86,7 @@ class SheetGain:
                 f"; when the badge was enrolled it was {self.expected:.3f}. A sheet that {sheet} does that, and so "
                 "does another sheet. Press it flat and film again, or enroll the badge again with a new film of it."
             )
-        sheet = "A thicker sheet, or a gap under it," if gain > 1 else "A thinner sheet"
+        sheet = "A thicker sheet, or air under it," if gain > 1 else "A thinner sheet, or air under it seen from aside,"
         return f". {sheet} does that. Enroll this badge with a film of it."
 
 
@@ -113,28 +122,46 @@ def _handled(badge: Badge) -> tuple[float, float]:
     return max(low, limits.ENROLLED_GAINS[0]), min(high, limits.ENROLLED_GAINS[1])
 
 
-def gain_reason(gain: float, gain_sd: float, sheet: SheetGain) -> Reason:
-    """Pass within the room; inconclusive where a sheet as sold explains it; fail beyond by three error bars.
+def gain_reason(
+    gain: float, gain_sd: float, sheet: SheetGain, lens_room: tuple[float, float] = (1.0, 1.0), *, steep: bool = False
+) -> Reason:
+    """Pass within the room; fail by three error bars beyond what any build and any camera can do; else inconclusive.
 
-    Parameters: gain, gain_sd: over what is expected.
+    Parameters: gain, gain_sd: over what is expected; lens_room, steep: as `SheetGain.possible`.
     """
     sd = math.hypot(gain_sd, gain * sheet.sd)
     low, high = sheet.room_for(gain_sd)
+    least, most = sheet.possible(lens_room, steep=steep)
     beyond = limits.GAIN_REJECTED_SDS * sd
     shown, limit = sheet.expected * gain, (high - low) / 2
     words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"
     # With so wide an error bar even a wrong gain could be estimated as right, so the estimate does not count.
     vague = sd >= limits.MAX_GAIN_SD_SHARE * abs(gain)
-    accepted, level = low <= gain <= high, "undecided"
-    if accepted and not vague:
+    level: Level = "undecided"
+    if low <= gain <= high and not vague:
         level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."
-    elif not accepted and sheet.explains(gain, sd):
-        text = words + sheet.cause(gain)
-    elif not low - beyond <= gain <= high + beyond:
+    elif not least - beyond <= gain <= most + beyond:
         level, limit = "fail", limit + beyond
         text = f"{words}; a real badge gives {sheet.span(limit)}."
-    else:
+    elif vague:
         limit += beyond
         text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film with more "
         text += "motion."
-    return Reason("gain", cast(Level, level), shown, sheet.expected * limit, "ratio", text)
+    else:
+        text = words + sheet.cause(gain)
+    return Reason("gain", level, shown, sheet.expected * limit, "ratio", text)
+
+
+def lens_reason(gain: float, sheet: SheetGain, lens_room: tuple[float, float]) -> Reason | None:
+    """The finding that the film does not show which lens took it, where another lens would explain a gain.
+
+    Parameters: as `gain_reason`.
+    """
+    low, high = sheet.room
+    if low <= gain <= high or not low * lens_room[0] <= gain <= high * lens_room[1]:
+        return None
+    text = (
+        "The film does not show which lens took it, and another one would explain how far the fringes move. State "
+        "the camera's lens, or film again with the badge tilted by 20 to 30 degrees."
+    )
+    return Reason("lens", "undecided", lens_room[1] / lens_room[0], None, "ratio", text)

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 IN_TIME = ("measured_rad", "predicted_rad", "phase_rad", "phase_sd_rad", "times_s")
 BEYOND_IN_TIME = ("law_rad", "overtone", "place_px", "expected")
 #: Fields of a signal of which the whole has the greatest, and the mean, of its chapters'.
-GREATEST = ("tangent_sd", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
+GREATEST = ("tangent_sd", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share", "steep")
 MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share")
 
 
@@ -87,7 +87,8 @@ class GratingSignal:
     focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
     the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
     phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
-    `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`.
+    `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`; lens_room: as in
+    `CameraFit`; steep: whether the camera looks from so far aside that air beneath the sheet hides a part of each lens.
     """
 
     measured_rad: Array
@@ -112,6 +113,8 @@ class GratingSignal:
     beyond: BeyondPhase | None = None
     phase_rad: Array = field(default_factory=lambda: np.zeros(0))
     way: SeenWay = field(default_factory=SeenWay)
+    lens_room: tuple[float, float] = (1.0, 1.0)
+    steep: bool = False
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
@@ -171,6 +174,7 @@ def joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         covariates=np.concatenate([p - p.mean(axis=0) for p in places]) if len(places) == len(signals) else None,
         beyond=joined_beyond(each("beyond")),
         way=sum(each("way"), SeenWay()),
+        lens_room=(min(low for low, _ in each("lens_room")), max(high for _, high in each("lens_room"))),
     )
 
 

@@ -114,7 +114,7 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     Convention: brightness = level + contrast cos(2 pi f (X - middle) + phase).
     Source: nonlinear least squares with the linear part solved exactly (variable projection; Golub and Pereyra 1973).
     """
-    frequency = _search(profiles, law, length_mm, band_per_mm)
+    frequency, _ = strongest_frequency(profiles, law, length_mm, band_per_mm)
     frequency = _refine(profiles, law, frequency, 0.4 / length_mm, REFINE_FRAMES)
     blocks = np.array_split(np.arange(len(profiles)), BLOCKS)
     apart = [
@@ -193,8 +193,15 @@ def _spread_out(count: int, most: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count - 1, min(most, count)).astype(int))
 
 
-def _search(profiles: Array, law: StripLaw, length_mm: float, band: tuple[float, float]) -> float:
-    """The strongest frequency of the band, on a grid of a fifth of a fringe across the strip."""
+def strongest_frequency(
+    profiles: Array, law: StripLaw, length_mm: float, band: tuple[float, float]
+) -> tuple[float, float]:
+    """The strongest frequency of a band, on a grid of a fifth of a fringe across the strip, and what it explains.
+
+    Parameters: as `measure_strip`.
+    Returns: 1/mm, and its share of the pattern's power, 0 to 1.
+    Source: periodogram under a Hann window, whose gain for a sinusoid of N samples is N/3 of its power.
+    """
     frames = _spread_out(len(profiles), SEARCH_FRAMES)
     some = profiles[frames].astype(float)
     line = np.linspace(-1, 1, some.shape[1])
@@ -207,7 +214,8 @@ def _search(profiles: Array, law: StripLaw, length_mm: float, band: tuple[float,
     for _ in grid:
         power.append(float((np.abs(turned.sum(axis=1)) ** 2).sum()))
         turned *= turn
-    return float(grid[int(np.argmax(power))])
+    whole = float((some**2).sum()) * some.shape[1] / 3
+    return float(grid[int(np.argmax(power))]), max(power) / max(whole, 1e-12)
 
 
 def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: int) -> float:

@@ -17,6 +17,7 @@ from moireid.verifier import limits, measuring
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import CellPhase, CellsRead, Field, read_cells, uniform_fields
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart, greatest, rows_apart
+from moireid.verifier.identity.page_scale import page_scale
 from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.tracking.track import Track
 
@@ -46,6 +47,11 @@ class Identity:
     partial: PartialWord | None = None
     cell_motion: float | None = None
     rows_apart: RowsApart = TOGETHER
+
+    @property
+    def page_off(self) -> bool:
+        """Whether page or sheet is off its size (`page_scale`), so that the fringes are not those of the design."""
+        return any(reason.code == "page_scale" for reason in self.reasons)
 
     def to_json(self) -> dict[str, Any]:
         """As the `identity` object of `verify --json`."""
@@ -160,9 +166,12 @@ def judge_identity(
         claimed_id = found
         expected_mm = specimen_of(badge, found).gratings[index].cells[reference].pitch_mm
     verdict, reason, score = _compare(decoded, found, claimed_id, sealed=seal is not None)
+    off = None
+    if decoded is not None and (found is None or decoded.beats_agree is None):
+        off = page_scale(track, measurement, readings, backwards=_backwards(measurement))
     return Identity(
         verdict,
-        (reason, *_cells_move(reading.cell_motion, found)),
+        (reason, *_cells_move(reading.cell_motion, found), *([] if off is None else [off])),
         cell_motion=reading.cell_motion,
         rows_apart=reading.rows_apart,
         decoded_id=found,
@@ -174,6 +183,11 @@ def judge_identity(
         beats_agree=decoded.beats_agree if decoded else True,
         partial=decoded.partial if decoded else None,
     )
+
+
+def _backwards(measurement: Measurement) -> bool:
+    """Whether the fringes of all gratings together move the other way than by the law."""
+    return sum(float(signal.measured_rad @ signal.predicted_rad) for signal in measurement.gratings) < 0
 
 
 def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:

@@ -21,7 +21,7 @@ WEIGHTIEST = (
 )
 #: A cause that makes other findings inconclusive comes before them.
 CAUSES = (
-    *("badge_absent", "fringes", "camera", "mixed_frames", "small", "covered"),
+    *("badge_absent", "fringes", "page_scale", "lens", "camera", "mixed_frames", "small", "covered"),
     *("motion_gaps", "phase_gaps", "motion"),
 )
 #: Notes that warn; all others are for experts.
@@ -143,6 +143,14 @@ OPEN = {
     "gain": Words(
         "how far the fringes move does not decide it",
         "The issuer of the badge can enroll it with a film of it; then it is known how far its fringes move.",
+    ),
+    "lens": Words(
+        "the film does not show which lens took it",
+        "State the camera's lens, or ask for another film with the badge tilted by 20 to 30 degrees.",
+    ),
+    "page_scale": Words(
+        "the badge's page or its lens sheet is off its size",
+        "Measure the bars on the page and the pitch of the sheet, and print the page at 100 %.",
     ),
     "residual": Words("the fringes leave the law, perhaps by errors of the film", NEARER),
     "agreement": Words("parts of the badge do not quite agree", NEARER),

@@ -26,7 +26,7 @@ from moireid.verifier.fringes.signals import Measurement, measure
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
-from moireid.verifier.limits import MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
+from moireid.verifier.limits import GAIN_REJECTED_SDS, MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
 from moireid.verifier.reasons import Level, Reason, worst
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, judged_spans, seen_spans
@@ -123,7 +123,13 @@ def _judged_by(track: Track, claim: Claim, repeated: int) -> Chapter:
     constant = compared.constant_room_rad if compared is not None and claim.original_required else None
     stages["identity"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    invariant = judge_signals(measurement.gratings, sheet, constant_room_rad=constant, code_apart=identity.rows_apart)
+    invariant = judge_signals(
+        measurement.gratings,
+        sheet,
+        constant_room_rad=constant,
+        code_apart=identity.rows_apart,
+        page_off=identity.page_off,
+    )
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
     identity, built_reasons = _judge_built(identity, compared, invariant, claim)
@@ -174,20 +180,27 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     film, coherent = np.sqrt(np.mean(np.square([(one.film, one.coherent) for one in each]), axis=0))
     apart = RowsApart(float(film), max(one.second for one in each), float(coherent))
     compared = [chapter.invariant.compared for chapter in seen if chapter.invariant.compared]
-    whole = judge_signals(together, sheet, code_apart=apart, chapters=compared)
+    off = all(chapter.identity.page_off for chapter in seen)
+    whole = judge_signals(together, sheet, code_apart=apart, page_off=off, chapters=compared)
     # Of many chapters, one is more easily the worst by chance.
     limit = MAX_RIVAL_LOG10 + math.log10(len(seen))
     doubtful = [chapter for chapter in seen if _is_doubtful(chapter)]
     several = len(doubtful) > MAX_DOUBTFUL_SHARE * len(seen)
-    broken = [_broken_chapter(c) for c in seen if _is_broken(c, limit) or (several and c in doubtful)]
+    broken = [_broken_chapter(c) for c in seen if _is_broken(c, whole, limit) or (several and c in doubtful)]
     reasons = (*whole.reasons, *(reason for reason in broken if reason is not None))
     return replace(whole, verdict=worst(list(reasons)), reasons=reasons)
 
 
-def _is_broken(chapter: Chapter, limit_log10: float) -> bool:
-    """Whether a chapter is rejected, or a rival explains it better than the law by more than that power of ten."""
-    odds = [one.log10_odds for one in chapter.invariant.explanations if one.log10_odds is not None]
-    return chapter.invariant.verdict == "reject" or min(odds, default=0.0) < -limit_log10
+def _is_broken(chapter: Chapter, whole: Invariant, limit_log10: float) -> bool:
+    """Whether a chapter is rejected, has a gain that is surely another one than the film's and is not accepted by
+    itself, or a rival explains it better than the law by more than that power of ten.
+    """
+    own = chapter.invariant
+    odds = [one.log10_odds for one in own.explanations if one.log10_odds is not None]
+    apart = abs((own.gain_ratio or 0.0) - (whole.gain_ratio or 0.0))
+    other = apart > GAIN_REJECTED_SDS * math.hypot(own.gain_sd or 0.0, whole.gain_sd or 0.0)
+    odd = other and any(reason.code == "gain" and reason.level != "pass" for reason in own.reasons)
+    return own.verdict == "reject" or odd or min(odds, default=0.0) < -limit_log10
 
 
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:

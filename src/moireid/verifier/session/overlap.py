@@ -121,10 +121,10 @@ def law_through(interval_s: tuple[float, float], chapters: Sequence[Chapter]) ->
 def _held(signal: GratingSignal, own: NDArray[np.bool_], sheet: SheetGain) -> NDArray[np.bool_]:
     """For each frame of the interval (mask `own`): is the phase readable, and does it agree with the law? (2, N)."""
     figures = figures_of(signal)
-    # The measured gain, limited to what sheets can give; in a film that hardly moves it is noise.
+    # The measured gain, limited to what builds and lenses can give; in a film that hardly moves it is noise.
     gain = 1.0
     if figures.excitation_rad >= MIN_EXCITATION_RAD:
-        gain = min(max(figures.gain_ratio, sheet.reach[0]), sheet.reach[1])
+        gain = float(np.clip(figures.gain_ratio, *sheet.possible(signal.lens_room, steep=signal.steep)))
     deviation = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
     sd = signal.phase_sd_rad[own]
     error = np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad)

@@ -231,6 +231,8 @@ class Report:
                 "focal_px": json_number(film_px * camera.focal_px),
                 "focal_sd_px": json_number(film_px * camera.focal_sd_px),
                 "focal_given": camera.focal_given,
+                "focal_span_px": [json_number(film_px * focal) for focal in camera.focal_span_px],
+                "shown": {name: json_number(share) for name, share in camera.shown.items()},
                 "shutter_s": json_number(camera.shutter_s),
                 "distortion_k1": json_number(camera.bend_k1),
                 "distortion_sd": json_number(camera.bend_sd),

@@ -1,0 +1,166 @@
+"""Lenses and builds that no limit may reject: run `.venv/bin/python benchmarks/any_lens.py [--only REGEX] [--clips N]`.
+
+A board is filmed by `outside`, which shares nothing with `moireid.simulate`, through lenses of 0.5 to 8 times the
+picture's long side, drawn at random, from so far that it is 420 px wide: a badge that is moved flat before a still
+camera, a wearer who sways, a camera that walks.  And through one lens as it was built wrong: the page printed at 96 to
+104 % of its size, a sheet of another pitch, air beneath it, each at five magnitudes and air from four angles.  All of
+them are true films.  Printed is the verdict of each, gain and error bar, what the solver knows of the focal length, and
+for each kind how many are accepted, inconclusive, rejected.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from natural_films import prepared
+from outside.build import Build, built
+from outside.camera import PHONE, Camera, drawn
+from outside.film import Shoot, film
+from outside.flaws import Flaws, flawed
+from outside.motion import Array, Course, course
+from outside.page import load_page
+
+from moireid.badge import load_badge
+from moireid.verifier import Claim, verify
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, run_script
+from moireid_lab.bench.verdicts import why_not
+
+FRAMES, FPS = 150, 30
+#: Focal lengths over the long side; how wide the board is in the picture, px.
+LENSES, WIDE_PX = (0.5, 8.0), 420
+MOVES = ("flat", "sway", "arc")
+#: Of the page, and of the sheet's pitch, over the design's; air, mm; views, degrees.
+PAGES = (0.96, 0.97, 0.98, 1.02, 1.04)
+SHEETS = (0.984, 0.988, 1.012, 1.016, 1.0333)
+AIRS_MM, VIEWS_DEG = (0.005, 0.02, 0.05, 0.2, 0.3), ((-15, 15), (27, 45), (39, 52), (53, 62))
+
+
+def six(*parts: Any) -> Any:
+    """A pose (6,) over time, of six figures or functions of time."""
+    return lambda t: np.column_stack([part(t) if callable(part) else np.full(len(t), part) for part in parts])
+
+
+def flat(distance_mm: float, rng: np.random.Generator) -> Course:
+    """A badge that a hand moves sideways before a camera on a tripod, without turning it."""
+    hz, wide, phase = rng.uniform(0.25, 0.45), 0.12 * min(distance_mm, 1500), rng.uniform(0, 2 * math.pi)
+    tilt = np.radians(rng.uniform(-4, 4, 3))
+
+    def sideways(t: Array) -> Array:
+        return np.asarray(wide * np.sin(2 * math.pi * hz * t + phase))
+
+    def up(t: Array) -> Array:
+        return np.asarray(0.15 * wide * np.sin(2 * math.pi * 1.7 * hz * t))
+
+    return Course("flat", six(*tilt, sideways, up, 0.0), six(0.0, 0.0, 0.0, 0.0, 0.0, -distance_mm))
+
+
+def swept(distance_mm: float, views_deg: tuple[float, float], rng: np.random.Generator) -> Course:
+    """A camera that sweeps to and fro between two angles of view around a badge at rest, and looks at it."""
+    middle, half = np.radians(sum(views_deg) / 2), np.radians(views_deg[1] - views_deg[0]) / 2
+    hz, phase = rng.uniform(0.2, 0.3), rng.uniform(0, 2 * math.pi)
+
+    def angle(t: Array) -> Array:
+        return np.asarray(middle + half * np.sin(2 * math.pi * hz * t + phase))
+
+    camera = six(
+        0.0,
+        lambda t: -angle(t),
+        0.0,
+        lambda t: distance_mm * np.sin(angle(t)),
+        lambda t: 0.02 * distance_mm * np.sin(1.3 * t),
+        lambda t: -distance_mm * np.cos(angle(t)),
+    )
+    return Course("swept", six(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), camera)
+
+
+def cases(clips: int) -> dict[str, dict[str, Any]]:
+    """What is filmed, by name."""
+    found: dict[str, dict[str, Any]] = {}
+    for number in range(clips):
+        found |= {f"lens {move} {number}": {"kind": f"lens, {move}", "move": move} for move in MOVES}
+    found |= {f"page {scale}": {"kind": "page", "page": scale} for scale in PAGES}
+    found |= {f"sheet {scale}": {"kind": "sheet", "sheet": scale} for scale in SHEETS}
+    for low, high in VIEWS_DEG:
+        view = f"{low} to {high} deg"
+        found |= {f"air {air} {view}": {"kind": f"air, {view}", "air": air, "view": (low, high)} for air in AIRS_MM}
+    return found
+
+
+def camera_and_course(case: dict[str, Any], width_mm: float, rng: np.random.Generator) -> tuple[Camera, Course]:
+    """Who films the case, and how camera and badge move."""
+    camera = drawn(rng, PHONE)
+    if "move" in case:
+        focal_px = max(PHONE) * math.exp(rng.uniform(*np.log(LENSES)))
+        # A lens that is long for its sensor has less distortion, and hides less light at its edges.
+        share = camera.focal_px / focal_px
+        camera = replace(camera, focal_px=focal_px, k1=camera.k1 * min(1.0, share) ** 2)
+    distance_mm = camera.focal_px * width_mm / WIDE_PX
+    if "move" not in case:
+        return camera, swept(distance_mm, case.get("view", (-15, 15)), rng)
+    if case["move"] == "flat":
+        return camera, flat(distance_mm, rng)
+    return camera, course(case["move"], distance_mm, FRAMES / FPS, rng)
+
+
+def misbuilt(build: Build, case: dict[str, Any]) -> Build:
+    """The build with a page or a sheet of another size."""
+    sheets = build.sheets.copy()
+    sheets[:, 7] *= case.get("sheet", 1.0)
+    across, up = build.scale
+    return replace(build, scale=(across * case.get("page", 1.0), up * case.get("page", 1.0)), sheets=sheets)
+
+
+def judged(job: tuple[Path, str, dict[str, Any]]) -> Row:
+    """Film a case, and judge it."""
+    folder, name, case = job
+    path = folder / f"{name.replace(' ', '_')}.mp4"
+    rng = np.random.default_rng([*name.encode(), 11])
+    page = flawed(load_page(folder / "badge"), Flaws(air_mm=case.get("air", 0.0)), 1)
+    camera, motion = camera_and_course(case, page.size_mm[0], rng)
+    own = misbuilt(built(page, rng), case)
+    if not path.exists():
+        scratch = path.with_suffix(".part.mp4")
+        film(page, own, camera, motion, scratch, Shoot(FRAMES, FPS, 23, 1))
+        scratch.rename(path)
+    badge = load_badge(folder / "badge" / "badge.json")
+    report = verify(path, Claim(badge, badge.id))
+    found, solved = report.invariant, report.to_json()["camera"] or {}
+    return {
+        "case": name,
+        "kind": case["kind"],
+        "verdict": report.verdict,
+        "gain": found.gain_ratio,
+        "error": found.gain_sd,
+        "focal": camera.focal_px / max(PHONE),
+        "solved": solved.get("focal_px") and solved["focal_px"] / max(PHONE),
+        "shown": solved.get("shown", {}).get("focal"),
+        "why": why_not(report),
+    }
+
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film, then one a kind."""
+    clips = wish.clips or (1 if wish.quick else 20)
+    with wish.kept_folder() as folder:
+        prepared(folder)
+        jobs = {name: (folder, name, case) for name, case in cases(clips).items()}
+        found = []
+        for row in wish.each(judged, jobs):
+            found.append(row)
+            yield row
+    for kind, own in grouped(found, "kind").items():
+        yield {"films of": kind, "films": len(own), **counted_verdicts(own)}
+
+
+COLUMNS = {"case": "<26", "verdict": "<12", "gain": ">7.3f", "error": ">6.3f", "focal": ">6.2f", "solved": ">7.2f"}
+COLUMNS |= {"shown": ">6.2f", "why": "<1", "films of": "<18", "films": ">5", "accept": ">6", "inconclusive": ">12"}
+COLUMNS |= {"reject": ">6", "reasons": "<1"}
+BENCH = Bench(rows, COLUMNS)
+
+if __name__ == "__main__":
+    run_script(__file__)
