@@ -29,7 +29,7 @@ def silk(tmp_path_factory: pytest.TempPathFactory) -> Badge:
     return load_badge(out / "badge.json")
 
 
-@pytest.mark.parametrize(("forged", "wanted"), [(None, "accept"), ("gain_low", "reject")])
+@pytest.mark.parametrize(("forged", "wanted"), [(None, "accept"), ("gain_low", "inconclusive"), ("reversed", "reject")])
 def test_a_silk_badge_is_read_and_a_forged_film_of_it_is_not_accepted(silk, forged, wanted, tmp_path: Path):
     """Catches: cells read where their neighbours bend the lines; a twist and an offset that the blend hides."""
     scene = Scene(silk, Build(lens_offset_mm=0.1, twist_rad=0.003, print_scale=1.002), Camera())

@@ -212,6 +212,22 @@ def with_nuisances(
     return [gain, laws, rows]
 
 
+def of_any_build(reasons: list[Reason], steep_share: float, *, page_off: bool) -> list[Reason]:
+    """The findings without failures, where page or sheet is off, or air beneath it may hide parts of its lenses.
+
+    Parameters: steep_share: as in `GratingSignal`; page_off: as `Identity.page_off`, which has a finding of its own.
+    """
+    steep = steep_share > limits.MAX_STEEP_SHARE and any(reason.level == "fail" for reason in reasons)
+    if not steep and not page_off:
+        return reasons
+    text = (
+        f"In {100 * steep_share:.0f} % of the frames the badge is seen from so far aside that a little air beneath its "
+        "sheet hides a part of each lens, so its fringes prove nothing against it. Film it from the front."
+    )
+    aside = Reason("steep", "undecided", steep_share, limits.MAX_STEEP_SHARE, "share", text)
+    return [softened(reason) for reason in reasons] + ([aside] if steep else [])
+
+
 def softened(reason: Reason) -> Reason:
     """A failure as undecided, where something else than a forgery may have made it."""
     return replace(reason, level="undecided") if reason.level == "fail" else reason

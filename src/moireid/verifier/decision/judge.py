@@ -265,19 +265,18 @@ def judge_signals(
         score = min(one.score for one in moved)
         wrong = max((one.figures for one in moved), key=lambda one: abs(one.gain_ratio - 1))
         lens_room = min(s.lens_room[0] for s in signals), max(s.lens_room[1] for s in signals)
-        steep = any(signal.steep for signal in signals)
-        gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet, lens_room, steep=steep)
+        gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet, lens_room)
         if gain.level == "undecided" and (lens := lens_reason(wrong.gain_ratio, sheet, lens_room)) is not None:
             reasons.append(lens)
         laws = findings.law_fits(compared)
-        found = findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
-        reasons += [findings.softened(reason) for reason in found] if page_off else found
+        reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
         if all(one.fits and one.usual for one in moved) or not all(one.fits for one in moved):
             reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
         if whole:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons
             reasons += findings.phase_gaps([signal for signal, _ in moving])
+        reasons = findings.of_any_build(reasons, max(signal.steep_share for signal, _ in moving), page_off=page_off)
     return Invariant(
         worst(reasons),
         tuple(reasons),

@@ -45,23 +45,19 @@ class SheetGain:
         low, high = self.handled or self.room
         return min(low, self.room[0]), max(high, self.room[1])
 
-    def possible(self, lens_room: tuple[float, float], *, steep: bool) -> tuple[float, float]:
+    def possible(self, lens_room: tuple[float, float]) -> tuple[float, float]:
         """Least and greatest gain that a film can show of some build of this badge, by some camera, error bars aside.
 
         Parameters
         ----------
         lens_room : (float, float)
             As `CameraFit.lens_room`.
-        steep : bool
-            As `GratingSignal.steep`.
 
         Notes
         -----
         Convention: beyond it a film is rejected; within it, but for the room, it is inconclusive.
         """
         low, high = self.reach if self.built else (limits.LEAST_BUILT_GAIN, math.inf)
-        if steep:
-            low = min(low, limits.LEAST_BUILT_GAIN)
         return low * lens_room[0], high * lens_room[1]
 
     def room_for(self, gain_sd: float) -> tuple[float, float]:
@@ -122,16 +118,14 @@ def _handled(badge: Badge) -> tuple[float, float]:
     return max(low, limits.ENROLLED_GAINS[0]), min(high, limits.ENROLLED_GAINS[1])
 
 
-def gain_reason(
-    gain: float, gain_sd: float, sheet: SheetGain, lens_room: tuple[float, float] = (1.0, 1.0), *, steep: bool = False
-) -> Reason:
+def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, lens_room: tuple[float, float] = (1.0, 1.0)) -> Reason:
     """Pass within the room; fail by three error bars beyond what any build and any camera can do; else inconclusive.
 
-    Parameters: gain, gain_sd: over what is expected; lens_room, steep: as `SheetGain.possible`.
+    Parameters: gain, gain_sd: over what is expected; lens_room: as `SheetGain.possible`.
     """
     sd = math.hypot(gain_sd, gain * sheet.sd)
     low, high = sheet.room_for(gain_sd)
-    least, most = sheet.possible(lens_room, steep=steep)
+    least, most = sheet.possible(lens_room)
     beyond = limits.GAIN_REJECTED_SDS * sd
     shown, limit = sheet.expected * gain, (high - low) / 2
     words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"

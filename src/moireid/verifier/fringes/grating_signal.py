@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 IN_TIME = ("measured_rad", "predicted_rad", "phase_rad", "phase_sd_rad", "times_s")
 BEYOND_IN_TIME = ("law_rad", "overtone", "place_px", "expected")
 #: Fields of a signal of which the whole has the greatest, and the mean, of its chapters'.
-GREATEST = ("tangent_sd", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share", "steep")
-MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share")
+GREATEST = ("tangent_sd", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
+MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share", "steep_share")
 
 
 class DepthLaw(NamedTuple):
@@ -88,7 +88,8 @@ class GratingSignal:
     the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
     phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
     `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`; lens_room: as in
-    `CameraFit`; steep: whether the camera looks from so far aside that air beneath the sheet hides a part of each lens.
+    `CameraFit`; steep_share: share of frames that show it from so far aside that air beneath the sheet hides a part of
+    each lens.
     """
 
     measured_rad: Array
@@ -114,7 +115,7 @@ class GratingSignal:
     phase_rad: Array = field(default_factory=lambda: np.zeros(0))
     way: SeenWay = field(default_factory=SeenWay)
     lens_room: tuple[float, float] = (1.0, 1.0)
-    steep: bool = False
+    steep_share: float = 0.0
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:

@@ -124,7 +124,7 @@ def _held(signal: GratingSignal, own: NDArray[np.bool_], sheet: SheetGain) -> ND
     # The measured gain, limited to what builds and lenses can give; in a film that hardly moves it is noise.
     gain = 1.0
     if figures.excitation_rad >= MIN_EXCITATION_RAD:
-        gain = float(np.clip(figures.gain_ratio, *sheet.possible(signal.lens_room, steep=signal.steep)))
+        gain = float(np.clip(figures.gain_ratio, *sheet.possible(signal.lens_room)))
     deviation = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
     sd = signal.phase_sd_rad[own]
     error = np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad)
