@@ -36,7 +36,7 @@ print("written:", ", ".join(sorted(printed.files)))
 # %%
 shot = {"motion": "sway", "distance_m": 0.6, "frames": 120, "fps": 30, "camera": "webcam", "seed": 1}
 true = mo.simulate(badge, folder / "true.mp4", **shot)
-forged = mo.simulate(badge, folder / "forged.mp4", forge="gain_low", **shot)
+forged = mo.simulate(badge, folder / "forged.mp4", forge="frozen", **shot)
 
 # %% [markdown]
 # ## Two verdicts

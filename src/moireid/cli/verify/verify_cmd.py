@@ -152,6 +152,7 @@ COLOURS |= {"inconclusive": "yellow", "undecided": "yellow"}
 OPTIONS = {
     "focal": "--focal-px",
     "gain": "--focal-px, or enroll --capture",
+    "lens": "--camera, or --focal-px",
     "built": "--no-require-original, or enroll --capture",
     "copyable": "enroll --capture",
     "cover": "--cover",
