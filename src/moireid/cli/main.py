@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from moireid.cli.common import BAD_INPUT
+from moireid.cli.streams import open_closed_streams
 from moireid.extras import install_command
 from moireid.version import __version__
 
@@ -144,7 +145,8 @@ def print_your_badge() -> None:
 
 
 def _run(command: click.Command, name: str) -> None:
-    """Run a command; wrong usage gives one sentence, an interrupt is quiet, and a closed stdout is not an error."""
+    """Run a command; wrong usage gives one sentence, an interrupt is quiet, and a closed stream is not an error."""
+    open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # A letter that the terminal cannot show becomes an escape, not an error after the work is done.
