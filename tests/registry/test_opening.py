@@ -19,7 +19,7 @@ from moireid.registry import default_url, open_registry
 def test_default_url_is_in_the_users_data_folder(tmp_path, monkeypatch):
     """Catches: a default in the working folder; a path whose odd letters do not survive the URL."""
     home = tmp_path / "dät a"
-    monkeypatch.setattr("moireid.registry.engine.user_data_path", lambda name, appauthor: home / name)
+    monkeypatch.setattr("moireid.registry.engine.data_folder", lambda: home / "moireid")
     assert default_url().startswith("sqlite:///")
     with pytest.raises(RegistryError, match="there is no registry"):
         open_registry(None, create=False)

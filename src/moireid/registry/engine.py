@@ -17,14 +17,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
-from platformdirs import user_data_path
 from sqlalchemy import Connection, Engine, Row, Select, create_engine, event
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SAWarning, SQLAlchemyError
 
 from moireid.errors import RegistryError
 from moireid.extras import missing_extra
-from moireid.user_settings import chosen_registry
+from moireid.user_settings import chosen_registry, data_folder, expanded
 
 #: How a URL begins; a single letter is a drive of Windows.
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
@@ -43,11 +42,14 @@ def default_url() -> str:
     ------
     SpecError
         As `user_settings.load_settings`.
+    RegistryError
+        If none is named, and the user has no home folder.
     """
     if chosen := chosen_registry():
         return chosen
-    path = user_data_path("moireid", appauthor=False) / "registry.sqlite3"
-    return URL.create("sqlite", database=str(path)).render_as_string(hide_password=False)
+    if (folder := data_folder()) is None:
+        raise RegistryError("this user has no home folder for a registry; give --registry, or set MOIREID_REGISTRY")
+    return URL.create("sqlite", database=str(folder / "registry.sqlite3")).render_as_string(hide_password=False)
 
 
 def read_url(text: str) -> URL:
@@ -84,7 +86,7 @@ def read_url(text: str) -> URL:
 
 def _of_path(path: str) -> URL:
     """The URL of an SQLite file."""
-    return URL.create("sqlite", database=str(Path(path).expanduser()))
+    return URL.create("sqlite", database=str(expanded(path)))
 
 
 def sqlite_file(url: URL) -> Path | None:
