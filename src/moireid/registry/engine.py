@@ -25,8 +25,8 @@ from moireid.errors import RegistryError
 from moireid.extras import missing_extra
 from moireid.user_settings import chosen_registry, data_folder, expanded
 
-#: How a URL begins; a single letter is a drive of Windows.
-SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
+#: How a URL begins, or what was meant as one; a single letter is a drive of Windows.
+URL_LIKE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:|[^/]*://|[^/\\]*:[^/\\]*@|$")
 
 
 def default_url() -> str:
@@ -55,18 +55,24 @@ def default_url() -> str:
 def read_url(text: str) -> URL:
     """The URL that `text` writes; an SQLite file's path is made absolute, so that a later chdir moves nothing.
 
-    Convention: a text without a scheme is the path of an SQLite file.
-    Raises: RegistryError if it is no URL and no path, or an SQLite URL that names no file.
+    Convention: a text without a scheme is the path of an SQLite file; postgres:// is another name of postgresql://.
+    Raises: RegistryError if it is no URL and no path, an SQLite URL that names no file, or a URL of which it is not
+    certain where a password in it ends.
     """
+    is_url = URL_LIKE.match(text)
+    if is_url and not text.startswith("sqlite:") and _is_ambiguous(text.partition("://")[2]):
+        raise RegistryError(
+            "the registry's URL can be read in more than one way; percent-encode the password (@ as %40, / as %2F, "
+            "% as %25, # as %23, ? as %3F), and any @ after the host"
+        )
     try:
         text.encode()
-        url = make_url(text) if SCHEME.match(text) or not text else _of_path(text)
-    except (ArgumentError, ValueError) as error:
-        # An address with "@" may contain a password, which must not reach a log through a message.
-        what = "the registry's URL" if "@" in text else f"registry {text[:200]!r}"
+        url = make_url(re.sub(r"^postgres(?=[:+])", "postgresql", text)) if is_url else _of_path(text)
+    except (ArgumentError, ValueError):
+        # The text may contain a password, as may the error's: neither must reach a log through a message.
         raise RegistryError(
-            f"{what} is no database URL; give one such as sqlite:///people.sqlite3, or a path"
-        ) from error
+            "the registry's URL is no database URL; give one such as sqlite:///people.sqlite3, or a path"
+        ) from None
     if url.get_backend_name() != "sqlite":
         return url
     database = url.database or ""
@@ -82,6 +88,16 @@ def read_url(text: str) -> URL:
     except UnicodeEncodeError as error:
         raise RegistryError(f"registry path {path!r} is not Unicode text; give a path that is") from error
     return url.set(database=path)
+
+
+def _is_ambiguous(address: str) -> bool:
+    """Whether programs differ in where user and password end in what follows "://".
+
+    Convention: RFC 3986, section 3.2: they end at the only "@", before any "/", "?" or "#", and "%" begins an escape.
+    """
+    authority = re.split("[/?#]", address, maxsplit=1)[0]
+    user, at, _ = authority.partition("@")
+    return address.count("@") > len(at) or bool(at and re.search("%(?![0-9A-Fa-f]{2})", user))
 
 
 def _of_path(path: str) -> URL:
