@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import os
 import pkgutil
@@ -176,7 +175,5 @@ def _leave(message: str, code: int) -> NoReturn:
         from moireid.cli.common import say
 
         say(" ".join(message.split("\n")))
-    with contextlib.suppress(OSError, ValueError):
-        sys.stderr.flush()
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit.
     sys.exit(code)
