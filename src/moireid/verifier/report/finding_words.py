@@ -201,7 +201,8 @@ OPEN = {
         "Ask for another film, from nearer and with more motion; or do not ask for the figures of enrolment.",
     ),
     "others_break": Words(
-        "another badge in the film breaks the law", "Watch the seconds that the finding names, and judge them apart."
+        "another badge in the film breaks the law",
+        "Look at both badges, or ask for a film of one: the finding says where or when.",
     ),
     "layout": Words("one kind of badge in the registry cannot be checked", "Inform the operator of the registry."),
     "level": Words(
