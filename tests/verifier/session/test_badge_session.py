@@ -15,9 +15,13 @@ from moireid.verifier.session.badge_session import (
 )
 
 
-def chapter(verdict: str, decoded: str | None, *spans: tuple[float, float]) -> SimpleNamespace:
+def chapter(
+    verdict: str, decoded: str | None, *spans: tuple[float, float], fits: bool | None = None
+) -> SimpleNamespace:
+    """fits: whether the law explains the fringes, by its verdict where that is not said."""
+    fits = verdict != "reject" if fits is None else fits
     return SimpleNamespace(
-        invariant=SimpleNamespace(verdict=verdict),
+        invariant=SimpleNamespace(verdict=verdict, explanations=("law",), law_fits=fits),
         identity=SimpleNamespace(decoded_id=decoded),
         judged_s=spans,
         signals=(),
@@ -48,9 +52,15 @@ def outcome(*lines: ChapterTracker) -> tuple[ChapterTracker, list[str]]:
         ([chapter("reject", "ab", (4.0, 9.0))], "reject", ((4.0, 9.0),)),
         ([chapter("accept", None, (4.0, 9.0))], "inconclusive", None),
         ([chapter("accept", "ab", (4.0, 9.0))], "accept", None),
-        ([chapter("reject", None, (4.0, 9.0)), chapter("accept", "ab", (9.0, 12.0))], "accept", None),
+        (
+            [chapter("reject", None, (4.0, 9.0)), chapter("accept", "ab", (9.0, 12.0))],
+            "reject",
+            ((4.0, 9.0), (9.0, 12.0)),
+        ),
+        ([chapter("inconclusive", "ab", (4.0, 9.0))], "inconclusive", None),
+        ([chapter("inconclusive", "ab", (4.0, 9.0), fits=False)], "inconclusive", ((4.0, 9.0),)),
+        ([chapter("inconclusive", None, (4.0, 9.0), fits=False)], "inconclusive", None),
     ],
-    ids=["nameless and false", "named and false", "nameless and true", "named and true", "named elsewhere"],
 )
 def test_a_rejected_badge_is_remembered(chapters, verdict, found):
     """Catches: one with its code painted over forgotten; a true one held against another."""
@@ -100,10 +110,19 @@ def test_of_two_badges_of_one_identity_neither_decides():
 )
 def test_a_true_badge_excuses_only_what_is_seen_next_to_it(spans, decoded, rejected):
     """Catches: a true spell before a cut that excuses a forged one after it; another person's badge that counts."""
-    true, other = line(TRUE, verdict="accept"), line(chapter("reject", decoded, *spans), verdict="reject")
+    true, other = line(TRUE, verdict="accept"), line(chapter("reject", decoded, *spans), verdict="reject", x=300.0)
     judged, codes = outcome(true, other)
     assert judged is (other if rejected else true)
     assert codes == (["others_break"] if not rejected and decoded == "ab" else [])
+
+
+def test_a_true_badge_excuses_no_other_of_its_identity_that_the_law_does_not_explain():
+    """Catches: fringes at half the gain on the speaker, accepted for a true badge in a corner; a badge that is held
+    against itself."""
+    half = line(chapter("inconclusive", "ab", (0.0, 9.0), fits=False), shown=2.0, verdict="inconclusive", x=300.0)
+    true = line(TRUE, verdict="accept")
+    assert outcome(half, true) == (true, ["others_break"])
+    assert outcome(half) == (half, []) and outcome(true) == (true, [])
 
 
 def test_without_a_passing_badge_the_film_stays_rejected():

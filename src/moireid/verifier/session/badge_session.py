@@ -41,12 +41,14 @@ MOST_NAMED = 4
 class BrokenBadge:
     """A badge that does not pass by itself.
 
-    read: the identities that were read on it; judged_s: when it was judged, s; region: as `ChapterTracker.region`.
+    read: the identities that were read on it; judged_s: when it was judged, s; region: as `ChapterTracker.region`;
+    rejected: whether it is by itself, and not only inconclusive as the law does not explain its fringes.
     """
 
     read: frozenset[str]
     judged_s: tuple[Span, ...]
     region: dict[str, Any] | None
+    rejected: bool = True
 
     def apart_s(self, judged: Sequence[Span]) -> list[Span]:
         """The parts of its time that are outside those spans, s."""
@@ -136,15 +138,17 @@ class ChapterTracker:
         return {chapter.identity.decoded_id for chapter in self.chapters if chapter.identity.decoded_id}
 
     def broken(self, reduced_by: int = 1) -> list[BrokenBadge]:
-        """This badge if it is rejected; one that reads no identity may be the judged one with its code hidden, while it
-        breaks the law.
+        """This badge if it is rejected, or the law does not explain its fringes; one that reads no identity may be the
+        judged one with its code hidden, while it breaks the law.
         """
-        read = frozenset(self.read())
-        broken = [chapter for chapter in self.chapters if read or chapter.invariant.verdict == "reject"]
-        if not broken or (read and self.verdict != "reject"):
+        read, chapters = frozenset(self.read()), self.chapters
+        rejected = [chapter for chapter in chapters if chapter.invariant.verdict == "reject"]
+        whole = bool(read) and self.verdict == "reject"
+        unlike = read and any(one.invariant.explanations and not one.invariant.law_fits for one in chapters)
+        if not (whole or unlike or (rejected and not read)):
             return []
-        spans = tuple(span for chapter in broken for span in chapter.judged_s)
-        return [BrokenBadge(read, spans, self.region(reduced_by))]
+        spans = tuple(span for chapter in (chapters if read else rejected) for span in chapter.judged_s)
+        return [BrokenBadge(read, spans, self.region(reduced_by), whole or not read)]
 
     def region(self, reduced_by: int = 1) -> dict[str, Any] | None:
         """First frame that shows the badge, and the corners of its board there, film px; None if no frame shows it.
@@ -178,7 +182,7 @@ def judged_badge(lines: Sequence[ChapterTracker], broken: Sequence[BrokenBadge])
     first = min(lines, key=ChapterTracker.rank)
     if first.verdict != "reject":
         return first
-    same = [one for one in broken if one.read & first.read()]
+    same = [one for one in broken if one.rejected and one.read & first.read()]
     for line in sorted(lines, key=lambda line: -line.tracker.shown):
         apart = sum(end - start for one in same for start, end in one.apart_s(line.judged_s))
         passes = line.verdict == "accept" and line.read() & first.read()
@@ -218,12 +222,14 @@ def broken_findings(judged: ChapterTracker, broken: Sequence[BrokenBadge], reduc
 
     Convention: a violation shorter than `SPELL_S` of a badge without identity does not count, as for the judged badge.
     """
-    same = [one for one in broken if one.read & judged.read()]
+    own = judged.region(reduced_by)
+    same = [one for one in broken if one.read & judged.read() and one.region != own]
     if same and judged.verdict != "reject":
         seconds = sum(end - start for one in same for start, end in one.judged_s)
         text = (
-            f"Another badge of the same identity is rejected: the one first seen {_place(same[0].region)}. The judged "
-            f"one, first seen {_place(judged.region(reduced_by))}, is not that one. Film the badge without the other."
+            f"The law does not explain the fringes of another badge of the same identity: the one first seen "
+            f"{_place(same[0].region)}. The judged one, first seen {_place(own)}, is not that one. Film the badge "
+            "without the other."
         )
         return (Reason("others_break", "undecided", seconds, 0.0, "s", text),)
     alone = [part for one in broken if not one.read for part in one.apart_s(judged.judged_s)]
