@@ -4,8 +4,8 @@ Over the whole film, each rival is a shape, and draws from its priors:
 
 | name | the fringes | parameters |
 |---|---|---|
-| `still` | stay where they are, as in print | none |
-| `drift` | go at a constant speed | speed, over the best-fitting one |
+| `still` | stay still | none |
+| `drift` | drift at a constant speed | speed, over the best-fitting one |
 | `late` | follow the law late or early | delay |
 | `place` | move with the badge's place in the picture | size, over the best-fitting one |
 | `another_gain` | move too far, not far enough, or the wrong way | gain |
