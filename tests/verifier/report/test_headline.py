@@ -212,7 +212,11 @@ def test_how_the_law_is_broken_is_told(codes: dict[str, float], figures: dict[st
             [rival("drift", 3.0), rival("spell", -5.0, gain=0.0, start_s=2.0, end_s=3.51)],
             "they leave the law from 2.0 to 3.5 s",
         ),
-        # Parts that surely move apart come before a motion that is fitted to their mean.
+        # Parts that surely move apart come before the motion of their mean.
+        (
+            [rival("still", -9.0), rival("places", -3.0, motion_share=0.5)],
+            "they move apart from place to place within a row (by 50 % of the law's motion)",
+        ),
         (
             [rival("late", -5.0, late_s=0.5), rival("rows", -3.0, motion_share=0.28)],
             "they move apart from row to row (by 28 % of the law's motion)",

@@ -256,8 +256,8 @@ def simplest(rivals: Sequence[Explanation]) -> Explanation | None:
 def cause_of(table: Sequence[Explanation]) -> Explanation | None:
     """The rival that says what the fringes of a film do instead of the law; None where none is better than the law.
 
-    1. What was measured of the whole motion, where it leaves as little as the law must: `still`, `another_gain`.
-    2. Parts that move apart by more than any film's errors: `rows`, `places`.
+    1. Parts that move apart by more than any film's errors: `rows`, `places`.  Their mean is no motion of the badge's.
+    2. What was measured of the whole motion, where it leaves as little as the law must: `still`, `another_gain`.
     3. Another motion of the whole film that leaves as little, and is better than all others by more than chance; then
        the law but for a while, if it leaves as little of the rest of the film.
     4. Else only that the fringes differ from the law, or that parts do.
@@ -271,7 +271,7 @@ def cause_of(table: Sequence[Explanation]) -> Explanation | None:
     apart = [one for one in better if one.name in PARTS and one.beats]
     clear = [one for one in close if one.name == "spell" or (one in whole and one.ahead_of(whole))]
     rest = simplest([one for one in better if one.name in ("wander", *PARTS)])
-    return next(iter([*measured, *apart, *clear]), rest)
+    return next(iter([*apart, *measured, *clear]), rest)
 
 
 def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> GratingComparison:
