@@ -200,9 +200,9 @@ def compare(
     rows = _rows_apart(model, residual, asked)
     first_s = float(signal.times_s[np.isfinite(signal.phase_sd_rad)][0])
     rows += _rows_within(model, figures, deviation, credible_error_rad(excitation, signal.doubt * error), first_s)
-    # Beyond this the law is ruled out, and so is a rival.
+    # A film that could be honest leaves up to this; a rival that leaves more does not explain it.
     most = {"limit_rad": limits.POSSIBLE_RESIDUAL_RATIO * limit}
-    rows = [replace(row, parameters=row.parameters | most) for row in rows]
+    rows = [replace(row, parameters=row.parameters | most) if "residual_rad" in row.parameters else row for row in rows]
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
     return GratingComparison(figures, True, deviation, limit, possible, doubted, reach, nuisances, tuple(rows))
 

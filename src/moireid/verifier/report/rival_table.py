@@ -85,8 +85,8 @@ def odds_line(document: Mapping[str, Any]) -> str:
 def rivals_in(document: Mapping[str, Any]) -> list[Explanation]:
     """The rivals of the motion in a report."""
     names = [field.name for field in fields(Explanation)]
-    known = (document.get("explanations") or [])[1:]
-    return [Explanation(**{name: one[name] for name in names}) for one in known if one["name"] not in PHOTOGRAPHS]
+    known = [one for one in document.get("explanations") or [] if one["name"] not in (LAW, *PHOTOGRAPHS)]
+    return [Explanation(**{name: one[name] for name in names}) for one in known]
 
 
 def _row(entry: Entry) -> RivalRow:
