@@ -29,9 +29,13 @@ def table(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 @pytest.mark.parametrize("film", FILMS, ids=lambda film: film.stem)
 def test_no_headline_misleads(film: Path, table: Any) -> None:
-    """Catches: fringes that rest called late; parts that move apart called late; a motion of its own without a size."""
-    row = table.row_of(table.cases()[film.stem], table.judged(film.read_bytes()))
+    """Catches: fringes that rest called late; parts that move apart called late; a motion of its own without a size;
+    a finding with other words than the headline's."""
+    document = table.judged(film.read_bytes())
+    row = table.row_of(table.cases()[film.stem], document)
     assert row["judged"] == "right", row
+    words = row["headline"].partition("do not follow the law: they ")[2]
+    assert any(f"Fringes that {words} explain" in one["text"] for one in document["reasons"]) == bool(words)
     if "differ from the law" in row["headline"]:
         assert " of its motion (most from " in row["headline"] or " times its motion (most from " in row["headline"]
     assert row["kind"] != "true" or row["verdict"] == "accept"
