@@ -223,12 +223,12 @@ def test_how_the_law_is_broken_is_told(codes: dict[str, float], figures: dict[st
         ),
         # A rival that leaves much of the film, or is hardly better than another, is not named.
         (
-            [rival("late", -8.0, late_s=0.4, residual_rad=0.11), rival("wander", -50.0, motion_share=1.42)],
+            [rival("late", -8.0, late_s=0.4, deviation_rad=0.11), rival("wander", -50.0, motion_share=1.42)],
             "they differ from the law (by 1.4 times the law's motion)",
         ),
         ([rival("drift", -5.4), rival("late", -5.6, late_s=-2.0), rival("wander", -9.0)], "they differ from the law"),
         (
-            [rival("spell", -5.0, start_s=2.0, end_s=3.5, residual_rad=0.11), rival("wander", -9.0)],
+            [rival("spell", -5.0, start_s=2.0, end_s=3.5, deviation_rad=0.11), rival("wander", -9.0)],
             "they differ from the law",
         ),
         (

@@ -102,7 +102,7 @@ def test_a_report_without_a_table_has_none() -> None:
 
 def test_what_is_named_is_the_best_by_far_and_explains_the_film() -> None:
     """Catches: a delay named where a constant speed does as well; a cause that leaves most of the film unexplained."""
-    fits = {"residual_rad": 0.01, "limit_rad": 0.1}
+    fits = {"deviation_rad": 0.01, "limit_rad": 0.1}
 
     def named(*entries: dict[str, Any]) -> str | None:
         cause = cause_of(rivals_in(document(*entries)))
@@ -111,7 +111,7 @@ def test_what_is_named_is_the_best_by_far_and_explains_the_film() -> None:
     drift, wander = entry("drift", -5.4, **fits), entry("wander", -27.0)
     assert named(entry("still", -1.0), drift, entry("late", -4.3, **fits), wander) == "drift"
     assert named(drift, entry("late", -5.6, **fits), wander) == "wander"
-    assert named(entry("drift", -5.4, residual_rad=0.2, limit_rad=0.1), wander) == "wander"
+    assert named(entry("drift", -5.4, deviation_rad=0.2, limit_rad=0.1), wander) == "wander"
     assert named(entry("drift", 4.0, **fits), wander) == "wander"
     assert named(entry("drift", -0.9, **fits), entry("late", 3.0)) is None
 

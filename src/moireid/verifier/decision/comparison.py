@@ -75,7 +75,7 @@ class Explanation:
     @property
     def close(self) -> bool:
         """Whether it leaves no more of the film than the law may leave of one that could be honest."""
-        left, limit = (self.parameters.get(name) for name in ("residual_rad", "limit_rad"))
+        left, limit = (self.parameters.get(name) for name in ("deviation_rad", "limit_rad"))
         return left is not None and limit is not None and left <= limit
 
     def ahead_of(self, others: Sequence[Explanation]) -> bool:
@@ -202,7 +202,9 @@ def compare(
     rows += _rows_within(model, figures, deviation, credible_error_rad(excitation, signal.doubt * error), first_s)
     # A film that could be honest leaves up to this; a rival that leaves more does not explain it.
     most = {"limit_rad": limits.POSSIBLE_RESIDUAL_RATIO * limit}
-    rows = [replace(row, parameters=row.parameters | most) if "residual_rad" in row.parameters else row for row in rows]
+    rows = [
+        replace(row, parameters=row.parameters | most) if "deviation_rad" in row.parameters else row for row in rows
+    ]
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
     return GratingComparison(figures, True, deviation, limit, possible, doubted, reach, nuisances, tuple(rows))
 
@@ -230,7 +232,7 @@ def _rows_within(
     if spell is not None:
         rest = residual[(times < spell.start_s) | (times > spell.end_s)]
         at = {"gain": spell.gain, "start_s": first_s + spell.start_s, "end_s": first_s + spell.end_s}
-        at["residual_rad"] = deviation_rad(rest, model.series.step_s)
+        at["deviation_rad"] = deviation_rad(rest, model.series.step_s)
         rows.append(_row("spell", spell.log10_odds, at, None))
     deviations = {"wander": left_rad, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
     strips = {"strip_sd_rad": figures.strip_sd_rad, "rounding_rad": figures.rounding_rad}
@@ -268,10 +270,10 @@ def cause_of(table: Sequence[Explanation]) -> Explanation | None:
     better = [one for one in table if one.better]
     close = [one for one in better if one.close]
     measured = [one for one in close if one.name in ("still", "another_gain")]
-    apart = [one for one in better if one.name in PARTS and one.beats]
+    apart = simplest([one for one in better if one.name in PARTS and one.beats])
     clear = [one for one in close if one.name == "spell" or (one in whole and one.ahead_of(whole))]
     rest = simplest([one for one in better if one.name in ("wander", *PARTS)])
-    return next(iter([*apart, *measured, *clear]), rest)
+    return apart or next(iter([*measured, *clear]), rest)
 
 
 def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> GratingComparison:

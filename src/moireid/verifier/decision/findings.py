@@ -12,6 +12,7 @@ import numpy as np
 
 from moireid.verifier import limits
 from moireid.verifier.decision.comparison import (
+    CONTAINING,
     PARTS,
     Explanation,
     GratingComparison,
@@ -24,6 +25,9 @@ from moireid.verifier.explanations.words import WORDS, does
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.reasons import Level, Reason
+
+#: Parts that move apart reject no film of which another motion leaves at most this share of the law's.
+OTHER_MOTION_SHARE = 0.35
 
 
 def no_fringes() -> Reason:
@@ -233,14 +237,18 @@ def _camera(signals: Sequence[GratingSignal]) -> Reason:
     return Reason("camera", "undecided", lasting, limits.MAX_LASTING_PX, "px", text)
 
 
-def rivals(table: Sequence[Explanation], *, law_fits: bool) -> list[Reason]:
+def rivals(table: Sequence[Explanation], excitation_rad: float, *, law_fits: bool) -> list[Reason]:
     """One finding for each rival that remains; where none does, one that says by how much the law is ahead.
 
     Where the law does not explain the film, only what the fringes do instead is named.
     """
     if not law_fits:
-        cause, best = cause_of(table), simplest([one for one in table if one.better])
-        return [] if cause is None else [_remains(cause, may_fail=cause is best)]
+        cause, better = cause_of(table), [one for one in table if one.better]
+        most = OTHER_MOTION_SHARE * excitation_rad
+        other = [
+            one for one in better if one.name not in CONTAINING and one.parameters.get("residual_rad", 0.0) <= most
+        ]
+        return [] if cause is None else [_remains(cause, may_fail=not other and cause is simplest(better))]
     remaining = [one for one in table if one.fits]
     if remaining:
         return [_remains(one, may_fail=True) for one in remaining]

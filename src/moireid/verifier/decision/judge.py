@@ -264,7 +264,7 @@ def judge_signals(
         gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet)
         laws = findings.law_fits(compared)
         reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
-        reasons += findings.rivals(table, law_fits=all(one.fits for one in moved))
+        reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
         if whole:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons

@@ -184,8 +184,9 @@ def rival_odds(
     squares = [float(series.weight @ residual**2) for residual, _ in fits]
     residual, parameters = fits[int(np.argmin(squares))]
     left = residual[_known_when(series, parameters.get("late_s", 0.0))]
-    odds = log10_odds(own, min(squares), len(series.times_s), samples)
-    return odds, parameters | {"residual_rad": deviation_rad(left, series.step_s)}
+    parameters["residual_rad"] = math.sqrt(min(squares) / series.weight.sum())
+    parameters["deviation_rad"] = deviation_rad(left, series.step_s)
+    return log10_odds(own, min(squares), len(series.times_s), samples), parameters
 
 
 def _known_when(series: PhaseSeries, late_s: float) -> NDArray[np.bool_]:
