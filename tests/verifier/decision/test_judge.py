@@ -166,6 +166,14 @@ def test_a_gain_that_some_build_has_is_a_question_and_no_acceptance(gain):
     assert known.verdict == ("reject" if not 0.8 < gain < 1.3 else "inconclusive") and levels(known)["gain"] == "fail"
 
 
+@pytest.mark.parametrize("gain", [0.4, 2.2])
+def test_an_unusual_gain_excuses_no_parts_that_move_apart(gain):
+    """Catches: patches that move by themselves, whose mean happens to move too far, put down to the sheet."""
+    for parts in ({"rows_rad": 0.9}, {"places_rad": 0.6}):
+        outcome = judge_signals([fringe_signal(LAW, gain * LAW + lasting_noise(), **parts)])
+        assert outcome.verdict == "reject" and levels(outcome)["gain"] == "undecided"
+
+
 @pytest.mark.parametrize("gain", [0.1, 0.0, -0.5, -1.0])
 def test_fringes_that_stay_or_go_backwards_are_rejected(gain):
     """Catches: room for gains that no build has."""

@@ -40,6 +40,7 @@ from numpy.typing import NDArray
 from moireid.verifier import limits
 from moireid.verifier.decision import findings
 from moireid.verifier.decision.comparison import (
+    CONTAINING,
     Explanation,
     GratingComparison,
     compare,
@@ -270,8 +271,11 @@ def judge_signals(
             reasons.append(lens)
         laws = findings.law_fits(compared)
         reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
-        if all(one.fits and one.usual for one in moved) or not all(one.fits for one in moved):
-            reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
+        fits, usual = all(one.fits for one in moved), all(one.usual for one in moved)
+        # Where only the gain is unusual, its own finding says so; what is left to ask is whether parts move apart.
+        asked = table if usual or not fits else [one for one in table if one.name in CONTAINING and one.fits]
+        if asked:
+            reasons += findings.rivals(asked, mean.excitation_rad, law_fits=fits)
         if whole:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons
