@@ -33,6 +33,13 @@ focal_option = click.option(
     help="The camera's focal length in pixels, if known; else it is estimated from the film.",
 )
 
+track_option = click.option(
+    "--track",
+    type=click.IntRange(0),
+    metavar="N",
+    help="The video track to judge, by its number in the file; a film of several tracks is inconclusive without it.",
+)
+
 
 def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
     """Print the schema and leave, before a film is asked for."""
@@ -77,6 +84,7 @@ OPTIONS = (
     *CLAIM_OPTIONS,
     focal_option,
     camera_option,
+    track_option,
     click.option(
         "--report",
         "report_folder",
@@ -166,6 +174,7 @@ class VerifyOptions(ClaimWish):
     video: Path
     focal_px: float | None
     camera_file: Path | None
+    track: int | None
     report_folder: Path | None
     require_original: bool | None
     overlap: bool
@@ -206,6 +215,7 @@ def _check_pipeline(wish: VerifyOptions) -> None:
         "--overlap": wish.overlap or None,
         "--cover": wish.cover_share,
         "--photographs": wish.photographs,
+        "--track": wish.track,
     }
     wanted["--level"] = None if wish.level == "record" else wish.level
     for name, value in wanted.items():

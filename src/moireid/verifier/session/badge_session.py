@@ -20,7 +20,7 @@ from moireid.verifier.session.chapters import (
     by_figures_that_agree,
     identity_of,
     invariant_of,
-    judge_chapter,
+    judge_marked,
 )
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
@@ -39,7 +39,8 @@ MOST_NAMED = 4
 class ChapterTracker:
     """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one.
 
-    executor: judges a chapter while the film goes on; one at a time, so that memory stays bounded.
+    executor: judges a chapter while the film goes on; one at a time, so that memory stays bounded; marks: as
+    `judge_marked`.
     """
 
     claim: Claim
@@ -47,6 +48,7 @@ class ChapterTracker:
     done: list[Chapter] = field(default_factory=list)
     repeated: int = 0
     executor: Executor | None = None
+    marks: Sequence[int] = b""
     _pending: Future[Chapter] | None = None
 
     @property
@@ -66,9 +68,9 @@ class ChapterTracker:
         self.settle()
         track = self.tracker.take(keep)
         if self.executor is not None and keep:
-            self._pending = self.executor.submit(_judged, track, self.claim, self.repeated)
+            self._pending = self.executor.submit(_judged, track, self.claim, self.repeated, self.marks)
         else:
-            self._take_in(_judged(track, self.claim, self.repeated))
+            self._take_in(_judged(track, self.claim, self.repeated, self.marks))
         self.repeated = keep
 
     def _take_in(self, chapter: Chapter) -> None:
@@ -121,9 +123,9 @@ class ChapterTracker:
         return {"frame": first.frame, "time_s": json_number(first.time_s), "corners_px": places}
 
 
-def _judged(track: Track, claim: Claim, repeated: int) -> Chapter:
+def _judged(track: Track, claim: Claim, repeated: int, marks: Sequence[int]) -> Chapter:
     """Judge a chapter, and return the memory that this took to the system."""
-    chapter = judge_chapter(track, claim, repeated=repeated)
+    chapter = judge_marked(track, claim, repeated, marks)
     return_freed_memory()
     return chapter
 
