@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -115,5 +116,40 @@ def flagged(source: Path, target: Path, share: tuple[float, float] = (0.0, 1.0),
             data[place + 3] = data[place + 3] & 0xF0 | (data[place + 3] + count) & 0x0F
         elif chosen:
             data[place + 1] |= 0x80
+    target.write_bytes(data)
+    return target
+
+
+def with_box(source: Path, target: Path, path: Sequence[bytes], box: bytes) -> Path:
+    """An MP4 whose index is at its end, with a box at the end of another, which the boxes around it name."""
+    data, place = bytearray(source.read_bytes()), 0
+    sizes = []
+    for name in path:
+        place = data.index(name, place)
+        sizes.append(place - 4)
+    end = sizes[-1] + int.from_bytes(data[sizes[-1] : place], "big")
+    for size in sizes:
+        data[size : size + 4] = (int.from_bytes(data[size : size + 4], "big") + len(box)).to_bytes(4, "big")
+    data[end:end] = box
+    target.write_bytes(data)
+    return target
+
+
+def with_edits(source: Path, target: Path, edits: Sequence[tuple[float, float]], rate: int = 1) -> Path:
+    """An MP4 with another edit list; edits: first second in the film, below 0 for a pause, and length, s."""
+    data = bytearray(source.read_bytes())
+    movie, media = (data.index(name) for name in (b"mvhd", b"mdhd"))
+    scale, ticks = (int.from_bytes(data[place + 16 : place + 20], "big") for place in (movie, media))
+    place = data.index(b"elst") - 4
+    end = place + int.from_bytes(data[place : place + 4], "big")
+    first = int.from_bytes(data[end - 8 : end - 4], "big")
+    entries = [(round(length * scale), -1 if at < 0 else round(at * ticks) + first, rate << 16) for at, length in edits]
+    box = struct.pack(">I4sII", 16 + 12 * len(edits), b"elst", 0, len(edits))
+    box += b"".join(struct.pack(">Iii", *entry) for entry in entries)
+    for name in (b"moov", b"trak", b"edts"):
+        size = data.index(name) - 4
+        grown = int.from_bytes(data[size : size + 4], "big") + len(box) - (end - place)
+        data[size : size + 4] = grown.to_bytes(4, "big")
+    data[place:end] = box
     target.write_bytes(data)
     return target

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import av
 
 #: Subtitles that a player draws in any case: pictures, and text that can draw shapes of any size.
-DRAWN = frozenset({"dvb_subtitle", "dvd_subtitle", "hdmv_pgs_subtitle", "xsub", "ass", "ssa"})
+DRAWN = frozenset({"dvbsub", "dvdsub", "pgssub", "xsub", "ass", "ssa"})
 #: Boxes of MP4 and elements of Matroska that hold others on the way to those that are read.
 BOXES = frozenset({b"moov", b"trak", b"edts", b"mdia", b"minf", b"stbl"})
 ELEMENTS = frozenset({0x18538067, 0x1654AE6B, 0xAE, 0xE0, 0x1043A770, 0x45B9})
@@ -52,13 +52,15 @@ class VideoTrack:
 class FilmTracks:
     """The tracks of a file, the one that is read, and findings on what players may show instead.
 
-    judged: whether that one may be judged, as it is the only one or was asked for.
+    judged: whether that one may be judged, as it is the only one or was asked for; pictures: that it shows, as
+    the file says.
     """
 
     tracks: tuple[VideoTrack, ...]
     chosen: int
     judged: bool
     findings: tuple[Reason, ...]
+    pictures: int | None
 
     def to_json(self) -> list[dict[str, Any]]:
         """As `input.tracks` of ``verify --json``."""
@@ -85,9 +87,11 @@ def tracks_of(
     chosen = indices[0] if wanted is None else wanted
     doubts = [_subtitles(container)] if container.streams.subtitles else []
     formats, late = set(container.format.name.split(",")), 0
+    pictures = container.streams[chosen].frames or None
     if "mov" in formats:
         stored, edited = (list(c.streams[chosen].index_entries) for c in (unedited, container))
         doubts += [*_edits(stored, edited), *_boxes(file)]
+        pictures = pictures and sum(not entry.is_discard for entry in edited)
     elif "matroska" in formats:
         doubts += _elements(file)
     elif "mpegts" in formats:
@@ -105,7 +109,7 @@ def tracks_of(
     elif count > 1:
         text = f"Track {chosen} of the file's {count} video tracks is judged, as asked; players may show another one."
         reasons.insert(0, Reason("tracks", "note", float(count), 1.0, "tracks", text))
-    return FilmTracks(tracks, chosen, count == 1 or wanted is not None, tuple(reasons))
+    return FilmTracks(tracks, chosen, count == 1 or wanted is not None, tuple(reasons), pictures)
 
 
 def _is_cover(stream: Any) -> bool:

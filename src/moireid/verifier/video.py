@@ -125,7 +125,7 @@ class Film:
                 self._coded = stream.codec_context.width, stream.codec_context.height
                 self._whole = squared(self._coded, stream.sample_aspect_ratio)
                 self.fps = float(stream.average_rate or stream.guessed_rate or 30)
-                self.frames_expected = int(stream.frames) or None
+                self.frames_expected = self.tracks.pictures
                 self._codec = stream.codec_context.name
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{path} cannot be read as a video ({_reason(error)}); {ADVICE}") from error
