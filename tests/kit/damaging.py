@@ -135,7 +135,7 @@ def with_box(source: Path, target: Path, path: Sequence[bytes], box: bytes) -> P
     return target
 
 
-def with_edits(source: Path, target: Path, edits: Sequence[tuple[float, float]], rate: int = 1) -> Path:
+def with_edits(source: Path, target: Path, edits: Sequence[tuple[float, float]]) -> Path:
     """An MP4 with another edit list; edits: first second in the film, below 0 for a pause, and length, s."""
     data = bytearray(source.read_bytes())
     movie, media = (data.index(name) for name in (b"mvhd", b"mdhd"))
@@ -143,7 +143,7 @@ def with_edits(source: Path, target: Path, edits: Sequence[tuple[float, float]],
     place = data.index(b"elst") - 4
     end = place + int.from_bytes(data[place : place + 4], "big")
     first = int.from_bytes(data[end - 8 : end - 4], "big")
-    entries = [(round(length * scale), -1 if at < 0 else round(at * ticks) + first, rate << 16) for at, length in edits]
+    entries = [(round(length * scale), -1 if at < 0 else round(at * ticks) + first, 1 << 16) for at, length in edits]
     box = struct.pack(">I4sII", 16 + 12 * len(edits), b"elst", 0, len(edits))
     box += b"".join(struct.pack(">Iii", *entry) for entry in entries)
     for name in (b"moov", b"trak", b"edts"):

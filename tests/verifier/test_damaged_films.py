@@ -9,7 +9,7 @@ import random
 import sys
 from collections.abc import Iterator
 from fractions import Fraction
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 
 import av
@@ -18,6 +18,7 @@ import pytest
 
 from kit.damaging import TS, flagged, lost, recoded, with_packets, zeroed
 from moireid.badge import Badge, load_badge
+from moireid.errors import MediaError
 from moireid.verifier import Claim, Film, Report, verify
 from moireid.verifier.damage import CLAIMED, DAMAGED, DamageWatch
 from moireid.verifier.limits import MAX_STRAY_SHARE
@@ -103,6 +104,23 @@ def test_a_film_that_ends_early_is_read_as_far_as_it_goes(sound, folder, badge):
         assert 80 < report.frames["read"] < 100 and report.verdict == "accept"
         said = [reason.text for reason in report.reasons if reason.level == "note" and "breaks off" in reason.text]
         assert len(said) == 1
+
+
+def test_a_file_that_cannot_be_read_on_is_judged_so_far(sound, badge, monkeypatch):
+    """Catches: a film that is refused for the last packets of its file; one of no pictures that is not."""
+    decoded = Film._decoded
+
+    def ends(film: Film, *given: object, **how: object) -> Iterator[av.VideoFrame]:
+        yield from islice(decoded(film, *given, **how), left)
+        raise av.error.InvalidDataError(1094995529, "Invalid data found when processing input")
+
+    monkeypatch.setattr(Film, "_decoded", ends)
+    left = 90
+    report = verify(sound["libx264", "ts", 30], Claim(badge))
+    assert report.frames["read"] == 90 and codes(report, "note").count("damaged") == 1
+    left = 0
+    with pytest.raises(MediaError, match="after frame 0"):
+        verify(sound["libx264", "ts", 30], Claim(badge))
 
 
 @pytest.mark.parametrize("counters", [False, True])

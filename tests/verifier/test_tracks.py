@@ -85,7 +85,7 @@ def test_a_cover_is_no_track(parts, badge, tmp_path):
 def test_a_track_that_is_none_is_refused_in_a_sentence(parts, tmp_path):
     """Catches: another track read than was asked for."""
     film = joined([Part(parts["true"]), Part(parts["forged"])], tmp_path / "film.mp4")
-    with pytest.raises(MediaError, match=r"no video track 2; its tracks are 0 \(h264 1280 x 720.*1 \(h264"):
+    with pytest.raises(MediaError, match=r"no video track 2; .*track 0: h264 1280 x 720; track 1: h264"):
         Film(film, track=2)
 
 
@@ -107,25 +107,22 @@ def test_a_second_programme_is_a_track_though_it_begins_late(parts, badge, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("edits", "rate", "words"),
+    ("edits", "words"),
     [
-        ([(0.0, 4.0)], 1, None),
-        ([(-1.0, 0.5), (0.1, 3.9)], 1, None),
-        ([(1.0, 3.0)], 1, "hides"),
-        ([(0.0, 3.0)], 1, "hides"),
-        ([(0.0, 1.0), (2.0, 2.0)], 1, "hides"),
-        ([(2.0, 2.0), (0.0, 2.0)], 1, "again"),
-        ([(0.0, 4.0), (0.0, 4.0)], 1, "again"),
-        ([(0.0, 4.0)], 2, "speed"),
+        ([(0.0, 4.0)], None),
+        ([(-1.0, 0.5), (0.1, 3.9)], None),
+        ([(1.0, 3.0)], "hides"),
+        ([(0.0, 3.0)], "hides"),
+        ([(0.0, 1.0), (2.0, 2.0)], "hides"),
+        ([(2.0, 2.0), (0.0, 2.0)], "again"),
+        ([(0.0, 4.0), (0.0, 4.0)], "again"),
     ],
 )
-def test_edits_that_hide_or_repeat_are_said(parts, tmp_path, edits, rate, words):
+def test_edits_that_hide_or_repeat_are_said(parts, tmp_path, edits, words):
     """Catches: pictures that one player shows and another does not, which are not judged; each ordinary film doubted,
     as an edit list also says where its pictures begin.
     """
-    said = [
-        reason.text for reason in Film(with_edits(parts["true"], tmp_path / "film.mp4", edits, rate)).tracks.findings
-    ]
+    said = [reason.text for reason in Film(with_edits(parts["true"], tmp_path / "film.mp4", edits)).tracks.findings]
     assert len(said) == (words is not None) and (words is None or words in said[0])
 
 
@@ -135,7 +132,7 @@ def test_crops_that_some_players_do_are_said(parts, tmp_path):
     for width, words in ((1280, 0), (800, 1)):
         box = struct.pack(">I4s8i", 40, b"clap", width, 1, 720, 1, 0, 1, 0, 1)
         film = Film(with_box(parts["true"], tmp_path / "film.mp4", path, box))
-        assert sum("clap" in reason.text for reason in film.tracks.findings) == words
+        assert sum("crop" in reason.text for reason in film.tracks.findings) == words
     wide = written(
         tmp_path / "wide.mkv", [np.zeros((96, 128), np.uint8)] * 2, "libx264", "yuv420p", aspect=Fraction(4, 3)
     )
@@ -145,7 +142,7 @@ def test_crops_that_some_players_do_are_said(parts, tmp_path):
     assert data.count(b"\x54\xb2\x81\x04") == 1
     wide.write_bytes(data.replace(b"\x54\xb2\x81\x04", b"\x54\xcc\x81\x04"))
     (reason,) = Film(wide).tracks.findings
-    assert (reason.code, reason.level) == ("tracks", "undecided") and "PixelCrop" in reason.text
+    assert (reason.code, reason.level) == ("tracks", "undecided") and "crop" in reason.text
 
 
 def test_ordered_chapters_are_said(parts, tmp_path):
@@ -170,6 +167,7 @@ def subtitled(source: Path, target: Path, codec: str, flags: int) -> Path:
     with av.open(str(source)) as given, av.open(str(target), "w") as made:
         stream = made.add_stream_from_template(given.streams.video[0])
         words = made.add_stream(codec)
+        words.codec_context.subtitle_header = b"[Script Info]\n[V4+ Styles]\nFormat: Name\nStyle: Default\n[Events]\n"
         words.disposition = flags
         for packet in given.demux(video=0):
             if packet.dts is not None:
@@ -184,8 +182,5 @@ def subtitled(source: Path, target: Path, codec: str, flags: int) -> Path:
 )
 def test_subtitles_that_are_drawn_are_said(parts, tmp_path, codec, flags, said):
     """Catches: a badge that a player draws over the film; subtitles that a viewer has to ask for doubted."""
-    try:
-        film = Film(subtitled(parts["true"], tmp_path / "film.mkv", codec, flags))
-    except (av.error.FFmpegError, ValueError) as error:
-        pytest.skip(str(error))
+    film = Film(subtitled(parts["true"], tmp_path / "film.mkv", codec, flags))
     assert len(film.tracks.findings) == said

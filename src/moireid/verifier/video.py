@@ -204,7 +204,7 @@ class Film:
         """
         sha256, decoder = self._file.sha256(), decoder_version()
         size = {"width": self._whole[0], "height": self._whole[1], "fps": self.fps, "reduced_by": self.reduced_by}
-        shown = {"tracks": self.tracks.to_json(), "interlaced": self.damage.interlaced, "quarter_turns": self._turned}
+        shown = {"tracks": self.tracks.tracks, "interlaced": self.damage.interlaced, "quarter_turns": self._turned}
         return {"path": str(self.path), "sha256": sha256, "decoder": decoder, **size, **shown}
 
     def findings(self) -> tuple[Reason, ...]:
@@ -250,8 +250,10 @@ class Film:
                     yield Frame(count, time_s, seen)
                     count += 1
         except (av.error.FFmpegError, OSError, ValueError) as error:
-            why = _reason(error)
-            raise MediaError(f"{self.path} cannot be decoded after frame {count} ({why}); {ADVICE}") from error
+            if not (count and isinstance(error, av.error.InvalidDataError)):
+                why = _reason(error)
+                raise MediaError(f"{self.path} cannot be decoded after frame {count} ({why}); {ADVICE}") from error
+            damage.breaks_off = True
         if count == 0:
             raise MediaError(f"{self.path} holds no picture that decodes; {ADVICE}")
 
@@ -305,16 +307,16 @@ class Film:
             stream.codec_context.copy_opaque = True
             if from_s is not None and stream.time_base:
                 container.seek(round(from_s / stream.time_base), stream=stream)
-            for number, packet in enumerate(_packets(container, stream, damage)):
+            for number, packet in enumerate(container.demux(stream)):
                 packet.opaque = number
                 damage.packet(number, packet)
+                decoded: list[av.VideoFrame] = []
                 try:
                     decoded = packet.decode()
                 except av.error.MemoryError:
                     raise
                 except av.error.FFmpegError:
                     damage.error(number)
-                    continue
                 for picture in decoded:
                     damage.frame(number if picture.opaque is None else picture.opaque, picture)
                     yield picture
@@ -363,18 +365,6 @@ class Film:
             finally:
                 worker.shutdown(wait=True, cancel_futures=True)
                 frames.close()
-
-
-def _packets(
-    container: av.container.InputContainer, stream: av.VideoStream, damage: DamageWatch
-) -> Iterator[av.Packet[av.VideoStream]]:
-    """The packets of a track, up to where the file can be read; the last, empty ones empty the decoder."""
-    import av
-
-    try:
-        yield from container.demux(stream)
-    except av.error.FFmpegError:
-        damage.breaks_off = True
 
 
 def _taken(frames: Iterator[Frame]) -> tuple[list[Frame], MediaError | None]:
