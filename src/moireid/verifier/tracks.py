@@ -8,7 +8,7 @@ inconclusive.  Cover pictures count as no track.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from threading import Lock
@@ -55,11 +55,14 @@ class FilmTracks:
 
 
 def tracks_of(
-    container: av.container.InputContainer, unedited: av.container.InputContainer, file: OpenedFile, wanted: int | None
+    container: av.container.InputContainer,
+    unedited: Callable[[], av.container.InputContainer],
+    file: OpenedFile,
+    wanted: int | None,
 ) -> FilmTracks:
     """List the tracks of a file.
 
-    Parameters: container, unedited: the file as opened with and without its edit lists; wanted: the track asked for.
+    Parameters: container: the opened file; unedited: opens it without its edit lists; wanted: the track asked for.
     Raises: MediaError where there is no track, or none of that number.
     """
     # A track of chapters' pictures has the flag of a cover too, but is a track that players may show.
@@ -76,7 +79,8 @@ def tracks_of(
         doubts.append(_crop(container))
     formats = container.format.name.split(",")
     if "mov" in formats:
-        stored, edited = (list(one.streams[stream.index].index_entries) for one in (unedited, container))
+        with unedited() as whole:
+            stored, edited = (list(one.streams[stream.index].index_entries) for one in (whole, container))
         doubts.append(_edits(stored, edited))
         pictures = pictures and sum(not entry.is_discard for entry in edited)
     elif "matroska" in formats:

@@ -51,8 +51,6 @@ OPENING = {
 }
 #: A stream without a decoder costs nothing: FFmpeg would decode pictures of each one to describe it.
 UNDECODED = {"codec_whitelist": "none"}
-#: All pictures that the file has, also those that its edit lists hide.
-UNEDITED = {"ignore_editlist": "1"}
 ADVICE = "give a film that a video player can play, such as an .mp4"
 #: Formats whose first plane is the luma, and its bits; other pictures are converted to grey.
 PLANAR_DEPTH = {
@@ -156,10 +154,7 @@ class Film:
         import av
 
         try:
-            with (
-                av.open(self._file.reading(), options=OPENING | UNDECODED) as container,
-                av.open(self._file.reading(), options=OPENING | UNDECODED | UNEDITED) as unedited,
-            ):
+            with av.open(self._file.reading(), options=OPENING | UNDECODED) as container:
                 pictures, count = len(container.streams.video), len(container.streams)
                 if pictures > MOST_PICTURE_STREAMS or count > MOST_STREAMS:
                     raise MediaError(
@@ -167,11 +162,17 @@ class Film:
                         f"{MOST_PICTURE_STREAMS} and {MOST_STREAMS} are read; export the pictures of the badge alone"
                     )
                 #: Its video tracks, and what players may show other than the one that is read.
-                self.tracks = tracks_of(container, unedited, self._file, track)
+                self.tracks = tracks_of(container, self._unedited, self._file, track)
         except av.error.MemoryError as error:
             words = f"has more than {MOST_STREAMS} streams, or asks for more memory than there is"
             raise MediaError(f"{self.path} {words}; {ADVICE}") from error
         return [{} if number == self.tracks.chosen else UNDECODED for number in range(count)]
+
+    def _unedited(self) -> av.container.InputContainer:
+        """The file with all its pictures, also those that its edit lists hide.  Raises: FFmpegError."""
+        import av
+
+        return av.open(self._file.reading(), options=OPENING | UNDECODED | {"ignore_editlist": "1"})
 
     def _stream(self, container: av.container.InputContainer) -> av.VideoStream:
         """The track that is read."""
