@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from fractions import Fraction
 from itertools import permutations, product
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+import moireid as mo
 from kit.coded_films import written
 from kit.damaging import PICTURES, TS, Part, joined, recoded, with_box, with_edits
+from kit.signing import new_key, pem_of, public_pem_of
 from moireid.badge import Badge, load_badge
+from moireid.cli.main import moireid
 from moireid.errors import MediaError
-from moireid.verifier import Claim, Film, Report, verify
+from moireid.verifier import Claim, Film, Report, identify, verify
+from moireid.verifier.session.capture import capture_as_built
 
 DEFAULT, COVER, FORCED = 1, 1024, 64
 
@@ -184,3 +191,44 @@ def test_subtitles_that_are_drawn_are_said(parts, tmp_path, codec, flags, said):
     """Catches: a badge that a player draws over the film; subtitles that a viewer has to ask for doubted."""
     film = Film(subtitled(parts["true"], tmp_path / "film.mkv", codec, flags))
     assert len(film.tracks.findings) == said
+
+
+@pytest.fixture
+def both(parts, films, tmp_path, monkeypatch) -> Path:
+    """A forged track that every player shows first, and a true one, next to a badge and a key."""
+    monkeypatch.chdir(tmp_path)
+    Path("badge.json").write_bytes((films / "badge.json").read_bytes())
+    key = new_key("ed25519")
+    Path("key.pem").write_bytes(pem_of(key))
+    Path("pub.pem").write_bytes(public_pem_of(key))
+    return joined([Part(parts["forged"], DEFAULT), Part(parts["true"])], tmp_path / "both.mp4")
+
+
+def said(*words: object, code: int) -> str:
+    outcome = CliRunner().invoke(moireid, [str(word) for word in words])
+    assert outcome.exit_code == code, outcome.output
+    return outcome.output
+
+
+def test_the_command_names_the_track_and_so_does_the_signature(both):
+    """Catches: an option that does not reach the sealed process; a signature of a file without its track."""
+    words = said("verify", both, "--badge", "badge.json", code=3)
+    assert "players may show other pictures" in words and "(--track)" in words and "no badge" not in words
+    said("verify", both, "--badge", "badge.json", "--track", 0, code=1)
+    said("verify", both, "--badge", "badge.json", "--track", 5, code=2)
+    said("verify", both, "--badge", "badge.json", "--track", 1, "--sign", "key.pem", "--attest", "a.json", code=0)
+    words = said("attest", "check", "a.json", "--film", both, "--key", "pub.pem", code=0)
+    assert "track 1 of its 2 video tracks was judged" in words
+    checked = json.loads(said("attest", "check", "a.json", "--key", "pub.pem", "--json", code=0))
+    assert [track["chosen"] for track in checked["film"]["tracks"]] == [False, True]
+
+
+def test_no_other_way_in_judges_a_track_unasked(both, badge, ada):
+    """Catches: a badge found, or figures of enrolment measured, in a track that players do not show."""
+    enrolled = SimpleNamespace(holds=lambda name: True, alike=lambda parts: [])
+    found = identify(both, [badge], enrolled)
+    assert found.finding == "inconclusive" and [reason.code for reason in found.reasons] == ["tracks"]
+    with pytest.raises(MediaError, match="2 video tracks"):
+        capture_as_built([both], ada)
+    assert mo.verify(both, badge="badge.json", pictures=False).verdict == "inconclusive"
+    assert mo.verify(both, badge="badge.json", pictures=False, track=1).verdict == "accept"

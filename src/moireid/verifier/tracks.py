@@ -79,10 +79,12 @@ def tracks_of(
         doubts.append(_crop(container))
     formats = container.format.name.split(",")
     if "mov" in formats:
+        # An entry is no longer valid once its file is closed.
         with unedited() as whole:
-            stored, edited = (list(one.streams[stream.index].index_entries) for one in (whole, container))
-        doubts.append(_edits(stored, edited))
-        pictures = pictures and sum(not entry.is_discard for entry in edited)
+            stored = [entry.pos for entry in whole.streams[stream.index].index_entries]
+        shown = [entry.pos for entry in stream.index_entries if not entry.is_discard]
+        doubts.append(_edits(stored, shown))
+        pictures = pictures and len(shown)
     elif "matroska" in formats:
         doubts += _elements(file)
     elif "mpegts" in formats:
@@ -138,10 +140,9 @@ def _crop(container: av.container.InputContainer) -> str:
     return CROPPED if re.search(r"Frame Cropping: [0/]*[1-9]", described) else ""
 
 
-def _edits(stored: Sequence[Any], edited: Sequence[Any]) -> str:
-    """A sentence on an edit list that repeats or hides pictures; entries of the index without it, and with it."""
-    shown = [entry.pos for entry in edited if not entry.is_discard]
-    order = {entry.pos: place for place, entry in enumerate(stored)}
+def _edits(stored: Sequence[int], shown: Sequence[int]) -> str:
+    """A sentence on an edit list that repeats or hides pictures, by the pictures' places in the file."""
+    order = {place: number for number, place in enumerate(stored)}
     if any(order.get(after, -1) <= order.get(before, -1) for before, after in pairwise(shown)):
         return AGAIN
     hidden = len(stored) - len(shown)
