@@ -20,6 +20,7 @@ from moireid.verifier.session.chapters import (
     by_figures_that_agree,
     identity_of,
     invariant_of,
+    judge_chapter,
     judge_marked,
 )
 from moireid.verifier.session.claim import Claim
@@ -125,7 +126,10 @@ class ChapterTracker:
 
 def _judged(track: Track, claim: Claim, repeated: int, marks: Sequence[int]) -> Chapter:
     """Judge a chapter, and return the memory that this took to the system."""
-    chapter = judge_marked(track, claim, repeated, marks)
+    if any(marks):
+        chapter = judge_marked(track, claim, repeated, marks)
+    else:
+        chapter = judge_chapter(track, claim, repeated=repeated)
     return_freed_memory()
     return chapter
 

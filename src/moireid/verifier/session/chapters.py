@@ -86,8 +86,6 @@ class Chapter:
 
 def judge_marked(track: Track, claim: Claim, repeated: int, marks: Sequence[int]) -> Chapter:
     """As `judge_chapter`, without damaged frames; marks: of each frame of the film, as `DamageWatch.marks`."""
-    if not any(marks):
-        return judge_chapter(track, claim, repeated=repeated)
     mark = np.array([marks[number] for number in track.frame_numbers], int)
 
     def judged(most: int) -> Chapter:
