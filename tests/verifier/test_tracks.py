@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import av
+import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -22,6 +23,7 @@ from moireid.badge import Badge, load_badge
 from moireid.cli.main import moireid
 from moireid.errors import MediaError
 from moireid.verifier import Claim, Film, Report, identify, verify
+from moireid.verifier.report.seconds import Moment, frame_picture
 from moireid.verifier.session.capture import capture_as_built
 
 DEFAULT, COVER, FORCED = 1, 1024, 64
@@ -232,3 +234,14 @@ def test_no_other_way_in_judges_a_track_unasked(both, badge, ada):
         capture_as_built([both], ada)
     assert mo.verify(both, badge="badge.json", pictures=False).verdict == "inconclusive"
     assert mo.verify(both, badge="badge.json", pictures=False, track=1).verdict == "accept"
+
+
+def test_the_page_shows_a_picture_of_the_track(parts, badge, tmp_path):
+    """Catches: the page of a report that shows the other track than was judged."""
+    film = joined([Part(parts["still"]), Part(parts["true"])], tmp_path / "film.mkv")
+    drawn = frame_picture(verify(film, Claim(badge), track=1), Moment(30, 1.0, None))
+    assert drawn is not None
+    seen = cv2.imdecode(np.frombuffer(drawn, np.uint8), cv2.IMREAD_GRAYSCALE)
+    picture, _ = Film(parts["true"]).picture(30)
+    grey = cv2.cvtColor(cv2.resize(picture, seen.shape[::-1], interpolation=cv2.INTER_AREA), cv2.COLOR_RGB2GRAY)
+    assert np.abs(grey.astype(float) - seen).mean() < 3
