@@ -21,9 +21,9 @@ from moireid.cli.common import (
     registry_option,
     say,
     show_json,
+    track_option,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
-from moireid.cli.verify.verify_options import track_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:

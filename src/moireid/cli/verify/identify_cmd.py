@@ -21,11 +21,12 @@ from moireid.cli.common import (
     registry_option,
     report_standing,
     show_json,
+    track_option,
     trust_option,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.cli.verify.verify_cmd import show_verdict
-from moireid.cli.verify.verify_options import focal_option, track_option
+from moireid.cli.verify.verify_options import focal_option
 from moireid.cli.witness_options import WitnessCheck, require, witness_check
 from moireid.errors import SpecError
 

@@ -16,6 +16,7 @@ from moireid.cli.common import (
     json_option,
     overwrite_option,
     registry_option,
+    track_option,
     trust_option,
 )
 from moireid.cli.sealed_reader import unsealed_option
@@ -31,13 +32,6 @@ focal_option = click.option(
     type=FiniteRange(50, 100000),
     metavar="PX",
     help="The camera's focal length in pixels, if known; else it is estimated from the film.",
-)
-
-track_option = click.option(
-    "--track",
-    type=click.IntRange(0),
-    metavar="N",
-    help="The video track to judge, by its number in the file; a film of several tracks is inconclusive without it.",
 )
 
 
