@@ -8,9 +8,11 @@ from __future__ import annotations
 import random
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from itertools import islice, product
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 import numpy as np
@@ -21,7 +23,12 @@ from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
 from moireid.verifier import Claim, Film, Report, verify
 from moireid.verifier.damage import CLAIMED, DAMAGED, DamageWatch
+from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.limits import MAX_STRAY_SHARE
+from moireid.verifier.reasons import Reason
+from moireid.verifier.session import chapters
+from moireid.verifier.session.chapters import Chapter
+from moireid.verifier.tracking.track import Track, no_track
 
 CONTAINERS = {"libx264": "mp4", "libx265": "mov", "libvpx-vp9": "webm", "mjpeg": "avi"}
 
@@ -244,3 +251,42 @@ def test_packets_lost_reject_nothing_at_any_place(sound, folder, badge, codec, g
     rows = [f"{one.verdict} {one.frames['damaged']} {codes(one, 'undecided')}" for one in reports]
     sys.stdout.write("\n".join([f"{codec}, {gop}:", *rows, ""]))
     assert "reject" not in [report.verdict for report in reports]
+
+
+@pytest.mark.parametrize(("without", "kept"), [("reject", True), ("accept", False), ("inconclusive", False)])
+def test_a_rejection_that_rests_on_claims_alone_is_none(badge, monkeypatch, without, kept):
+    """Catches: frames of the last chapter counted wrongly once some are left out; a claim that excuses what other
+    frames show, or that turns anything into an acceptance; damaged frames judged.
+    """
+    numbers = np.arange(10, 20)
+    track = replace(
+        no_track(badge, 30, (64, 64)),
+        frame_numbers=numbers,
+        times_s=numbers / 30,
+        homographies=np.zeros((10, 3, 3)),
+        correlations=np.ones(10),
+        profiles=(numbers[:, None], numbers[[1, 4, 8], None]),
+        cell_frames=np.array([1, 4, 8]),
+        strips=(SimpleNamespace(uniform=True), SimpleNamespace(uniform=False)),
+    )
+    marks = bytearray(30)
+    marks[12] = marks[14] = DAMAGED
+    marks[13] = marks[18] = CLAIMED
+    asked = []
+
+    def judged(part: Track, claim: Claim, *, repeated: int) -> Chapter:
+        asked.append((list(part.frame_numbers), repeated))
+        assert [list(rows[:, 0]) for rows in part.profiles] == [
+            list(part.frame_numbers),
+            list(part.frame_numbers[part.cell_frames]),
+        ]
+        verdict = "reject" if len(asked) == 1 else without
+        level = {"reject": "fail", "accept": "pass", "inconclusive": "undecided"}[verdict]
+        whole = chapters._unjudged(part, claim, 0)
+        return replace(whole, invariant=Invariant(verdict, (Reason("gain", level, 1.0, 1.0, "", "It is so."),)))
+
+    monkeypatch.setattr(chapters, "judge_chapter", judged)
+    chapter = chapters.judge_marked(track, Claim(badge), 5, marks)
+    sound = [10, 11, 15, 16, 17, 19]
+    assert asked == [([10, 11, 13, *sound[2:5], 18, 19], 3), (sound, 2)]
+    assert (chapter.claimed, chapter.invariant.verdict) == ((False, "reject") if kept else (True, without))
