@@ -112,7 +112,8 @@ def verify(
         + seen.verifier.restarts
     )
     judged = seen.verifier.judged
-    overlapped = seen.watch.judge(judged.tracker, seen.chapters) if seen.watch else None
+    watched = seen.watch if film.tracks.judged else None
+    overlapped = watched.judge(judged.tracker, seen.chapters) if watched else None
     if overlapped:
         reasons += overlapped.reasons
     if not film.tracks.judged:
