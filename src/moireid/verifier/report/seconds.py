@@ -60,7 +60,7 @@ def moment_to_show(report: Report) -> Moment:
 def frame_picture(report: Report, moment: Moment) -> bytes | None:
     """That frame as a JPEG, in colour, the badge outlined; None if the film is gone or has changed."""
     try:
-        chosen = next((one["index"] for one in report.film["tracks"] if one["chosen"]), None)
+        chosen = next((one["index"] for one in report.film.get("tracks", ()) if one["chosen"]), None)
         film = Film(Path(report.film["path"]), track=chosen)
         if film.described()["sha256"] != report.film["sha256"]:
             return None
