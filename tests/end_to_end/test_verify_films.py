@@ -131,7 +131,7 @@ def test_genuine_films_are_accepted_and_their_poses_true(films, prototype, name,
     report = verify(films / f"{name}.mp4", Claim(prototype))
     invariant, measurement = report.invariant, report.measurement
     assert report.verdict == invariant.verdict == "accept" and report.identity.verdict == "not_claimed"
-    assert report.frames == {"read": 240, "tracked": 240, "unsearched": 0}
+    assert report.frames == {"read": 240, "tracked": 240, "unsearched": 0, "damaged": 0}
     assert invariant.correlation >= 0.995 and invariant.window_correlation_mean >= 0.95
     assert abs(invariant.gain_ratio - 1) < gain_limit
     law, *rivals = invariant.explanations
@@ -195,7 +195,7 @@ def test_a_path_traced_mask_obeys_the_law_and_is_inconclusive_for_its_single_swe
     assert explanation(document, "law")["fits"] and explanation(document, "late")["share"] > 0.9
     # Drifts whose gain is in the room, of all that a forger may choose.
     assert explanation(document, "drift")["share"] == pytest.approx(0.3 / 5, abs=0.02)
-    assert document["frames"] == {"read": 120, "tracked": 120, "unsearched": 0}
+    assert document["frames"] == {"read": 120, "tracked": 120, "unsearched": 0, "damaged": 0}
     assert document["invariant"]["correlation"] >= 0.998
     assert document["invariant"]["gain_ratio"] == pytest.approx(1.0, abs=0.02)
     assert document["identity"]["beat_period_mm"] == pytest.approx(22.01, abs=0.05)
@@ -233,10 +233,11 @@ def test_a_film_of_noise_is_inconclusive(films, tmp_path, rng):
     outcome = run("verify", path, "--badge", films / "badge.json", "--json", "--report", tmp_path / "report")
     assert outcome.exit_code == 3
     document = strict(outcome.stdout)
-    assert document["verdict"] == "inconclusive" and document["frames"] | {"unsearched": 0} == {
+    assert document["verdict"] == "inconclusive" and document["frames"] | {"unsearched": 0, "damaged": 0} == {
         "read": 70,
         "tracked": 0,
         "unsearched": 0,
+        "damaged": 0,
     }
     assert [reason["code"] for reason in document["reasons"]] == ["badge_absent"]
     hold_contract(document)
@@ -267,7 +268,7 @@ def test_a_film_shorter_than_two_windows_is_inconclusive(ada, tmp_path):
     (tmp_path / "ada.json").write_text(ada.to_json(), encoding="utf-8")
     outcome = run("verify", path, "--badge", tmp_path / "ada.json", "--json")
     document = strict(outcome.stdout)
-    assert outcome.exit_code == 3 and document["frames"] == {"read": 59, "tracked": 59, "unsearched": 0}
+    assert outcome.exit_code == 3 and document["frames"] == {"read": 59, "tracked": 59, "unsearched": 0, "damaged": 0}
     assert document["identity"]["verdict"] == "unreadable" and document["identity"]["claimed_id"] == ada.id
 
 

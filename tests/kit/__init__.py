@@ -6,6 +6,7 @@ compiling.py        the renderer, compiled ahead
 drawn_pages.py      pictures of a page whose homography is known
 drawn_frames.py     the same of a page with a coded frame
 coded_films.py      films of given pictures, and short ones of long ones
+damaging.py         films coded anew, joined, damaged, or flagged as damaged; edit lists and boxes of MP4
 crafted_films.py    lists of other files and films of too many streams; a pipe that notes its readers
 crafted_media.py    media, links and devices that harm their reader
 hostile_verify.py   mutated and crafted media through plain verify

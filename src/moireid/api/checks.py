@@ -51,6 +51,7 @@ def verify(
     photographs: int = 0,
     level: CheckLevel = "record",
     overlap: bool = False,
+    track: int | None = None,
     pictures: bool = True,
     unsealed: bool = False,
     progress: Progress | None = None,
@@ -85,6 +86,8 @@ def verify(
         Least level that must be reached.
     overlap : bool
         Require that the badge passes in front of the face.
+    track : int, optional
+        The video track to judge, by its number in the file; a film of several is inconclusive without it.
     pictures : bool
         Draw the report's pictures and keep the signals, in about a second.
     unsealed : bool
@@ -130,7 +133,7 @@ def verify(
             photographs=photographs,
             level=level,
         )
-        order = JudgingOrder(video, wanted, found.barred, overlap, pictures=pictures)
+        order = JudgingOrder(video, wanted, found.barred, overlap, pictures=pictures, track=track)
         made = judged_film(order, reader, progress or _quiet)
         document = with_carried(made.report | context.stated(), video)
         known = context.known(document, claim)
@@ -161,6 +164,7 @@ def identify(
     trust: str | None = None,
     focal_px: float | None = None,
     camera: KnownCamera | AnyPath | None = None,
+    track: int | None = None,
     unsealed: bool = False,
     progress: Progress | None = None,
 ) -> FilmCheck:
@@ -170,7 +174,7 @@ def identify(
     ----------
     film : str or Path
         The film.
-    registry, bundle, trust, focal_px, camera, unsealed, progress
+    registry, bundle, trust, focal_px, camera, track, unsealed, progress
         As `verify`.
 
     Returns
@@ -198,7 +202,7 @@ def identify(
     known_camera, terms = _camera(camera, focal_px), AskingTerms(trust, warn_of)
     people = people_of_registry(registry, terms) if bundle is None else people_of_bundle(bundle, terms)
     with film_reader([video], unsealed=unsealed) as reader, people as scope:
-        order = IdentifyingOrder(video, scope.layouts, focal_px, known_camera)
+        order = IdentifyingOrder(video, scope.layouts, focal_px, known_camera, track)
         document, known = scope.search(order, reader, progress or _quiet)
     return FilmCheck(document, known, Pictures())
 

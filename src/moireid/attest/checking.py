@@ -112,6 +112,7 @@ class CheckResult:
                 "name": self.film_name,
                 "sha256": report["input"]["sha256"],
                 "same": "film" not in wrong if self.film_given else None,
+                "tracks": report["input"].get("tracks", []),
             },
             "badge": report["badge"],
             "badge_now": self._now(),

@@ -368,6 +368,12 @@ def _bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
+track_option = click.option(
+    "--track",
+    type=click.IntRange(0),
+    metavar="N",
+    help="The video track to judge, by its number in the file; a film of several tracks is inconclusive without it.",
+)
 camera_option = click.option(
     "--camera",
     "camera_file",

@@ -21,6 +21,7 @@ from moireid.cli.common import (
     registry_option,
     say,
     show_json,
+    track_option,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
 from moireid.errors import SpecError
@@ -61,6 +62,7 @@ reason_option = click.option("--reason", metavar="TEXT", help="Why, with --repla
     "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
 )
 @camera_option
+@track_option
 @unsealed_option
 @replace_option
 @reason_option
@@ -75,6 +77,7 @@ def enroll_command(
     measured_scale: float | None,
     focal_px: float | None,
     camera_file: Path | None,
+    track: int | None,
     unsealed: bool,
     replace: bool,
     reason: str | None,
@@ -113,7 +116,7 @@ def enroll_command(
         raise SpecError("--measured-scale is kept with the as-built figures; give a --capture too")
     as_built = None
     if captures:
-        as_built = _measured(badge, captures, focal_px, camera_file, measured_scale, unsealed=unsealed)
+        as_built = _measured(badge, captures, focal_px, camera_file, measured_scale, track, unsealed=unsealed)
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
         compared = None if as_built is None else show_compared(registry, badge, as_built, reason)
@@ -140,6 +143,7 @@ def _measured(
     focal_px: float | None,
     camera_file: Path | None,
     measured_scale: float | None,
+    track: int | None,
     *,
     unsealed: bool,
 ) -> AsBuilt:
@@ -148,7 +152,7 @@ def _measured(
     from moireid.verifier.session.known_figures import checked_figures
 
     camera = camera_held(camera_file, focal_px)
-    order = CaptureOrder(captures, badge, focal_px, camera, measured_scale)
+    order = CaptureOrder(captures, badge, focal_px, camera, measured_scale, track)
     with sealed_reader(captures, unsealed=unsealed) as reader, progress_bar("reading the captures") as progress:
         return checked_figures(reader.read(order, progress).get("result"), badge)
 

@@ -38,7 +38,8 @@ class FilmOrder(Protocol):
 class JudgingOrder:
     """A report on a film, as `verifier.verify` makes it; pictures: whether those of its page are drawn too.
 
-    pipeline: "published" for the published method; corners: the striped region's, as the lab reads them.
+    pipeline: "published" for the published method; corners: the striped region's, as the lab reads them; track: the
+    video track, None for the only one.
     """
 
     video: Path
@@ -49,6 +50,7 @@ class JudgingOrder:
     pictures: bool = False
     pipeline: str = "moireid"
     corners: Any = None
+    track: int | None = None
 
     def read(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send the report; then, if asked for, its files, plots and signals."""
@@ -70,7 +72,9 @@ class JudgingOrder:
             return published
         from moireid.verifier.session.film import verify
 
-        report = verify(self.video, self.claim, barred=self.barred, overlap=self.overlap, progress=progress)
+        report = verify(
+            self.video, self.claim, barred=self.barred, overlap=self.overlap, track=self.track, progress=progress
+        )
         return report if self.corners is None else published_method().without_corners(report)
 
 
@@ -106,6 +110,7 @@ class IdentifyingOrder:
     layouts: Sequence[Badge]
     focal_px: float | None = None
     camera: KnownCamera | None = None
+    track: int | None = None
 
     def read(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send the finding."""
@@ -117,6 +122,7 @@ class IdentifyingOrder:
             EnrolledQuestions(ask),
             focal_px=self.focal_px,
             camera=self.camera,
+            track=self.track,
             progress=progress,
         )
         send({"result": found.to_json()})
@@ -131,6 +137,7 @@ class CaptureOrder:
     focal_px: float | None = None
     camera: KnownCamera | None = None
     measured_scale: float | None = None
+    track: int | None = None
 
     def read(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send the figures."""
@@ -142,6 +149,7 @@ class CaptureOrder:
             focal_px=self.focal_px,
             camera=self.camera,
             measured_scale=self.measured_scale,
+            track=self.track,
             progress=progress,
         )
         send({"result": json.loads(found.to_json())})

@@ -14,6 +14,8 @@ report/        the report for people
 
 opened_file.py  an open file that several readers share
 video.py      a film's grey frames with their times
+tracks.py     the video tracks of a file, and what players may show instead
+damage.py     which frames are damaged
 picture.py    one frame, turned into counts where it is read
 limits.py     every constant of the decision, with its source
 measuring.py  constants of measuring, with their sources

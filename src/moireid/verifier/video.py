@@ -19,8 +19,11 @@ from numpy.typing import NDArray
 
 from moireid.errors import MediaError
 from moireid.files import AnyPath, as_path
+from moireid.verifier.damage import DamageWatch
 from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.picture import Frame, Picture
+from moireid.verifier.reasons import Reason
+from moireid.verifier.tracks import tracks_of
 
 if TYPE_CHECKING:
     import av
@@ -79,11 +82,13 @@ class Film:
         The file.
     reduced : bool
         Read pictures larger than 4K reduced; otherwise they are refused.
+    track : int, optional
+        Number of the video track to read, as in `described`; None for the first one that is no cover picture.
 
     Raises
     ------
     MediaError
-        Where it is absent, empty or no film that can be read, or its pictures are larger than 8K.
+        Where it is absent, empty or no film that can be read, has no such track, or its pictures are larger than 8K.
 
     Notes
     -----
@@ -96,8 +101,8 @@ class Film:
     which large films come, have none.
     """
 
-    def __init__(self, path: AnyPath, *, reduced: bool = True) -> None:
-        """Open the file and look at its first video stream.  Raises: MediaError where there is none."""
+    def __init__(self, path: AnyPath, *, reduced: bool = True, track: int | None = None) -> None:
+        """Open the file and look at its tracks.  Raises: MediaError where there is none."""
         import av
 
         self.path = path = as_path(path)
@@ -110,18 +115,21 @@ class Film:
         if self._file.size == 0:
             raise MediaError(f"video {path} is empty; {ADVICE}")
         try:
-            self._by_stream = self._look_at_streams()
+            self._by_stream = self._look_at_streams(track)
             with self._open() as container:
-                stream = container.streams.video[0]
+                stream = self._stream(container)
                 if stream.codec_context is None:
                     raise MediaError(f"{path} is coded in a way that no decoder here knows; {ADVICE}")
                 self._coded = stream.codec_context.width, stream.codec_context.height
                 self._whole = squared(self._coded, stream.sample_aspect_ratio)
                 self.fps = float(stream.average_rate or stream.guessed_rate or 30)
-                self.frames_expected = int(stream.frames) or None
+                self.frames_expected = self.tracks.pictures
+                self._codec = stream.codec_context.name
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{path} cannot be read as a video ({_reason(error)}); {ADVICE}") from error
         self._set_size(reduced=reduced)
+        #: Which frames are damaged, as far as they were decoded.
+        self.damage, self._turned = DamageWatch(self._codec), 0
 
     def _set_size(self, *, reduced: bool) -> None:
         """Set width and height that are read.  Raises: MediaError where the pictures are too large, or have no size."""
@@ -138,8 +146,8 @@ class Film:
         self.reduced_by = max(math.ceil(math.sqrt(pixels / MOST_PIXELS)), 1)
         self.width, self.height = (side // self.reduced_by for side in self._whole)
 
-    def _look_at_streams(self) -> list[dict[str, str]]:
-        """FFmpeg's options for each stream: only the first one of pictures is decoded.
+    def _look_at_streams(self, track: int | None) -> list[dict[str, str]]:
+        """List the tracks, and give FFmpeg's options for each stream: only the track that is read is decoded.
 
         Raises: MediaError where there are too many streams, or none of pictures.
         """
@@ -147,18 +155,28 @@ class Film:
 
         try:
             with av.open(self._file.reading(), options=OPENING | UNDECODED) as container:
-                pictures, count = [stream.index for stream in container.streams.video], len(container.streams)
+                pictures, count = len(container.streams.video), len(container.streams)
+                if pictures > MOST_PICTURE_STREAMS or count > MOST_STREAMS:
+                    raise MediaError(
+                        f"{self.path} has {pictures} streams of pictures, and {count} in all; at most "
+                        f"{MOST_PICTURE_STREAMS} and {MOST_STREAMS} are read; export the pictures of the badge alone"
+                    )
+                #: Its video tracks, and what players may show other than the one that is read.
+                self.tracks = tracks_of(container, self._unedited, self._file, track)
         except av.error.MemoryError as error:
             words = f"has more than {MOST_STREAMS} streams, or asks for more memory than there is"
             raise MediaError(f"{self.path} {words}; {ADVICE}") from error
-        if len(pictures) > MOST_PICTURE_STREAMS or count > MOST_STREAMS:
-            raise MediaError(
-                f"{self.path} has {len(pictures)} streams of pictures, and {count} in all; at most "
-                f"{MOST_PICTURE_STREAMS} and {MOST_STREAMS} are read; export the pictures of the badge alone"
-            )
-        if not pictures:
-            raise MediaError(f"{self.path} holds no video stream; {ADVICE}")
-        return [{} if number == pictures[0] else UNDECODED for number in range(count)]
+        return [{} if number == self.tracks.chosen else UNDECODED for number in range(count)]
+
+    def _unedited(self) -> av.container.InputContainer:
+        """The file with all its pictures, also those that its edit lists hide.  Raises: FFmpegError."""
+        import av
+
+        return av.open(self._file.reading(), options=OPENING | UNDECODED | {"ignore_editlist": "1"})
+
+    def _stream(self, container: av.container.InputContainer) -> av.VideoStream:
+        """The track that is read."""
+        return next(one for one in container.streams.video if one.index == self.tracks.chosen)
 
     def _open(self) -> av.container.InputContainer:
         """The file with its streams described.  Raises: FFmpegError."""
@@ -177,7 +195,8 @@ class Film:
         -------
         dict
             Path, SHA-256 of the file that was read, the decoder's version, width and height of its pictures in px,
-            frames a second, and by how much the pictures were reduced.
+            frames a second, and by how much the pictures were reduced; its tracks; and of the pictures read by now,
+            how many are interlaced, and the quarter turns, anticlockwise, by which players turn them.
 
         Raises
         ------
@@ -186,7 +205,12 @@ class Film:
         """
         sha256, decoder = self._file.sha256(), decoder_version()
         size = {"width": self._whole[0], "height": self._whole[1], "fps": self.fps, "reduced_by": self.reduced_by}
-        return {"path": str(self.path), "sha256": sha256, "decoder": decoder, **size}
+        shown = {"tracks": self.tracks.tracks, "interlaced": self.damage.interlaced, "quarter_turns": self._turned}
+        return {"path": str(self.path), "sha256": sha256, "decoder": decoder, **size, **shown}
+
+    def findings(self) -> tuple[Reason, ...]:
+        """Findings on its tracks, and on damage in the one that was judged, once it was read."""
+        return self.tracks.findings + (self.damage.findings(self.frames_expected) if self.tracks.judged else ())
 
     def frames(self) -> Generator[Frame, None, None]:
         """Decode frame by frame, from the beginning, one frame in memory at a time.
@@ -199,13 +223,19 @@ class Film:
         Raises
         ------
         MediaError
-            Where nothing at all decodes, or where the file breaks off within.
+            Where nothing at all decodes, or where the pictures change their size.
+
+        Notes
+        -----
+        Convention: an error of the decoder ends nothing; it is noted in `damage`, as is where the file breaks off.
         """
         import av
 
+        self.damage.marks.clear()
+        self.damage = damage = DamageWatch(self._codec, self.damage.marks)
         count = 0
         try:
-            with closing(self._decoded()) as pictures:
+            with closing(self._decoded(damage=damage)) as pictures:
                 for picture in pictures:
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
                     if (picture.width, picture.height) != self._coded:
@@ -214,12 +244,17 @@ class Film:
                             f"{picture.width} x {picture.height} at frame {count}; export it anew at one size"
                         )
                     seen = picture_of(picture)
+                    if count == 0:
+                        self._turned = round(picture.rotation / 90) % 4
                     if self._coded != (self.width, self.height):
                         seen = Picture(self._sized(seen.whole))
                     yield Frame(count, time_s, seen)
                     count += 1
         except (av.error.FFmpegError, OSError, ValueError) as error:
-            raise MediaError(f"{self.path} breaks off after frame {count} ({_reason(error)}); {ADVICE}") from error
+            if not (count and isinstance(error, av.error.InvalidDataError)):
+                why = _reason(error)
+                raise MediaError(f"{self.path} cannot be decoded after frame {count} ({why}); {ADVICE}") from error
+            damage.breaks_off = True
         if count == 0:
             raise MediaError(f"{self.path} holds no picture that decodes; {ADVICE}")
 
@@ -259,16 +294,33 @@ class Film:
             raise MediaError(f"{self.path} cannot be decoded at frame {index} ({_reason(error)}); {ADVICE}") from error
         raise MediaError(f"{self.path} has no frame {index}; {ADVICE}")
 
-    def _decoded(self, from_s: float | None = None) -> Generator[Any, None, None]:
+    def _decoded(self, from_s: float | None = None, damage: DamageWatch | None = None) -> Generator[Any, None, None]:
         """Pictures as FFmpeg has them; from_s: time in the file of one after the first of them, s."""
+        import av
+
+        damage = damage or DamageWatch(self._codec)
         with self._open() as container:
-            stream = container.streams.video[0]
+            stream = self._stream(container)
             # Threads of the decoder wait for one another, and hold more pictures in memory (decisions/decoding-ahead).
             stream.codec_context.thread_count = 1
             stream.codec_context.options = LIMITS
+            # So that each picture has the number of its packet.
+            stream.codec_context.copy_opaque = True
             if from_s is not None and stream.time_base:
                 container.seek(round(from_s / stream.time_base), stream=stream)
-            yield from container.decode(stream)
+            for number, packet in enumerate(container.demux(stream)):
+                packet.opaque = number
+                damage.packet(number, packet)
+                decoded: list[av.VideoFrame] = []
+                try:
+                    decoded = packet.decode()
+                except av.error.MemoryError:
+                    raise
+                except av.error.FFmpegError:
+                    damage.error(number)
+                for picture in decoded:
+                    damage.frame(number if picture.opaque is None else picture.opaque, picture)
+                    yield picture
 
     def _sized(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """A coded picture with square pixels, reduced; a last row or column that fills no pixel is left out."""

@@ -23,6 +23,7 @@ from moireid.badge import Badge
 from moireid.idcodes import DecodeResult
 from moireid.provenance import BadgeHolder, Exclusion, Provenance, Standing
 from moireid.verifier import Claim, limits
+from moireid.verifier.damage import DamageWatch, claimed_finding
 from moireid.verifier.decision import findings, judge
 from moireid.verifier.decision.comparison import Explanation, GratingComparison
 from moireid.verifier.decision.figures import Figures
@@ -213,6 +214,9 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield cover.cover_findings(cover.Cover(0.1, (), 9.0, present_share=0.1), 0.5)
     searched: Any = SimpleNamespace(_view=SimpleNamespace(unsearched_s=MAX_UNSEARCHED_S + 1))
     yield streaming.Verifier.long_unsearched.fget(searched)  # type: ignore[attr-defined]
+    lost = DamageWatch(marks=bytearray(90), lost=9)
+    yield lost.findings(None)
+    yield [claimed_finding(), Reason("tracks", "undecided", 2.0, 1.0, "tracks", "The file has 2 video tracks.")]
     yield restart_findings(1, limits.WINDOW_FRAMES, limits.WINDOW_FRAMES)
     yield check_level.level_finding("live", "record", "not_known")
     yield [overlap._no_face(9), overlap._agreement(90, 1, None)]

@@ -355,5 +355,5 @@ def test_each_finding_stands_in_one_group() -> None:
     found = sorted_findings(reasons)
     output = [*found.fail, *found.open, *found.warn, *found.hold, *found.rest]
     assert len(output) == len(reasons) and all(one in output for one in reasons)
-    assert [one["code"] for one in found.warn] == ["covered", "copyable"]
+    assert [one["code"] for one in found.warn] == ["tracks", "damaged", "covered", "copyable"]
     assert {one["level"] for one in found.first} == {"fail", "undecided", "note"}

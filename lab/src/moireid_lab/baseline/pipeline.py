@@ -86,7 +86,7 @@ def verify_published(
             progress(read, film.frames_expected)
     measured, place = np.unwrap(reader.phases), np.array(reader.places)
     invariant = judge(measured, place, read)
-    reasons = invariant.reasons
+    reasons = invariant.reasons + film.findings()
     identity = Identity("unreadable" if claim.names_someone else "not_claimed", (), claimed_id=claim.badge_id)
     if claim.names_someone:
         text = "The published pipeline does not read identities, so it cannot say whose badge this is."

@@ -218,13 +218,19 @@ def lines_of(found: CheckResult) -> list[str]:
     return [
         f"{head}: {film['name']} was judged {document['verdict'].upper()}, {whose}",
         *faults,
-        f"  film: SHA-256 {film['sha256']}; {same[film['same']]}",
+        f"  film: SHA-256 {film['sha256']}; {same[film['same']]}{_track(film['tracks'])}",
         f"  who: {_who(document['signer'])}",
         f"  when: {_when(document['time'])}",
         f"  with: moireid {document['moireid']}",
         f"  registry: {_registry(document['registry'])}",
         *([f"  badge now: {_now(document['badge_now'], found.holds)}"] if document["badge_now"] else []),
     ]
+
+
+def _track(tracks: list[dict[str, Any]]) -> str:
+    """Which of several video tracks was judged; empty for a film of one."""
+    chosen = [str(track["index"]) for track in tracks if track["chosen"]]
+    return f"; track {chosen[0]} of its {len(tracks)} video tracks was judged" if len(tracks) > 1 and chosen else ""
 
 
 def _who(signer: dict[str, Any]) -> str:

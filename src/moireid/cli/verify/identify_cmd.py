@@ -21,6 +21,7 @@ from moireid.cli.common import (
     registry_option,
     report_standing,
     show_json,
+    track_option,
     trust_option,
 )
 from moireid.cli.sealed_reader import sealed_reader, unsealed_option
@@ -37,6 +38,7 @@ from moireid.errors import SpecError
 @trust_option
 @focal_option
 @camera_option
+@track_option
 @unsealed_option
 @json_option
 @friendly
@@ -49,6 +51,7 @@ def identify_command(
     witness_check: WitnessCheck | None,
     focal_px: float | None,
     camera_file: Path | None,
+    track: int | None,
     unsealed: bool,
     as_json: bool,
 ) -> None:
@@ -68,7 +71,7 @@ def identify_command(
     people = people_of_registry(registry_url, terms) if bundle_path is None else people_of_bundle(bundle_path, terms)
     films = sealed_reader([video], unsealed=unsealed)
     with films as reader, people as scope, progress_bar("reading the film") as progress:
-        order = IdentifyingOrder(video, scope.layouts, focal_px, camera)
+        order = IdentifyingOrder(video, scope.layouts, focal_px, camera, track)
         document, known = scope.search(order, reader, progress)
     if as_json:
         show_json(document)

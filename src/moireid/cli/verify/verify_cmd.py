@@ -117,6 +117,7 @@ def _order(wish: VerifyOptions, found: ClaimedBadge, scores: Scores) -> JudgingO
         wish.report_folder is not None,
         wish.pipeline,
         corners,
+        wish.track,
     )
 
 
@@ -156,6 +157,7 @@ OPTIONS = {
     "built": "--no-require-original, or enroll --capture",
     "copyable": "enroll --capture",
     "cover": "--cover",
+    "tracks": "--track",
     "photographs": "--photographs",
     "level": "--level, enroll --capture, or watch --challenge",
     "corners": "--pipeline published",

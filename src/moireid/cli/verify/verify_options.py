@@ -16,6 +16,7 @@ from moireid.cli.common import (
     json_option,
     overwrite_option,
     registry_option,
+    track_option,
     trust_option,
 )
 from moireid.cli.sealed_reader import unsealed_option
@@ -77,6 +78,7 @@ OPTIONS = (
     *CLAIM_OPTIONS,
     focal_option,
     camera_option,
+    track_option,
     click.option(
         "--report",
         "report_folder",
@@ -166,6 +168,7 @@ class VerifyOptions(ClaimWish):
     video: Path
     focal_px: float | None
     camera_file: Path | None
+    track: int | None
     report_folder: Path | None
     require_original: bool | None
     overlap: bool
@@ -206,6 +209,7 @@ def _check_pipeline(wish: VerifyOptions) -> None:
         "--overlap": wish.overlap or None,
         "--cover": wish.cover_share,
         "--photographs": wish.photographs,
+        "--track": wish.track,
     }
     wanted["--level"] = None if wish.level == "record" else wish.level
     for name, value in wanted.items():

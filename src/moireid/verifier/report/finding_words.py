@@ -23,13 +23,14 @@ WEIGHTIEST = (
 )
 #: A cause that makes other findings inconclusive comes before them.
 CAUSES = (
-    *("badge_absent", "fringes", "page_scale", "lens", "steep", "camera", "mixed_frames", "small", "covered"),
+    *("tracks", "damaged", "badge_absent", "fringes", "page_scale", "lens", "steep"),
+    *("camera", "mixed_frames", "small", "covered"),
     *("motion_gaps", "phase_gaps", "motion"),
 )
 #: Notes that warn; all others are for experts.
 WARNINGS = (
     *("claim_source", "look_alike", "chosen_line", "hidden_letters", "name_derived", "copyable"),
-    *("as_built_earlier", "others", "times", "covered", "pose_outliers", "challenge"),
+    *("as_built_earlier", "others", "times", "covered", "pose_outliers", "challenge", "tracks", "damaged"),
 )
 
 
@@ -157,6 +158,11 @@ OPEN = {
         "something covers the badge", "Ask for another film in which no hand, caption or glare covers it."
     ),
     "pose_outliers": Words("the badge does not look flat in too many frames", NEARER),
+    "tracks": Words(
+        "players may show other pictures than those judged",
+        "Ask for the film with one video track, without crops, edit lists and subtitles; or say which track is meant.",
+    ),
+    "damaged": Words("too many pictures are damaged", ORIGINAL),
     "flicker": Words(
         "the badge is missing in too many frames",
         "Ask for another film, in better light and with slower moves, that shows the badge in every frame.",

@@ -60,7 +60,8 @@ def moment_to_show(report: Report) -> Moment:
 def frame_picture(report: Report, moment: Moment) -> bytes | None:
     """That frame as a JPEG, in colour, the badge outlined; None if the film is gone or has changed."""
     try:
-        film = Film(Path(report.film["path"]))
+        chosen = next((one["index"] for one in report.film.get("tracks", ()) if one["chosen"]), None)
+        film = Film(Path(report.film["path"]), track=chosen)
         if film.described()["sha256"] != report.film["sha256"]:
             return None
         seen, turns = film.picture(moment.index, moment.time_s)

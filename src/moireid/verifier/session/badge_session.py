@@ -23,6 +23,7 @@ from moireid.verifier.session.chapters import (
     identity_of,
     invariant_of,
     judge_chapter,
+    judge_marked,
 )
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
@@ -59,7 +60,8 @@ class BrokenBadge:
 class ChapterTracker:
     """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one.
 
-    executor: judges a chapter while the film goes on; one at a time, so that memory stays bounded.
+    executor: judges a chapter while the film goes on; one at a time, so that memory stays bounded; marks: as
+    `judge_marked`.
     """
 
     claim: Claim
@@ -67,6 +69,7 @@ class ChapterTracker:
     done: list[Chapter] = field(default_factory=list)
     repeated: int = 0
     executor: Executor | None = None
+    marks: Sequence[int] = b""
     _pending: Future[Chapter] | None = None
     _verdict: Verdict | None = None
 
@@ -87,9 +90,9 @@ class ChapterTracker:
         self.settle()
         track = self.tracker.take(keep)
         if self.executor is not None and keep:
-            self._pending = self.executor.submit(_judged, track, self.claim, self.repeated)
+            self._pending = self.executor.submit(_judged, track, self.claim, self.repeated, self.marks)
         else:
-            self._take_in(_judged(track, self.claim, self.repeated))
+            self._take_in(_judged(track, self.claim, self.repeated, self.marks))
         self.repeated = keep
 
     def _take_in(self, chapter: Chapter) -> None:
@@ -164,9 +167,12 @@ class ChapterTracker:
         return {"frame": first.frame, "time_s": json_number(first.time_s), "corners_px": places}
 
 
-def _judged(track: Track, claim: Claim, repeated: int) -> Chapter:
+def _judged(track: Track, claim: Claim, repeated: int, marks: Sequence[int]) -> Chapter:
     """Judge a chapter, and return the memory that this took to the system."""
-    chapter = judge_chapter(track, claim, repeated=repeated)
+    if any(marks):
+        chapter = judge_marked(track, claim, repeated, marks)
+    else:
+        chapter = judge_chapter(track, claim, repeated=repeated)
     return_freed_memory()
     return chapter
 

@@ -35,12 +35,13 @@ def capture_as_built(
     focal_px: float | None = None,
     camera: KnownCamera | None = None,
     measured_scale: float | None = None,
+    track: int | None = None,
     progress: Progress | None = None,
 ) -> AsBuilt:
     """As-built figures of `badge` from one or more films of it.
 
     Parameters: focal_px, camera: as in `Claim`; measured_scale: length of the scale bar by a ruler over its nominal
-        length; it is only recorded.
+        length; it is only recorded; track: of each film, as in `verify`.
     Convention: as `AsBuilt`.
     Raises: MediaError if a film cannot be read or does not show this badge in motion; DesignError for a board
         without an identity.
@@ -50,7 +51,8 @@ def capture_as_built(
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
     parts = []
     for video in videos:
-        report = verify(video, Claim(badge, badge.id, focal_px, camera=camera, enrolling=True), progress=progress)
+        claim = Claim(badge, badge.id, focal_px, camera=camera, enrolling=True)
+        report = verify(video, claim, track=track, progress=progress)
         built = built_in(report)
         if built is None:
             raise MediaError(

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from moireid.verifier.damage import CLAIMED
 from moireid.verifier.decision.judge import Invariant, Segment, gain_of, judge_segments, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.fringes.grating_signal import GratingSignal, joined
@@ -27,7 +28,7 @@ from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import GAIN_REJECTED_SDS, MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
-from moireid.verifier.reasons import Level, Reason, worst
+from moireid.verifier.reasons import Level, Reason, Verdict, worst
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, judged_spans, seen_spans
 from moireid.verifier.tracking.track import Track
@@ -56,7 +57,8 @@ class Chapter:
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
     its frames, None once they are dropped; sheet: the gains that the badge may have (the signals are computed with the
     expected one); passed: as in `Track`; judged_s, seen_s: the spans that were judged, and those that show the badge;
-    earlier: the same by each earlier set of figures, the newest first, where the film does not agree with those in use.
+    earlier: the same by each earlier set of figures, the newest first, where the film does not agree with those in use;
+    claimed: whether it was rejected with the frames that only the container says are damaged, and is not without them.
     """
 
     frames_read: int
@@ -75,10 +77,31 @@ class Chapter:
     judged_s: tuple[Span, ...] = ()
     sheet: SheetGain = DESIGNED
     earlier: tuple[Chapter, ...] = ()
+    claimed: bool = False
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
         return replace(self, track=None, measurement=None, earlier=tuple(one.light() for one in self.earlier))
+
+
+def judge_marked(track: Track, claim: Claim, repeated: int, marks: Sequence[int]) -> Chapter:
+    """As `judge_chapter`, without damaged frames; marks: of each frame of the film, as `DamageWatch.marks`."""
+    mark = np.array([marks[number] for number in track.frame_numbers], int)
+
+    def judged(most: int) -> Chapter:
+        kept = mark <= most
+        return judge_chapter(track.only(kept), claim, repeated=int(kept[:repeated].sum()))
+
+    chapter = judged(CLAIMED)
+    if (mark == CLAIMED).any() and _verdict(chapter) == "reject":
+        sound = judged(0)
+        return replace(sound, claimed=True) if _verdict(sound) != "reject" else chapter
+    return chapter
+
+
+def _verdict(chapter: Chapter) -> Verdict:
+    """Of law, identity and figures of enrolment, by one chapter alone."""
+    return worst([*chapter.invariant.reasons, *chapter.identity.reasons, *chapter.built_reasons])
 
 
 def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:

@@ -30,6 +30,7 @@ from moireid.badge import Badge
 from moireid.files import AnyPath
 from moireid.frames import axis_words
 from moireid.provenance import Exclusion
+from moireid.verifier.damage import claimed_finding
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
@@ -49,6 +50,7 @@ def verify(
     *,
     barred: Exclusion | None = None,
     overlap: bool = False,
+    track: int | None = None,
     progress: Progress | None = None,
 ) -> Report:
     """Verify a film against a claim, in this process.
@@ -66,6 +68,8 @@ def verify(
         Why the claimed badge does not count, if it does not.
     overlap : bool
         Require that the badge passes in front of the face and obeys the law there (`overlap`).
+    track : int, optional
+        The video track to judge, as `Film.described` numbers them; a film of several is inconclusive without it.
     progress : callable, optional
         Called with the number of frames read, and the number expected (None if the file does not state it).
 
@@ -91,7 +95,7 @@ def verify(
     Source: the steps and the policy are those of the module docstring.
     """
     begun = time.perf_counter()
-    film = Film(video)  # 1
+    film = Film(video, track=track)  # 1
     if claim.camera is not None:
         claim.camera.check_size((film.width, film.height))
     # The matrices are small: a second BLAS thread waits far longer than it works, and costs half
@@ -108,14 +112,21 @@ def verify(
         + seen.verifier.restarts
     )
     judged = seen.verifier.judged
-    overlapped = seen.watch.judge(judged.tracker, seen.chapters) if seen.watch else None
+    watched = seen.watch if film.tracks.judged else None
+    overlapped = watched.judge(judged.tracker, seen.chapters) if watched else None
     if overlapped:
         reasons += overlapped.reasons
+    if not film.tracks.judged:
+        reasons = ()
+    reasons += film.findings()
+    if any(chapter.claimed for chapter in seen.chapters):
+        reasons += (claimed_finding(),)
     cover = seen.verifier.cover
     tracked, passed = (sum(getattr(chapter, name) for chapter in seen.chapters) for name in ("tracked", "passed"))
     if tracked:
         reasons += (*cover_findings(cover, claim.cover_share), *seen.verifier.long_unsearched)
-    reasons += claim_reasons(claim, identity)
+    if film.tracks.judged:
+        reasons += claim_reasons(claim, identity)
     if barred is not None:
         reasons += (Reason(barred.code, "fail", barred.reason, None, "", barred.text),)
     level = level_reached(worst(list(reasons)), identity.built)
@@ -132,7 +143,12 @@ def verify(
         invariant,
         identity,
         film.described(),
-        {"read": seen.read, "tracked": tracked + passed, "unsearched": seen.verifier.unsearched},
+        {
+            "read": seen.read + film.damage.lost,
+            "tracked": tracked + passed,
+            "unsearched": seen.verifier.unsearched,
+            "damaged": film.damage.damaged,
+        },
         timing,
         _left_out(claim.badge, film, shown.measurement, seen.verifier.unsearched, passed),
         shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
@@ -165,12 +181,16 @@ def _read(film: Film, claim: Claim, overlap: bool, progress: Progress | None) ->
     # A thread judges the chapters, unless the process may use only one; none is started before it is needed.
     with ThreadPoolExecutor(1, "chapters") as thread:
         executor = None if one_thread() else thread
-        verifier = Verifier(claim, running=False, chapter_executor=executor, reduced_by=film.reduced_by)
+        verifier = Verifier(
+            claim, running=False, chapter_executor=executor, reduced_by=film.reduced_by, marks=film.damage.marks
+        )
         clock = time.perf_counter()
         # Decoding runs in parallel, so this counts only the time that the loop waits for a frame.
         for frame in film.frames_ahead():
             stages["decode"] += time.perf_counter() - clock
             read += 1
+            if not film.tracks.judged:
+                break
             verifier.push(frame)  # 2, and 3 to 7 where a chapter is full
             if watch:
                 begin = time.perf_counter()

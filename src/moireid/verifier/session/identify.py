@@ -80,6 +80,7 @@ def identify(
     *,
     focal_px: float | None = None,
     camera: KnownCamera | None = None,
+    track: int | None = None,
     progress: Progress | None = None,
 ) -> Identification:
     """Find the enrolled badge that a film shows.
@@ -96,6 +97,8 @@ def identify(
         Focal length of the film's camera, px; None if it is not known.
     camera : KnownCamera, optional
         A calibration of the film's camera, in place of its focal length.
+    track : int, optional
+        The video track to judge, as in `verify`.
     progress : callable, optional
         Called with the number of frames read, and the number expected (None if the file does not state it).
 
@@ -118,11 +121,12 @@ def identify(
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
     outcomes = []
     if camera is not None:
-        film = Film(video)
+        film = Film(video, track=track)
         camera.check_size((film.width, film.height))
     for layout in layouts:
         try:
-            report = verify(video, Claim(layout, focal_px=focal_px, camera=camera), progress=progress)
+            claim = Claim(layout, focal_px=focal_px, camera=camera)
+            report = verify(video, claim, track=track, progress=progress)
         except (SpecError, CodeError) as error:
             # One unreadable badge in the registry must not hide all others.
             text = f"One badge layout in the registry cannot be checked: {error}."
@@ -145,6 +149,9 @@ def judge(report: Report, enrolled: EnrolledPeople) -> Identification:
         text = "The fringes do not move as a real badge's do, so the film shows no enrolled badge."
         reason = Reason("genuine", "fail", None, None, "", text)
         return Identification("nobody", None, (*invariant.reasons, reason), report)
+    unsure = tuple(one for one in report.reasons if one.code in ("tracks", "damaged") and one.level == "undecided")
+    if unsure:
+        return Identification("inconclusive", None, unsure, report)
     found, reason = _whose(report.identity, enrolled)
     others = tuple(one for one in report.reasons if one.code == "others_break")
     # Without a badge in view the invariant has no reasons, but the report has some.

@@ -11,6 +11,7 @@ from __future__ import annotations
 import importlib
 import math
 import time
+from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 
@@ -90,6 +91,7 @@ class Verifier:
         aside: Executor | None = None,
         chapter_executor: Executor | None = None,
         reduced_by: int = 1,
+        marks: Sequence[int] = b"",
     ) -> None:
         """Begin a film.
 
@@ -108,6 +110,8 @@ class Verifier:
         reduced_by : int
             Width of one pixel of the pushed frames in pixels of the film, as `Film.reduced_by`; the claim's focal
             length and the places in findings are in pixels of the film.
+        marks : sequence of int
+            Which frames are damaged, by their index, as `DamageWatch.marks`; it grows while frames are pushed.
 
         Raises
         ------
@@ -129,7 +133,8 @@ class Verifier:
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
         self._chapter_executor = chapter_executor if chapter_executor is not None else aside
-        self._lines = [ChapterTracker(claim, self._view.trackers[0], executor=self._chapter_executor)]
+        self._marks = marks
+        self._lines = [self._new_line(self._view.trackers[0])]
         #: Lost badges: their number, the identities that were read on them, those that were rejected, and of all of
         #: them the one of least rank and the largest that passes.
         self._gone, self._gone_read = 0, set[str]()
@@ -290,7 +295,10 @@ class Verifier:
             self._kept = list(dict.fromkeys((*kept[:1], *passing[:1])))
         self._view.given_up.clear()
         for tracker in self._view.trackers[len(self._lines) :]:
-            self._lines.append(ChapterTracker(self._claim, tracker, executor=self._chapter_executor))
+            self._lines.append(self._new_line(tracker))
+
+    def _new_line(self, tracker: BadgeTracker) -> ChapterTracker:
+        return ChapterTracker(self._claim, tracker, executor=self._chapter_executor, marks=self._marks)
 
     def _looks(self) -> list[tuple[ChapterTracker, Track]]:
         """The last frames of the badges that are in view now."""

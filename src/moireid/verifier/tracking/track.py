@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -47,6 +47,22 @@ class Track:
     def tracked(self) -> int:
         """Number of frames in which the badge was found and registered."""
         return len(self.times_s)
+
+    def only(self, kept: NDArray[np.bool_]) -> Track:
+        """The track of some of its frames, mask (T,)."""
+        cells = kept[self.cell_frames]
+        return replace(
+            self,
+            frame_numbers=self.frame_numbers[kept],
+            times_s=self.times_s[kept],
+            homographies=self.homographies[kept],
+            correlations=self.correlations[kept],
+            profiles=tuple(
+                seen[kept if strip.uniform else cells] for seen, strip in zip(self.profiles, self.strips, strict=True)
+            ),
+            cell_frames=(np.cumsum(kept) - 1)[self.cell_frames[cells]],
+            vague=None if self.vague is None else self.vague[kept],
+        )
 
 
 def board_px(badge: Badge, page: Array, mirrored_px: int | None) -> Array:

@@ -1,0 +1,188 @@
+"""The video tracks of a file, and what players may show of it other than its one track, picture by picture.
+
+Players differ in which of several tracks they show, in what they crop, and in whether they follow edit lists and
+chapters.  A verdict is about what every player shows, so each such thing is a finding, and most leave the film
+inconclusive.  Cover pictures count as no track.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from moireid.errors import MediaError
+from moireid.verifier.limits import MAX_STRAY_SHARE
+from moireid.verifier.opened_file import OpenedFile
+from moireid.verifier.reasons import Reason
+
+if TYPE_CHECKING:
+    import av
+
+#: Subtitles that a player draws in any case: pictures, and text that can draw shapes of any size.
+DRAWN = frozenset({"dvbsub", "dvdsub", "pgssub", "xsub", "ass", "ssa"})
+#: Elements of Matroska: those that hold others on the way to the flag of ordered chapters, and that flag.
+ELEMENTS, ORDERED = frozenset({0x18538067, 0x1043A770, 0x45B9}), 0x45DD
+#: Of a transport stream: sizes of a packet (alone, after a time code, before bytes that correct errors), its first
+#: byte, and the bytes that are looked at together.
+PACKETS, SYNC, SCANNED = (188, 192, 204), 0x47, 1 << 22
+AGAIN = "An edit list shows pictures again, or in another order, and players differ in following it."
+CROPPED = "The file asks players to crop its pictures, and some do; the whole pictures were judged."
+CHAPTERS = "Ordered chapters show the film's parts in another order, and players differ in following them."
+CUT = "The file breaks off within a part of it; it was judged as far as it goes."
+#: FFmpeg's log has one level for all threads.
+LOG = Lock()
+
+
+@dataclass(frozen=True)
+class FilmTracks:
+    """The tracks of a file as in `input.tracks`, the number of the one that is read, and findings on what players may
+    show instead.
+
+    judged: whether it may be judged, as it is the only one or was asked for; pictures: that it has, as the file says.
+    """
+
+    tracks: list[dict[str, Any]]
+    chosen: int
+    judged: bool
+    findings: tuple[Reason, ...]
+    pictures: int | None
+
+
+def tracks_of(
+    container: av.container.InputContainer,
+    unedited: Callable[[], av.container.InputContainer],
+    file: OpenedFile,
+    wanted: int | None,
+) -> FilmTracks:
+    """List the tracks of a file.
+
+    Parameters: container: the opened file; unedited: opens it without its edit lists; wanted: the track asked for.
+    Raises: MediaError where there is no track, or none of that number.
+    """
+    # A track of chapters' pictures has the flag of a cover too, but is a track that players may show.
+    found = [s for s in container.streams.video if "attached_pic" not in _flags(s) or "timed_thumbnails" in _flags(s)]
+    if not found:
+        raise MediaError(f"{file.path} holds no video stream; give a film that a video player can play")
+    tracks = [_track(stream) for stream in found]
+    named = "; ".join(f"track {one['index']}: {one['codec']} {one['width']} x {one['height']}" for one in tracks)
+    stream = next((one for one in found if wanted in (None, one.index)), None)
+    if stream is None:
+        raise MediaError(f"{file.path} has no video track {wanted}; give one of these: {named}")
+    doubts, late, pictures = [_subtitles(container)], 0, stream.frames or None
+    with LOG:
+        doubts.append(_crop(container))
+    formats = container.format.name.split(",")
+    if "mov" in formats:
+        # An entry is no longer valid once its file is closed.
+        with unedited() as whole:
+            stored = [entry.pos for entry in whole.streams[stream.index].index_entries]
+        shown = [entry.pos for entry in stream.index_entries if not entry.is_discard]
+        doubts.append(_edits(stored, shown))
+        pictures = pictures and len(shown)
+    elif "matroska" in formats:
+        doubts += _elements(file)
+    elif "mpegts" in formats:
+        late = len(_picture_ids(file) - {one.id for one in container.streams})
+    reasons = [Reason("tracks", "undecided", None, None, "", doubt) for doubt in doubts if doubt not in ("", CUT)]
+    reasons += [Reason("damaged", "note", None, None, "", CUT)] if CUT in doubts else []
+    count = len(tracks) + late
+    if count > 1 and wanted is None:
+        text = (
+            f"The file has {count} video tracks ({named}{'; one begins later' if late else ''}), and players differ in "
+            "which one they show. Nothing was judged: say which track is meant, or give a file with one."
+        )
+        reasons.insert(0, Reason("tracks", "undecided", float(count), 1.0, "tracks", text))
+    elif count > 1:
+        text = f"Track {wanted} of the file's {count} video tracks is judged, as asked; players may show another one."
+        reasons.insert(0, Reason("tracks", "note", float(count), 1.0, "tracks", text))
+    judged = count == 1 or wanted is not None
+    for track in tracks:
+        track["chosen"] = judged and track["index"] == stream.index
+    return FilmTracks(tracks, stream.index, judged, tuple(reasons), pictures)
+
+
+def _flags(stream: Any) -> set[str]:
+    return {flag.name for flag in stream.disposition}
+
+
+def _track(stream: Any) -> dict[str, Any]:
+    coded = stream.codec_context
+    size = {"width": (coded and coded.width) or None, "height": (coded and coded.height) or None}
+    return {"index": stream.index, "codec": coded and coded.name, **size, "default": "default" in _flags(stream)}
+
+
+def _subtitles(container: av.container.InputContainer) -> str:
+    """A sentence on subtitles that players draw onto the pictures; empty where there are none."""
+    for stream in container.streams.subtitles:
+        codec = stream.codec_context.name if stream.codec_context else None
+        if codec is None or codec in DRAWN or _flags(stream) & {"forced", "default"}:
+            return (
+                f"Players draw the subtitles of track {stream.index} ({codec}) onto the pictures, and they were not "
+                "judged. Give the film without them."
+            )
+    return ""
+
+
+def _crop(container: av.container.InputContainer) -> str:
+    """A sentence on crops by the container: `clap` of MP4, PixelCrop of Matroska.  Only FFmpeg's description has it."""
+    import av
+
+    level = av.logging.get_level()
+    av.logging.set_level(av.logging.INFO)
+    described = container.dumps_format()
+    av.logging.set_level(level)
+    return CROPPED if re.search(r"Frame Cropping: [0/]*[1-9]", described) else ""
+
+
+def _edits(stored: Sequence[int], shown: Sequence[int]) -> str:
+    """A sentence on an edit list that repeats or hides pictures, by the pictures' places in the file."""
+    order = {place: number for number, place in enumerate(stored)}
+    if any(order.get(after, -1) <= order.get(before, -1) for before, after in pairwise(shown)):
+        return AGAIN
+    hidden = len(stored) - len(shown)
+    if hidden <= MAX_STRAY_SHARE * len(stored):
+        return ""
+    return (
+        f"An edit list hides {hidden} of the {len(stored)} pictures, as trimming does; these were not judged, and some "
+        "players show them. Export the film anew."
+    )
+
+
+def _elements(file: OpenedFile) -> list[str]:
+    """Sentences on ordered chapters, and on a last element that is not whole, of a Matroska or WebM file."""
+    place, found = 0, []
+    while len(head := file.read_at(place, 12)) == 12 and head[0]:
+        width = 9 - head[0].bit_length()
+        size_width = 9 - max(head[width].bit_length(), 1)
+        most = (1 << 7 * size_width) - 1
+        size = int.from_bytes(head[width : width + size_width], "big") & most
+        kind, start = int.from_bytes(head[:width], "big"), place + width + size_width
+        if kind == ORDERED and any(file.read_at(start, min(size, 8))):
+            found.append(CHAPTERS)
+        # Of unknown size are elements that hold others.
+        place = start if kind in ELEMENTS or size == most else start + size
+    return [*found, CUT] if place > file.size else found
+
+
+def _picture_ids(file: OpenedFile) -> set[int]:
+    """Identifiers of the streams of pictures in a transport stream, also of those that begin late."""
+    found: set[int] = set()
+    first = np.frombuffer(file.read_at(0, SCANNED), np.uint8)
+    size = max(PACKETS, key=lambda size: np.count_nonzero((first[:-size] == SYNC) & (first[size:] == SYNC)))
+    for place in range(0, file.size, SCANNED):
+        # Packets that cross the border are seen once more.
+        piece = np.frombuffer(file.read_at(place, SCANNED + 2 * size), np.uint8)
+        packets = np.flatnonzero((piece[:-size] == SYNC) & (piece[size:] == SYNC))
+        begins = packets[(piece[packets + 1] & 0x40 > 0) & (piece[packets + 3] & 0x10 > 0)]
+        body = begins + 4 + np.where(piece[begins + 3] & 0x20, 1 + piece[begins + 4].astype(int), 0)
+        begins, body = begins[body < begins + 184], body[body < begins + 184]
+        prefix = (piece[body] == 0) & (piece[body + 1] == 0) & (piece[body + 2] == 1) & (piece[body + 3] >> 4 == 0xE)
+        ids = (piece[begins + 1].astype(int) & 0x1F) << 8 | piece[begins + 2]
+        found |= set(ids[prefix].tolist())
+    return found

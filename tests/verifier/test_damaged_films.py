@@ -1,0 +1,292 @@
+"""Films that lost packets: read on, judged where they are sound, and never rejected for it.
+
+Each test names the fault that it catches.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from itertools import islice, product
+from pathlib import Path
+from types import SimpleNamespace
+
+import av
+import numpy as np
+import pytest
+
+from kit.damaging import TS, flagged, lost, recoded, with_packets, zeroed
+from moireid.badge import Badge, load_badge
+from moireid.errors import MediaError
+from moireid.verifier import Claim, Film, Report, verify
+from moireid.verifier.damage import CLAIMED, DAMAGED, DamageWatch
+from moireid.verifier.decision.judge import Invariant
+from moireid.verifier.limits import MAX_STRAY_SHARE
+from moireid.verifier.reasons import Reason
+from moireid.verifier.session import chapters
+from moireid.verifier.session.chapters import Chapter
+from moireid.verifier.tracking.track import Track, no_track
+
+CONTAINERS = {"libx264": "mp4", "libx265": "mov", "libvpx-vp9": "webm", "mjpeg": "avi"}
+
+
+@pytest.fixture(scope="module")
+def badge(films: Path) -> Badge:
+    return load_badge(films / "badge.json")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("damaged")
+
+
+@pytest.fixture(scope="module")
+def sound(films: Path, folder: Path) -> dict[tuple[str, str, int], Path]:
+    """True films by codec, container and group of pictures; made when they are first asked for."""
+
+    class Made(dict[tuple[str, str, int], Path]):
+        def __missing__(self, key: tuple[str, str, int]) -> Path:
+            codec, suffix, gop = key
+            self[key] = recoded(films / "genuine_1.0m.mp4", folder / f"{codec}_{gop}.{suffix}", codec, gop=gop)
+            return self[key]
+
+    return Made()
+
+
+def codes(report: Report, level: str) -> list[str]:
+    return [reason.code for reason in report.reasons if reason.level == level]
+
+
+def test_an_even_film_has_no_mark(sound, badge):
+    """Catches: a key picture, a reordered one or the last one taken for damage."""
+    film = Film(sound["libx264", "ts", 30])
+    assert sum(1 for _ in film.frames()) == 120 and not any(film.damage.marks) and film.findings() == ()
+
+
+@pytest.mark.parametrize(("codec", "damaged"), [("libx264", 30), ("libx265", 30), ("libvpx-vp9", 20), ("mjpeg", 1)])
+def test_a_zeroed_packet_is_read_past(sound, folder, badge, codec, damaged):
+    """Catches: a film that is refused for one packet; wrong pictures after it, up to the next key picture, judged."""
+    whole = sound[codec, CONTAINERS[codec], 30]
+    number = 70 if codec == "libvpx-vp9" else 60
+    report = verify(zeroed(whole, folder / f"zeroed{whole.suffix}", number), Claim(badge))
+    assert report.frames["damaged"] == damaged and report.frames["read"] == 120
+    assert report.frames["tracked"] == 120 - damaged
+    share = damaged / 120
+    assert report.verdict == ("accept" if share <= MAX_STRAY_SHARE else "inconclusive")
+    assert codes(report, "undecided") == ([] if share <= MAX_STRAY_SHARE else ["damaged"])
+    assert report.to_json()["cover"]["share"] == pytest.approx(1 - share, abs=0.03)
+    assert report.to_json()["cover"]["longest_gap_s"] >= (damaged - 1) / 30 - 0.01
+
+
+def test_wrong_pictures_are_marked_though_none_is_flagged(sound, folder):
+    """Catches: damage that ends with the flagged picture; pictures shown before it, and decoded after it, judged."""
+    whole, known = sound["libx264", "ts", 30], {}
+    for frame in Film(whole).frames():
+        known[round(frame.time_s, 3)] = frame.luma[::4, ::4].astype(int)
+    packets = whole.stat().st_size // TS
+    wrong = hidden = 0
+    for seed in range(6):
+        places = random.Random(seed).sample(range(packets // 6, packets), 2)
+        film = Film(lost(whole, folder / "lost.ts", places))
+        frames = list(film.frames())
+        for frame, mark in zip(frames, film.damage.marks, strict=True):
+            right = known.get(round(frame.time_s, 3))
+            is_wrong = right is None or np.mean(np.abs(frame.luma[::4, ::4] - right) > 12) > 5e-4
+            wrong += is_wrong
+            hidden += mark == DAMAGED
+            assert not is_wrong or mark, (seed, frame.index)
+    assert 20 < wrong <= hidden < 6 * 60
+
+
+def test_a_film_that_ends_early_is_read_as_far_as_it_goes(sound, folder, badge):
+    """Catches: a film that is refused for its end, or of which nothing says that it is cut."""
+    for codec in ("mjpeg", "libvpx-vp9"):
+        whole = sound[codec, CONTAINERS[codec], 30]
+        cut = folder / f"cut{whole.suffix}"
+        cut.write_bytes(whole.read_bytes()[: whole.stat().st_size * 3 // 4])
+        report = verify(cut, Claim(badge))
+        assert 80 < report.frames["read"] < 100 and report.verdict == "accept"
+        said = [reason.text for reason in report.reasons if reason.level == "note" and "breaks off" in reason.text]
+        assert len(said) == 1
+
+
+def test_a_file_that_cannot_be_read_on_is_judged_so_far(sound, badge, monkeypatch):
+    """Catches: a film that is refused for the last packets of its file; one of no pictures that is not."""
+    decoded = Film._decoded
+
+    def ends(film: Film, *given: object, **how: object) -> Iterator[av.VideoFrame]:
+        yield from islice(decoded(film, *given, **how), left)
+        raise av.error.InvalidDataError(1094995529, "Invalid data found when processing input")
+
+    monkeypatch.setattr(Film, "_decoded", ends)
+    left = 90
+    report = verify(sound["libx264", "ts", 30], Claim(badge))
+    assert report.frames["read"] == 90 and codes(report, "note").count("damaged") == 1
+    left = 0
+    with pytest.raises(MediaError, match="after frame 0"):
+        verify(sound["libx264", "ts", 30], Claim(badge))
+
+
+@pytest.mark.parametrize("counters", [False, True])
+def test_flags_alone_hide_nothing(films, folder, badge, counters):
+    """Catches: a forged stretch, or a whole forged film, that is left out as its packets are flagged."""
+    for codec in ("libx264", "libx265"):
+        forged = recoded(films / "forged_drift_1.0m.mp4", folder / f"forged_{codec}.ts", codec, gop=30)
+        told = flagged(forged, folder / "flagged.ts", (0.3, 0.6), counters=counters)
+        plain, report = verify(forged, Claim(badge)), verify(told, Claim(badge))
+        assert report.verdict == plain.verdict == "reject"
+        assert report.frames == plain.frames and report.frames["damaged"] == 0
+    # Where every packet is flagged, a decoder that finds damage by itself finds none.
+    told = flagged(folder / "forged_libx264.ts", folder / "flagged.ts", counters=counters)
+    assert verify(told, Claim(badge)).verdict == "reject"
+
+
+def test_flags_alone_accept_nothing(films, folder, badge, sound):
+    """Catches: a forged half between true ones that is accepted, as its packets are flagged as damaged."""
+
+    def forged_part() -> Iterator[av.VideoFrame]:
+        for part, (first, last) in (("genuine", (0, 60)), ("forged_drift", (60, 180)), ("genuine", (180, 240))):
+            with av.open(str(films / f"{part}_1.0m.mp4")) as given:
+                yield from (picture for number, picture in enumerate(given.decode(video=0)) if first <= number < last)
+
+    spliced = folder / "spliced.ts"
+    with av.open(str(spliced), "w") as made:
+        stream = made.add_stream("libx265", rate=60)
+        stream.width, stream.height, stream.pix_fmt = 1280, 720, "yuv420p"
+        stream.options = {"preset": "ultrafast", "crf": "18", "x265-params": "log-level=none:keyint=30:pools=1"}
+        for number, picture in enumerate(forged_part()):
+            frame = picture.reformat(1280, 720, "yuv420p")
+            frame.pts, frame.time_base, frame.pict_type = number, Fraction(1, 60), 0
+            made.mux(stream.encode(frame))
+        made.mux(stream.encode(None))
+    assert verify(spliced, Claim(badge)).verdict != "accept"
+    assert verify(flagged(spliced, folder / "told.ts", (0.2, 0.8)), Claim(badge)).verdict != "accept"
+
+
+class Shown:
+    """A picture as a decoder gives it."""
+
+    def __init__(self, *, key: bool = False, corrupt: bool = False) -> None:
+        self.key_frame, self.is_corrupt, self.interlaced_frame = key, corrupt, False
+
+
+def test_damage_lasts_to_the_next_key_picture():
+    """Catches: damage by the order in which pictures are shown; a key picture that ends it though it is damaged, or
+    before pictures of the group before it.
+    """
+    watch = DamageWatch("h264")
+    watch.frame(0, Shown(key=True))
+    for number in (3, 2):
+        watch.frame(number, Shown())
+    watch.frame(1, Shown(corrupt=True))
+    watch.error(5)
+    for number in (4, 6):
+        watch.frame(number, Shown())
+    # Shown before the key picture and decoded after it, from pictures before it.
+    watch.frame(8, Shown())
+    watch.frame(7, Shown(key=True))
+    watch.frame(9, Shown())
+    watch.frame(10, Shown(key=True, corrupt=True))
+    watch.frame(11, Shown())
+    watch.frame(12, Shown(key=True))
+    d = DAMAGED
+    assert list(watch.marks) == [0, d, d, d, d, d, d, 0, 0, d, d, 0] and (watch.damaged, watch.lost) == (9, 1)
+
+
+class Sent:
+    """A packet of an even clock."""
+
+    time_base, is_corrupt, duration = 1, False, 1
+
+    def __init__(self, dts: int, duration: int = 1) -> None:
+        self.dts, self.duration = dts, duration
+
+
+@pytest.mark.parametrize(
+    ("times", "lasts", "claimed"),
+    [
+        ([*range(10), 12, 13], 1, 2),
+        # Of a picture that was said to last so long; of a clock that is never even; of too few ticks.
+        ([*range(10), 12, 13], 2, 0),
+        ([0, 1, 3, 4, 5, 7, 8, 9, 10, 12, 13, 14, 16], 1, 0),
+        ([*range(5), 7, 8], 1, 0),
+    ],
+)
+def test_a_clock_that_jumps_is_noted_where_it_was_even(times, lasts, claimed):
+    """Catches: calls and cameras of changing rate taken for films with lost pictures."""
+    watch = DamageWatch("vp9")
+    for number, time in enumerate(times):
+        watch.packet(number, Sent(time, lasts))
+        watch.frame(number, Shown(key=number == 0))
+    assert watch.marks.count(CLAIMED) == claimed and DAMAGED not in watch.marks
+
+
+def losses(sound, folder: Path, codec: str, gop: int, seed: int) -> Path:
+    """A film that lost packets: two of a transport stream, or the packet of a picture."""
+    places = random.Random(seed)
+    if codec == "libvpx-vp9":
+        whole, gone = sound[codec, "webm", gop], places.randrange(20, 120)
+        return with_packets(whole, folder / "lost.webm", lambda number, held: None if number == gone else held)
+    whole = sound[codec, "ts", gop]
+    packets = whole.stat().st_size // TS
+    return lost(whole, folder / "lost.ts", places.sample(range(packets // 6, packets), 2))
+
+
+@pytest.mark.parametrize("codec", ["libx264", "libx265", "libvpx-vp9"])
+def test_packets_lost_reject_nothing(sound, folder, badge, codec):
+    """Catches: a true film rejected for pictures that its decoder made up."""
+    for seed in range(3):
+        report = verify(losses(sound, folder, codec, 250, seed), Claim(badge, badge.id))
+        assert report.verdict != "reject" and not codes(report, "fail"), (seed, codes(report, "fail"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("codec", "gop"), list(product(("libx264", "libx265", "libvpx-vp9"), (30, 250))))
+def test_packets_lost_reject_nothing_at_any_place(sound, folder, badge, codec, gop):
+    """Catches: as the one before, by codec and group of pictures; `pytest -rP` shows the table."""
+    reports = [verify(losses(sound, folder, codec, gop, seed), Claim(badge, badge.id)) for seed in range(10)]
+    rows = [f"{one.verdict} {one.frames['damaged']} {codes(one, 'undecided')}" for one in reports]
+    sys.stdout.write("\n".join([f"{codec}, {gop}:", *rows, ""]))
+    assert "reject" not in [report.verdict for report in reports]
+
+
+@pytest.mark.parametrize(("without", "kept"), [("reject", True), ("accept", False), ("inconclusive", False)])
+def test_a_rejection_that_rests_on_claims_alone_is_none(badge, monkeypatch, without, kept):
+    """Catches: frames of the last chapter counted wrongly once some are left out; a claim that excuses what other
+    frames show, or that turns anything into an acceptance; damaged frames judged.
+    """
+    numbers = np.arange(10, 20)
+    track = replace(
+        no_track(badge, 30, (64, 64)),
+        frame_numbers=numbers,
+        times_s=numbers / 30,
+        homographies=np.zeros((10, 3, 3)),
+        correlations=np.ones(10),
+        profiles=(numbers[:, None], numbers[[1, 4, 8], None]),
+        cell_frames=np.array([1, 4, 8]),
+        strips=(SimpleNamespace(uniform=True), SimpleNamespace(uniform=False)),
+    )
+    marks = bytearray(30)
+    marks[12] = marks[14] = DAMAGED
+    marks[13] = marks[18] = CLAIMED
+    asked = []
+
+    def judged(part: Track, claim: Claim, *, repeated: int) -> Chapter:
+        asked.append((list(part.frame_numbers), repeated))
+        assert [list(rows[:, 0]) for rows in part.profiles] == [
+            list(part.frame_numbers),
+            list(part.frame_numbers[part.cell_frames]),
+        ]
+        verdict = "reject" if len(asked) == 1 else without
+        level = {"reject": "fail", "accept": "pass", "inconclusive": "undecided"}[verdict]
+        whole = chapters._unjudged(part, claim, 0)
+        return replace(whole, invariant=Invariant(verdict, (Reason("gain", level, 1.0, 1.0, "", "It is so."),)))
+
+    monkeypatch.setattr(chapters, "judge_chapter", judged)
+    chapter = chapters.judge_marked(track, Claim(badge), 5, marks)
+    sound = [10, 11, 15, 16, 17, 19]
+    assert asked == [([10, 11, 13, *sound[2:5], 18, 19], 3), (sound, 2)]
+    assert (chapter.claimed, chapter.invariant.verdict) == ((False, "reject") if kept else (True, without))
