@@ -82,7 +82,6 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
         camera=camera_held(wish.camera_file, wish.focal_px),
         require_original=wish.require_original,
         cover_share=MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
-        photographs=wish.photographs or 0,
         level=wish.level,
     )
 
@@ -155,7 +154,6 @@ OPTIONS = {
     "built": "--no-require-original, or enroll --capture",
     "copyable": "enroll --capture",
     "cover": "--cover",
-    "photographs": "--photographs",
     "level": "--level, enroll --capture, or watch --challenge",
     "corners": "--pipeline published",
 }

@@ -140,8 +140,7 @@ def _detail(entry: Entry) -> str:
     if "late_s" in found:
         return f"at best {abs(found['late_s']):.2g} s {'late' if found['late_s'] > 0 else 'early'}"
     if "photographs" in found:
-        count = f"{found['photographs']:.0f}"
-        return f"{count} or more of them" if entry["name"] == "photographs_faded" else f"at best {count} of them"
+        return f"at best {found['photographs']:.0f} of them"
     if "gain" in found and entry["name"] != LAW:
         return f"at best {found['gain']:.2g} times as far"
     return ""

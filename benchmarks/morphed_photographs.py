@@ -1,0 +1,189 @@
+"""Few stills of a badge, morphed by optical flow: run `.venv/bin/python benchmarks/morphed_photographs.py`.
+
+flow: two to six stills of a true film, evenly over 0.3 of parallax, morphed into each other by the camera's place
+    (`true_films.morph`), over another film that goes sideways to and fro within these views, nearer and farther.
+alone: the same, each cell of the code by itself.  true: a true film on the same trajectory, by itself and through a
+    call.  minterpolate: stills of a true film in order of time, and FFmpeg's own interpolation between them.
+
+Printed is what becomes of each film; how far its typical cell moves, over how far the rows make it, with the error bar;
+and what would become of the film under the limit of 0.6 for all cells together, as it was before (`was`).
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Literal
+
+import av
+import numpy as np
+from true_films.clip import Array, Clip, filmed_clip
+from true_films.morph import Morph
+from true_films.paths import DEPTH, aimed, swaying
+
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.designer.formats import in_format
+from moireid.simulate.filming import film
+from moireid.simulate.motion import Motion, Poses
+from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier import Claim, verify
+from moireid.verifier.measuring import CELLS_MOST_RATIO, CELLS_MOVE_RATIO
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
+from moireid_lab.bench.verdicts import why_not
+
+Kind = Literal["flow", "alone", "true", "minterpolate"]
+FRAMES, FPS, CRF = 150, 30, 23
+PHONE, SMALL = Camera(), Camera(1280, 720, 1150.0)
+#: Views that the stills are taken from, and that the film stays within: parallax sideways, and up and down.
+HALF_VIEWS = np.array([[-0.15, -0.05], [0.15, 0.05]])
+
+
+@dataclass(frozen=True)
+class Case:
+    """One kind of film; stills: how many; recipe: through which service, as `moireid simulate --recipe`."""
+
+    kind: Kind
+    stills: int = 0
+    metres: float = 1.0
+    format: str = "board"
+    axes: str = "x"
+    recipe: str | None = None
+
+    @property
+    def name(self) -> str:
+        """In a few words."""
+        what = f"{self.stills} stills, {self.kind}" if self.stills else self.kind
+        way = f", {self.recipe}" if self.recipe else ""
+        return f"{what}, {self.format} {self.axes}, {self.metres:g} m{way}"
+
+
+PLACES = (("board", "x", 1.0), ("board", "x", 2.0), ("board", "xy", 1.0), ("a6", "x", 1.0))
+CASES = (
+    *(Case("flow", count, metres, *badge) for count in (2, 3, 4, 6) for *badge, metres in PLACES),
+    *(Case("flow", 2, metres, recipe=recipe) for recipe in ("call", "meeting") for metres in (1.0, 2.0)),
+    *(Case("alone", 2, metres, *badge) for *badge, metres in PLACES),
+    *(Case("true", 0, metres, *badge) for *badge, metres in PLACES),
+    *(Case("true", 0, metres, recipe=recipe) for recipe in ("call", "meeting", "chat") for metres in (1.0, 2.0)),
+    *(Case("minterpolate", count) for count in (12, 16)),
+)
+
+
+def badge_of(case: Case, seed: int) -> Badge:
+    """A badge of its own for each seed."""
+    payload = np.random.default_rng([seed, 7]).bytes(8)
+    return design_badge(in_format(Request("Bench", axes=case.axes), case.format, payload_bytes=8), payload)
+
+
+def stills_of(scene: Scene, case: Case, seed: int) -> Clip:
+    """Stills of a true film, each from a place of its own."""
+    shares = np.linspace(0, 1, case.stills)[:, None]
+    views = HALF_VIEWS[0] + shares * (HALF_VIEWS[1] - HALF_VIEWS[0])
+    places = 1000 * case.metres * np.column_stack([views, -np.ones(case.stills)])
+
+    def motion(times_s: Array) -> Poses:
+        number = np.clip(np.rint(np.asarray(times_s) * FPS).astype(int), 0, case.stills - 1)
+        return aimed(places[number], np.zeros((len(number), 3)))
+
+    return filmed_clip(scene, motion, case.stills, seed)
+
+
+def interpolated(source: Path, stills: int, target: Path) -> None:
+    """A film's stills, evenly in time, and between them what FFmpeg's `minterpolate` makes of them."""
+    with av.open(str(source)) as given, av.open(str(target), "w") as made:
+        own = given.streams.video[0]
+        stream = made.add_stream("libx264", rate=FPS, options={"crf": str(CRF)})
+        stream.width, stream.height, stream.pix_fmt = own.width, own.height, "yuv420p"
+        graph = av.filter.Graph()
+        step = Fraction(FRAMES - 1, (stills - 1) * FPS)
+        feed = graph.add_buffer(template=own, time_base=step)
+        between, sink = graph.add("minterpolate", f"fps={FPS}:mi_mode=mci"), graph.add("buffersink")
+        feed.link_to(between)
+        between.link_to(sink)
+        graph.configure()
+        wanted = np.rint(np.linspace(0, FRAMES - 1, stills)).astype(int).tolist()
+        kept = [frame for number, frame in enumerate(given.decode(own)) if number in wanted]
+        count = 0
+        for number, frame in enumerate([*kept, None]):
+            if frame is not None:
+                frame.pts, frame.time_base = number, step
+            graph.push(frame)
+            for done in _pulled(graph):
+                done.pts, done.time_base = count, Fraction(1, FPS)
+                made.mux(stream.encode(done))
+                count += 1
+        made.mux(stream.encode())
+
+
+def _pulled(graph: av.filter.Graph) -> Iterator[av.VideoFrame]:
+    """The frames that are ready."""
+    try:
+        while True:
+            yield graph.vpull()
+    except (av.error.BlockingIOError, av.error.EOFError):
+        return
+
+
+def made(case: Case, seed: int, folder: Path) -> tuple[Badge, Path]:
+    """One film, and its badge."""
+    badge = badge_of(case, seed)
+    small = case.format == "board" and case.metres <= 1
+    scene = Scene(badge, Build.typical(seed), SMALL if small else PHONE)
+    motion: Motion = swaying(HALF_VIEWS, 1000 * case.metres, seed, depth=DEPTH)
+    show = None
+    if case.kind in ("flow", "alone"):
+        show = Morph(stills_of(scene, case, seed), case.kind == "alone").shown
+    path = folder / "film.mp4"
+    crf = None if case.recipe else CRF
+    film(scene, motion, path, frames=FRAMES, fps=FPS, show=show, seed=seed, crf=crf, recipe=case.recipe, overwrite=True)
+    if case.kind != "minterpolate":
+        return badge, path
+    interpolated(path, case.stills, folder / "between.mp4")
+    return badge, folder / "between.mp4"
+
+
+def judged(job: tuple[Case, int]) -> Row:
+    """One film, made and judged."""
+    case, seed = job
+    with tempfile.TemporaryDirectory() as folder:
+        badge, path = made(case, seed, Path(folder))
+        report = verify(path, Claim(badge, badge.id))
+    why, motion = why_not(report), report.identity.cell_motion
+    moving = motion is None or CELLS_MOVE_RATIO <= motion.whole <= CELLS_MOST_RATIO
+    others = [code for code in why if code != "cells_move" or not moving]
+    return {
+        "film": case.name,
+        "kind": case.kind,
+        "stills": case.stills,
+        "seed": seed,
+        "was": report.verdict if others else "accept",
+        "verdict": report.verdict,
+        "cells": motion and motion.typical,
+        "error bar": motion and motion.sd,
+        "why": why,
+    }
+
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film, then how many of each kind were accepted."""
+    seeds = range(1, 1 + (wish.clips or 1))
+    found = []
+    for row in wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for seed in seeds for case in CASES}):
+        found.append(row)
+        yield {name: value for name, value in row.items() if name in COLUMNS}
+    for (kind, stills), own in grouped(found, "kind", "stills").items():
+        accepted = {name: sum(row[key] == "accept" for row in own) for name, key in ACCEPTED.items()}
+        yield {"all of": f"{stills} stills, {kind}" if stills else kind, "films": len(own)} | accepted
+
+
+#: Counted columns, and the column of each film that they count.
+ACCEPTED = {"accepted before": "was", "accepted": "verdict"}
+COLUMNS = {"film": "<44", "seed": ">4", "was": "<12", "verdict": "<12", "cells": ">6.3f", "error bar": ">9.3f"}
+COLUMNS |= {"why": "<1", "all of": "<24", "films": ">5", "accepted before": ">15", "accepted": ">8"}
+BENCH = Bench(rows, COLUMNS)
+
+if __name__ == "__main__":
+    run_script(__file__)
