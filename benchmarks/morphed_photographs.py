@@ -20,15 +20,14 @@ from typing import Literal
 
 import av
 import numpy as np
-from true_films.clip import Array, Clip, filmed_clip
-from true_films.morph import Morph
-from true_films.paths import DEPTH, aimed, swaying
+from true_films.morph import Morph, stills
+from true_films.paths import DEPTH, swaying
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
 from moireid.simulate.filming import film
-from moireid.simulate.motion import Motion, Poses
+from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid.verifier.measuring import CELLS_MOST_RATIO, CELLS_MOVE_RATIO
@@ -78,19 +77,6 @@ def badge_of(case: Case, seed: int) -> Badge:
     return design_badge(in_format(Request("Bench", axes=case.axes), case.format, payload_bytes=8), payload)
 
 
-def stills_of(scene: Scene, case: Case, seed: int) -> Clip:
-    """Stills of a true film, each from a place of its own."""
-    shares = np.linspace(0, 1, case.stills)[:, None]
-    views = HALF_VIEWS[0] + shares * (HALF_VIEWS[1] - HALF_VIEWS[0])
-    places = 1000 * case.metres * np.column_stack([views, -np.ones(case.stills)])
-
-    def motion(times_s: Array) -> Poses:
-        number = np.clip(np.rint(np.asarray(times_s) * FPS).astype(int), 0, case.stills - 1)
-        return aimed(places[number], np.zeros((len(number), 3)))
-
-    return filmed_clip(scene, motion, case.stills, seed)
-
-
 def interpolated(source: Path, stills: int, target: Path) -> None:
     """A film's stills, evenly in time, and between them what FFmpeg's `minterpolate` makes of them."""
     with av.open(str(source)) as given, av.open(str(target), "w") as made:
@@ -135,7 +121,9 @@ def made(case: Case, seed: int, folder: Path) -> tuple[Badge, Path]:
     motion: Motion = swaying(HALF_VIEWS, 1000 * case.metres, seed, depth=DEPTH)
     show = None
     if case.kind in ("flow", "alone"):
-        show = Morph(stills_of(scene, case, seed), case.kind == "alone").shown
+        views = np.linspace(*HALF_VIEWS, case.stills)
+        taken = stills(scene, np.column_stack([views, np.full(case.stills, 1000 * case.metres)]), seed)
+        show = Morph(taken, case.kind == "alone").shown
     path = folder / "film.mp4"
     crf = None if case.recipe else CRF
     film(scene, motion, path, frames=FRAMES, fps=FPS, show=show, seed=seed, crf=crf, recipe=case.recipe, overwrite=True)
@@ -174,9 +162,9 @@ def rows(wish: Wish) -> Iterator[Row]:
     for row in wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for seed in seeds for case in CASES}):
         found.append(row)
         yield {name: value for name, value in row.items() if name in COLUMNS}
-    for (kind, stills), own in grouped(found, "kind", "stills").items():
+    for (kind, count), own in grouped(found, "kind", "stills").items():
         accepted = {name: sum(row[key] == "accept" for row in own) for name, key in ACCEPTED.items()}
-        yield {"all of": f"{stills} stills, {kind}" if stills else kind, "films": len(own)} | accepted
+        yield {"all of": f"{count} stills, {kind}" if count else kind, "films": len(own)} | accepted
 
 
 #: Counted columns, and the column of each film that they count.

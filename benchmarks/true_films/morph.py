@@ -11,7 +11,7 @@ Source: optical flow of dense inverse search (Kroeger et al. 2016), as OpenCV ha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -20,12 +20,24 @@ from numpy.typing import NDArray
 
 from moireid.badge import Grating
 from moireid.simulate.forgeries.rear_layer import ShownViews
-from moireid.simulate.motion import Motion
+from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Scene
-from true_films.clip import Array, Clip, Picture
+from true_films.clip import FPS, Array, Clip, Picture, filmed_clip
+from true_films.paths import aimed
 from true_films.replay import RIM_MM, along, box_px, page_mm
 
 Box = tuple[slice, slice]
+
+
+def stills(scene: Scene, views: Array, seed: int) -> Clip:
+    """Stills of a true film, one from each of these views (N, 3)."""
+    places = views[:, 2:] * np.column_stack([views[:, :2], -np.ones(len(views))])
+
+    def motion(times_s: Array) -> Poses:
+        number = np.clip(np.rint(np.asarray(times_s) * FPS).astype(int), 0, len(places) - 1)
+        return aimed(places[number], np.zeros((len(number), 3)))
+
+    return filmed_clip(scene, motion, len(places), seed)
 
 
 @dataclass(frozen=True)
@@ -37,6 +49,11 @@ class Morph:
 
     def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> ShownViews:
         """What shows it in a film, as `simulate.filming.film` takes it."""
+        drawn = self.drawn(scene)
+        return ShownViews(camera_mm, camera_mm, picture=lambda frame: drawn(camera_mm[frame]))
+
+    def drawn(self, scene: Scene) -> Callable[[Array], Picture]:
+        """What draws the board, as light, for a camera at (3,) in the badge's frame, mm."""
         pieces = [
             _Piece(scene, grating, box, self.stills)
             for grating in scene.badge.gratings
@@ -44,13 +61,13 @@ class Morph:
         ]
         blank = self.stills.picture(0)
 
-        def picture(frame: int) -> Picture:
+        def picture(place_mm: Array) -> Picture:
             made = blank.copy()
             for piece in pieces:
-                made[piece.box] = piece.at(camera_mm[frame])
+                made[piece.box] = piece.at(place_mm)
             return np.square(made)
 
-        return ShownViews(camera_mm, camera_mm, picture=picture)
+        return picture
 
     def _boxes(self, scene: Scene, grating: Grating) -> Sequence[Box]:
         if self.alone:
