@@ -347,8 +347,8 @@ def test_slow_films_of_a_picture_of_cells_are_rejected_although_they_read(ada, a
     ("gain", "covered", "level"), [(0.88, 0.0, "undecided"), (0.97, 0.0, "pass"), (1.0, 0.2, "pass")]
 )
 def test_cells_that_move_less_than_the_law_are_inconclusive(ada, ada_track, gain, covered, level):
-    """Catches: two photographs morphed by optical flow, whose cells move by 0.75 to 0.91 of the law, accepted as a limit
-    of 0.6 does; a hand over a fifth of each row of cells taken for that.
+    """Catches: two photographs morphed by optical flow, whose cells move by 0.75 to 0.91 of the law, accepted as by a
+    limit of 0.6; a hand over a fifth of each row of cells taken for that.
     """
     profiles = list(ada_track.profiles)
     for index in cells_of(ada_track):
