@@ -2,8 +2,10 @@
 
 flow: two to six stills of a true film, evenly over 0.3 of parallax, morphed into each other by the camera's place
     (`true_films.morph`), over another film that goes sideways to and fro within these views, nearer and farther.
-alone: the same, each cell of the code by itself.  true: a true film on the same trajectory, by itself and through a
-    call.  minterpolate: stills of a true film in order of time, and FFmpeg's own interpolation between them.
+alone: the same, each cell of the code by itself.
+minterpolate: stills of a true film in order of time, and FFmpeg's own interpolation between them.
+true: a true film on the same trajectory, as it is and through a call.
+outside: the same by a tracer that shares nothing with `moireid.simulate`, with motions of its own.
 
 Printed is what becomes of each film; how far its typical cell moves, over how far the rows make it, with the error bar;
 and what would become of the film under the limit of 0.6 for all cells together, as it was before (`was`).
@@ -20,23 +22,31 @@ from typing import Literal
 
 import av
 import numpy as np
+import outside.build
+import outside.camera
+import outside.film
+import outside.motion
+import outside.page
+from natural_films import prepared
 from true_films.morph import Morph, stills
 from true_films.paths import DEPTH, swaying
 
-from moireid.badge import Badge
+from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion
+from moireid.simulate.recording.encode import RECIPES, FilmWriter, kept_frames
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid.verifier.measuring import CELLS_MOST_RATIO, CELLS_MOVE_RATIO
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
 from moireid_lab.bench.verdicts import why_not
 
-Kind = Literal["flow", "alone", "true", "minterpolate"]
+Kind = Literal["flow", "alone", "minterpolate", "true", "outside"]
 FRAMES, FPS, CRF = 150, 30, 23
 PHONE, SMALL = Camera(), Camera(1280, 720, 1150.0)
+MOTIONS = ("walk", "measured", "sway")
 #: Views that the stills are taken from, and that the film stays within: parallax sideways, and up and down.
 HALF_VIEWS = np.array([[-0.15, -0.05], [0.15, 0.05]])
 
@@ -60,13 +70,15 @@ class Case:
         return f"{what}, {self.format} {self.axes}, {self.metres:g} m{way}"
 
 
+CALLS = ("call", "meeting", "chat")
 PLACES = (("board", "x", 1.0), ("board", "x", 2.0), ("board", "xy", 1.0), ("a6", "x", 1.0))
 CASES = (
     *(Case("flow", count, metres, *badge) for count in (2, 3, 4, 6) for *badge, metres in PLACES),
     *(Case("flow", 2, metres, recipe=recipe) for recipe in ("call", "meeting") for metres in (1.0, 2.0)),
     *(Case("alone", 2, metres, *badge) for *badge, metres in PLACES),
     *(Case("true", 0, metres, *badge) for *badge, metres in PLACES),
-    *(Case("true", 0, metres, recipe=recipe) for recipe in ("call", "meeting", "chat") for metres in (1.0, 2.0)),
+    *(Case(kind, 0, metres, recipe=way) for kind in ("true", "outside") for way in CALLS for metres in (1.0, 2.0)),
+    *(Case("outside", 0, metres) for metres in (1.0, 2.0)),
     *(Case("minterpolate", count) for count in (12, 16)),
 )
 
@@ -113,8 +125,33 @@ def _pulled(graph: av.filter.Graph) -> Iterator[av.VideoFrame]:
         return
 
 
+def by_outside_tracer(case: Case, seed: int, folder: Path) -> tuple[Badge, Path]:
+    """A true film by the outside tracer, and its badge."""
+    home, path = prepared(folder) / "badge", folder / "traced.mp4"
+    rng = np.random.default_rng([seed, round(10 * case.metres)])
+    camera, page = outside.camera.drawn(rng, outside.camera.PHONE), outside.page.load_page(home)
+    way = outside.motion.course(MOTIONS[seed % len(MOTIONS)], 1000 * case.metres, FRAMES / FPS, rng)
+    shoot = outside.film.Shoot(FRAMES, FPS, CRF, seed)
+    outside.film.film(page, outside.build.built(page, rng), camera, way, path, shoot)
+    badge = load_badge(home / "badge.json")
+    return badge, path if case.recipe is None else through(path, case.recipe, seed, folder / "film.mp4")
+
+
+def through(source: Path, recipe: str, seed: int, target: Path) -> Path:
+    """A film as a service leaves it."""
+    way = RECIPES[recipe]
+    with av.open(str(source)) as given:
+        pictures = [frame.to_ndarray(format="gray") for frame in given.decode(video=0)]
+    with FilmWriter(target, target.name, pictures[0].shape[::-1], FPS, way) as writer:
+        for number in kept_frames(way, len(pictures), seed).tolist():
+            writer.write(pictures[number], number)
+    return target
+
+
 def made(case: Case, seed: int, folder: Path) -> tuple[Badge, Path]:
     """One film, and its badge."""
+    if case.kind == "outside":
+        return by_outside_tracer(case, seed, folder)
     badge = badge_of(case, seed)
     small = case.format == "board" and case.metres <= 1
     scene = Scene(badge, Build.typical(seed), SMALL if small else PHONE)
@@ -146,6 +183,7 @@ def judged(job: tuple[Case, int]) -> Row:
         "film": case.name,
         "kind": case.kind,
         "stills": case.stills,
+        "recipe": case.recipe,
         "seed": seed,
         "was": report.verdict if others else "accept",
         "verdict": report.verdict,
@@ -162,9 +200,10 @@ def rows(wish: Wish) -> Iterator[Row]:
     for row in wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for seed in seeds for case in CASES}):
         found.append(row)
         yield {name: value for name, value in row.items() if name in COLUMNS}
-    for (kind, count), own in grouped(found, "kind", "stills").items():
+    for (kind, count, recipe), own in grouped(found, "kind", "stills", "recipe").items():
         accepted = {name: sum(row[key] == "accept" for row in own) for name, key in ACCEPTED.items()}
-        yield {"all of": f"{count} stills, {kind}" if count else kind, "films": len(own)} | accepted
+        words = [f"{count} stills" if count else "", kind, recipe or ""]
+        yield {"all of": ", ".join(word for word in words if word), "films": len(own)} | accepted
 
 
 #: Counted columns, and the column of each film that they count.
