@@ -53,7 +53,9 @@ HALF_VIEWS = np.array([[-0.15, -0.05], [0.15, 0.05]])
 
 @dataclass(frozen=True)
 class Case:
-    """One kind of film; stills: how many; recipe: through which service, as `moireid simulate --recipe`."""
+    """One kind of film.  stills: how many; recipe: through which service, as `moireid simulate --recipe`; pattern: of
+    the code, None for the usual one.
+    """
 
     kind: Kind
     stills: int = 0
@@ -61,13 +63,14 @@ class Case:
     format: str = "board"
     axes: str = "x"
     recipe: str | None = None
+    pattern: str | None = None
 
     @property
     def name(self) -> str:
         """In a few words."""
         what = f"{self.stills} stills, {self.kind}" if self.stills else self.kind
-        way = f", {self.recipe}" if self.recipe else ""
-        return f"{what}, {self.format} {self.axes}, {self.metres:g} m{way}"
+        ways = "".join(f", {word}" for word in (self.recipe, self.pattern) if word)
+        return f"{what}, {self.format} {self.axes}, {self.metres:g} m{ways}"
 
 
 CALLS = ("call", "meeting", "chat")
@@ -75,6 +78,7 @@ PLACES = (("board", "x", 1.0), ("board", "x", 2.0), ("board", "xy", 1.0), ("a6",
 CASES = (
     *(Case("flow", count, metres, *badge) for count in (2, 3, 4, 6) for *badge, metres in PLACES),
     *(Case("flow", 2, metres, recipe=recipe) for recipe in ("call", "meeting") for metres in (1.0, 2.0)),
+    *(Case("flow", count, pattern="cells") for count in (2, 3)),
     *(Case("alone", 2, metres, *badge) for *badge, metres in PLACES),
     *(Case("true", 0, metres, *badge) for *badge, metres in PLACES),
     *(Case(kind, 0, metres, recipe=way) for kind in ("true", "outside") for way in CALLS for metres in (1.0, 2.0)),
@@ -86,7 +90,9 @@ CASES = (
 def badge_of(case: Case, seed: int) -> Badge:
     """A badge of its own for each seed."""
     payload = np.random.default_rng([seed, 7]).bytes(8)
-    return design_badge(in_format(Request("Bench", axes=case.axes), case.format, payload_bytes=8), payload)
+    return design_badge(
+        in_format(Request("Bench", axes=case.axes, pattern=case.pattern), case.format, payload_bytes=8), payload
+    )
 
 
 def interpolated(source: Path, stills: int, target: Path) -> None:
