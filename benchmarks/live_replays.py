@@ -13,6 +13,9 @@ call, answered: a person in a call hears the prompts that are read aloud, and fo
     at 1.5 Mbit/s, shown in a tile of 960 px (`--widths`: others), and coded as JPEG by the asker's page.  Nine of ten
     should be accepted.  jumping: with a delay that jumps up by a second in the middle.  replay: an attacker plays a
     film of an earlier answered call, and pauses it until each prompt comes.  None may be accepted.
+drawn: a forger before a webcam follows the prompts with a printed board, whose pose his program knows without error.
+    It draws the badge over the board by optical flow between two to four stills (`true_films.morph`), and the film is
+    later for that by 60 ms and a frame.
 """
 
 from __future__ import annotations
@@ -28,12 +31,14 @@ from typing import Any
 import cv2
 import numpy as np
 from live_speed import FACE_MM, FPS, portrait
+from true_films.morph import Morph, stills
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
+from moireid.simulate.scene import Build, Scene
 from moireid.verifier.session.claim import Claim
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
-from moireid_lab.bench.live import Caller, PausingPlayer, answer, coded, course_of, frames, passes_in_order
+from moireid_lab.bench.live import REST_MM, Caller, PausingPlayer, answer, coded, course_of, frames, passes_in_order
 from moireid_studio.challenge.challenge import draw_prompts
 from moireid_studio.challenge.chance import likeliest_chance, same_moves_chance
 from moireid_studio.challenge.clock import CALL
@@ -46,6 +51,9 @@ MOST_AHEAD, WAY_S = 6, 0.05
 STALLS_S = (0.3, 0.5, 1.0)
 #: Of calls: share of pictures that are lost, width of the tile, px, and the longest call.
 LOSS, WIDTH, LONGEST_S = 0.02, 960, 150.0
+#: Of badges that are drawn: how long a frame takes, s; the parallax that an answer goes to, at most; and by how much
+#: that of two neighbouring stills differs, at most, as fringes that are half a turn on seem to go back.
+DRAWING_S, MOST_VIEW, MOST_STEP = 0.06, 0.25, 0.3
 NAMES = ("Ada Lovelace", "Emmy Noether", "Grace Hopper", "Lise Meitner", "Mary Somerville")
 Picture = tuple[float, float, bytes]  #: When it was taken and when it arrived, s, and its JPEG.
 
@@ -165,9 +173,27 @@ def called(call: Call) -> Row:
     return {"kinds": {f"call, {call.kind}": found | {"delay": call.delay_s}}}
 
 
+def drawn(job: tuple[int, int]) -> Row:
+    """What the live check says of a badge that is drawn by optical flow between so many stills as the prompts come."""
+    number, count = job
+    chance, badge = random.Random(7000 + number), badge_of(number)
+    prompts = draw_prompts(SEEN_S + READY_S, chance)
+    course = answer(prompts, FACE_MM, reaction_s=chance.uniform(0.3, 1.2))
+    half = min(MOST_VIEW, MOST_STEP * (count - 1) / 2)
+    at = np.linspace(-half, half, count)
+    views = np.column_stack([at, np.zeros(count), np.full(count, REST_MM[2])])
+    morph = Morph(stills(Scene(badge, Build.typical(number)), views, number)).drawn(Scene(badge, Build.typical(number)))
+    length_s = prompts[-1].at_s + 6.0
+    film = jpegs(frames(badge, portrait(), course, length_s=length_s, fps=FPS, seed=number, drawn=morph))
+    late_s = DRAWING_S + 1 / FPS
+    timed = ((k / FPS + late_s, k / FPS + late_s + WAY_S, jpeg) for k, jpeg in enumerate(film))
+    found = checked(badge, timed, lambda _: list(prompts), lambda move, shown_s: None)
+    return {"kinds": {f"drawn, {count} stills": found}}
+
+
 def judged(job: tuple[str, Any]) -> Row:
-    """A film or a call."""
-    return (filmed if job[0] == "film" else called)(job[1])
+    """A film, a call, or a badge that is drawn."""
+    return {"film": filmed, "call": called, "drawn": drawn}[job[0]](job[1])
 
 
 def rows(wish: Wish) -> Iterator[Row]:
@@ -180,6 +206,7 @@ def rows(wish: Wish) -> Iterator[Row]:
     calls += [Call(k, f"{width} px wide", 0.4, width) for width in asked.widths for k in range(2)]
     jobs: dict[str, Any] = {f"film {k}": ("film", (k, k >= asked.controls)) for k in range(wish.clips or 50)}
     jobs |= {f"call {call.kind} {call.number}": ("call", call) for call in calls}
+    jobs |= {f"drawn {count} {k}": ("drawn", (k, count)) for k in range(asked.drawn) for count in (2, 3, 4)}
     sums: dict[str, Counter[str]] = {}
     for name, found in zip(wish.chosen(jobs), wish.each(judged, jobs), strict=True):
         for kind, row in found["kinds"].items():
@@ -201,6 +228,7 @@ OPTIONS = {
     "--controls": {"type": int, "default": 10, "help": "films that are also checked as what they are"},
     "--answered": {"type": int, "default": 10, "help": "calls"},
     "--jumping": {"type": int, "default": 2, "help": "calls"},
+    "--drawn": {"type": int, "default": 3, "help": "sessions with each number of stills"},
     "--replays": {"type": int, "default": 50, "help": "calls"},
     "--widths": {"type": int, "nargs": "*", "default": [], "help": "of further calls' tiles, px"},
 }

@@ -324,17 +324,6 @@ def test_the_claimed_badge_is_accepted(ada, grace, ada_film, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("least", "code", "level"), [(2, 0, "pass"), (5000, 3, "undecided")])
-def test_a_film_is_held_to_the_photographs_that_are_asked_for(ada, ada_film, tmp_path, least, code, level):
-    """Catches: an option that is passed over, a count that never opens a film, a film that is rejected for it."""
-    (tmp_path / "ada.json").write_text(ada.to_json(), encoding="utf-8")
-    outcome = run("verify", ada_film, "--badge", tmp_path / "ada.json", "--photographs", least, "--json")
-    (found,) = [reason for reason in strict(outcome.stdout)["reasons"] if reason["code"] == "photographs"]
-    assert outcome.exit_code == code and (found["level"], found["limit"]) == (level, least)
-    assert 2 < found["measured"] < 5000
-
-
-@pytest.mark.slow
 def test_another_person_s_claim_is_rejected(ada, grace, ada_film):
     """Catches: motion alone; a decoder that finds what is claimed."""
     report = verify(ada_film, Claim(grace, grace.id))
@@ -500,8 +489,8 @@ def test_wrong_input_is_one_sentence(films, tmp_path):
         "no registry": ("verify", text, "--claim", "Ada", "--registry", f"sqlite:///{tmp_path}/none.db", "--json"),
         "report there": ("verify", text, "--badge", badge, "--report", tmp_path / "report", "--json"),
         "focal": ("verify", text, "--badge", badge, "--focal-px", "-3", "--json"),
-        "photographs": ("verify", text, "--badge", badge, "--photographs", "-1", "--json"),
-        "baseline": ("verify", text, "--badge", badge, "--photographs", "0", "--pipeline", "published", "--json"),
+        "photographs": ("verify", text, "--badge", badge, "--photographs", "7", "--json"),
+        "baseline": ("verify", text, "--badge", badge, "--cover", "0", "--pipeline", "published", "--json"),
     }
     for name, arguments in cases.items():
         outcome = run(*arguments)
@@ -509,7 +498,8 @@ def test_wrong_input_is_one_sentence(films, tmp_path):
         assert outcome.stdout == "", name
         assert "Traceback" not in outcome.stderr and outcome.stderr.strip(), name
     assert (tmp_path / "report" / "report.html").read_text() == "mine"
-    assert "cannot check --photographs" in run(*cases["baseline"]).stderr
+    assert "cannot check --cover" in run(*cases["baseline"]).stderr
+    assert "--photographs is gone" in run(*cases["photographs"]).stderr
 
 
 def test_a_film_that_breaks_off_is_refused(films, tmp_path):

@@ -48,7 +48,6 @@ def verify(
     camera: KnownCamera | AnyPath | None = None,
     require_original: bool | None = None,
     cover: float = MIN_COVER_SHARE,
-    photographs: int = 0,
     level: CheckLevel = "record",
     overlap: bool = False,
     track: int | None = None,
@@ -80,8 +79,6 @@ def verify(
         Reject a film whose figures differ from those of enrolment; None requires this where they are known.
     cover : float
         Least share of the film that must be judged, 0 to 1.
-    photographs : int
-        Number of photographs that a forger must need at least.
     level : {"record", "enrolled", "live"}
         Least level that must be reached.
     overlap : bool
@@ -130,7 +127,6 @@ def verify(
             camera=known_camera,
             require_original=require_original,
             cover_share=cover,
-            photographs=photographs,
             level=level,
         )
         order = JudgingOrder(video, wanted, found.barred, overlap, pictures=pictures, track=track)

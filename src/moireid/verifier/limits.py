@@ -141,9 +141,6 @@ LEAST_OVERTONE_CONTRASTS = 0.006
 #: A pattern that stays still on the badge may be so much of that.  Set by hand: twice what dots of 600 dpi make in
 #: the finest lines.
 MAX_STILL_SHARE = 0.3
-#: Share of a cross-fade's ripple that is left in a film, as coding and blending in coded brightness take some away.
-#: Films of this project: 0.26 to 0.74; the count of photographs rests on the low end.
-RIPPLE_LEFT_SHARE = 0.33
 #: A film is inconclusive if its waveform surely changes by more than this share of what two to four cross-faded
 #: photographs make (`cross_fade`).  Set by hand: 38 true films of this project and three outside ones show -0.02
 #: at most, films of two or three such photographs 0.27 and more.

@@ -46,12 +46,6 @@ class FilmFields(BaseModel):
         le=1,
         description=f"share of the film that the verdict must be of; {MIN_COVER_SHARE:g} if absent",
     )
-    photographs: int = Field(
-        0,
-        ge=0,
-        le=1000,
-        description="so many photographs of the badge a forger must need to make such a film; 0 if absent",
-    )
     level: CheckLevel = Field(
         "record",
         description="what must be shown: record, the film agrees with the badge's design; enrolled, its figures are "
@@ -62,7 +56,7 @@ class FilmFields(BaseModel):
 
 #: The kinds of jobs that judge a film, and the fields of each.
 KINDS = ("verify", "identify")
-VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original", "cover", "photographs", "level")
+VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original", "cover", "level")
 IDENTIFY_FIELDS = ("focal_px",)
 Sample = Literal["true", "forged"]
 

@@ -64,10 +64,10 @@ def ended(visit: Visit, job_id: str) -> dict:
 def test_the_api_says_what_the_command_says(visit: Visit, tmp_path: Path, films: Path) -> None:
     """Catches: an API with a verdict of its own, figures left out, or the server's path in the report."""
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4", frames=100, size=(960, 540))
-    badge, asked = films / "badge.json", {"cover": "0.25", "photographs": "2"}
+    badge, asked = films / "badge.json", {"cover": "0.25"}
     answer = visit.ask("POST", "/api/verify", "verifier", **film_form(film, badge, name="../../x.mp4", **asked))
     assert answer.status_code == 200
-    claim = Claim(load_badge(badge), provenance=FROM_FILE, cover_share=0.25, photographs=2)
+    claim = Claim(load_badge(badge), provenance=FROM_FILE, cover_share=0.25)
     said, own = answer.json(), verify(film, claim).to_json()
     assert said.pop("timing").keys() == own.pop("timing").keys()
     assert said["input"].pop("path") == "film.mp4" and own["input"].pop("path")
@@ -234,7 +234,7 @@ def test_no_more_films_are_taken_than_the_queue_has_places(visit: Visit, tiny: P
         (bytes(4) + b"ftypisom" + bytes(600), {"claim": "Ada Lovelace", "focal_px": "nan"}, 422, "fields"),
         (bytes(4) + b"ftypisom" + bytes(600), {"claim": "Ada Lovelace", "require_original": "yes!"}, 422, "fields"),
         (bytes(4) + b"ftypisom" + bytes(600), {"claim": "Ada Lovelace", "cover": "1.1"}, 422, "fields"),
-        (bytes(4) + b"ftypisom" + bytes(600), {"claim": "Ada Lovelace", "photographs": "-1"}, 422, "fields"),
+        (bytes(4) + b"ftypisom" + bytes(600), {"claim": "Ada Lovelace", "photographs": "7"}, 422, "fields"),
         (bytes(4) + b"ftypisom" + bytes(600), {"claim": "Ada Lovelace", "path": "/etc/passwd"}, 422, "fields"),
         (bytes(4) + b"ftypisom" + bytes(600), {"claim": "x" * (2 << 20)}, 413, "too_large"),
     ],

@@ -19,6 +19,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.idcodes.words import MAX_TRIES
 from moireid.verifier.fringes.signals import measure
+from moireid.verifier.identity.cell_motion import CellMotion
 from moireid.verifier.identity.cell_phase import _twists, uniform_fields
 from moireid.verifier.identity.decode import Identity, _cells_move, judge_identity, read_identity
 from moireid.verifier.measuring import MOST_FIELDS
@@ -318,7 +319,7 @@ def test_a_picture_of_cells_between_live_rows_is_rejected(ada, ada_track, how):
     assert outcome.decoded_id is None or levels["cells_move"] in ("fail", "undecided")
     true = judged(ada_track, ada, ada.id)
     assert {reason.code: reason.level for reason in true.reasons}["cells_move"] == "pass"
-    assert true.cell_motion == pytest.approx(1.0, abs=0.05)
+    assert true.cell_motion.typical == pytest.approx(1.0, abs=0.05)
 
 
 def test_slow_films_of_a_picture_of_cells_are_rejected_although_they_read(ada, ada_track):
@@ -342,6 +343,23 @@ def test_slow_films_of_a_picture_of_cells_are_rejected_although_they_read(ada, a
     assert outcome.decoded_id is None or levels["cells_move"] == "fail"
 
 
+@pytest.mark.parametrize(
+    ("gain", "covered", "level"), [(0.88, 0.0, "undecided"), (0.97, 0.0, "pass"), (1.0, 0.2, "pass")]
+)
+def test_cells_that_move_less_than_the_law_are_inconclusive(ada, ada_track, gain, covered, level):
+    """Catches: two photographs morphed by optical flow, whose cells move by 0.75 to 0.91 of the law, accepted as by a
+    limit of 0.6; a hand over a fifth of each row of cells taken for that.
+    """
+    profiles = list(ada_track.profiles)
+    for index in cells_of(ada_track):
+        mean = profiles[index].mean(axis=0)
+        profiles[index] = (mean + gain * (profiles[index] - mean)).astype(np.float32)
+        profiles[index][:, : round(covered * profiles[index].shape[1])] = 60.0
+    outcome = judged(replace(ada_track, profiles=tuple(profiles)), ada, ada.id)
+    assert outcome.decoded_id == ada.id
+    assert {reason.code: reason.level for reason in outcome.reasons}["cells_move"] == level
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 0.62, 0.8])
 @pytest.mark.parametrize("row", [0, 2])
@@ -357,11 +375,27 @@ def test_a_finger_over_a_row_never_makes_another_of_the_wearer(ada, ada_track, s
 
 
 @pytest.mark.parametrize(
-    ("motion", "level"), [(0.3, "fail"), (0.5, "undecided"), (0.98, "pass"), (1.1, "pass"), (1.5, "undecided")]
+    ("whole", "typical", "sd", "level"),
+    [
+        (0.3, 0.3, 0.01, "fail"),
+        # Cells that are still in less than half of the code do not change the typical one.
+        (0.5, 0.99, 0.01, "undecided"),
+        (0.98, 0.98, 0.002, "pass"),
+        (0.96, 0.95, 0.002, "pass"),
+        (0.96, 0.949, 0.002, "undecided"),
+        (0.85, 0.85, 0.02, "undecided"),
+        # A call at 2 m, of an error bar that is wide.
+        (0.92, 0.91, 0.031, "pass"),
+        (1.1, 1.1, 0.01, "pass"),
+        (1.5, 1.5, 0.2, "undecided"),
+    ],
 )
-def test_cells_move_as_far_as_their_rows_and_no_further(motion, level):
-    """Catches: rows that were smoothed until cross-faded photographs look even, their cells left as they were."""
-    (reason,) = _cells_move(motion, "0123456789abcdef")
-    assert (reason.level, reason.measured) == (level, motion)
+def test_cells_move_as_far_as_their_rows_and_no_further(whole, typical, sd, level):
+    """Catches: rows that were smoothed until cross-faded photographs look even, their cells left as they were; two
+    photographs morphed by optical flow, whose cells move by 0.75 to 0.91 of the law; a noisy film held to the same.
+    """
+    (reason,) = _cells_move(CellMotion(whole, typical, sd), "0123456789abcdef")
+    assert reason.level == level
+    assert reason.measured == (typical if 0.6 <= whole <= 1.25 else whole)
     assert ("stay still" in reason.text) == (level == "fail") and ("together" in reason.text) == (level == "pass")
-    assert _cells_move(motion, None) == _cells_move(None, "0123456789abcdef") == ()
+    assert _cells_move(CellMotion(whole, typical, sd), None) == _cells_move(None, "0123456789abcdef") == ()

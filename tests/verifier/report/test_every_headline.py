@@ -33,6 +33,7 @@ from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
 from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.identity import decode, page_scale
+from moireid.verifier.identity.cell_motion import CellMotion
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.identity.compare_built import compare_built
 from moireid.verifier.identity.decode import Identity
@@ -42,7 +43,7 @@ from moireid.verifier.report import finding_words, headline
 from moireid.verifier.report.finding_words import GENERAL, OPEN, RIVALS, words_of
 from moireid.verifier.report.headline import BARRED, BROKEN, Headline, headline_of
 from moireid.verifier.session import badge_session, chapters, check_level, cover, identify, overlap, streaming
-from moireid.verifier.session.claim import claim_reasons, with_photographs
+from moireid.verifier.session.claim import claim_reasons
 from moireid.verifier.timeline import restart_findings
 from moireid.verifier.tracking.track import no_track
 
@@ -195,14 +196,14 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield [judge._at_one_distance(Spacing(0.0, 0.01))[1]]
     turned = SimpleNamespace(seen=True, photographs=3, share=0.5, log10_odds=-2.0, certain=0.5)
     yield [judge._in_turn(turned)[1]]  # type: ignore[arg-type]
-    yield [judge._faded(SimpleNamespace(ripple=2.0, limit=1.0, photographs=5))[1]]  # type: ignore[arg-type]
+    yield [judge._faded(SimpleNamespace(ripple=2.0, limit=1.0))[1]]  # type: ignore[arg-type]
     soft = SimpleNamespace(seen=False, surplus=0.0, limit=1.0, let_through=1.0, log10_odds=-2.0)
     yield [judge._superposed(soft)[1]]  # type: ignore[arg-type]
-    yield with_photographs((judge._needed(2, from_two=False),), 9)
     yield read(None, ADA)
     yield read(ADA, badge.id)
     yield read(ADA, ADA, beats=None)
-    yield decode._cells_move((CELLS_STILL_RATIO + CELLS_MOVE_RATIO) / 2, ADA)
+    half = (CELLS_STILL_RATIO + CELLS_MOVE_RATIO) / 2
+    yield decode._cells_move(CellMotion(half, half, 0.01), ADA)
     yield several(badge)
     yield [Reason(code, "fail", "lost", None, "", "It does not count.") for code in BARRED]
     yield claims(badge)

@@ -11,8 +11,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.provenance import FROM_FILE, Provenance
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.reasons import Reason, worst
-from moireid.verifier.session.claim import Claim, claim_reasons, with_photographs
+from moireid.verifier.session.claim import Claim, claim_reasons
 
 MATCH, OTHER = Identity("match", ()), Identity("mismatch", ())
 REGISTRY = Provenance("registry")
@@ -56,34 +55,3 @@ def test_the_original_is_required_where_it_is_known(secret: Badge, built: AsBuil
     assert not Claim(secret, secret.id).original_required
     assert not Claim(secret, secret.id, as_built=built, require_original=False).original_required
     assert Claim(secret, secret.id, require_original=True).original_required
-
-
-MOTION = Reason("motion", "pass", 1.0, 0.25, "rad", "It moved.")
-COUNTED = Reason("photographs", "note", 14.0, None, "photographs", "A forger would need at least 14 of the badge.")
-
-
-@pytest.mark.parametrize(("least", "level"), [(0, "note"), (1, "pass"), (14, "pass"), (15, "undecided")])
-def test_photographs_decide_where_they_are_asked_for(least: int, level: str) -> None:
-    """Catches: a count that leaves films open unasked, a limit off by one, other findings lost or moved."""
-    first, found = with_photographs((MOTION, COUNTED), least)
-    assert first == MOTION and (found.level, found.measured) == (level, 14.0)
-    assert worst([first, found]) == ("inconclusive" if level == "undecided" else "accept")
-    if not least:
-        assert found == COUNTED
-        return
-    assert found.limit == least and found.text.startswith(COUNTED.text) and f"Asked for: {least}." in found.text
-    # What to do is told where something is to be done.
-    assert ("Film longer ways" in found.text) == (level == "undecided")
-
-
-def test_a_film_that_tells_no_count_is_open_where_one_is_asked_for() -> None:
-    """Catches: a film too short to count in that is accepted, though so many photographs were asked for."""
-    assert with_photographs((MOTION,), 0) == (MOTION,)
-    first, found = with_photographs((MOTION,), 20)
-    assert first == MOTION and (found.code, found.level, found.measured, found.limit) == (
-        "photographs",
-        "undecided",
-        None,
-        20.0,
-    )
-    assert "20 are asked for" in found.text

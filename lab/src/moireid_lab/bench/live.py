@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
@@ -105,10 +105,12 @@ def frames(
     seed: int = 0,
     frozen: bool = False,
     build: Build | None = None,
+    drawn: Callable[[Array], NDArray[np.float32]] | None = None,
 ) -> Iterator[NDArray[np.uint8]]:
     """Grey pictures of the badge before `behind` (height, width), one at a time.
 
-    Parameters: frozen: a forged badge, whose fringes do not move; build: None for a typical one of this seed.
+    Parameters: frozen: a forged badge, whose fringes do not move; build: None for a typical one of this seed; drawn:
+        what a program draws in place of the board, as light, of the camera's place in the badge's frame, mm.
     """
     scene = Scene(badge, build or Build.typical(seed), WEBCAM)
     renderer, rng = AnalyticRenderer(scene), np.random.default_rng(seed)
@@ -124,7 +126,7 @@ def frames(
         camera = turn.inv().apply(-place)
         shown = camera if shown is None or not frozen else shown
         poses = Poses(camera[None], turn.as_matrix()[None])
-        board = renderer.render(Instant(poses, poses, shown))
+        board = renderer.render(Instant(poses, poses, shown, picture=drawn(camera) if drawn else None))
         picture = behind.astype(np.float32)
         if board is not None:
             rows = slice(board.top, board.top + board.radiance.shape[0])

@@ -82,7 +82,6 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
         camera=camera_held(wish.camera_file, wish.focal_px),
         require_original=wish.require_original,
         cover_share=MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
-        photographs=wish.photographs or 0,
         level=wish.level,
     )
 
@@ -158,7 +157,6 @@ OPTIONS = {
     "copyable": "enroll --capture",
     "cover": "--cover",
     "tracks": "--track",
-    "photographs": "--photographs",
     "level": "--level, enroll --capture, or watch --challenge",
     "corners": "--pipeline published",
 }

@@ -44,6 +44,15 @@ def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool
         context.exit()
 
 
+def _refuse_photographs(context: click.Context, parameter: click.Parameter, count: str | None) -> None:
+    """Say what to use instead of an option that is gone."""
+    if count is not None and not context.resilient_parsing:
+        raise click.UsageError(
+            "--photographs is gone, as no film shows how many photographs it was made of; use --level live, or leave "
+            "it out."
+        )
+
+
 #: Whose badge is claimed, in the order of the help.
 CLAIM_OPTIONS = (
     click.option("--claim", metavar="NAME|ID", help="Whose badge it should be; looked up in the registry."),
@@ -99,9 +108,9 @@ OPTIONS = (
     ),
     click.option(
         "--photographs",
-        type=click.IntRange(0),
-        help="Number of photographs of the badge that a forger must need at least to make such a film; if fewer "
-        "suffice, the verdict is inconclusive.  [default: 0]",
+        hidden=True,
+        expose_value=False,
+        callback=_refuse_photographs,
     ),
     level_option,
     click.option(
@@ -173,7 +182,6 @@ class VerifyOptions(ClaimWish):
     require_original: bool | None
     overlap: bool
     cover_share: float | None
-    photographs: int | None
     level: CheckLevel
     receipt_files: tuple[Path, ...]
     pipeline: str
@@ -208,7 +216,6 @@ def _check_pipeline(wish: VerifyOptions) -> None:
     wanted: dict[str, object] = {
         "--overlap": wish.overlap or None,
         "--cover": wish.cover_share,
-        "--photographs": wish.photographs,
         "--track": wish.track,
     }
     wanted["--level"] = None if wish.level == "record" else wish.level

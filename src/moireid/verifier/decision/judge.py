@@ -54,7 +54,7 @@ from moireid.verifier.explanations.honest import without_short_stretches
 from moireid.verifier.explanations.photographs.cross_fade import CrossFade, cross_fade_of
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing, spacing_of
 from moireid.verifier.explanations.photographs.third_harmonic import ThirdHarmonic
-from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS, Waveform, waveform_of
+from moireid.verifier.explanations.photographs.waveform import Waveform, waveform_of
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart
@@ -67,7 +67,7 @@ RowAndReason = tuple[Explanation | None, Reason]
 def photographs(
     spacing: Spacing | None, moved: Sequence[GratingSignal], sheet: SheetGain = DESIGNED
 ) -> tuple[tuple[Explanation, ...], list[Reason]]:
-    """The rows and findings on photographs, and how many photographs would make such a film.
+    """The rows and findings on photographs.
 
     Parameters: spacing: of all gratings, None where the distance does not change; moved: signals that moved enough;
         sheet: how sharp the fringes must be.
@@ -83,8 +83,6 @@ def photographs(
         harmonics = [one.third_harmonic.asked(sharp) for one in waveforms if one.third_harmonic is not None]
         if harmonics:
             rows.append(_superposed(min(harmonics, key=lambda one: one.surplus / one.limit)))
-        count = max(one.photographs for one in waveforms)
-        rows.append((None, _needed(count, from_two=spacing is not None and spacing.tested and not spacing.wrong)))
     return tuple(row for row, _ in rows if row is not None), [reason for _, reason in rows]
 
 
@@ -122,8 +120,7 @@ def _faded(waveform: Waveform) -> RowAndReason:
     if level == "undecided":
         text = "The fringes change their shape from place to place, as between cross-faded photographs. "
         text += "Film in even light."
-    parameters = {"photographs": float(waveform.photographs)}
-    row = Explanation("photographs_faded", None, parameters, None, level == "undecided")
+    row = Explanation("photographs_faded", None, {}, None, level == "undecided")
     return row, Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
 
 
@@ -137,14 +134,6 @@ def _superposed(harmonic: ThirdHarmonic) -> RowAndReason:
     parameters = {"third_harmonic": harmonic.surplus, "let_through": harmonic.let_through}
     row = Explanation("photographs_laid_over", harmonic.log10_odds, parameters, None, not harmonic.seen)
     return row, Reason("third_harmonic", level, harmonic.surplus, harmonic.limit, "contrasts", text)
-
-
-def _needed(count: int, *, from_two: bool) -> Reason:
-    least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
-    text = f"To fake this film by cross-fading photographs of the badge, a forger would need {least} along its path"
-    # One from another distance may be all that the spacing asks for, so it adds nothing to the count.
-    text += ", and some from another distance." if from_two else "."
-    return Reason("photographs", "note", float(count), None, "photographs", text)
 
 
 Array = NDArray[np.float64]

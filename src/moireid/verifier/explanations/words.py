@@ -62,7 +62,7 @@ def does(name: str, parameters: Parameters) -> str:
             return f"{words} {size} its motion (most from {start_s:.1f} to {end_s:.1f} s)"
         return f"{words} ({size} the law's motion)"
     if count is not None:
-        return f"{words} ({f'{count:.0f} or more' if name == 'photographs_faded' else f'at best {count:.0f}'} of them)"
+        return f"{words} (at best {count:.0f} of them)"
     return words
 
 

@@ -15,6 +15,7 @@ from moireid.optics import beat_period_mm
 from moireid.provenance import Seal
 from moireid.verifier import limits, measuring
 from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.identity.cell_motion import CellMotion, cell_motion_of
 from moireid.verifier.identity.cell_phase import CellPhase, CellsRead, Field, read_cells, uniform_fields
 from moireid.verifier.identity.cell_slip import TOGETHER, RowsApart, greatest, rows_apart
 from moireid.verifier.identity.page_scale import page_scale
@@ -45,7 +46,7 @@ class Identity:
     score: float | None = None
     beats_agree: bool | None = True
     partial: PartialWord | None = None
-    cell_motion: float | None = None
+    cell_motion: CellMotion | None = None
     rows_apart: RowsApart = TOGETHER
 
     @property
@@ -73,15 +74,14 @@ class CellReadings:
     """The readings of all cells; decoded and fields belong to the gratings that carry a code.
 
     cells: one reading per cell, by grating; fields: of the uniform rows, by grating, as used for decoding; cell_motion:
-    change of the cells' fringes relative to that expected from the rows: 1 if they move together, 0 for a still picture
-    of cells, None if it cannot be measured; rows_apart: how far the code's rows move apart from the
-    plain rows.
+    how far the cells' fringes move, over how far the rows make them; rows_apart: how far the code's rows move apart
+    from the plain rows.
     """
 
     decoded: DecodeResult | None
     cells: tuple[tuple[CellReading, ...], ...]
     fields: dict[int, Field]
-    cell_motion: float | None = None
+    cell_motion: CellMotion | None = None
     rows_apart: RowsApart = TOGETHER
 
 
@@ -128,16 +128,7 @@ def read_identity(track: Track, measurement: Measurement) -> CellReadings:
     # What the cells show of motion is measured once, under the fields that are used.
     moved = {index: read_under(index, option).with_motion() for index, option in picked.items()}
     apart = greatest(_rows_apart(track, index, fields[index], moved[index]) for index in coded)
-    return CellReadings(decoded, cells, fields, _relative_motion(moved), apart)
-
-
-def _relative_motion(shifted: dict[int, dict[int, CellPhase]]) -> float | None:
-    """As `CellReadings.cell_motion`, of the cells of all gratings that carry a code."""
-    every = [cell for found in shifted.values() for cell in found.values()]
-    power = sum(cell.power for cell in every)
-    # If the rows hardly move, so should the cells, and the comparison means nothing.
-    enough = power > measuring.MIN_CELL_CHANGE_CONTRASTS2 * max(len(every), 1)
-    return sum(cell.moved for cell in every) / power if enough else None
+    return CellReadings(decoded, cells, fields, cell_motion_of(one.values() for one in moved.values()), apart)
 
 
 def _rows_apart(track: Track, grating: int, field: Field, cells: dict[int, CellPhase]) -> RowsApart:
@@ -190,24 +181,30 @@ def _backwards(measurement: Measurement) -> bool:
     return sum(float(signal.measured_rad @ signal.predicted_rad) for signal in measurement.gratings) < 0
 
 
-def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
-    """Whether the fringes of the cells move; a still picture of cells between genuine rows is a forgery.
+def _cells_move(motion: CellMotion | None, found: str | None) -> tuple[Reason, ...]:
+    """Whether the fringes of the cells move as far as the rows make them.
 
-    Cells that change more than their rows do are next to rows that were smoothed, as in cross-faded photographs.
+    A still picture of cells between genuine rows is a forgery.  Cells that move less than the law, by more than their
+    error bar allows, may be photographs that were morphed into each other.  Cells that change more than their rows do
+    are next to rows that were smoothed, as in cross-faded photographs.
     """
     if motion is None or found is None:
         return ()
-    level: Level = "fail" if motion <= measuring.CELLS_STILL_RATIO else "undecided"
-    if measuring.CELLS_MOVE_RATIO <= motion <= measuring.CELLS_MOST_RATIO:
+    least = 1 - max(measuring.CELLS_SHORT_RATIO, measuring.CELLS_SHORT_SDS * motion.sd)
+    level: Level = "fail" if motion.whole <= measuring.CELLS_STILL_RATIO else "undecided"
+    moving = measuring.CELLS_MOVE_RATIO <= motion.whole <= measuring.CELLS_MOST_RATIO
+    if moving and motion.typical >= least:
         level = "pass"
+    # Where so many cells hardly move that they decide, the typical cell says nothing of them.
+    seen = motion.typical if moving else motion.whole
     text = {
         "pass": "The fringes in the badge's code move together with those of its rows.",
-        "undecided": f"The fringes in the badge's code move {motion:.2f} times as far as those of its rows, so they "
+        "undecided": f"The fringes in the badge's code move {seen:.2f} times as far as those of its rows, so they "
         "may not be one picture. Film again from nearer, in even light.",
         "fail": "The fringes in the badge's code stay still while those of its rows move, as in a picture that was "
         "pasted in.",
     }[level]
-    return (Reason("cells_move", level, motion, measuring.CELLS_MOVE_RATIO, "", text),)
+    return (Reason("cells_move", level, seen, least if moving else measuring.CELLS_MOVE_RATIO, "", text),)
 
 
 def _compare(

@@ -146,10 +146,6 @@ OPEN = {
         "the fringes change as those of a few photographs do",
         "Ask for another film in even light, in which the badge keeps moving.",
     ),
-    "photographs": Words(
-        "a few photographs of the badge could make this film",
-        "Ask for a longer film, moved sideways and also to and from the camera.",
-    ),
     "focal": Words("the picture looks stretched or cut out", ORIGINAL),
     "camera": Words("the picture may have been zoomed, reframed or stabilised", ORIGINAL),
     "mixed_frames": Words("frames are mixed with their neighbours", ORIGINAL),

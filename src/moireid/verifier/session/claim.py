@@ -14,7 +14,7 @@ from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.reasons import Level, Reason
+from moireid.verifier.reasons import Reason
 from moireid.verifier.session.check_level import CheckLevel
 
 
@@ -50,9 +50,6 @@ class Claim:
         Of the identity that must be read, instead of `badge_id`, if a bundle keeps the identity sealed.
     cover_share : float
         Least share of the film, 0 to 1, that must be judged; with less the verdict is inconclusive.
-    photographs : int
-        Number of photographs of the badge that a forger must need at least to make such a film; if fewer suffice, the
-        verdict is inconclusive.
     level : {"record", "enrolled", "live"}
         Least level that must be reached (`check_level`); below it the verdict is inconclusive.
     enrolling : bool
@@ -69,7 +66,6 @@ class Claim:
     require_original: bool | None = None
     provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
-    photographs: int = 0
     level: CheckLevel = "record"
     enrolling: bool = False
     seal: Seal | None = None
@@ -159,25 +155,6 @@ def with_badge_notes(document: dict[str, Any], badge: Badge, *, measured: bool) 
     """
     notes = [reason.to_json() for reason in badge_notes(badge, copyable=not measured)]
     return document | {"reasons": [*document["reasons"], *notes]}
-
-
-def with_photographs(reasons: tuple[Reason, ...], least: int) -> tuple[Reason, ...]:
-    """The findings; if photographs are required (`least` > 0), their count decides."""
-    if least == 0:
-        return reasons
-    found = next((reason for reason in reasons if reason.code == "photographs"), None)
-    if found is None:
-        # Without enough motion there is no other finding, and the film is inconclusive anyway.
-        if not any(reason.code == "motion" and reason.level == "pass" for reason in reasons):
-            return reasons
-        text = f"The film does not show how many photographs would make it; {least} are asked for."
-        return (*reasons, Reason("photographs", "undecided", None, float(least), "photographs", text))
-    assert isinstance(found.measured, float)
-    level: Level = "pass" if found.measured >= least else "undecided"
-    text = f"{found.text} Asked for: {least}."
-    text += "" if level == "pass" else " Film longer ways sideways, and to and from the camera too."
-    held = replace(found, level=level, limit=float(least), text=text)
-    return tuple(held if reason is found else reason for reason in reasons)
 
 
 def _source(claim: Claim) -> Reason | None:

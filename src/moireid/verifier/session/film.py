@@ -35,7 +35,7 @@ from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
 from moireid.verifier.session.check_level import level_finding, level_reached
-from moireid.verifier.session.claim import Claim, claim_reasons, with_photographs
+from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
@@ -104,13 +104,7 @@ def verify(
         seen = _read(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
-    reasons = (
-        with_photographs(invariant.reasons, claim.photographs)
-        + identity.reasons
-        + built_reasons
-        + seen.verifier.others
-        + seen.verifier.restarts
-    )
+    reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others + seen.verifier.restarts
     judged = seen.verifier.judged
     watched = seen.watch if film.tracks.judged else None
     overlapped = watched.judge(judged.tracker, seen.chapters) if watched else None

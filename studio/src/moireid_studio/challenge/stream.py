@@ -20,7 +20,7 @@ from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason, worst, worst_level
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.check_level import level_finding, level_reached
-from moireid.verifier.session.claim import Claim, with_photographs
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import cover_findings
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
@@ -157,8 +157,7 @@ class StreamCheck(LiveCheck):
 
     def _replaced(self) -> set[str]:
         """Findings that mean nothing here, or that are reported again with what was asked for."""
-        codes = {"level"} if self._clock.checked else {"level", "clock"}
-        return codes | ({"photographs"} if self._claim.photographs else set())
+        return {"level"} if self._clock.checked else {"level", "clock"}
 
     @staticmethod
     def _barred_reason(barred: Exclusion) -> Reason:
@@ -175,9 +174,6 @@ class StreamCheck(LiveCheck):
         invariant, (identity, _) = invariant_of(chapters), identity_of(chapters)
         cover = self._verifier.cover
         reasons: tuple[Reason, ...] = self._verifier.restarts
-        if self._claim.photographs:
-            all_reasons = with_photographs(invariant.reasons, self._claim.photographs)
-            reasons += tuple(reason for reason in all_reasons if reason.code == "photographs")
         if event["frames"]["tracked"] and self._prompts is None:
             reasons += (*cover_findings(cover, self._claim.cover_share), *self._verifier.long_unsearched)
         if self._barred is not None:

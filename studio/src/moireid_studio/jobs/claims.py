@@ -50,7 +50,7 @@ def prepared(job: Job, registry: Registry, trust: str | None, maker: Callable[[]
     if job.kind == "verify":
         standing = registry.standing(trust)
         found, laws = claim_of(registry, wish, standing)
-        asked = {name: wish[name] for name in ("focal_px", "require_original", "cover_share", "photographs", "report")}
+        asked = {name: wish[name] for name in ("focal_px", "require_original", "cover_share", "report")}
         given = {"found": found if wish["ids"] else sealed(found), "laws": laws, "level": wish.get("level", "record")}
         return PreparedJob(asked | given, found=found, standing=standing)
     if job.kind == "identify":

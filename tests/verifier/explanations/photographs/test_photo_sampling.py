@@ -1,4 +1,4 @@
-"""Where would a forger take photographs, and what would they show?  Beside each test: what it would catch."""
+"""What would photographs show?  Beside each test: what it would catch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kit.photographed import (
     FRAMES,
     LAW,
 )
-from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded, seen_most
+from moireid.verifier.explanations.photographs.fringe_spacing import cross_faded
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 30])
@@ -39,10 +39,3 @@ def test_at_a_photograph_s_own_place_it_is_shown_alone():
     assert first == pytest.approx(np.exp(1j * law)) and third == pytest.approx(np.exp(3j * law))
     between, dipped = cross_faded(law, np.linspace(law.min(), law.max(), 5))
     assert np.abs(between[1]) == pytest.approx(math.cos(0.5)) and np.abs(dipped[1]) == pytest.approx(abs(math.cos(1.5)))
-
-
-@pytest.mark.parametrize("held", [(50, 50), (90, 10), (97, 3)])
-def test_where_a_film_is_seen_most_is_found_however_long_it_rests_there(held):
-    """Catches: places by even shares of the frames alone, so that one long rest and one short one count as many."""
-    place = np.concatenate([np.full(k * 10, at) for k, at in zip(held, (-0.4, 0.7), strict=True)])
-    assert seen_most(2, place) == pytest.approx([-0.4, 0.7], abs=1e-3)

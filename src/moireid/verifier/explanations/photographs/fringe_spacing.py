@@ -1,10 +1,10 @@
-"""Does the spacing of the fringes follow the distance?  And which photographs would a forger take for a film?
+"""Does the spacing of the fringes follow the distance?
 
 Nearer to the camera the fringes are closer together (`fringes.beyond_phase`).  Photographs from one distance that are
 placed over a film keep their spacing.  A zoom within a film changes it too, so it rejects no film; where a zoom is
 seen, its error counts.
 
-`seen_most` and `cross_faded` give the places where a forger would take photographs of a badge, and what they show.
+`cross_faded` gives what photographs of a badge show that were taken at some places.
 
 Convention: the gain is the change seen over that predicted: 1 on a badge, 0 on photographs.  A place is a fringe phase,
 rad, with whole turns taken out, as a picture shows the same fringes a turn on.
@@ -116,8 +116,6 @@ def _by_zoom(signal: GratingSignal) -> float:
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-#: Steps towards the places that are seen most, and by how much a place must move to be worth another.
-LLOYD_STEPS, NEAR_RAD = 50, 1e-6
 
 
 def in_one_turn(phase_rad: Array, stretch: NDArray[np.int64]) -> Array:
@@ -129,31 +127,6 @@ def in_one_turn(phase_rad: Array, stretch: NDArray[np.int64]) -> Array:
     frames = np.bincount(own)
     means = np.bincount(own, weights=phase_rad) / frames
     return np.asarray(phase_rad - 2 * np.pi * np.round((means - means[np.argmax(frames)]) / (2 * np.pi))[own])
-
-
-def evenly(count: int, place_rad: Array) -> Array:
-    """So many places, (count,), at even distances over all that are seen."""
-    return np.linspace(place_rad.min(), place_rad.max(), count)
-
-
-def seen_most(count: int, place_rad: Array) -> Array:
-    """So many places, (count,), rising, that are nearest to those seen: where a forger would take photographs.
-
-    Source: Lloyd (1982), on a line, from even shares of the frames; stops short of the best where it takes long.
-    """
-    place = np.sort(place_rad)
-    before = np.r_[0.0, np.cumsum(place)]
-    nodes = np.quantile(place, (np.arange(count) + 0.5) / count)
-    for _ in range(LLOYD_STEPS):
-        ends = np.r_[0, np.searchsorted(place, (nodes[1:] + nodes[:-1]) / 2), len(place)]
-        frames = np.diff(ends)
-        means = np.diff(before[ends]) / np.maximum(frames, 1)
-        moved = np.where(frames > 0, means, nodes)
-        if np.abs(moved - nodes).max() < NEAR_RAD:
-            break
-        nodes = moved
-    # Two at one place would leave nothing to cross-fade between.
-    return np.asarray(nodes + NEAR_RAD * np.arange(count))
 
 
 def cross_faded(place_rad: Array, nodes: Array) -> tuple[Complex, Complex]:

@@ -1,0 +1,222 @@
+"""Few stills of a badge, morphed by optical flow: run `.venv/bin/python benchmarks/morphed_photographs.py`.
+
+flow: two to six stills of a true film, evenly over 0.3 of parallax, morphed into each other by the camera's place
+    (`true_films.morph`), over another film that goes sideways to and fro within these views, nearer and farther.
+alone: the same, each cell of the code by itself.
+minterpolate: stills of a true film in order of time, and FFmpeg's own interpolation between them.
+true: a true film on the same trajectory, as it is and through a call.
+outside: the same by a tracer that shares nothing with `moireid.simulate`, with motions of its own.
+
+Printed is what becomes of each film; how far its typical cell moves, over how far the rows make it, with the error bar;
+and what would become of the film under the limit of 0.6 for all cells together, as it was before (`was`).
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Literal
+
+import av
+import numpy as np
+import outside.build
+import outside.camera
+import outside.film
+import outside.motion
+import outside.page
+from natural_films import prepared
+from true_films.morph import Morph, stills
+from true_films.paths import DEPTH, swaying
+
+from moireid.badge import Badge, load_badge
+from moireid.designer import Request, design_badge
+from moireid.designer.formats import in_format
+from moireid.simulate.filming import film
+from moireid.simulate.motion import Motion
+from moireid.simulate.recording.encode import RECIPES, FilmWriter, kept_frames
+from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier import Claim, verify
+from moireid.verifier.measuring import CELLS_MOST_RATIO, CELLS_MOVE_RATIO
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
+from moireid_lab.bench.verdicts import why_not
+
+Kind = Literal["flow", "alone", "minterpolate", "true", "outside"]
+FRAMES, FPS, CRF = 150, 30, 23
+PHONE, SMALL = Camera(), Camera(1280, 720, 1150.0)
+MOTIONS = ("walk", "measured", "sway")
+#: Views that the stills are taken from, and that the film stays within: parallax sideways, and up and down.
+HALF_VIEWS = np.array([[-0.15, -0.05], [0.15, 0.05]])
+
+
+@dataclass(frozen=True)
+class Case:
+    """One kind of film.  stills: how many; recipe: through which service, as `moireid simulate --recipe`; pattern: of
+    the code, None for the usual one.
+    """
+
+    kind: Kind
+    stills: int = 0
+    metres: float = 1.0
+    format: str = "board"
+    axes: str = "x"
+    recipe: str | None = None
+    pattern: str | None = None
+
+    @property
+    def name(self) -> str:
+        """In a few words."""
+        what = f"{self.stills} stills, {self.kind}" if self.stills else self.kind
+        ways = "".join(f", {word}" for word in (self.recipe, self.pattern) if word)
+        return f"{what}, {self.format} {self.axes}, {self.metres:g} m{ways}"
+
+
+CALLS = ("call", "meeting", "chat")
+PLACES = (("board", "x", 1.0), ("board", "x", 2.0), ("board", "xy", 1.0), ("a6", "x", 1.0))
+CASES = (
+    *(Case("flow", count, metres, *badge) for count in (2, 3, 4, 6) for *badge, metres in PLACES),
+    *(Case("flow", 2, metres, recipe=recipe) for recipe in ("call", "meeting") for metres in (1.0, 2.0)),
+    *(Case("flow", count, pattern="cells") for count in (2, 3)),
+    *(Case("alone", 2, metres, *badge) for *badge, metres in PLACES),
+    *(Case("true", 0, metres, *badge) for *badge, metres in PLACES),
+    *(Case(kind, 0, metres, recipe=way) for kind in ("true", "outside") for way in CALLS for metres in (1.0, 2.0)),
+    *(Case("outside", 0, metres) for metres in (1.0, 2.0)),
+    *(Case("minterpolate", count) for count in (12, 16)),
+)
+
+
+def badge_of(case: Case, seed: int) -> Badge:
+    """A badge of its own for each seed."""
+    payload = np.random.default_rng([seed, 7]).bytes(8)
+    return design_badge(
+        in_format(Request("Bench", axes=case.axes, pattern=case.pattern), case.format, payload_bytes=8), payload
+    )
+
+
+def interpolated(source: Path, stills: int, target: Path) -> None:
+    """A film's stills, evenly in time, and between them what FFmpeg's `minterpolate` makes of them."""
+    with av.open(str(source)) as given, av.open(str(target), "w") as made:
+        own = given.streams.video[0]
+        stream = made.add_stream("libx264", rate=FPS, options={"crf": str(CRF)})
+        stream.width, stream.height, stream.pix_fmt = own.width, own.height, "yuv420p"
+        graph = av.filter.Graph()
+        step = Fraction(FRAMES - 1, (stills - 1) * FPS)
+        feed = graph.add_buffer(template=own, time_base=step)
+        between, sink = graph.add("minterpolate", f"fps={FPS}:mi_mode=mci"), graph.add("buffersink")
+        feed.link_to(between)
+        between.link_to(sink)
+        graph.configure()
+        wanted = np.rint(np.linspace(0, FRAMES - 1, stills)).astype(int).tolist()
+        kept = [frame for number, frame in enumerate(given.decode(own)) if number in wanted]
+        count = 0
+        for number, frame in enumerate([*kept, None]):
+            if frame is not None:
+                frame.pts, frame.time_base = number, step
+            graph.push(frame)
+            for done in _pulled(graph):
+                done.pts, done.time_base = count, Fraction(1, FPS)
+                made.mux(stream.encode(done))
+                count += 1
+        made.mux(stream.encode())
+
+
+def _pulled(graph: av.filter.Graph) -> Iterator[av.VideoFrame]:
+    """The frames that are ready."""
+    try:
+        while True:
+            yield graph.vpull()
+    except (av.error.BlockingIOError, av.error.EOFError):
+        return
+
+
+def by_outside_tracer(case: Case, seed: int, folder: Path) -> tuple[Badge, Path]:
+    """A true film by the outside tracer, and its badge."""
+    home, path = prepared(folder) / "badge", folder / "traced.mp4"
+    rng = np.random.default_rng([seed, round(10 * case.metres)])
+    camera, page = outside.camera.drawn(rng, outside.camera.PHONE), outside.page.load_page(home)
+    way = outside.motion.course(MOTIONS[seed % len(MOTIONS)], 1000 * case.metres, FRAMES / FPS, rng)
+    shoot = outside.film.Shoot(FRAMES, FPS, CRF, seed)
+    outside.film.film(page, outside.build.built(page, rng), camera, way, path, shoot)
+    badge = load_badge(home / "badge.json")
+    return badge, path if case.recipe is None else through(path, case.recipe, seed, folder / "film.mp4")
+
+
+def through(source: Path, recipe: str, seed: int, target: Path) -> Path:
+    """A film as a service leaves it."""
+    way = RECIPES[recipe]
+    with av.open(str(source)) as given:
+        pictures = [frame.to_ndarray(format="gray") for frame in given.decode(video=0)]
+    with FilmWriter(target, target.name, pictures[0].shape[::-1], FPS, way) as writer:
+        for number in kept_frames(way, len(pictures), seed).tolist():
+            writer.write(pictures[number], number)
+    return target
+
+
+def made(case: Case, seed: int, folder: Path) -> tuple[Badge, Path]:
+    """One film, and its badge."""
+    if case.kind == "outside":
+        return by_outside_tracer(case, seed, folder)
+    badge = badge_of(case, seed)
+    small = case.format == "board" and case.metres <= 1
+    scene = Scene(badge, Build.typical(seed), SMALL if small else PHONE)
+    motion: Motion = swaying(HALF_VIEWS, 1000 * case.metres, seed, depth=DEPTH)
+    show = None
+    if case.kind in ("flow", "alone"):
+        views = np.linspace(*HALF_VIEWS, case.stills)
+        taken = stills(scene, np.column_stack([views, np.full(case.stills, 1000 * case.metres)]), seed)
+        show = Morph(taken, case.kind == "alone").shown
+    path = folder / "film.mp4"
+    crf = None if case.recipe else CRF
+    film(scene, motion, path, frames=FRAMES, fps=FPS, show=show, seed=seed, crf=crf, recipe=case.recipe, overwrite=True)
+    if case.kind != "minterpolate":
+        return badge, path
+    interpolated(path, case.stills, folder / "between.mp4")
+    return badge, folder / "between.mp4"
+
+
+def judged(job: tuple[Case, int]) -> Row:
+    """One film, made and judged."""
+    case, seed = job
+    with tempfile.TemporaryDirectory() as folder:
+        badge, path = made(case, seed, Path(folder))
+        report = verify(path, Claim(badge, badge.id))
+    why, motion = why_not(report), report.identity.cell_motion
+    moving = motion is None or CELLS_MOVE_RATIO <= motion.whole <= CELLS_MOST_RATIO
+    others = [code for code in why if code != "cells_move" or not moving]
+    return {
+        "film": case.name,
+        "kind": case.kind,
+        "stills": case.stills,
+        "recipe": case.recipe,
+        "seed": seed,
+        "was": report.verdict if others else "accept",
+        "verdict": report.verdict,
+        "cells": motion and motion.typical,
+        "error bar": motion and motion.sd,
+        "why": why,
+    }
+
+
+def rows(wish: Wish) -> Iterator[Row]:
+    """One row a film, then how many of each kind were accepted."""
+    seeds = range(1, 1 + (wish.clips or 1))
+    found = []
+    for row in wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for seed in seeds for case in CASES}):
+        found.append(row)
+        yield {name: value for name, value in row.items() if name in COLUMNS}
+    for (kind, count, recipe), own in grouped(found, "kind", "stills", "recipe").items():
+        accepted = {name: sum(row[key] == "accept" for row in own) for name, key in ACCEPTED.items()}
+        words = [f"{count} stills" if count else "", kind, recipe or ""]
+        yield {"all of": ", ".join(word for word in words if word), "films": len(own)} | accepted
+
+
+#: Counted columns, and the column of each film that they count.
+ACCEPTED = {"accepted before": "was", "accepted": "verdict"}
+COLUMNS = {"film": "<44", "seed": ">4", "was": "<12", "verdict": "<12", "cells": ">6.3f", "error bar": ">9.3f"}
+COLUMNS |= {"why": "<1", "all of": "<24", "films": ">5", "accepted before": ">15", "accepted": ">8"}
+BENCH = Bench(rows, COLUMNS)
+
+if __name__ == "__main__":
+    run_script(__file__)
