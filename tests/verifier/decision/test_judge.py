@@ -19,9 +19,10 @@ from kit.fringe_signals import (
     lasting_noise,
     trajectory,
 )
+from moireid.verifier.decision.comparison import Explanation, compare
 from moireid.verifier.decision.figures import figures_of
 from moireid.verifier.decision.judge import Invariant, gain_of, judge_signals
-from moireid.verifier.decision.sheet_gain import SheetGain
+from moireid.verifier.decision.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.explanations.residuals import residual_limit_rad
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.limits import (
@@ -626,3 +627,12 @@ def test_a_rejection_names_no_law_of_a_part_that_agrees():
     outcome = judge_signals([true_film(), forged])
     assert outcome.gratings[0]["gain_ratio"] == pytest.approx(figures_of(true_film()).gain_ratio, abs=1e-5)
     assert abs(outcome.gratings[1]["gain_ratio"]) < 0.01
+
+
+def test_one_odd_chapter_hides_no_rival_of_the_whole_film():
+    """Catches: a rival that each chapter favours a little, unnamed because one chapter's gain is unusual."""
+    rival = Explanation("late", -0.5, {"late_s": 0.2}, 0.0, fits=False)
+    own = [replace(compare(true_film(), DESIGNED, shares=False), rivals=(rival,))] * 30
+    outcome = judge_signals([true_film()], chapters=[[one] for one in (*own, replace(own[0], usual=False))])
+    assert levels(outcome)["gain"] == "pass" and levels(outcome)["late"] == "undecided"
+    assert outcome.verdict == "inconclusive"

@@ -30,6 +30,7 @@ Convention: as `comparison`; each grating that moved enough must hold by itself;
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -185,6 +186,15 @@ class Invariant:
         """Whether the law explains the fringes, and no rival does so better."""
         return bool(self.explanations) and self.explanations[0].fits and not any(e.better for e in self.explanations)
 
+    def gain_apart_from(self, whole: Invariant) -> Reason | None:
+        """The finding on the gain of a part of a film, where that is not accepted and surely another one than the
+        whole's; else None.
+        """
+        apart = abs((self.gain_ratio or 0.0) - (whole.gain_ratio or 0.0))
+        if apart <= limits.GAIN_REJECTED_SDS * math.hypot(self.gain_sd or 0.0, whole.gain_sd or 0.0):
+            return None
+        return next((reason for reason in self.reasons if reason.code == "gain" and reason.level != "pass"), None)
+
     def to_json(self) -> dict[str, Any]:
         """As the `invariant` object of `verify --json`."""
         names = (
@@ -270,8 +280,9 @@ def judge_signals(
             reasons.append(lens)
         laws = findings.law_fits(compared)
         reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
-        if all(one.fits and one.usual for one in moved) or not all(one.fits for one in moved):
-            reasons += findings.rivals(table, mean.excitation_rad, law_fits=all(one.fits for one in moved))
+        fits = all(one.fits for one in moved)
+        if gain.level == "pass" or not fits or all(one.usual for one in moved):
+            reasons += findings.rivals(table, mean.excitation_rad, law_fits=fits)
         if whole:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons
