@@ -56,9 +56,12 @@ class SheetGain:
         Notes
         -----
         Convention: beyond it a film is rejected; within it, but for the room, it is inconclusive.
+        Source: build and lens have nothing to do with each other, so their extremes add in squares of logarithms; as a
+            product, a print that stays still (a gain of 0.04) could be a thin sheet before the longest lens.
         """
         low, high = self.reach if self.built else (limits.LEAST_BUILT_GAIN, math.inf)
-        return low * lens_room[0], high * lens_room[1]
+        least = math.hypot(math.log(low), math.log(lens_room[0]))
+        return math.exp(-least), math.exp(math.hypot(math.log(high), math.log(lens_room[1])))
 
     def room_for(self, gain_sd: float) -> tuple[float, float]:
         """Least and greatest gain that a film with that error bar may be accepted with."""
@@ -135,8 +138,10 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, lens_room: tuple[
     if low <= gain <= high and not vague:
         level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."
     elif not least - beyond <= gain <= most + beyond:
-        level, limit = "fail", limit + beyond
-        text = f"{words}; a real badge gives {sheet.span(limit)}."
+        bound = least - beyond if gain < least else most + beyond
+        level, limit = "fail", abs(bound - (low + high) / 2)
+        whose, more = "this badge" if sheet.built else "a badge of any build", "more" if gain < least else "less"
+        text = f"{words}; {whose} gives {sheet.expected * bound:.2g} or {more}, before any lens that the film allows."
     elif vague:
         limit += beyond
         text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film with more "

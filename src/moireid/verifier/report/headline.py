@@ -236,9 +236,12 @@ def _not_held(finding: Finding, held: bool, known: Circumstances) -> Headline:
 def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
     """How the law is broken, in a few words: by the best rival, or else by what fails."""
     rival = best_rival(document)
+    gain = failed.get("gain")
+    # A gain that some build or lens has is not why parts of a badge that move apart are rejected.
+    if rival is not None and rival["name"] == "another_gain" and not {"gain", "residual"} & failed.keys():
+        rival = None
     if rival is not None and (words := _instead(rival)):
         return words
-    gain = failed.get("gain")
     if gain is not None and isinstance(gain["measured"], float):
         return f"they {_far(gain['measured'] / (document['invariant'].get('gain_expected') or 1.0))} they should"
     return next((words for code, words in BROKEN.items() if code in failed), "they leave it, as forged fringes do")
