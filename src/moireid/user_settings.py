@@ -2,7 +2,7 @@
 
 Convention: an option of a command comes first, then MOIREID_REGISTRY (for the registry), then this file, then the
 default.  The file holds no more than the keys of `KEYS`.  Only its user may read it, as the address of a registry may
-hold a password.
+hold a password.  A user may have no home folder, as in a container: then there is no file, and each path must be given.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import difflib
 import json
 import os
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from moireid.errors import SpecError
@@ -33,12 +33,38 @@ KEYS: dict[str, str] = {
 
 
 def settings_file() -> Path:
-    """The path of the file, which need not exist."""
+    """The path of the file, which need not exist.  Raises: SpecError for a user without a home folder."""
     if given := os.environ.get(FILE_VARIABLE):
         return Path(given)
     from platformdirs import user_config_path
 
-    return user_config_path("moireid", appauthor=False) / "config.toml"
+    if (folder := _found(user_config_path)) is None:
+        raise SpecError(f"this user has no home folder for settings; set {FILE_VARIABLE} to the path of a file")
+    return folder / "config.toml"
+
+
+def data_folder() -> Path | None:
+    """Where moireid keeps this user's data, which need not exist; None for a user without a home folder."""
+    from platformdirs import user_data_path
+
+    return _found(user_data_path)
+
+
+def _found(folder: Callable[..., Path]) -> Path | None:
+    try:
+        found = folder("moireid", appauthor=False)
+    except RuntimeError:
+        return None
+    # Older versions of platformdirs return what begins with "~".
+    return found if found.is_absolute() else None
+
+
+def expanded(path: str) -> Path:
+    """The path with `~` replaced.  Raises: SpecError where that user has no home folder."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError as error:
+        raise SpecError(f"{path!r} is in a home folder, and that user has none; give the whole path") from error
 
 
 def load_settings() -> dict[str, str]:
@@ -49,7 +75,10 @@ def load_settings() -> dict[str, str]:
     SpecError
         If it cannot be read, is no TOML, or holds another key or a value that is neither a text nor a whole number.
     """
-    path = settings_file()
+    try:
+        path = settings_file()
+    except SpecError:
+        return {}
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):

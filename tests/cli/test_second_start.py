@@ -34,17 +34,25 @@ def verify(folder: Path, film: Path | bytes, *python: str, shell: str = "") -> s
     return subprocess.run(["sh", "-c", f'exec "$@" {shell}', "sh", *words], capture_output=True, timeout=120)
 
 
-@pytest.mark.parametrize("shell", [">&-", "<&-", ">&- <&-"])
-def test_a_closed_stream_changes_no_verdict(tmp_path: Path, film: Path, shell: str) -> None:
-    """Catches: a start that fails without stdout, with the exit code of a film that is rejected; arguments, or the line
-    to the process that reads, in the place of a closed stream."""
+@pytest.mark.parametrize("shell", [">&-", "<&-", "2>&-", ">&- <&-", "<&- >&- 2>&-", "2>/dev/full"])
+def test_a_stream_that_cannot_be_written_changes_no_verdict(tmp_path: Path, film: Path, shell: str) -> None:
+    """Catches: a start that fails without a stream, with the exit code of another answer; arguments, or the line to the
+    process that reads, in the place of a closed stream; an answer that is lost with a message."""
     done = verify(tmp_path, film, shell=shell)
     assert (done.returncode, done.stderr.decode().splitlines()[1:]) == (0, [])
+    assert ">&-" in shell.split() or done.stdout.startswith(b"ACCEPT")
 
 
-def test_a_closed_stderr_is_no_rejected_film(tmp_path: Path, film: Path) -> None:
-    """Catches: the exit code of a film that is rejected, where only messages cannot be written."""
-    assert verify(tmp_path, film, shell="2>&-").returncode != 1
+@pytest.mark.parametrize("words", ["materials", "--help", "registry list --registry {}", "nosuch"])
+def test_a_closed_stream_changes_no_exit_code(tmp_path: Path, words: str) -> None:
+    """Catches: a traceback, and the exit code of a rejected film, from commands that start once."""
+    run: list[Any] = [sys.executable, "-c", PROGRAM, *words.format(tmp_path / "none.sqlite3").split()]
+    whole = subprocess.run(run, capture_output=True, timeout=60)
+    assert whole.returncode == (2 if b"error: " in whole.stderr else 0)
+    lost = {">&-": (b"", whole.stderr), "2>&-": (whole.stdout, b""), ">&- 2>&-": (b"", b"")}
+    for shell, said in (lost | {"2>/dev/full": lost["2>&-"]}).items():
+        done = subprocess.run(["sh", "-c", f'exec "$@" {shell}', "sh", *run], capture_output=True, timeout=60)
+        assert (done.returncode, done.stdout, done.stderr) == (whole.returncode, *said), shell
 
 
 @pytest.mark.parametrize("flags", [("-Ic", PROGRAM), ("-Bc", PROGRAM), ("-I",), ("-B", "-W", "ignore")])

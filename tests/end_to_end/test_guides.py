@@ -22,7 +22,7 @@ from kit.places import ROOT
 from moireid.cli.main import moireid
 from moireid.provenance import Exclusion
 from moireid.registry.rollback import CODES
-from moireid.verifier.decision.findings import WORDS
+from moireid.verifier.report.finding_words import RIVALS
 
 DOCS = ROOT / "docs"
 PAGES = sorted(path for path in DOCS.rglob("*.md") if path.parent.name != "gallery")
@@ -144,7 +144,7 @@ def test_every_reason_code_is_told_and_no_other() -> None:
     levels = {"pass", "fail", "undecided", "note"}
     # Why a badge does not count is a code of its own, and so is why a registry is refused.
     barred = get_args(get_type_hints(Exclusion)["code"])
-    assert set(re.findall(r"`(\w+)`", rows)) - levels == {*_codes(), *barred, *WORDS, *CODES}
+    assert set(re.findall(r"`(\w+)`", rows)) - levels == {*_codes(), *barred, *RIVALS, *CODES}
 
 
 def _codes() -> Iterator[str]:

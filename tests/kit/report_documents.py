@@ -18,9 +18,13 @@ def finding(code: str, level: str = "fail", measured: Any = None, unit: str = ""
     return {"code": code, "level": level, "measured": measured, "limit": None, "unit": unit, "text": f"About {code}."}
 
 
+LAW_ROW = {"name": "law", "log10_odds": 0.0, "share": None, "fits": False, "parameters": {"gain": 0.1}}
+
+
 def rival(name: str, log10_odds: float | None, **parameters: float) -> dict[str, Any]:
-    """One explanation of a report's table."""
+    """One explanation of a report's table, which leaves little of the film if nothing else is said."""
     fits = log10_odds is not None and log10_odds < -1
+    parameters = {"deviation_rad": 0.01, "limit_rad": 0.1} | parameters
     return {"name": name, "log10_odds": log10_odds, "share": None, "fits": fits, "parameters": parameters}
 
 

@@ -8,18 +8,23 @@ import sqlite3
 import stat
 import sys
 import threading
+from pathlib import Path
+from traceback import format_exception
 
 import pytest
+from click.testing import CliRunner
 
 from kit.registries import badge_of, tamper, url_of
+from moireid.cli.main import moireid
 from moireid.errors import MissingExtraError, RegistryError
 from moireid.registry import default_url, open_registry
+from moireid.registry.engine import read_url, sqlite_file
 
 
 def test_default_url_is_in_the_users_data_folder(tmp_path, monkeypatch):
     """Catches: a default in the working folder; a path whose odd letters do not survive the URL."""
     home = tmp_path / "dät a"
-    monkeypatch.setattr("moireid.registry.engine.user_data_path", lambda name, appauthor: home / name)
+    monkeypatch.setattr("moireid.registry.engine.data_folder", lambda: home / "moireid")
     assert default_url().startswith("sqlite:///")
     with pytest.raises(RegistryError, match="there is no registry"):
         open_registry(None, create=False)
@@ -69,6 +74,9 @@ def test_registry_stays_one_file(path):
     [
         ("postgresql:people", "no database URL; give one such as sqlite:///people.sqlite3, or a path"),
         ("ada:secret@host/people", "the registry's URL is no database URL"),
+        (" postgresql://ada:secret@host/people", "the registry's URL is no database URL"),
+        ("u:secret@host/people", "the registry's URL is no database URL"),
+        ("postgresql://ada:secret/people", "the registry's URL is no database URL"),
         ("", "no database URL"),
         ("sqlite:///\udcff", "no database URL"),
         ("sqlite://people.sqlite3", "three slashes"),
@@ -89,6 +97,44 @@ def test_bad_url(url, message, tmp_path, monkeypatch):
         open_registry(url, create=True)
     assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        *("u:s3@cret/w#rd%@host/db", "u:s3/cret@host/db", "u:s3#cret@host/db", "u:s3?cret@host/db"),
+        *("u:s3cret%@host/db", "u/x:s3cret@host/db", "host:5432/db?x=s3@cret"),
+    ],
+)
+@pytest.mark.parametrize("variable", ["", "MOIREID_REGISTRY"])
+def test_a_password_that_is_not_encoded_is_refused_before_anything_is_looked_up(address, variable, monkeypatch):
+    """Catches: a part of a password that is taken for a host, looked up and printed."""
+    url = f"postgresql+psycopg://{address}"
+    monkeypatch.setattr("moireid.registry.engine.create_engine", lambda *_, **__: pytest.fail("looked up"))
+    if variable:
+        monkeypatch.setenv(variable, url)
+    for words in (["registry", "list"], ["registry", "list", "--json"], ["config", "set", "registry", url]):
+        given = [] if variable or "set" in words else ["--registry", url]
+        for traceback in ("", "1"):
+            monkeypatch.setenv("MOIREID_TRACEBACK", traceback)
+            done = CliRunner().invoke(moireid, [*words, *given])
+            said = done.output + "".join(map(str, format_exception(done.exception)))
+            assert "percent-encode the password" in said and not re.search("s3|cret|w#rd|/db", said), said
+
+
+@pytest.mark.parametrize(
+    ("text", "driver", "password", "host"),
+    [
+        ("postgres://u:p%40%2F%25x@h:5432/db", "postgresql", "p@/%x", "h"),
+        ("postgres+psycopg://u:a:b@[::1]/db?sslmode=require", "postgresql+psycopg", "a:b", "::1"),
+        ("postgresql+psycopg://moireid@/postgres?host=/tmp/s", "postgresql+psycopg", None, None),
+    ],
+)
+def test_ordinary_urls_are_read(text, driver, password, host):
+    """Catches: a refusal of colons, sockets or escapes; `postgres://`, as hosts of databases write it, not known."""
+    url = read_url(text)
+    assert (url.drivername, url.password, url.host) == (driver, password, host)
+    assert sqlite_file(read_url("sqlite:////people/a@b/c%d?x.sqlite3")) == Path("/people/a@b/c%d")
 
 
 def test_driver_that_is_not_installed(monkeypatch):

@@ -37,7 +37,7 @@ def test_new_registry_makes_one_key(url, keys):
 
 def test_default_keys_folder_is_in_the_users_data(tmp_path, monkeypatch):
     """Catches: a default in the working folder; a path in MOIREID_KEYS that follows the working folder about."""
-    monkeypatch.setattr(keys_module, "user_data_path", lambda name, appauthor: tmp_path / name)
+    monkeypatch.setattr(keys_module, "data_folder", lambda: tmp_path / "moireid")
     monkeypatch.delenv("MOIREID_KEYS")
     assert keys_module.keys_folder() == tmp_path / "moireid" / "keys"
     monkeypatch.chdir(tmp_path)

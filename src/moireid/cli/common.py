@@ -245,8 +245,12 @@ def show_json(document: dict[str, Any]) -> None:
 
 
 def say(message: str) -> None:
-    """Print a message for people, one line, on stderr."""
-    click.echo(shown(message), err=True)
+    """Print a message for people, one line, on stderr; where that cannot be written, the answer counts all the same."""
+    try:
+        click.echo(shown(message), err=True)
+    except OSError:
+        # Python flushes it at exit, and would change the exit code where that fails.
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
 
 
 def counted(count: int, thing: str) -> str:

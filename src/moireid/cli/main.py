@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import os
 import pkgutil
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from moireid.cli.common import BAD_INPUT
+from moireid.cli.streams import open_closed_streams
 from moireid.extras import install_command
 from moireid.version import __version__
 
@@ -144,7 +144,8 @@ def print_your_badge() -> None:
 
 
 def _run(command: click.Command, name: str) -> None:
-    """Run a command; wrong usage gives one sentence, an interrupt is quiet, and a closed stdout is not an error."""
+    """Run a command; wrong usage gives one sentence, an interrupt is quiet, and a closed stream is not an error."""
+    open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # A letter that the terminal cannot show becomes an escape, not an error after the work is done.
@@ -174,7 +175,5 @@ def _leave(message: str, code: int) -> NoReturn:
         from moireid.cli.common import say
 
         say(" ".join(message.split("\n")))
-    with contextlib.suppress(OSError, ValueError):
-        sys.stderr.flush()
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit.
     sys.exit(code)

@@ -10,6 +10,7 @@ import contextlib
 import sys
 from typing import TYPE_CHECKING
 
+from moireid.cli.streams import open_closed_streams
 from moireid.sandbox.early_copy import EarlyCopy, restart, resume
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ READS_FILMS = {"verify": "", "identify": "", "enroll": "--capture", "calibrate":
 
 def main() -> None:
     """Run `moireid`."""
+    open_closed_streams()
     with _without_traceback():
         if _reads_films(sys.argv[1:]):
             restart("moireid.cli.start")

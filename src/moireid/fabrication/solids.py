@@ -17,7 +17,9 @@ import importlib.abc
 import importlib.machinery
 import importlib.util
 import math
+import os
 import sys
+import tempfile
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -60,10 +62,24 @@ class ExpectedSolid:
 def cad_package(name: str, purpose: str = "a mount, which you may leave out,") -> Any:
     """Import an optional CAD package.  Raises: MissingExtraError that names the extra where it is not installed."""
     try:
-        with _less_loaded():
+        with _less_loaded(), _some_home():
             return importlib.import_module(name)
     except ImportError as error:
         raise missing_extra(purpose, name, "cad") from error
+
+
+@contextmanager
+def _some_home() -> Iterator[None]:
+    """An empty home folder for a user who has none: ezdxf looks for its settings there while it is loaded."""
+    if os.path.expanduser("~") != "~":
+        yield
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["HOME"] = folder
+        try:
+            yield
+        finally:
+            del os.environ["HOME"]
 
 
 #: What build123d imports for curves that no mount has; it takes a third of what build123d takes to load.

@@ -17,17 +17,16 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
-from platformdirs import user_data_path
 from sqlalchemy import Connection, Engine, Row, Select, create_engine, event
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SAWarning, SQLAlchemyError
 
 from moireid.errors import RegistryError
 from moireid.extras import missing_extra
-from moireid.user_settings import chosen_registry
+from moireid.user_settings import chosen_registry, data_folder, expanded
 
-#: How a URL begins; a single letter is a drive of Windows.
-SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
+#: How a URL begins, or what was meant as one; a single letter is a drive of Windows.
+URL_LIKE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:|[^/]*://|[^/\\]*:[^/\\]*@|$")
 
 
 def default_url() -> str:
@@ -43,28 +42,37 @@ def default_url() -> str:
     ------
     SpecError
         As `user_settings.load_settings`.
+    RegistryError
+        If none is named, and the user has no home folder.
     """
     if chosen := chosen_registry():
         return chosen
-    path = user_data_path("moireid", appauthor=False) / "registry.sqlite3"
-    return URL.create("sqlite", database=str(path)).render_as_string(hide_password=False)
+    if (folder := data_folder()) is None:
+        raise RegistryError("this user has no home folder for a registry; give --registry, or set MOIREID_REGISTRY")
+    return URL.create("sqlite", database=str(folder / "registry.sqlite3")).render_as_string(hide_password=False)
 
 
 def read_url(text: str) -> URL:
     """The URL that `text` writes; an SQLite file's path is made absolute, so that a later chdir moves nothing.
 
-    Convention: a text without a scheme is the path of an SQLite file.
-    Raises: RegistryError if it is no URL and no path, or an SQLite URL that names no file.
+    Convention: a text without a scheme is the path of an SQLite file; postgres:// is another name of postgresql://.
+    Raises: RegistryError if it is no URL and no path, an SQLite URL that names no file, or a URL of which it is not
+    certain where a password in it ends.
     """
+    is_url = URL_LIKE.match(text)
+    if is_url and not text.startswith("sqlite:") and _is_ambiguous(text.partition("://")[2]):
+        raise RegistryError(
+            "the registry's URL can be read in more than one way; percent-encode the password (@ as %40, / as %2F, "
+            "% as %25, # as %23, ? as %3F), and any @ after the host"
+        )
     try:
         text.encode()
-        url = make_url(text) if SCHEME.match(text) or not text else _of_path(text)
-    except (ArgumentError, ValueError) as error:
-        # An address with "@" may contain a password, which must not reach a log through a message.
-        what = "the registry's URL" if "@" in text else f"registry {text[:200]!r}"
+        url = make_url(re.sub(r"^postgres(?=[:+])", "postgresql", text)) if is_url else _of_path(text)
+    except (ArgumentError, ValueError):
+        # The text may contain a password, as may the error's: neither must reach a log through a message.
         raise RegistryError(
-            f"{what} is no database URL; give one such as sqlite:///people.sqlite3, or a path"
-        ) from error
+            "the registry's URL is no database URL; give one such as sqlite:///people.sqlite3, or a path"
+        ) from None
     if url.get_backend_name() != "sqlite":
         return url
     database = url.database or ""
@@ -82,9 +90,19 @@ def read_url(text: str) -> URL:
     return url.set(database=path)
 
 
+def _is_ambiguous(address: str) -> bool:
+    """Whether programs differ in where user and password end in what follows "://".
+
+    Convention: RFC 3986, section 3.2: they end at the only "@", before any "/", "?" or "#", and "%" begins an escape.
+    """
+    authority = re.split("[/?#]", address, maxsplit=1)[0]
+    user, at, _ = authority.partition("@")
+    return address.count("@") > len(at) or bool(at and re.search("%(?![0-9A-Fa-f]{2})", user))
+
+
 def _of_path(path: str) -> URL:
     """The URL of an SQLite file."""
-    return URL.create("sqlite", database=str(Path(path).expanduser()))
+    return URL.create("sqlite", database=str(expanded(path)))
 
 
 def sqlite_file(url: URL) -> Path | None:

@@ -25,11 +25,11 @@ from typing import Protocol
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
-from platformdirs import user_data_path
 
 from moireid.errors import RegistryError, SpecError
 from moireid.files import read_regular, whole_file
 from moireid.registry.canonical import canonical_json, sha256_hex
+from moireid.user_settings import data_folder, expanded
 
 KEYS_VARIABLE = "MOIREID_KEYS"
 #: The socket of a process that has the keys in this one's place (`signing/`).
@@ -105,15 +105,19 @@ class Signer:
         return self.sign(ENTRY, sha256_hex(text).encode())
 
 
-def keys_folder() -> Path:
-    """Where private keys are looked for; nothing is made."""
-    given = os.environ.get(KEYS_VARIABLE)
-    return Path(given).expanduser().absolute() if given else user_data_path("moireid", appauthor=False) / "keys"
+def keys_folder() -> Path | None:
+    """Where private keys are looked for; nothing is made.  None for a user without a home folder."""
+    if given := os.environ.get(KEYS_VARIABLE):
+        return expanded(given).absolute()
+    folder = data_folder()
+    return None if folder is None else folder / "keys"
 
 
 def key_path(authority: Authority) -> Path:
-    """The file of an authority's private key."""
-    return keys_folder() / f"{authority.fingerprint}.pem"
+    """The file of an authority's private key.  Raises: RegistryError for a user without a home folder."""
+    if (folder := keys_folder()) is None:
+        raise RegistryError(f"this user has no home folder for private keys; set {KEYS_VARIABLE} to a folder")
+    return folder / f"{authority.fingerprint}.pem"
 
 
 def new_key() -> tuple[Signer, Path]:

@@ -18,10 +18,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from platformdirs import user_data_path
-
 from moireid.errors import RegistryError
 from moireid.registry.log import Head, Rotation
+from moireid.user_settings import data_folder, expanded
 
 SEEN_VARIABLE = "MOIREID_SEEN"
 #: How long one program waits for another's write, seconds.
@@ -42,10 +41,12 @@ class Successor:
     seq: int
 
 
-def seen_path() -> Path:
-    """Where it is kept; nothing is made."""
-    given = os.environ.get(SEEN_VARIABLE)
-    return Path(given).expanduser().absolute() if given else user_data_path("moireid", appauthor=False) / "seen.sqlite3"
+def seen_path() -> Path | None:
+    """Where it is kept; nothing is made.  None for a user without a home folder, where nothing is remembered."""
+    if given := os.environ.get(SEEN_VARIABLE):
+        return expanded(given).absolute()
+    folder = data_folder()
+    return None if folder is None else folder / "seen.sqlite3"
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class Memory:
 def recall(place: str = "") -> Memory:
     """What was seen of all authorities, and at one place.  Raises: RegistryError if the file cannot be read."""
     path = seen_path()
-    if not path.exists():
+    if path is None or not path.exists():
         return Memory()
     # Not for reading alone: after a program was killed in a write, the next reader must undo what it left.  A file that
     # may not be written is opened for reading all the same.
@@ -93,6 +94,8 @@ def remember(place: str, keys: Sequence[str], head: Head, turned: Sequence[Rotat
     Convention: the authority of a place is replaced, an authority's head only by a later one.
     """
     path, own = seen_path(), keys[0]
+    if path is None:
+        return False
     with suppress(OSError, sqlite3.Error):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
@@ -122,10 +125,10 @@ def forget(fingerprint: str) -> bool:
 
     Raises: RegistryError if the file cannot be read or written.
     """
-    memory = recall()
-    if fingerprint not in memory.heads and fingerprint not in memory.successors:
+    memory, path = recall(), seen_path()
+    if path is None or (fingerprint not in memory.heads and fingerprint not in memory.successors):
         return False
-    with _readable(), closing(sqlite3.connect(seen_path(), timeout=WAIT_S)) as database, database:
+    with _readable(), closing(sqlite3.connect(path, timeout=WAIT_S)) as database, database:
         database.executescript(_TABLES)
         database.execute("DELETE FROM places WHERE fingerprint = ?", (fingerprint,))
         database.execute("DELETE FROM heads WHERE fingerprint = ?", (fingerprint,))

@@ -23,7 +23,7 @@ from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.engine import default_url, read_url, sqlite_file
 from moireid.registry.export_file import export_json
-from moireid.registry.keys import account, checked_actor, key_path
+from moireid.registry.keys import account, checked_actor, key_path, keys_folder
 from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.merge import Import, checked_copy, merge
@@ -134,8 +134,15 @@ class Registry(RegistryChanges, PublicView):
 
     @property
     def key_path(self) -> Path:
-        """Where the authority's private key is looked for; it need not be there."""
+        """Where the authority's private key is looked for.  Raises: RegistryError for a user without a home folder."""
         return key_path(self._ledger.authority)
+
+    @property
+    def key_here(self) -> Path | None:
+        """The file of the authority's private key; None if it is not on this machine."""
+        if keys_folder() is None or not self.key_path.exists():
+            return None
+        return self.key_path
 
     @property
     def remembered(self) -> bool:

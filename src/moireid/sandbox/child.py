@@ -108,11 +108,7 @@ def run_copy(handle: int, work: Callable[[Talk], None]) -> None:
 
     Its first message is BEGIN.  It ends where its parent goes before.
     """
-    import fcntl
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # A program whose standard streams are closed may have it in the place of one.
-    handle = fcntl.fcntl(handle, fcntl.F_DUPFD, 3)
     null = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):
         os.dup2(null, stream)

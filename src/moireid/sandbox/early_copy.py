@@ -52,7 +52,7 @@ def restart(module: str) -> None:
         with os.fdopen(os.memfd_create("arguments"), "wb") as file:
             file.write(marshal.dumps((sys.argv, dict(os.environb))))
             file.flush()
-            # Never in the place of a standard stream that is closed: the second start would take it for the stream.
+            # Unlike os.dup, the copy stays open in the second start.
             handle = fcntl.fcntl(file, fcntl.F_DUPFD, 3)
         # -P: do not import from the current folder.
         command = [sys.executable, *flags, "-P", "-m", module, str(handle)]

@@ -71,10 +71,10 @@ def reach(
     Parameters: network: as in `Reach`.
     Paths are resolved here, as the process may not follow a link that leads out of its reach.
     """
-    from platformdirs import user_data_path
+    from moireid.user_settings import data_folder, expanded
 
     places = [os.environ[name] for name in PRIVATE_VARIABLES if os.environ.get(name)]
-    private = [user_data_path("moireid", appauthor=False), *(Path(place).expanduser() for place in places)]
+    private = [*filter(None, [data_folder()]), *map(expanded, places)]
     names = () if network is None else NAMES
     parts = [tuple(map(_real, paths)) for paths in ((*read, *names), write, private, _import_folders())]
     return Reach(parts[0], parts[1], parts[2], parts[3], network)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from platformdirs import user_data_path
-
+from moireid.errors import SpecError
+from moireid.user_settings import data_folder
 from moireid.verifier.session.check_level import CheckLevel
 
 if TYPE_CHECKING:
@@ -80,8 +80,10 @@ class Settings:
 
 
 def default_data() -> Path:
-    """The studio's default folder; it is not created here."""
-    return user_data_path("moireid", appauthor=False) / "studio"
+    """The studio's default folder; it is not created here.  Raises: SpecError for a user without a home folder."""
+    if (folder := data_folder()) is None:
+        raise SpecError("this user has no home folder for a studio; name a folder with --data")
+    return folder / "studio"
 
 
 def listening(host: str, port: int) -> socket.socket:

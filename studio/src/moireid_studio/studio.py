@@ -18,6 +18,7 @@ from moireid.errors import MoireIdError, RegistryError, SpecError
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.engine import read_url
+from moireid.registry.keys import keys_folder
 from moireid.registry.log import Head
 from moireid.registry.seen import recall, seen_path
 from moireid.registry.signing.client import signer_address
@@ -111,8 +112,9 @@ class Studio:
         These work in another folder, and may be older than all that.
         """
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
-        keys = str(self.registry.key_path.parent.absolute())
-        return {"registry_url": url, "keys": keys, "signer": signer_address(), "seen": str(seen_path())}
+        places = {"keys": keys_folder(), "seen": seen_path()}
+        found = {name: str(place) if place else None for name, place in places.items()}
+        return {"registry_url": url, "signer": signer_address()} | found
 
     def needs(self) -> dict[str, bool]:
         """Of each thing that the studio needs for new work, whether it is there; looked at once a second at most."""

@@ -126,7 +126,7 @@ def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Pa
     page = visitor.page
     visitor.go("/verify")
     visitor.look("verify")
-    broken = "The fringes do not follow the law: they move the other way than they should"
+    broken = "The fringes do not follow the law: they go the other way than they should"
     for film, headline in (
         ("genuine_1.0m.mp4", "Genuine; no person was claimed"),
         ("forged_reversed_1.0m.mp4", broken),

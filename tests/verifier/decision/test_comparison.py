@@ -15,6 +15,7 @@ from moireid.verifier.decision.comparison import (
     Explanation,
     GratingComparison,
     camera_doubted,
+    cause_of,
     compare,
     enough_motion_rad,
     film_table,
@@ -22,6 +23,7 @@ from moireid.verifier.decision.comparison import (
     merge_chapters,
 )
 from moireid.verifier.decision.figures import Figures
+from moireid.verifier.decision.findings import rivals
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, to_measure
 from moireid.verifier.fringes.grating_signal import GratingSignal
@@ -327,3 +329,23 @@ def test_odds_of_a_forgery_are_beyond_the_limit_of_a_rejection():
     found = compare(fringe_signal(LAW, lasting_noise()), DESIGNED)
     assert found.beaten and not found.fits and not found.possible
     assert min(one.log10_odds or 0.0 for one in found.rivals) < -REJECTED_LOG10
+
+
+# What is named.
+
+
+def test_parts_are_named_first_and_reject_where_no_other_motion_explains_the_film():
+    """Catches: a film rejected by parts where another motion leaves little of it; one not rejected as a motion
+    that leaves most of it is better, too."""
+    drift = replace(row("drift", -6.0), parameters={"residual_rad": 0.3})
+    wander, rows, places = row("wander", -12.7), row("rows", -4.0), row("places", -15.1)
+
+    def found(*table: Explanation) -> list[tuple[str, str]]:
+        return [(one.code, one.level) for one in rivals(table, 1.0, law_fits=False)]
+
+    assert cause_of([drift, wander, rows, places]) is places
+    assert found(drift, wander, rows, places) == [("places", "undecided")]
+    assert found(replace(drift, parameters={"residual_rad": 0.4}), wander, rows, places) == [("places", "fail")]
+    assert found(wander, rows, places) == [("places", "fail")]
+    assert found(wander, rows) == [("rows", "undecided")]
+    assert found(row("wander", -0.5), row("rows", 3.0)) == []

@@ -246,8 +246,9 @@ def test_what_worse_poses_could_explain_is_inconclusive():
 
 @pytest.mark.parametrize("seconds", [0.5, 1.0, 2.0])
 def test_a_short_lie_is_not_averaged_away(seconds):
-    """Catches: fringes that stay still for a second of a minute, which a mean over the film thins out to nothing."""
-    frames = 1800
+    """Catches: fringes that stay still for a second of a minute, which a mean over the film thins out to nothing; its
+    time counted from the first frame that shows the badge, 10 s into the film."""
+    frames, times = 1800, 10.0 + clock(1800)
     law = 0.5 * trajectory(frames=frames)
     noise = lasting_noise(frames, 0.02)
     held = round(30 * seconds)
@@ -255,13 +256,28 @@ def test_a_short_lie_is_not_averaged_away(seconds):
     start = int(np.argsort(travelled)[4 * len(travelled) // 10])
     lie = law.copy()
     lie[start : start + held] = law[start]
-    true, forged = (judge_signals([fringe_signal(law, shown + noise)]) for shown in (law, lie))
+    true, forged = (judge_signals([fringe_signal(law, shown + noise, times_s=times)]) for shown in (law, lie))
     assert true.verdict == "accept"
     assert forged.verdict != "accept" and "spell" in named(forged)
     (row,) = [one for one in forged.explanations if one.name == "spell"]
-    assert row.better and row.parameters["start_s"] < (start + held) / 30 and row.parameters["end_s"] > start / 30
+    assert row.better and row.parameters["start_s"] < times[start + held] and row.parameters["end_s"] > times[start]
     text = next(reason.text for reason in forged.reasons if reason.code == "spell")
     assert f"from {row.parameters['start_s']:.1f} to {row.parameters['end_s']:.1f} s" in text
+
+
+def test_a_film_that_differs_from_the_law_says_by_how_much_and_when_most():
+    """Catches: a size in other units than the law's motion; the time of another second, or of another clock."""
+    law, other = 1.2 * trajectory(), np.zeros(300)
+    other[180:] = np.linspace(0, 1, 120) * 3 * apart_from(law)[180:]
+    outcome = judge_signals([fringe_signal(law, law + other + lasting_noise(), times_s=20.0 + clock())])
+    assert outcome.verdict == "reject" and named(outcome) == ["wander"]
+    found = next(one.parameters for one in outcome.explanations if one.name == "wander")
+    assert found["motion_share"] == pytest.approx(
+        outcome.explanations[0].parameters["residual_rad"] / law.std(), rel=0.01
+    )
+    assert found["end_s"] - found["start_s"] == pytest.approx(1.0, abs=0.04)
+    size = np.convolve(other**2, np.ones(30), "same")
+    assert (found["start_s"] + found["end_s"]) / 2 == pytest.approx(20 + int(np.argmax(size)) / 30, abs=0.6)
 
 
 def test_rows_that_move_apart_fail_alone():

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from kit.fringe_signals import FRAMES, fringe_signal, lasting_noise, trajectory
-from kit.report_documents import ADA, ASKED, REGISTRY, document, finding, rival
+from kit.report_documents import ADA, ASKED, LAW_ROW, REGISTRY, document, finding, rival
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.idcodes import DecodeResult
@@ -29,6 +29,7 @@ from moireid.verifier.decision.figures import Figures
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, gain_reason
 from moireid.verifier.explanations.photographs.fringe_spacing import Spacing
+from moireid.verifier.explanations.words import WORDS
 from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
 from moireid.verifier.identity import decode, page_scale
 from moireid.verifier.identity.cell_slip import RowsApart
@@ -38,7 +39,7 @@ from moireid.verifier.measuring import CELLS_MOVE_RATIO, CELLS_STILL_RATIO, MAX_
 from moireid.verifier.reasons import Reason
 from moireid.verifier.report import finding_words, headline
 from moireid.verifier.report.finding_words import GENERAL, OPEN, RIVALS, words_of
-from moireid.verifier.report.headline import BARRED, BROKEN, INSTEAD, Headline, headline_of
+from moireid.verifier.report.headline import BARRED, BROKEN, Headline, headline_of
 from moireid.verifier.session import badge_session, chapters, check_level, cover, identify, overlap, streaming
 from moireid.verifier.session.claim import claim_reasons, with_photographs
 from moireid.verifier.timeline import restart_findings
@@ -207,7 +208,8 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield built(badge)
     yield carried(tmp_path, monkeypatch)
     yield badge_session.others_note(1, {ADA}, {"frame": 0, "corners_px": [[0, 0]] * 4})
-    yield badge_session.breaking_finding([(0.0, 9.0)], [])
+    judged: Any = SimpleNamespace(read=lambda: set(), judged_s=[])
+    yield badge_session.broken_findings(judged, [badge_session.BrokenBadge(frozenset(), ((0.0, 9.0),), None)])
     yield cover.cover_findings(cover.Cover(0.1, (), 9.0, present_share=0.1), 0.5)
     searched: Any = SimpleNamespace(_view=SimpleNamespace(unsearched_s=MAX_UNSEARCHED_S + 1))
     yield streaming.Verifier.long_unsearched.fget(searched)  # type: ignore[attr-defined]
@@ -268,8 +270,9 @@ def cases() -> Iterator[tuple[dict[str, Any], Any]]:
     for code in BARRED:
         yield document("reject", finding(code, measured="2026-05-03")), ASKED
         yield document("reject", finding(code)), replace(ASKED, barred=Exclusion(code, "2026-05-03", "lost"))  # type: ignore[arg-type]
-    for name in INSTEAD:
-        yield document("reject", finding("residual"), law="reject", explanations=[rival(name, -9.0)]), ASKED
+    for name in ("still", "drift", "late", "place"):
+        table = [LAW_ROW, rival(name, -9.0)]
+        yield document("reject", finding("residual"), law="reject", explanations=table), ASKED
     for code in BROKEN:
         yield document("reject", finding(code, measured=-4.0), law="reject"), ASKED
     for code in ("gain", "cells_move", "name", "enrolled", "identities", "beats", "identity", "built", "odd"):
@@ -298,5 +301,5 @@ def test_each_headline_in_the_source_has_a_case(monkeypatch: pytest.MonkeyPatch)
     tree = ast.parse(Path(headline.__file__).read_text(encoding="utf-8"))
     calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
     assert {node.lineno for node in calls if getattr(node.func, "id", "") == "Headline"} == lines
-    for words in (*INSTEAD.values(), *BROKEN.values()):
+    for words in (*(WORDS[name].does for name in ("still", "drift", "late", "place")), *BROKEN.values()):
         assert any(words in title for title in titles), words

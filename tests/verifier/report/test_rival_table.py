@@ -5,7 +5,6 @@ Documents are put together by hand, as `verify --json` prints them.
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from typing import Any
 
@@ -14,16 +13,16 @@ import pytest
 
 from kit.numeric_films import TYPICAL, filmed
 from moireid.badge import Badge
-from moireid.verifier.decision.comparison import Explanation
-from moireid.verifier.decision.findings import WORDS
+from moireid.verifier.decision.comparison import CONTAINING, Explanation, cause_of
 from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.explanations.honest import PhaseSeries
 from moireid.verifier.explanations.rivals import RIVALS, Rival
+from moireid.verifier.explanations.words import WORDS, does
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10
 from moireid.verifier.report.rival_plot import best_fit, rival_plot, shaped_rival
-from moireid.verifier.report.rival_table import DOES, PHOTOGRAPHS, best_rival, odds_line, table_of
+from moireid.verifier.report.rival_table import PHOTOGRAPHS, odds_line, rivals_in, table_of
 from moireid.verifier.session.result import Report
 
 
@@ -41,7 +40,9 @@ def document(*rivals: dict[str, Any], calibrated: float | None = 1.2) -> dict[st
 
 def test_each_rival_that_is_compared_has_words() -> None:
     """Catches: a rival that is added and shown by its code, or one that is gone and keeps its words."""
-    assert set(DOES) == {"law", *WORDS, *PHOTOGRAPHS} and len(set(DOES.values())) == len(DOES)
+    assert set(WORDS) == {"law", *(rival.name for rival in RIVALS), *CONTAINING, *PHOTOGRAPHS}
+    assert len({words.does for words in WORDS.values()}) == len(WORDS)
+    assert {name for name, words in WORDS.items() if not words.remedy} == {"law", *PHOTOGRAPHS}
 
 
 def test_odds_and_shares_are_shown_as_they_count() -> None:
@@ -63,7 +64,7 @@ def test_photographs_are_counted_as_what_they_mean() -> None:
     assert table is not None
     _, few, many = table.rows
     assert few.does.endswith("(at best 3 of them)") and many.does.endswith("(14 or more of them)") and few.remains
-    assert best_rival(shown) is None
+    assert rivals_in(shown) == []
 
 
 def test_what_the_film_shows_of_the_parameters_is_in_words() -> None:
@@ -72,7 +73,7 @@ def test_what_the_film_shows_of_the_parameters_is_in_words() -> None:
         document(entry("spell", 2.0, gain=0.0, start_s=1.0, end_s=2.5), entry("another_gain", 9.0, gain=0.67))
     )
     assert rows is not None
-    assert rows.rows[1].does.endswith("(at best from 1.0 to 2.5 s)") and "0.67 times as far" in rows.rows[2].does
+    assert rows.rows[1].does.endswith("from 1.0 to 2.5 s") and "0.67 times as far" in rows.rows[2].does
 
 
 @pytest.mark.parametrize(
@@ -96,18 +97,23 @@ def test_a_report_without_a_table_has_none() -> None:
     """Catches: a page of an old report, of the published pipeline or of a film without a badge, that fails."""
     reports: tuple[dict[str, Any], ...] = ({}, {"explanations": []}, {"invariant": {"calibrated_log10": 1.0}})
     for said in reports:
-        assert table_of(said) is None and odds_line(said) == "" and best_rival(said) is None
+        assert table_of(said) is None and odds_line(said) == "" and rivals_in(said) == []
 
 
-def test_the_simplest_of_equal_rivals_is_the_best() -> None:
-    """Catches: a rival with a delay named where a constant speed does as well; a free motion before both."""
-    found = best_rival(
-        document(entry("still", -1.0), entry("drift", -5.4), entry("late", -5.6), entry("wander", -27.0))
-    )
-    assert found is not None and found["name"] == "drift"
-    freer = best_rival(document(entry("drift", 4.0), entry("wander", -27.0)))
-    assert freer is not None and freer["name"] == "wander"
-    assert best_rival(document(entry("drift", -0.9), entry("late", 3.0))) is None
+def test_what_is_named_is_the_best_by_far_and_explains_the_film() -> None:
+    """Catches: a delay named where a constant speed does as well; a cause that leaves most of the film unexplained."""
+    fits = {"deviation_rad": 0.01, "limit_rad": 0.1}
+
+    def named(*entries: dict[str, Any]) -> str | None:
+        cause = cause_of(rivals_in(document(*entries)))
+        return None if cause is None else cause.name
+
+    drift, wander = entry("drift", -5.4, **fits), entry("wander", -27.0)
+    assert named(entry("still", -1.0), drift, entry("late", -4.3, **fits), wander) == "drift"
+    assert named(drift, entry("late", -5.6, **fits), wander) == "wander"
+    assert named(entry("drift", -5.4, deviation_rad=0.2, limit_rad=0.1), wander) == "wander"
+    assert named(entry("drift", 4.0, **fits), wander) == "wander"
+    assert named(entry("drift", -0.9, **fits), entry("late", 3.0)) is None
 
 
 def series_of(measured: np.ndarray, law: np.ndarray) -> PhaseSeries:
@@ -156,7 +162,7 @@ def test_the_plot_names_the_rival_that_is_nearest(ada: Badge) -> None:
     """Catches: a plot of the first rival of the list; a line without its name; a film without rivals."""
     report = report_of(ada)
     svg, best = rival_plot(report), shaped_rival(report)
-    assert svg is not None and best is not None and f"if they {DOES[best.name]}" in svg
+    assert svg is not None and best is not None and f"if they {does(best.name, best.parameters)}" in svg
     assert "stroke-dasharray" in svg and "as seen" in svg
 
     def with_table(*rows: Explanation) -> Report:
@@ -169,4 +175,4 @@ def test_the_plot_names_the_rival_that_is_nearest(ada: Badge) -> None:
         found = shaped_rival(with_table(*rows))
         assert found is not None and found.name == name
     assert rival_plot(with_table()) is None and rival_plot(replace(report, measurement=None)) is None
-    assert re.search("late or early", rival_plot(with_table(law, drift, late)) or "")
+    assert "if they come 2 s late" in (rival_plot(with_table(law, drift, late)) or "")

@@ -49,6 +49,27 @@ def test_an_excused_chapter_is_not_averaged_away(how, page_off, verdict):
     assert invariant_of([*true, harmless]).verdict == "accept"
 
 
+@pytest.mark.parametrize(
+    ("gain", "noise_rad", "how", "page_off", "breaks"),
+    [
+        (1.0, 0.01, {}, False, False),
+        (1.0, 0.15, {}, False, False),
+        (-1.0, 0.01, {}, False, True),
+        (0.5, 0.01, {}, False, True),
+        (-1.0, 0.01, {"steep_share": 1.0}, False, True),
+        (-1.0, 0.01, {}, True, True),
+    ],
+)
+def test_a_badge_whose_code_is_hidden_may_be_the_judged_one_where_its_fringes_are_not_as_usual(
+    gain, noise_rad, how, page_off, breaks
+):
+    """Catches: half the gain, or a view from aside, while the code is painted over and the true badge is not seen, in a
+    film that is accepted; a true badge or a noisy one held against the judged one."""
+    law = 1.2 * trajectory()
+    film = fringe_signal(law, gain * law + lasting_noise(size=noise_rad), **how)
+    assert chapter([film], page_off=page_off).breaks_law is breaks
+
+
 @pytest.mark.parametrize("gain", [0.75, 1.25, 1.0])
 def test_fringes_move_before_the_face_as_in_the_rest_of_the_film(gain):
     """Catches: another gain for some seconds, which each frame's room and the whole film's gain hide."""

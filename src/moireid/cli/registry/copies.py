@@ -43,15 +43,15 @@ def registry_rotate_key(registry: Registry, as_json: bool) -> None:
     """
     with progress_bar("signing all records anew") as progress:
         done = registry.rotate_key(progress)
-    key, shown = registry.key_path, registry.shown_url
+    key, shown = registry.key_here, registry.shown_url
     if as_json:
         document = {"registry": shown, "old_fingerprint": done.old, "fingerprint": done.new}
-        show_json(document | {"records": done.records, "head": done.head, "key": str(key) if key.exists() else None})
+        show_json(document | {"records": done.records, "head": done.head, "key": str(key) if key else None})
         return
     echo(f"{shown} is signed by {done.new} from now on, and no longer by {done.old}")
     echo(f"{done.records} records are signed anew; the change is log entry {done.head.split(':')[0]}")
     echo("make a checkpoint and give it to others: it shows that the change was yours")
-    if key.exists():
+    if key is not None:
         echo(f"the new private key is {key}: keep a copy; that of {done.old} signs nothing here any more")
 
 
@@ -118,5 +118,5 @@ def registry_import(path: Path, actor: str | None, registry_url: str | None, as_
             f"{registry.shown_url}: {done.added} badges are new, {done.changed} changed, {done.unchanged} as before"
             + (f", {done.erased} erased" if done.erased else "")
         )
-        if not registry.key_path.exists():
-            echo(f"it can only be read here: the authority's private key is not at {registry.key_path}")
+        if registry.key_here is None:
+            echo("it can only be read here: the authority's private key is not on this machine")

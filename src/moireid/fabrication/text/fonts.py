@@ -115,7 +115,7 @@ def system_fonts(bold: bool) -> tuple[Path, ...]:
     found = [
         path
         for folder in FONT_FOLDERS
-        for path in Path(folder).expanduser().rglob("*")
+        for path in Path(os.path.expanduser(folder)).rglob("*")
         if path.suffix.lower() in (".ttf", ".otf", ".ttc")
     ]
 

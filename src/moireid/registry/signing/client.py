@@ -21,6 +21,7 @@ from moireid.errors import RegistryError
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.keys import ENTRY, NOTE, RECORD, ROOT, SIGNER_VARIABLE, Authority, Signs, key_of, new_key
 from moireid.registry.log import ROTATE, ROTATED, LogEntry, entry_text
+from moireid.user_settings import expanded
 
 #: Kinds by their names in messages; an entry is the fourth, `LOG_ENTRY`.
 DOMAINS = {"record": RECORD, "root": ROOT, "note": NOTE}
@@ -176,7 +177,7 @@ def make_key() -> tuple[Signs, Path | None]:
 def signer_address() -> str | None:
     """The socket that MOIREID_SIGNER names; None if keys are read from files."""
     given = os.environ.get(SIGNER_VARIABLE)
-    return str(Path(given).expanduser().absolute()) if given else None
+    return str(expanded(given).absolute()) if given else None
 
 
 def _answer(path: str, message: SignerMessage, exchange: Callable[[bytes], bytes]) -> dict[str, str]:

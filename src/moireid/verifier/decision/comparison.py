@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,10 @@ Array = NDArray[np.float64]
 LAW = "law"
 #: Rivals that contain the law, or are it but for a while: they lower a score where they fit better, and never raise it.
 CONTAINING = ("wander", "rows", "places", "spell")
+#: Of these, those that say that parts of the badge move apart.
+PARTS = ("rows", "places")
+#: Time in which a film leaves the law most, s: as the worst second of the code's rows.
+WORST_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,22 @@ class Explanation:
     def better(self) -> bool:
         """Whether it fits the film better than the law does, by more than chance."""
         return self.log10_odds is not None and self.log10_odds < -limits.MAX_RIVAL_LOG10
+
+    @property
+    def beats(self) -> bool:
+        """Whether it fits so much better that a film which the law cannot explain is rejected."""
+        return self.log10_odds is not None and self.log10_odds <= -limits.REJECTED_LOG10
+
+    @property
+    def close(self) -> bool:
+        """Whether it leaves no more of the film than the law may leave of one that could be honest."""
+        left, limit = (self.parameters.get(name) for name in ("deviation_rad", "limit_rad"))
+        return left is not None and limit is not None and left <= limit
+
+    def ahead_of(self, others: Sequence[Explanation]) -> bool:
+        """Whether it is better than each of the others by more than chance."""
+        odds = [one.log10_odds for one in others if one.log10_odds is not None and one is not self]
+        return self.log10_odds is not None and self.log10_odds < min(odds, default=0.0) - limits.MAX_RIVAL_LOG10
 
     def to_json(self) -> dict[str, Any]:
         """As an entry of `explanations` of `verify --json`."""
@@ -196,7 +216,13 @@ def compare(
         room = sheet.room_for(figures.gain_sd)
         asked = lookalike_shares(model, residual, room, constant_room_rad=constant_room_rad)
     rows = _rows_apart(model, residual, asked)
-    rows += _rows_within(shape, figures, deviation, credible_error_rad(excitation, signal.doubt * error))
+    first_s = float(signal.times_s[np.isfinite(signal.phase_sd_rad)][0])
+    rows += _rows_within(shape, figures, deviation, credible_error_rad(excitation, signal.doubt * error), first_s)
+    # A film that could be honest leaves up to this; a rival that leaves more does not explain it.
+    most = {"limit_rad": limits.POSSIBLE_RESIDUAL_RATIO * limit}
+    rows = [
+        replace(row, parameters=row.parameters | most) if "deviation_rad" in row.parameters else row for row in rows
+    ]
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
     own, any_gain = (float(series.weight @ left**2) for left in (residual, shaped))
     ahead = log10_odds(any_gain, own, len(series.times_s), independent_samples(shaped))
@@ -216,17 +242,60 @@ def _rows_apart(model: HonestModel, residual_rad: Array, shares: dict[str, float
     return rows
 
 
-def _rows_within(model: HonestModel, figures: Figures, deviation_rad: float, error_rad: float) -> list[Explanation]:
-    """The rows of rivals that contain the law, or are it but for a while; deviation_rad: of the film from it."""
-    rows = []
-    spell = worst_spell(model.series, model.robust_residual_rad())
+def _rows_within(
+    model: HonestModel, figures: Figures, left_rad: float, error_rad: float, first_s: float
+) -> list[Explanation]:
+    """The rows of rivals that contain the law, or are it but for a while.
+
+    Parameters: left_rad: how far the film leaves the law; first_s: when the series begins, in the film's time.
+    """
+    rows, times, residual = [], model.series.times_s, model.robust_residual_rad()
+    spell = worst_spell(model.series, residual)
     if spell is not None:
-        at = {"gain": spell.gain, "start_s": spell.start_s, "end_s": spell.end_s}
+        rest = residual[(times < spell.start_s) | (times > spell.end_s)]
+        at = {"gain": spell.gain, "start_s": first_s + spell.start_s, "end_s": first_s + spell.end_s}
+        at["deviation_rad"] = deviation_rad(rest, model.series.step_s)
         rows.append(_row("spell", spell.log10_odds, at, None))
-    deviations = {"wander": deviation_rad, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
+    deviations = {"wander": left_rad, "rows": figures.strip_wander_rad, "places": figures.place_wander_rad}
     strips = {"strip_sd_rad": figures.strip_sd_rad, "rounding_rad": figures.rounding_rad}
     odds = containing_odds(deviations, figures.excitation_rad, error_rad, **strips)
-    return rows + [_row(name, value, {}, None) for name, value in odds.items()]
+    blocks = min(max(round(WORST_S / model.series.step_s), 1), len(residual))
+    worst = np.convolve(residual**2, np.ones(blocks), "same")
+    middle_s = first_s + float(times[np.argmax(worst)])
+    span_s = max(middle_s - WORST_S / 2, first_s), min(middle_s + WORST_S / 2, first_s + float(times[-1]))
+    for name, value in odds.items():
+        at = {"motion_share": deviations[name] / figures.excitation_rad}
+        at |= dict(zip(("start_s", "end_s"), span_s, strict=True)) if name == "wander" else {}
+        rows.append(_row(name, value, at, None))
+    return rows
+
+
+def simplest(rivals: Sequence[Explanation]) -> Explanation | None:
+    """Of rivals with odds, the first within a factor of ten of the best, as the table begins with simple ones."""
+    known = [(one.log10_odds, one) for one in rivals if one.log10_odds is not None]
+    least = min((odds for odds, _ in known), default=0.0)
+    return next((one for odds, one in known if odds <= least + limits.MAX_RIVAL_LOG10), None)
+
+
+def cause_of(table: Sequence[Explanation]) -> Explanation | None:
+    """The rival that says what the fringes of a film do instead of the law; None where none is better than the law.
+
+    1. Parts that move apart by more than any film's errors: `rows`, `places`.  Their mean is no motion of the badge's.
+    2. What was measured of the whole motion, where it leaves as little as the law must: `still`, `another_gain`.
+    3. Another motion of the whole film that leaves as little, and is better than all others by more than chance; then
+       the law but for a while, if it leaves as little of the rest of the film.
+    4. Else only that the fringes differ from the law, or that parts do.
+
+    Convention: table: of a film, without the law's own row.
+    """
+    whole = [one for one in table if one.name not in CONTAINING]
+    better = [one for one in table if one.better]
+    close = [one for one in better if one.close]
+    measured = [one for one in close if one.name in ("still", "another_gain")]
+    apart = simplest([one for one in better if one.name in PARTS and one.beats])
+    clear = [one for one in close if one.name == "spell" or (one in whole and one.ahead_of(whole))]
+    rest = simplest([one for one in better if one.name in ("wander", *PARTS)])
+    return apart or next(iter([*measured, *clear]), rest)
 
 
 def merge_chapters(parts: Sequence[GratingComparison], figures: Figures) -> GratingComparison:

@@ -13,25 +13,21 @@ import numpy as np
 from moireid.verifier import limits
 from moireid.verifier.decision.comparison import (
     CONTAINING,
+    PARTS,
     Explanation,
     GratingComparison,
+    cause_of,
     enough_motion_rad,
+    simplest,
 )
 from moireid.verifier.decision.figures import Figures
-from moireid.verifier.explanations.rivals import RIVALS
+from moireid.verifier.explanations.words import WORDS, does
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.reasons import Level, Reason
 
-#: A whole-film rival is named where it leaves at most this share of the law's motion.
-NAMED_RESIDUAL_SHARE = 0.35
-#: What the fringes do by each explanation, as the end of "fringes that ...", and the motion that would exclude it.
-WORDS = {rival.name: (rival.words, rival.remedy) for rival in RIVALS} | {
-    "spell": ("leave the law for a while", "film the badge throughout, in even light"),
-    "wander": ("wander on top of the law", "film from nearer, with more motion"),
-    "rows": ("differ from row to row", "film from nearer, in even light"),
-    "places": ("differ from place to place within a row", "film from nearer, in even light"),
-}
+#: Parts that move apart reject no film of which another motion leaves at most this share of the law's.
+OTHER_MOTION_SHARE = 0.35
 
 
 def no_fringes() -> Reason:
@@ -264,52 +260,41 @@ def _camera(signals: Sequence[GratingSignal]) -> Reason:
 def rivals(table: Sequence[Explanation], excitation_rad: float, *, law_fits: bool) -> list[Reason]:
     """One finding for each rival that remains; where none does, one that says by how much the law is ahead.
 
-    Where the law does not explain the film, the rival that does so best is the only one named.
+    Where the law does not explain the film, only what the fringes do instead is named.
     """
-    remaining = [one for one in table if one.fits]
     if not law_fits:
-        remaining = _best_rival([one for one in remaining if one.better], excitation_rad)
-    if remaining or not law_fits:
-        return [_remains(one) for one in remaining]
+        cause, better = cause_of(table), [one for one in table if one.better]
+        most = OTHER_MOTION_SHARE * excitation_rad
+        other = [
+            one for one in better if one.name not in CONTAINING and one.parameters.get("residual_rad", 0.0) <= most
+        ]
+        return [] if cause is None else [_remains(cause, may_fail=not other and cause is simplest(better))]
+    remaining = [one for one in table if one.fits]
+    if remaining:
+        return [_remains(one, may_fail=True) for one in remaining]
     known = [one for one in table if one.log10_odds is not None and one.share is not None]
     if not known:
         return [Reason("explanations", "pass", None, None, "log10", "No other explanation fits as well as the law.")]
     best = min(known, key=lambda one: one.log10_odds or 0.0)
     odds = float(best.log10_odds or 0.0)
-    text = f"The law explains this film better than fringes that {WORDS[best.name][0]}, the best of {len(table)} rivals"
-    text += f": by a factor of 10^{odds:.0f}." if odds >= 1 else "."
+    text = f"The law explains this film better than fringes that {WORDS[best.name].does}, the best of {len(table)} "
+    text += f"rivals: by a factor of 10^{odds:.0f}." if odds >= 1 else "rivals."
     return [Reason("explanations", "pass", odds, -limits.MAX_RIVAL_LOG10, "log10", text)]
 
 
-def _best_rival(better: Sequence[Explanation], excitation_rad: float) -> list[Explanation]:
-    """Of rivals that fit better than the law, the one to name; empty for none.
-
-    Convention: one that says what the fringes do, and leaves little of the motion, comes before one that only adds
-    freedom to the law; of those within a factor of ten of the best, the first of the table, which is the simplest.
-    """
-    most = NAMED_RESIDUAL_SHARE * excitation_rad
-    close = [one for one in better if one.parameters.get("residual_rad", 0.0) <= most]
-    specific = [one for one in close if one.name not in CONTAINING] or list(better)
-    least = min((one.log10_odds or 0.0 for one in specific), default=0.0)
-    return [one for one in specific if (one.log10_odds or 0.0) <= least + limits.MAX_RIVAL_LOG10][:1]
-
-
-def _remains(one: Explanation) -> Reason:
-    words, remedy = WORDS[one.name]
+def _remains(one: Explanation, *, may_fail: bool) -> Reason:
+    """The finding on one rival; may_fail: whether parts that move apart for sure reject the film."""
+    words = WORDS[one.name]
+    remedy = f"To exclude that, {words.remedy}."
     if one.better:
         odds = float(one.log10_odds or 0.0)
-        when = ""
-        if one.name == "spell":
-            when = f" (from {one.parameters['start_s']:.1f} to {one.parameters['end_s']:.1f} s)"
-        if one.name == "late":
-            when = f" (by {one.parameters['late_s']:.2g} s)"
-        text = f"Fringes that {words}{when} explain this film 10^{-odds:.0f} times better than the law does. "
-        text += f"To exclude that, {remedy}."
-        level: Level = "fail" if one.name in ("rows", "places") and odds <= -limits.REJECTED_LOG10 else "undecided"
+        text = f"Fringes that {does(one.name, one.parameters)} explain this film 10^{-odds:.0f} times better than the "
+        text += f"law does. {remedy}"
+        level: Level = "fail" if may_fail and one.name in PARTS and one.beats else "undecided"
         return Reason(one.name, level, odds, -limits.MAX_RIVAL_LOG10, "log10", text)
     share = float(one.share or 0.0)
-    text = f"On this motion, fringes that {words} would look as this film does in {100 * share:.0f} of 100 cases. To "
-    text += f"exclude that, {remedy}."
+    text = f"On this motion, fringes that {words.does} would look as this film does in {100 * share:.0f} of 100 "
+    text += f"cases. {remedy}"
     return Reason(one.name, "undecided", share, limits.MAX_RIVAL_SHARE, "share", text)
 
 

@@ -4,8 +4,8 @@ Over the whole film, each rival is a shape, and draws from its priors:
 
 | name | the fringes | parameters |
 |---|---|---|
-| `still` | stay where they are, as in print | none |
-| `drift` | go at a constant speed | speed, over the best-fitting one |
+| `still` | stay still | none |
+| `drift` | drift at a constant speed | speed, over the best-fitting one |
 | `late` | follow the law late or early | delay |
 | `place` | move with the badge's place in the picture | size, over the best-fitting one |
 | `another_gain` | move too far, not far enough, or the wrong way | gain |
@@ -41,14 +41,14 @@ from numpy.typing import NDArray
 
 from moireid.verifier import limits
 from moireid.verifier.explanations.honest import HonestModel, PhaseSeries, Room
-from moireid.verifier.explanations.residuals import log10_odds, spread_rad
+from moireid.verifier.explanations.residuals import deviation_rad, log10_odds, spread_rad
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Rival:
-    """One rival: its name, what the fringes do, and the motion that would exclude it.
+    """One rival; what the fringes do, and what would exclude it, is in `words`.
 
     variants: columns (N, K) whose best-fitting sum is the rival's phase, each with a parameter or None; None for a
     rival that contains the law.
@@ -56,8 +56,6 @@ class Rival:
     """
 
     name: str
-    words: str
-    remedy: str
     variants: Callable[[PhaseSeries], list[tuple[float | None, Array]]] | None
     draws: Callable[[PhaseSeries, np.random.Generator, int, Room], Array]
 
@@ -67,14 +65,18 @@ def even(count: int, low: float, high: float) -> Array:
     return np.asarray(low + (high - low) * (np.arange(count) + 0.5) / count)
 
 
+def _stretches(series: PhaseSeries) -> tuple[NDArray[np.int64], Array, Array]:
+    """The first block of each stretch, and when each begins and ends, s."""
+    begins = np.flatnonzero(np.diff(series.stretch, prepend=-1))
+    return begins, series.times_s[begins], series.times_s[np.append(begins[1:], len(series.times_s)) - 1]
+
+
 def delayed(series: PhaseSeries, delays_s: Array) -> Array:
     """The law so much later, (N, D), with the law's own constant; beyond the ends of a stretch it goes on as it went.
 
     Parameters: delays_s (D,): negative where it is earlier.
     """
-    begins = np.flatnonzero(np.diff(series.stretch, prepend=-1))
-    first = series.times_s[begins]
-    last = series.times_s[np.append(begins[1:], len(series.times_s)) - 1]
+    begins, first, last = _stretches(series)
     # One clock for all stretches, far enough apart that none reaches into the next.
     apart = np.arange(len(begins)) * (float(np.ptp(series.times_s)) + 1.0)
     clock = series.times_s + apart[series.stretch]
@@ -152,30 +154,13 @@ def _own_motions(series: PhaseSeries, rng: np.random.Generator, count: int, room
 
 
 RIVALS = (
-    Rival(
-        "still", "stay where they are, as in print", "move the badge or the camera sideways",
-        lambda series: [(None, np.zeros((len(series.times_s), 0)))], _rest,
-    ),
-    Rival(
-        "drift", "go at a constant speed", "move to and fro instead of steadily one way",
-        lambda series: [(None, _time(series))], _scaled(_time),
-    ),
-    Rival(
-        "late", "follow the motion late or early", "change speed and direction more often",
-        _known_delays, _delays,
-    ),
-    Rival(
-        "place", "move with the badge's place in the picture", "turn the badge as well, or walk around it",
-        lambda series: [(None, _place(series))], _scaled(_place),
-    ),
-    Rival(
-        "another_gain", "move too far, not far enough, or the wrong way", "film with more motion, or from nearer",
-        lambda series: [], _gains,
-    ),
-    Rival(
-        "own_motion", "move smoothly by themselves", "film for longer, with more motion", None, _own_motions,
-    ),
-)  # fmt: skip
+    Rival("still", lambda series: [(None, np.zeros((len(series.times_s), 0)))], _rest),
+    Rival("drift", lambda series: [(None, _time(series))], _scaled(_time)),
+    Rival("late", _known_delays, _delays),
+    Rival("place", lambda series: [(None, _place(series))], _scaled(_place)),
+    Rival("another_gain", lambda series: [], _gains),
+    Rival("own_motion", None, _own_motions),
+)
 
 
 def rival_odds(
@@ -192,34 +177,37 @@ def rival_odds(
     if rival.name == "another_gain":
         fits = [_gain_outside(series, room)]
     else:
-        fits = [(_left(series, columns), _parameters(rival.name, value)) for value, columns in rival.variants(series)]
-    left, parameters = min(fits, key=lambda fit: fit[0])
-    residual = float(np.sqrt(left / series.weight.sum()))
-    return log10_odds(own, left, len(series.times_s), samples), parameters | {"residual_rad": residual}
+        fits = [
+            (series.measured_rad - nearest(series, columns, series.measured_rad), _parameters(rival.name, value))
+            for value, columns in rival.variants(series)
+        ]
+    squares = [float(series.weight @ residual**2) for residual, _ in fits]
+    residual, parameters = fits[int(np.argmin(squares))]
+    left = residual[_known_when(series, parameters.get("late_s", 0.0))]
+    parameters["residual_rad"] = math.sqrt(min(squares) / series.weight.sum())
+    parameters["deviation_rad"] = deviation_rad(left, series.step_s)
+    return log10_odds(own, min(squares), len(series.times_s), samples), parameters
+
+
+def _known_when(series: PhaseSeries, late_s: float) -> NDArray[np.bool_]:
+    """Blocks (N,) for which a stretch shows the law so much earlier; all, where no stretch lasts so long."""
+    _, first, last = _stretches(series)
+    then = series.times_s - late_s
+    known = (first[series.stretch] <= then) & (then <= last[series.stretch])
+    return known if known.any() else ~known
 
 
 def _parameters(name: str, value: float | None) -> dict[str, float]:
     return {} if value is None else {f"{name}_s": value}
 
 
-def _left(series: PhaseSeries, columns: Array) -> float:
-    """Weighted sum of squares that the best-fitting sum of columns leaves of the measured phase, rad^2."""
-    root = np.sqrt(series.weight)
-    left = root * series.measured_rad
-    if columns.shape[1]:
-        table = root[:, None] * series.centred(columns)
-        left = left - table @ np.linalg.lstsq(table, left, rcond=1e-9)[0]
-    return float(left @ left)
-
-
-def _gain_outside(series: PhaseSeries, room: Room) -> tuple[float, dict[str, float]]:
-    """The best-fitting gain outside of what honest badges have."""
+def _gain_outside(series: PhaseSeries, room: Room) -> tuple[Array, dict[str, float]]:
+    """What the best-fitting gain outside of what honest badges have leaves, (N,), rad, and that gain."""
     power = float(series.weight @ series.law_rad**2)
     gain = float(series.weight @ (series.law_rad * series.measured_rad)) / max(power, 1e-18)
     if room[0] < gain < room[1]:
         gain = min(room, key=lambda end: abs(end - gain))
-    left = series.measured_rad - gain * series.law_rad
-    return float(series.weight @ left**2), {"gain": gain}
+    return series.measured_rad - gain * series.law_rad, {"gain": gain}
 
 
 #: Rivals whose phase constant may be any.

@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from moireid.verifier.explanations.words import WORDS, Parameters, does
+
 #: One finding, as in the JSON of a report.
 Finding = Mapping[str, Any]
 #: The most important codes come first; all others follow in the order in which they were found.
@@ -91,30 +93,8 @@ class Words:
 
 
 GENERAL = Words("the film shows too little", NEARER)
-#: Rivals of the law that may remain: the end of "fringes that …", and the motion that would exclude them.
-RIVALS = {
-    "still": Words("stay where they are, as in print", MOVE),
-    "drift": Words(
-        "drift at a constant speed",
-        "Ask for another film in which badge or camera moves to and fro, instead of steadily one way.",
-    ),
-    "late": Words(
-        "come late or early",
-        "Ask for another film in which badge or camera changes its speed and direction more often.",
-    ),
-    "place": Words(
-        "go with the badge's place in the picture",
-        "Ask for another film in which the badge is turned as well, or the camera walks around it.",
-    ),
-    "another_gain": Words("move too far or not far enough", "Ask for another film with more motion, or from nearer."),
-    "own_motion": Words("move smoothly by themselves", "Ask for a longer film with more motion."),
-    "spell": Words(
-        "leave the law for a while", "Ask for another film, in even light, that shows the badge throughout."
-    ),
-    "wander": Words("wander on top of the law", "Ask for another film from nearer, with more motion."),
-    "rows": Words("differ from row to row", "Ask for another film from nearer, in even light."),
-    "places": Words("differ from place to place within a row", "Ask for another film from nearer, in even light."),
-}
+#: Rivals of the law that may remain.
+RIVALS = {name: words for name, words in WORDS.items() if words.remedy}
 #: Too few frames show the badge: because none does, or because the film has too few.
 NO_BADGE = Words(
     "no badge was found in the film",
@@ -201,7 +181,8 @@ OPEN = {
         "Ask for another film, from nearer and with more motion; or do not ask for the figures of enrolment.",
     ),
     "others_break": Words(
-        "another badge in the film breaks the law", "Watch the seconds that the finding names, and judge them apart."
+        "another badge in the film breaks the law",
+        "Look at both badges, or ask for a film of one: the finding says where or when.",
     ),
     "layout": Words("one kind of badge in the registry cannot be checked", "Inform the operator of the registry."),
     "level": Words(
@@ -218,8 +199,11 @@ OPEN = {
 }
 
 
-def words_of(finding: Mapping[str, Any], frames_read: int | None = None) -> Words:
-    """The words of an undecided finding; frames_read: of the film, None where that is not known."""
+def words_of(finding: Mapping[str, Any], frames_read: int | None = None, parameters: Parameters | None = None) -> Words:
+    """The words of an undecided finding.
+
+    Parameters: frames_read: of the film, None where that is not known; parameters: of a rival, as in the table.
+    """
     code = finding["code"]
     if code == "badge_absent" and finding["measured"] == 0:
         return NO_BADGE
@@ -227,8 +211,10 @@ def words_of(finding: Mapping[str, Any], frames_read: int | None = None) -> Word
         return TOO_SHORT
     if code not in RIVALS:
         return OPEN.get(code, GENERAL)
-    end = "would explain it better" if finding["unit"] == "log10" else "would look the same"
-    return Words(f"fringes that {RIVALS[code].because} {end}", RIVALS[code].advice)
+    advice = f"Ask for another film; to exclude such fringes, {RIVALS[code].remedy}."
+    if finding["unit"] == "log10":
+        return Words(f"fringes that {does(code, parameters or {})} would explain it better", advice)
+    return Words(f"fringes that {RIVALS[code].does} would look the same", advice)
 
 
 def first_open(findings: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from moireid.provenance import BadgeHolder, Exclusion
+from moireid.verifier.decision.comparison import cause_of
+from moireid.verifier.explanations.words import WORDS, does, how_far
 from moireid.verifier.report.circumstances import Circumstances, ClaimNote, claimed_in, day
 from moireid.verifier.report.finding_words import (
     GENERAL,
@@ -20,27 +22,17 @@ from moireid.verifier.report.finding_words import (
     sorted_findings,
     words_of,
 )
-from moireid.verifier.report.rival_table import Entry, best_rival
+from moireid.verifier.report.rival_table import rivals_in
 
-#: Ranges of the motion over the expected one that have words of their own.
-SHARES = ((-0.12, 0.12, "hardly move where"), (0.45, 0.55, "move half as far as"), (1.9, 2.1, "move twice as far as"))
 #: Findings on the law itself; all others are not about the motion of the fringes.
 LAW = ("gain", "agreement", "rows", "places", "residual", "window_correlation", "overlap_law", "genuine")
-#: What the fringes do according to the best rival; without the rivals whose parameters have words of their own.
-INSTEAD = {
-    "still": "they stay still while the badge moves",
-    "drift": "they drift at a constant speed",
-    "place": "they go with the badge's place in the picture",
-    "rows": "rows of the badge move apart",
-    "places": "parts of a row move apart",
-}
-#: Failures without a rival that explains them, in the order in which they are named.
+#: What the fringes do where no rival says so, by the finding that fails, the first that does.
 BROKEN = {
-    "rows": INSTEAD["rows"],
-    "places": INSTEAD["places"],
-    "agreement": "parts of the badge move apart",
-    "window_correlation": "they do not go with the badge's motion",
-    "overlap_law": "they leave it while the badge is before the face",
+    "rows": WORDS["rows"].does,
+    "places": WORDS["places"].does,
+    "agreement": "move apart from one part of the badge to another",
+    "window_correlation": "do not go with the badge's motion",
+    "overlap_law": "leave the law while the badge is before the face",
 }
 #: Why a badge does not count, whatever its film shows, the most serious first: the finding's code, and its state.
 BARRED = {
@@ -119,7 +111,10 @@ def _look(name: str) -> str:
 def _open(document: Mapping[str, Any], found: Findings) -> Headline:
     """The first undecided finding says why; the others are in the list of findings."""
     first = first_open(found.open)
-    words = GENERAL if first is None else words_of(first, (document.get("frames") or {}).get("read"))
+    words = GENERAL
+    if first is not None:
+        known = {one.name: one.parameters for one in rivals_in(document)}
+        words = words_of(first, (document.get("frames") or {}).get("read"), known.get(first["code"]))
     text = "This film neither proves nor disproves the badge."
     if first is not None and first["code"] == "level":
         text = first["text"]
@@ -135,7 +130,7 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: ClaimNote, k
     broken = [code for code in LAW if code in failed]
     if broken:
         text = "So this is no film of a real badge that moved as the picture shows."
-        return Headline("reject", f"The fringes do not follow the law: {_how(document, failed)}", text, DISTRUST)
+        return Headline("reject", f"The fringes do not follow the law: they {_how(document, failed)}", text, DISTRUST)
     if "cells_move" in failed:
         text = "A code that stays still was put between fringes that move."
         return Headline("reject", "The badge's code is a still picture", text, DISTRUST)
@@ -234,33 +229,14 @@ def _not_held(finding: Finding, held: bool, known: Circumstances) -> Headline:
 
 
 def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
-    """How the law is broken, in a few words: by the best rival, or else by what fails."""
-    rival = best_rival(document)
-    gain = failed.get("gain")
+    """What the fringes do instead of following the law."""
+    cause, gain = cause_of(rivals_in(document)), failed.get("gain")
     # A gain that some build or lens has is not why parts of a badge that move apart are rejected.
-    if rival is not None and rival["name"] == "another_gain" and not {"gain", "residual"} & failed.keys():
-        rival = None
-    if rival is not None and (words := _instead(rival)):
-        return words
-    if gain is not None and isinstance(gain["measured"], float):
-        return f"they {_far(gain['measured'] / (document['invariant'].get('gain_expected') or 1.0))} they should"
-    return next((words for code, words in BROKEN.items() if code in failed), "they leave it, as forged fringes do")
-
-
-def _instead(rival: Entry) -> str:
-    """What the fringes do according to a rival; "" for one that only says that they leave the law."""
-    name, parameters = rival["name"], rival["parameters"]
-    if name == "late" and (late_s := parameters.get("late_s")):
-        return "they come late" if late_s > 0 else "they come early"
-    if name == "another_gain" and parameters.get("gain") is not None:
-        return f"they {_far(parameters['gain'])} they should"
-    if name == "spell" and parameters.get("start_s") is not None and parameters.get("end_s") is not None:
-        return f"they leave it from {parameters['start_s']:.1f} to {parameters['end_s']:.1f} s"
-    return INSTEAD.get(name, "")
-
-
-def _far(ratio: float) -> str:
-    named = next((words for low, high, words in SHARES if low <= ratio <= high), None)
-    if named or ratio < 0:
-        return named or "move the other way than"
-    return f"move {'only ' if ratio < 1 else ''}{ratio:.2g} times as far as"
+    open_gain = cause is not None and cause.name == "another_gain" and not {"gain", "residual"} & failed.keys()
+    if cause is not None and cause.name != "wander" and not open_gain:
+        return does(cause.name, cause.parameters)
+    if broken := next((words for code, words in BROKEN.items() if code in failed), None):
+        return broken
+    if cause is None and gain is not None and isinstance(gain["measured"], float):
+        return how_far(gain["measured"] / (document["invariant"].get("gain_expected") or 1.0))
+    return does("wander", {} if cause is None else cause.parameters)

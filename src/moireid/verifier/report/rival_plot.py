@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from moireid.verifier.decision.comparison import Explanation
+from moireid.verifier.decision.comparison import Explanation, cause_of, simplest
 from moireid.verifier.explanations.honest import PhaseSeries, phase_series
 from moireid.verifier.explanations.rivals import RIVALS, nearest
+from moireid.verifier.explanations.words import does
 from moireid.verifier.report.plots import BY_LAW, MEASURED, NARROW, RIVAL, WIDE, Array, broken, figure_of, label, svg_of
-from moireid.verifier.report.rival_table import DOES, simplest
 from moireid.verifier.session.result import Report
 
 #: The shapes of the rivals that have one of their own over the whole film.
@@ -35,7 +35,8 @@ def rival_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
     figure, axes = figure_of(*size)
     axes.plot(at, law, **BY_LAW, label="by the law")
     axes.plot(at, seen, color=MEASURED, linewidth=1.3, label="as seen")
-    axes.plot(at, rival, color=RIVAL, linewidth=1.8, linestyle=(0, (5, 4)), label=f"if they {DOES[best.name]}")
+    words = f"if they {does(best.name, best.parameters)}"
+    axes.plot(at, rival, color=RIVAL, linewidth=1.8, linestyle=(0, (5, 4)), label=words)
     axes.set_xlim(at[0], at[-1])
     low, high = min(np.nanmin(law), np.nanmin(seen)), max(np.nanmax(law), np.nanmax(seen))
     axes.set_ylim(low - SPARE * (high - low), high + SPARE * (high - low))
@@ -46,16 +47,16 @@ def rival_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
 def shaped_rival(report: Report) -> Explanation | None:
     """Of the rivals with a shape of their own, the one that is nearest to the film.
 
-    Convention: the one that fits best, and of several that are equally good within a factor of ten the simplest; if
-    none fits better than the law, one that would look the same comes first.
+    Convention: the one that headline and findings name; else the one that fits best, and of several that are equally
+    good within a factor of ten the simplest; if none fits better than the law, one that would look the same.
     """
     found = report.invariant.explanations
     known = {one.name: one for one in found if one.name in SHAPED and one.log10_odds is not None}
     alike = [one for one in known.values() if one.fits and one.share is not None]
     if alike and not any(one.better for one in known.values()):
         return max(alike, key=lambda one: one.share or 0.0)
-    best = simplest([one.to_json() for one in known.values()])
-    return None if best is None else known[best["name"]]
+    cause = cause_of(found[1:])
+    return cause if cause is not None and cause.name in known else simplest(list(known.values()))
 
 
 def best_fit(one: Explanation, series: PhaseSeries) -> Array:

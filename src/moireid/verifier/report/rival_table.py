@@ -6,34 +6,19 @@ a rival would look as much like the law as this film does.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from typing import Any
 
-from moireid.verifier.decision.comparison import CONTAINING, LAW
+from moireid.verifier.decision.comparison import LAW, Explanation
 from moireid.verifier.decision.figures import in_words
-from moireid.verifier.decision.findings import NAMED_RESIDUAL_SHARE
-from moireid.verifier.explanations.rivals import RIVALS
+from moireid.verifier.explanations.words import WORDS, does
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, MAX_RIVAL_LOG10, MAX_RIVAL_SHARE
 
 #: An entry of `explanations`, as in the JSON of a report.
 Entry = Mapping[str, Any]
-#: What the fringes would do, as the end of "the fringes would ...".
-DOES = {
-    LAW: "follow the law of optics, with errors that every film has",
-    **{rival.name: rival.words for rival in RIVALS},
-    "place": "go with the badge's place in the picture",
-    "spell": "leave the law for a while",
-    "wander": "follow the law, and wander on top of it",
-    "rows": "follow the law, but each row a little differently",
-    "places": "follow the law, but each place of a row a little differently",
-    "photographs_at_one_distance": "be those of photographs from one distance, moved by the law",
-    "photographs_in_turn": "be those of a few photographs, shown in turn or faded into each other",
-    "photographs_faded": "be those of more photographs, faded into each other",
-    "photographs_laid_over": "be those of photographs, all placed over each other",
-}
 #: Rivals that are judged by the spacing and shape of the fringes, and not by their motion.
-PHOTOGRAPHS = tuple(name for name in DOES if name.startswith("photographs"))
+PHOTOGRAPHS = tuple(name for name in WORDS if name.startswith("photographs"))
 #: Reminder that is shown with all odds.
 NO_PROBABILITY = (
     "They are no probability that the film is genuine: for that, one must also know how many films are forged in the "
@@ -97,54 +82,18 @@ def odds_line(document: Mapping[str, Any]) -> str:
     return f"{odds}. No probability, as it is unknown how many films are forged."
 
 
-def best_rival(document: Mapping[str, Any]) -> Entry | None:
-    """The rival that explains a film better than the law does; None if none does so by more than chance.
-
-    Convention: as `decision.findings`; one that names a motion of the fringes, with a small residual, comes before one
-        that only adds freedom to the law; of several that are equally good within a factor of ten, the first of the
-        table, which is the simplest.
-    """
-    better = [one for one in _rivals(document) if one["log10_odds"] < -MAX_RIVAL_LOG10]
-    most = NAMED_RESIDUAL_SHARE * ((document.get("invariant") or {}).get("excitation_rad") or 0.0)
-    close = [one for one in better if one["parameters"].get("residual_rad", 0.0) <= most]
-    specific = [one for one in close if one["name"] not in CONTAINING]
-    return simplest(specific or better)
-
-
-def simplest(entries: Sequence[Entry]) -> Entry | None:
-    """Of entries with odds, the first whose odds are within a factor of ten of the best; None of none."""
-    least = min((one["log10_odds"] for one in entries), default=0.0)
-    return next((one for one in entries if one["log10_odds"] <= least + MAX_RIVAL_LOG10), None)
-
-
-def _rivals(document: Mapping[str, Any]) -> list[Entry]:
-    """All rivals of the motion that have odds."""
-    known = document.get("explanations") or []
-    return [one for one in known if one["name"] not in (LAW, *PHOTOGRAPHS) and one["log10_odds"] is not None]
+def rivals_in(document: Mapping[str, Any]) -> list[Explanation]:
+    """The rivals of the motion in a report."""
+    names = [field.name for field in fields(Explanation)]
+    known = [one for one in document.get("explanations") or [] if one["name"] not in (LAW, *PHOTOGRAPHS)]
+    return [Explanation(**{name: one[name] for name in names}) for one in known]
 
 
 def _row(entry: Entry) -> RivalRow:
     law, odds, share = entry["name"] == LAW, entry["log10_odds"], entry["share"]
-    does = DOES.get(entry["name"], entry["name"].replace("_", " "))
-    if detail := _detail(entry):
-        does = f"{does} ({detail})"
     power = "" if law or odds is None else _power(odds)
-    return RivalRow(does, power, "" if share is None else _share(share), bool(entry["fits"]), law)
-
-
-def _detail(entry: Entry) -> str:
-    """The parameters that fit best, in a few words; "" if there is none of use to people."""
-    found = {name: value for name, value in entry["parameters"].items() if value is not None}
-    if "start_s" in found and "end_s" in found:
-        return f"at best from {found['start_s']:.1f} to {found['end_s']:.1f} s"
-    if "late_s" in found:
-        return f"at best {abs(found['late_s']):.2g} s {'late' if found['late_s'] > 0 else 'early'}"
-    if "photographs" in found:
-        count = f"{found['photographs']:.0f}"
-        return f"{count} or more of them" if entry["name"] == "photographs_faded" else f"at best {count} of them"
-    if "gain" in found and entry["name"] != LAW:
-        return f"at best {found['gain']:.2g} times as far"
-    return ""
+    words = does(entry["name"], {} if law else entry["parameters"])
+    return RivalRow(words, power, "" if share is None else _share(share), bool(entry["fits"]), law)
 
 
 def _power(log10: float) -> str:

@@ -1,8 +1,10 @@
 """One badge of a film: its track, judged chapter by chapter, and its rank among the badges in view.
 
-Policy: with a claim, the verdict is about one badge that carries the claimed identity.  If several badges carry it, a
-rejected one counts first, so that a genuine badge does not excuse a forged one next to it.  Without a claim, or if no
-badge carries the claimed identity, the verdict is about the badge that is shown largest.  A note names the others.
+Policy: with a claim, the verdict is about one badge that carries the claimed identity; without a claim, or if no badge
+carries it, about the badge that is shown largest.  If several carry the claimed identity, a rejected one counts first.
+But anyone can move a copy next to a true badge: where one of the same identity passes, and was judged whenever a
+rejected one was, the film is inconclusive.  So a true badge excuses no forged one, and a copy rejects no true one.
+A note names the others.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from moireid.verifier.measuring import SPELL_S
-from moireid.verifier.reasons import Reason, json_number, worst
+from moireid.verifier.reasons import Reason, Verdict, json_number, worst
 from moireid.verifier.session.chapters import (
     PIECE_FRAMES,
     Chapter,
@@ -35,6 +37,24 @@ ORDER = {"reject": 0, "accept": 1, "inconclusive": 2}
 MOST_NAMED = 4
 
 
+@dataclass(frozen=True)
+class BrokenBadge:
+    """A badge that does not pass by itself.
+
+    read: the identities that were read on it; judged_s: when it was judged, s; region: as `ChapterTracker.region`;
+    rejected: whether it is by itself, and not only inconclusive as the law does not explain its fringes.
+    """
+
+    read: frozenset[str]
+    judged_s: tuple[Span, ...]
+    region: dict[str, Any] | None
+    rejected: bool = True
+
+    def apart_s(self, judged: Sequence[Span]) -> list[Span]:
+        """The parts of its time that are outside those spans, s."""
+        return [part for span in self.judged_s for part in outside(span, judged)]
+
+
 @dataclass(eq=False)
 class ChapterTracker:
     """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one.
@@ -48,6 +68,7 @@ class ChapterTracker:
     repeated: int = 0
     executor: Executor | None = None
     _pending: Future[Chapter] | None = None
+    _verdict: Verdict | None = None
 
     @property
     def chapters(self) -> list[Chapter]:
@@ -74,6 +95,7 @@ class ChapterTracker:
     def _take_in(self, chapter: Chapter) -> None:
         """Only the chapter that the report plots keeps its track and measurement."""
         self.done.append(chapter)
+        self._verdict = None
         shown = min(self.done, key=_plot_order)
         self.done = [chapter if chapter is shown else chapter.light() for chapter in self.done]
 
@@ -93,19 +115,40 @@ class ChapterTracker:
         return self
 
     def rank(self) -> tuple[bool, int, float]:
-        """Sort key: the verdict is about the line of least rank.  Source: the policy above, on the chapters so far."""
-        return rank_of(self.chapters, self.claim, self.tracker.shown)
+        """Sort key: the badge of least rank counts first.  Source: the policy above, on the chapters so far."""
+        if all(found != self.claim.id_if_read(found) for found in self.read()):
+            return True, 0, -self.tracker.shown
+        return False, ORDER[self.verdict], -self.tracker.shown
+
+    @property
+    def verdict(self) -> Verdict:
+        """The outcome on this badge alone, by its chapters so far."""
+        chapters = self.chapters
+        if self._verdict is None:
+            self._verdict = worst(list(reasons_of(chapters)))
+        return self._verdict
+
+    @property
+    def judged_s(self) -> list[Span]:
+        """When it was judged, s."""
+        return [span for chapter in self.chapters for span in chapter.judged_s]
 
     def read(self) -> set[str]:
         """Identities that were read in any chapter."""
         return {chapter.identity.decoded_id for chapter in self.chapters if chapter.identity.decoded_id}
 
-    def breaking(self) -> tuple[Span, ...]:
-        """When this badge breaks the law and reads no identity, s: it may be the claimed one with its code hidden."""
-        if self.read():
-            return ()
-        broken = [chapter for chapter in self.chapters if chapter.invariant.verdict == "reject"]
-        return tuple(span for chapter in broken for span in chapter.judged_s)
+    def broken(self, reduced_by: int = 1) -> list[BrokenBadge]:
+        """This badge if it is rejected, or the law does not explain its fringes; one that reads no identity may be the
+        judged one with its code hidden, while it breaks the law.
+        """
+        read, chapters = frozenset(self.read()), self.chapters
+        rejected = [chapter for chapter in chapters if chapter.breaks_law]
+        whole = bool(read) and self.verdict == "reject"
+        unlike = read and any(one.invariant.explanations and not one.invariant.law_fits for one in chapters)
+        if not (whole or unlike or (rejected and not read)):
+            return []
+        spans = tuple(span for chapter in (chapters if read else rejected) for span in chapter.judged_s)
+        return [BrokenBadge(read, spans, self.region(reduced_by), whole or not read)]
 
     def region(self, reduced_by: int = 1) -> dict[str, Any] | None:
         """First frame that shows the badge, and the corners of its board there, film px; None if no frame shows it.
@@ -128,12 +171,24 @@ def _judged(track: Track, claim: Claim, repeated: int) -> Chapter:
     return chapter
 
 
-def rank_of(chapters: Sequence[Chapter], claim: Claim, shown: float) -> tuple[bool, int, float]:
-    """As `ChapterTracker.rank`, for any chapters of one badge; shown: as `BadgeTracker.shown`."""
-    read = [chapter.identity.decoded_id for chapter in chapters]
-    if all(found is None or found != claim.id_if_read(found) for found in read):
-        return True, 0, -shown
-    return False, ORDER[worst(list(reasons_of(chapters)))], -shown
+def judged_badge(lines: Sequence[ChapterTracker], broken: Sequence[BrokenBadge]) -> ChapterTracker:
+    """The badge that the verdict is about.
+
+    Parameters: broken: the rejected badges among these lines, and among those that are no longer followed.
+    Convention: rejected badges that are judged for `SPELL_S` while the passing one is not may be that same badge, with
+    other fringes meanwhile: they reject the film.
+    Source: the policy of the module docstring.
+    """
+    first = min(lines, key=ChapterTracker.rank)
+    if first.verdict != "reject":
+        return first
+    same = [one for one in broken if one.rejected and one.read & first.read()]
+    for line in sorted(lines, key=lambda line: -line.tracker.shown):
+        apart = sum(end - start for one in same for start, end in one.apart_s(line.judged_s))
+        passes = line.verdict == "accept" and line.read() & first.read()
+        if passes and apart < SPELL_S and all(one.judged_s for one in same):
+            return line
+    return first
 
 
 def reasons_of(chapters: Sequence[Chapter]) -> tuple[Reason, ...]:
@@ -148,20 +203,36 @@ def others_note(count: int, read: set[str], region: dict[str, Any] | None) -> tu
         return ()
     named = sorted(read)[:MOST_NAMED]
     which = f", reading {', '.join(named)}{' and more' if len(read) > len(named) else ''}" if named else ""
-    x, y = (sum(corner[axis] for corner in region["corners_px"]) / 4 for axis in (0, 1))
     text = (
         f"{count} more {'badge was' if count == 1 else 'badges or parts of badges were'} seen{which}. This verdict is "
-        f"about one badge only: the one first seen in frame {region['frame']} near ({x:.0f}, {y:.0f}) px."
+        f"about one badge only: the one first seen {_place(region)}."
     )
     return (Reason("others", "note", float(count), None, "badges", text),)
 
 
-def breaking_finding(breaking: Sequence[Span], judged: Sequence[Span]) -> tuple[Reason, ...]:
-    """A finding if a badge without identity breaks the law while the judged one cannot be judged; empty if none does.
+def _place(region: dict[str, Any] | None) -> str:
+    if region is None:
+        return "nowhere"
+    x, y = (sum(corner[axis] for corner in region["corners_px"]) / 4 for axis in (0, 1))
+    return f"in frame {region['frame']} near ({x:.0f}, {y:.0f}) px"
 
-    Convention: a violation shorter than `SPELL_S` does not count, as for the judged badge itself.
+
+def broken_findings(judged: ChapterTracker, broken: Sequence[BrokenBadge], reduced_by: int = 1) -> tuple[Reason, ...]:
+    """Findings if another badge is rejected that has the identity of the judged one, or may be the judged one.
+
+    Convention: a violation shorter than `SPELL_S` of a badge without identity does not count, as for the judged badge.
     """
-    alone = [part for span in breaking for part in outside(span, judged)]
+    own = judged.region(reduced_by)
+    same = [one for one in broken if one.read & judged.read() and one.region != own]
+    if same and judged.verdict != "reject":
+        seconds = sum(end - start for one in same for start, end in one.judged_s)
+        text = (
+            f"The law does not explain the fringes of another badge of the same identity: the one first seen "
+            f"{_place(same[0].region)}. The judged one, first seen {_place(own)}, is not that one. Film the badge "
+            "without the other."
+        )
+        return (Reason("others_break", "undecided", seconds, 0.0, "s", text),)
+    alone = [part for one in broken if not one.read for part in one.apart_s(judged.judged_s)]
     seconds = sum(end - start for start, end in alone)
     if seconds < SPELL_S:
         return ()

@@ -76,6 +76,19 @@ class Chapter:
     sheet: SheetGain = DESIGNED
     earlier: tuple[Chapter, ...] = ()
 
+    @property
+    def excused(self) -> bool:
+        """Whether page, sheet or view keep what its fringes do from being a failure."""
+        return self.identity.page_off or any(reason.code == "steep" for reason in self.invariant.reasons)
+
+    @property
+    def breaks_law(self) -> bool:
+        """Whether its fringes are not those of the badge as usual: rejected, excused, or of a gain that is not."""
+        if self.invariant.verdict == "accept":
+            return False
+        unusual = any(one.moved and not one.usual for one in self.invariant.compared)
+        return self.invariant.verdict == "reject" or self.excused or unusual
+
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
         return replace(self, track=None, measurement=None, earlier=tuple(one.light() for one in self.earlier))
@@ -197,8 +210,7 @@ def _is_broken(chapter: Chapter, whole: Invariant, limit_log10: float) -> bool:
     """
     own = chapter.invariant
     odds = [one.log10_odds for one in own.explanations if one.log10_odds is not None]
-    excused = chapter.identity.page_off or any(reason.code == "steep" for reason in own.reasons)
-    if own.verdict == "reject" or (excused and own.verdict != "accept"):
+    if own.verdict == "reject" or (chapter.excused and own.verdict != "accept"):
         return True
     return own.gain_apart_from(whole) is not None or min(odds, default=0.0) < -limit_log10
 

@@ -146,11 +146,12 @@ def judge(report: Report, enrolled: EnrolledPeople) -> Identification:
         reason = Reason("genuine", "fail", None, None, "", text)
         return Identification("nobody", None, (*invariant.reasons, reason), report)
     found, reason = _whose(report.identity, enrolled)
+    others = tuple(one for one in report.reasons if one.code == "others_break")
     # Without a badge in view the invariant has no reasons, but the report has some.
-    reasons = (*(invariant.reasons or report.reasons), reason)
+    reasons = (*(invariant.reasons + others if invariant.reasons else report.reasons), reason)
     if reason.level == "fail":
         return Identification("nobody", None, reasons, report)
-    if reason.level == "undecided" or invariant.verdict == "inconclusive":
+    if reason.level == "undecided" or invariant.verdict == "inconclusive" or others:
         return Identification("inconclusive", found, reasons, report)
     return Identification("found", found, reasons, report)
 

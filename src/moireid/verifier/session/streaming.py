@@ -3,7 +3,7 @@
 Each pushed frame is tracked at once.  About every second the last few seconds are judged.  This running verdict is
 *causal*: it uses past frames only.  `finish` judges the chapter that is still open.  Its verdict is the verdict of the
 film; it may differ from the running one.
-If several badges are in view, each is judged by itself, and the verdict is about one of them (`ChapterTracker.rank`).
+If several badges are in view, each is judged by itself, and the verdict is about one of them (`judged_badge`).
 """
 
 from __future__ import annotations
@@ -22,10 +22,17 @@ from moireid.verifier.limits import MIN_FRAMES, WINDOW_FRAMES
 from moireid.verifier.measuring import FOCAL_KEPT_SHARE, MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason, Verdict, worst
-from moireid.verifier.session.badge_session import ChapterTracker, breaking_finding, others_note, rank_of, reasons_of
+from moireid.verifier.session.badge_session import (
+    BrokenBadge,
+    ChapterTracker,
+    broken_findings,
+    judged_badge,
+    others_note,
+    reasons_of,
+)
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.session.cover import Cover, Span, cover_of
+from moireid.verifier.session.cover import Cover, cover_of
 from moireid.verifier.session.threads import BackgroundExecutor
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
@@ -71,7 +78,7 @@ class Verifier:
 
     Notes
     -----
-    Convention: each badge in view is judged by itself; the verdict is about one of them (`ChapterTracker.rank`).
+    Convention: each badge in view is judged by itself; the verdict is about one of them (`judged_badge`).
     Source: `moireid.verifier.session.chapters`.
     """
 
@@ -123,20 +130,26 @@ class Verifier:
         self._view = SceneTracker(claim.badge)
         self._chapter_executor = chapter_executor if chapter_executor is not None else aside
         self._lines = [ChapterTracker(claim, self._view.trackers[0], executor=self._chapter_executor)]
-        #: Lost badges: their number, the identities that were read on them, and the one of least rank.
+        #: Lost badges: their number, the identities that were read on them, those that were rejected, and of all of
+        #: them the one of least rank and the largest that passes.
         self._gone, self._gone_read = 0, set[str]()
-        self._gone_breaking: list[tuple[BadgeTracker, tuple[Span, ...]]] = []
-        self._kept: ChapterTracker | None = None
+        self._gone_broken: list[BrokenBadge] = []
+        self._kept: list[ChapterTracker] = []
         self._due_s: float | None = None
         self._focal_px, self._focal_frames = claim.focal_px, 0
 
     @property
     def judged(self) -> ChapterTracker:
         """The badge that the verdict is about, as far as it is judged by now."""
-        if self._kept is None and len(self._lines) == 1:
+        if not self._kept and len(self._lines) == 1:
             # Its rank would wait for a chapter that is being judged.
             return self._lines[0]
-        return min([*self._lines, *([self._kept] if self._kept else [])], key=ChapterTracker.rank)
+        return judged_badge([*self._lines, *self._kept], self._broken)
+
+    @property
+    def _broken(self) -> list[BrokenBadge]:
+        """The rejected badges, as far as they are judged by now."""
+        return [*self._gone_broken, *(one for line in self._lines for one in line.broken(self._reduced_by))]
 
     @property
     def chapters(self) -> list[Chapter]:
@@ -160,12 +173,9 @@ class Verifier:
         judged = self.judged
         others = [line for line in self._lines if line is not judged and line.tracker.ends.first is not None]
         read = set[str]().union(self._gone_read, *(line.read() for line in others))
-        breaking = [span for line in others for span in line.breaking()]
-        breaking += [span for tracker, spans in self._gone_breaking if tracker is not judged.tracker for span in spans]
-        spans = [span for chapter in judged.chapters for span in chapter.judged_s]
-        count = len(others) + self._gone - (judged is self._kept)
+        count = len(others) + self._gone - (judged in self._kept)
         note = others_note(count, read, judged.region(self._reduced_by))
-        return note + breaking_finding(breaking, spans)
+        return note + broken_findings(judged, self._broken, self._reduced_by)
 
     @property
     def cover(self) -> Cover:
@@ -269,13 +279,15 @@ class Verifier:
         return self.chapters
 
     def _renew_lines(self) -> None:
-        """Judge the badges that were lost, and keep the one of least rank; add the badges that are new."""
+        """Judge the badges that were lost, and keep what may count of them; add the badges that are new."""
         for tracker in self._view.given_up:
             line = next(line for line in self._lines if line.tracker is tracker).finish()
             self._lines.remove(line)
-            self._gone_breaking.append((tracker, line.breaking()))
+            self._gone_broken += line.broken(self._reduced_by)
             self._gone, self._gone_read = self._gone + 1, self._gone_read | set(sorted(line.read())[:1])
-            self._kept = min([line, *([self._kept] if self._kept else [])], key=ChapterTracker.rank)
+            kept = sorted([line, *self._kept], key=ChapterTracker.rank)
+            passing = sorted((one for one in kept if one.verdict == "accept"), key=lambda one: -one.tracker.shown)
+            self._kept = list(dict.fromkeys((*kept[:1], *passing[:1])))
         self._view.given_up.clear()
         for tracker in self._view.trackers[len(self._lines) :]:
             self._lines.append(ChapterTracker(self._claim, tracker, executor=self._chapter_executor))
@@ -300,10 +312,13 @@ class Verifier:
             )
             reason = Reason("badge_absent", "undecided", float(most), float(MIN_FRAMES), "frames", text)
             return Running(now_s, (now_s, now_s), "inconclusive", (reason,), most)
-        line, chapter = min(chapters, key=lambda pair: rank_of([pair[1]], self._claim, pair[0].tracker.shown))
-        read = {other.identity.decoded_id for _, other in chapters if other is not chapter}
-        note = others_note(len(tracks) - 1, {name for name in read if name}, line.region(self._reduced_by))
-        reasons = reasons_of([chapter]) + note
+        lines = [ChapterTracker(self._claim, line.tracker, [chapter]) for line, chapter in chapters]
+        broken = [one for line in lines for one in line.broken(self._reduced_by)]
+        judged = judged_badge(lines, broken)
+        read = set[str]().union(*(line.read() for line in lines if line is not judged))
+        note = others_note(len(tracks) - 1, read, judged.region(self._reduced_by))
+        (chapter,) = judged.done
+        reasons = reasons_of([chapter]) + note + broken_findings(judged, broken, self._reduced_by)
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
 
     def _judged_now(self, track: Track) -> Chapter:

@@ -134,16 +134,16 @@ def _opened(order_file: Path, name: str) -> tuple[bytes, dict[str, Path]]:
         return packed.read(name), written(unpacked(packed), Path("pictures"))
 
 
-def _registry(url: str, keys: str, signer: str | None, seen: str, actor: str) -> Registry:
+def _registry(url: str, keys: str | None, signer: str | None, seen: str | None, actor: str) -> Registry:
     """The registry, with the authority's key from the folder `keys`, or by asking the signer, and what was `seen` of it
     before; for `actor` to act on.
 
     They are passed in, because the child works in another folder, and its parent may be older than the registry.
     """
-    os.environ[KEYS_VARIABLE], os.environ[SEEN_VARIABLE] = keys, seen
-    os.environ.pop(SIGNER_VARIABLE, None)
-    if signer is not None:
-        os.environ[SIGNER_VARIABLE] = signer
+    for variable, given in {KEYS_VARIABLE: keys, SIGNER_VARIABLE: signer, SEEN_VARIABLE: seen}.items():
+        os.environ.pop(variable, None)
+        if given is not None:
+            os.environ[variable] = given
     return open_registry(url, create=False, actor=actor)
 
 

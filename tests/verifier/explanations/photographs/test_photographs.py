@@ -21,6 +21,7 @@ from kit.photographed import (
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.decision import judge
 from moireid.verifier.decision.judge import judge_signals
+from moireid.verifier.decision.sheet_gain import SheetGain
 from moireid.verifier.explanations.photographs import waveform
 from moireid.verifier.explanations.photographs.waveform import MOST_PHOTOGRAPHS, waveform_of
 
@@ -154,6 +155,6 @@ def test_the_worst_waveform_is_told_and_the_best_count():
 def test_fringes_that_tell_of_a_zoom_excuse_a_gain_that_a_zoom_makes(gain, verdict):
     """Catches: a film that was zoomed slowly called a forgery; photographs that stand or turn round excused by it."""
     course = LAW - LAW.mean()
-    zoomed = signal(depth=depth_of(0.0, change_rad=0.02), measured=gain * course)
-    assert judge_signals([zoomed]).verdict == verdict
-    assert judge_signals([signal(measured=gain * course)]).verdict == "reject"
+    zoomed, built = signal(depth=depth_of(0.0, change_rad=0.02), measured=gain * course), SheetGain(built=True)
+    assert judge_signals([zoomed], built).verdict == verdict
+    assert judge_signals([signal(measured=gain * course)], built).verdict == "reject"
