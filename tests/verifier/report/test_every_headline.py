@@ -208,7 +208,7 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield built(badge)
     yield carried(tmp_path, monkeypatch)
     yield badge_session.others_note(1, {ADA}, {"frame": 0, "corners_px": [[0, 0]] * 4})
-    judged: Any = SimpleNamespace(read=lambda: set(), judged_s=[])
+    judged: Any = SimpleNamespace(read=lambda: set(), judged_s=[], region=lambda by: None)
     yield badge_session.broken_findings(judged, [badge_session.BrokenBadge(frozenset(), ((0.0, 9.0),), None)])
     yield cover.cover_findings(cover.Cover(0.1, (), 9.0, present_share=0.1), 0.5)
     searched: Any = SimpleNamespace(_view=SimpleNamespace(unsearched_s=MAX_UNSEARCHED_S + 1))

@@ -219,9 +219,9 @@ def compare(
     first_s = float(signal.times_s[np.isfinite(signal.phase_sd_rad)][0])
     rows += _rows_within(shape, figures, deviation, credible_error_rad(excitation, signal.doubt * error), first_s)
     # A film that could be honest leaves up to this; a rival that leaves more does not explain it.
-    most = {"limit_rad": limits.POSSIBLE_RESIDUAL_RATIO * limit}
+    bound = {"limit_rad": limits.POSSIBLE_RESIDUAL_RATIO * limit}
     rows = [
-        replace(row, parameters=row.parameters | most) if "deviation_rad" in row.parameters else row for row in rows
+        replace(row, parameters=row.parameters | bound) if "deviation_rad" in row.parameters else row for row in rows
     ]
     nuisances = {name: float(value) for name, value in zip(model.names, fit.nuisances_rad[:, 0], strict=True)}
     own, any_gain = (float(series.weight @ left**2) for left in (residual, shaped))
