@@ -86,6 +86,12 @@ class SheetGain:
                 "does another sheet. Press it flat and film again, or enroll the badge again with a new film of it."
             )
         sheet = "A thicker sheet, or air under it," if gain > 1 else "A thinner sheet, or air under it seen from aside,"
+        if self.measured:
+            low, high = self.room
+            room = f"a badge can be enrolled with {low:g} to {high:g}"
+            return (
+                f"; {room}. {sheet} does that. Press the sheet flat, use the one that the design names, and film again."
+            )
         return f". {sheet} does that. Enroll this badge with a film of it."
 
 
