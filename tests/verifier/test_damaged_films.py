@@ -134,7 +134,7 @@ def test_a_file_that_cannot_be_read_on_is_judged_so_far(sound, badge, monkeypatc
 def test_flags_alone_hide_nothing(films, folder, badge, counters):
     """Catches: a forged stretch, or a whole forged film, that is left out as its packets are flagged."""
     for codec in ("libx264", "libx265"):
-        forged = recoded(films / "forged_drift_1.0m.mp4", folder / f"forged_{codec}.ts", codec, gop=30)
+        forged = recoded(films / "forged_reversed_1.0m.mp4", folder / f"forged_{codec}.ts", codec, gop=30)
         told = flagged(forged, folder / "flagged.ts", (0.3, 0.6), counters=counters)
         plain, report = verify(forged, Claim(badge)), verify(told, Claim(badge))
         assert report.verdict == plain.verdict == "reject"

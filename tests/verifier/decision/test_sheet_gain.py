@@ -77,7 +77,11 @@ def test_enrolment_measures_the_gain_over_a_finite_range():
         assert outcome.verdict == "accept"
         assert outcome.gain_ratio == pytest.approx(gain, abs=0.01) and outcome.gain_expected == 1.0
     for gain in (ENROLLED_GAINS[0] - 0.1, ENROLLED_GAINS[1] + 0.1):
-        assert judged(filmed(gain), to_measure()).verdict == "inconclusive"
+        outcome = judged(filmed(gain), to_measure())
+        (text,) = [reason.text for reason in outcome.reasons if reason.code == "gain"]
+        assert outcome.verdict == "inconclusive" and "can be enrolled with 0.5 to 1.6" in text
+        # Catches: one who enrolls told to enroll.
+        assert "Enroll this badge" not in text
 
 
 def test_a_free_gain_makes_a_steady_sweep_prove_less():

@@ -185,7 +185,7 @@ def evidence(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     yield [gain_reason(1.1, 0.4, DESIGNED)]
     yield judge_signals([replace(signal(0.4 * LAW), lens_room=(0.2, 1.0))]).reasons
     yield [page_scale.mirrored_finding(0.97)]
-    yield judge_signals([signal(-LAW, steep_share=0.9)]).reasons
+    yield judge_signals([signal(-LAW, steep=np.ones(FRAMES, bool))]).reasons
     yield findings.law_fits([compared(residual_rad=1.5)])
     yield [findings.rows_agree([compared()], RowsApart(1.0, 1.0, 0.0))]
     yield troubled(lasting_px=99.0)

@@ -246,6 +246,14 @@ def test_the_best_rival_says_what_the_fringes_do(table: list[dict[str, Any]], wo
     assert title(broken) == f"The fringes do not follow the law: {words}"
 
 
+def test_a_gain_that_rejects_nothing_is_not_named_for_what_does() -> None:
+    """Catches: rows that move apart told as fringes that move not far enough, which a thin sheet does."""
+    law = {"name": "law", "log10_odds": 0.0, "share": None, "fits": False, "parameters": {"gain": 0.6}}
+    table = [law, rival("another_gain", -40.0, gain=0.6)]
+    broken = document("reject", finding("agreement", measured=0.9), law="reject", explanations=table)
+    assert title(broken) == "The fringes do not follow the law: they move apart from one part of the badge to another"
+
+
 def test_an_open_film_names_the_rival_that_remains() -> None:
     """Catches: "too little" of a film on which one motion more would decide; the least likely rival of several."""
     drift = finding("drift", "undecided", 0.06, "share")

@@ -21,10 +21,11 @@ def chapter(
     """fits: whether the law explains the fringes, by its verdict where that is not said."""
     fits = verdict != "reject" if fits is None else fits
     return SimpleNamespace(
-        invariant=SimpleNamespace(verdict=verdict, explanations=("law",), law_fits=fits),
+        invariant=SimpleNamespace(verdict=verdict),
         identity=SimpleNamespace(decoded_id=decoded),
         judged_s=spans,
         signals=(),
+        breaks_law=not fits,
     )
 
 
@@ -59,7 +60,7 @@ def outcome(*lines: ChapterTracker) -> tuple[ChapterTracker, list[str]]:
         ),
         ([chapter("inconclusive", "ab", (4.0, 9.0))], "inconclusive", None),
         ([chapter("inconclusive", "ab", (4.0, 9.0), fits=False)], "inconclusive", ((4.0, 9.0),)),
-        ([chapter("inconclusive", None, (4.0, 9.0), fits=False)], "inconclusive", None),
+        ([chapter("inconclusive", None, (4.0, 9.0), fits=False)], "inconclusive", ((4.0, 9.0),)),
     ],
 )
 def test_a_rejected_badge_is_remembered(chapters, verdict, found):

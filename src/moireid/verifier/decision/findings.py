@@ -211,7 +211,8 @@ def with_nuisances(
 def of_any_build(reasons: list[Reason], steep_share: float, *, page_off: bool) -> list[Reason]:
     """The findings without failures, where page or sheet is off, or air beneath it may hide parts of its lenses.
 
-    Parameters: steep_share: as in `GratingSignal`; page_off: as `Identity.page_off`, which has a finding of its own.
+    Parameters: steep_share: of frames from aside, 0 where those from the front fail by themselves; page_off: as
+        `Identity.page_off`, which has a finding of its own.
     """
     steep = steep_share > limits.MAX_STEEP_SHARE and any(reason.level == "fail" for reason in reasons)
     if not steep and not page_off:

@@ -30,6 +30,7 @@ Convention: as `comparison`; each grating that moved enough must hold by itself;
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -175,6 +176,15 @@ class Invariant:
         """Whether the law explains the fringes, and no rival does so better."""
         return bool(self.explanations) and self.explanations[0].fits and not any(e.better for e in self.explanations)
 
+    def gain_apart_from(self, whole: Invariant) -> Reason | None:
+        """The finding on the gain of a part of a film, where that is not accepted and surely another one than the
+        whole's; else None.
+        """
+        apart = abs((self.gain_ratio or 0.0) - (whole.gain_ratio or 0.0))
+        if apart <= limits.GAIN_REJECTED_SDS * math.hypot(self.gain_sd or 0.0, whole.gain_sd or 0.0):
+            return None
+        return next((reason for reason in self.reasons if reason.code == "gain" and reason.level != "pass"), None)
+
     def to_json(self) -> dict[str, Any]:
         """As the `invariant` object of `verify --json`."""
         names = (
@@ -256,20 +266,26 @@ def judge_signals(
         wrong = max((one.figures for one in moved), key=lambda one: abs(one.gain_ratio - 1))
         lens_room = min(s.lens_room[0] for s in signals), max(s.lens_room[1] for s in signals)
         gain = gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet, lens_room)
-        if gain.level == "undecided" and (lens := lens_reason(wrong.gain_ratio, sheet, lens_room)) is not None:
+        if (
+            gain.level == "undecided"
+            and (lens := lens_reason(wrong.gain_ratio, wrong.gain_sd, sheet, lens_room)) is not None
+        ):
             reasons.append(lens)
         laws = findings.law_fits(compared)
         reasons += findings.with_nuisances([gain, *laws, findings.rows_agree(compared, code_apart)], signals, compared)
-        fits, usual = all(one.fits for one in moved), all(one.usual for one in moved)
+        fits = all(one.fits for one in moved)
         # Where only the gain is unusual, its own finding says so; what is left to ask is whether parts move apart.
-        asked = table if usual or not fits else [one for one in table if one.name in CONTAINING and one.fits]
-        if asked:
+        only_gain = gain.level != "pass" and fits and not all(one.usual for one in moved)
+        asked = [one for one in table if one.name in CONTAINING and one.fits] if only_gain else table
+        # Where page or sheet is off, fringes and photographs of the design say nothing.
+        if asked and not page_off:
             reasons += findings.rivals(asked, mean.excitation_rad, law_fits=fits)
-        if whole:
+        if whole and not page_off:
             of_photographs, photograph_reasons = photographs(spacing, [signal for signal, _ in moving], sheet)
             reasons += photograph_reasons
             reasons += findings.phase_gaps([signal for signal, _ in moving])
-        reasons = findings.of_any_build(reasons, max(signal.steep_share for signal, _ in moving), page_off=page_off)
+        steep_share = _steep_share([signal for signal, _ in moving], sheet, reasons)
+        reasons = findings.of_any_build(reasons, steep_share, page_off=page_off)
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -287,6 +303,21 @@ def judge_signals(
         of_photographs,
         tuple(compared),
     )
+
+
+def _steep_share(moving: Sequence[GratingSignal], sheet: SheetGain, reasons: Sequence[Reason]) -> float:
+    """Share of the frames that are seen from aside, where a failure may rest on those: 0 where the frames from the
+    front fail by what their fringes do.
+    """
+    steep = np.any([signal.steep for signal in moving], axis=0)
+    front = np.flatnonzero(~steep)
+    share = float(np.mean(steep))
+    failing = any(reason.level == "fail" for reason in reasons)
+    if share <= limits.MAX_STEEP_SHARE or len(front) < limits.WINDOW_FRAMES or not failing:
+        return share
+    judged = judge_signals([signal.part(front) for signal in moving], sheet, whole=False)
+    failed = {reason.code for reason in judged.reasons if reason.level == "fail"}
+    return 0.0 if failed & {"gain", "residual"} else share
 
 
 def gain_of(signals: Sequence[GratingSignal]) -> tuple[float, float] | None:

@@ -56,9 +56,12 @@ class SheetGain:
         Notes
         -----
         Convention: beyond it a film is rejected; within it, but for the room, it is inconclusive.
+        Source: build and lens have nothing to do with each other, so their extremes add in squares of logarithms; as a
+            product, a print that stays still (a gain of 0.04) could be a thin sheet before the longest lens.
         """
         low, high = self.reach if self.built else (limits.LEAST_BUILT_GAIN, math.inf)
-        return low * lens_room[0], high * lens_room[1]
+        least = math.hypot(math.log(low), math.log(lens_room[0]))
+        return math.exp(-least), math.exp(math.hypot(math.log(high), math.log(lens_room[1])))
 
     def room_for(self, gain_sd: float) -> tuple[float, float]:
         """Least and greatest gain that a film with that error bar may be accepted with."""
@@ -83,6 +86,12 @@ class SheetGain:
                 "does another sheet. Press it flat and film again, or enroll the badge again with a new film of it."
             )
         sheet = "A thicker sheet, or air under it," if gain > 1 else "A thinner sheet, or air under it seen from aside,"
+        if self.measured:
+            low, high = self.room
+            room = f"a badge can be enrolled with {low:g} to {high:g}"
+            return (
+                f"; {room}. {sheet} does that. Press the sheet flat, use the one that the design names, and film again."
+            )
         return f". {sheet} does that. Enroll this badge with a film of it."
 
 
@@ -135,8 +144,10 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, lens_room: tuple[
     if low <= gain <= high and not vague:
         level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."
     elif not least - beyond <= gain <= most + beyond:
-        level, limit = "fail", limit + beyond
-        text = f"{words}; a real badge gives {sheet.span(limit)}."
+        bound = least - beyond if gain < least else most + beyond
+        level, limit = "fail", abs(bound - (low + high) / 2)
+        whose, more = "this badge" if sheet.built else "a badge of any build", "more" if gain < least else "less"
+        text = f"{words}; {whose} gives {sheet.expected * bound:.2g} or {more}, before any lens that the film allows."
     elif vague:
         limit += beyond
         text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film with more "
@@ -146,16 +157,16 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain, lens_room: tuple[
     return Reason("gain", level, shown, sheet.expected * limit, "ratio", text)
 
 
-def lens_reason(gain: float, sheet: SheetGain, lens_room: tuple[float, float]) -> Reason | None:
+def lens_reason(gain: float, gain_sd: float, sheet: SheetGain, lens_room: tuple[float, float]) -> Reason | None:
     """The finding that the film does not show which lens took it, where another lens would explain a gain.
 
     Parameters: as `gain_reason`.
     """
-    low, high = sheet.room
+    low, high = sheet.room_for(gain_sd)
     if low <= gain <= high or not low * lens_room[0] <= gain <= high * lens_room[1]:
         return None
     text = (
         "The film does not show which lens took it, and another one would explain how far the fringes move. State "
-        "the camera's lens, or film again with the badge tilted by 20 to 30 degrees."
+        "the camera's lens, or film again with the badge tilted by 15 to 25 degrees."
     )
     return Reason("lens", "undecided", lens_room[1] / lens_room[0], None, "ratio", text)

@@ -22,7 +22,7 @@ IN_TIME = ("measured_rad", "predicted_rad", "phase_rad", "phase_sd_rad", "times_
 BEYOND_IN_TIME = ("law_rad", "overtone", "place_px", "expected")
 #: Fields of a signal of which the whole has the greatest, and the mean, of its chapters'.
 GREATEST = ("tangent_sd", "focal_at_limit", "lasting_px", "doubt", "zoom", "mixed_share")
-MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share", "steep_share")
+MEAN = ("rounding_rad", "stray_share", "covered_share", "held_share")
 
 
 class DepthLaw(NamedTuple):
@@ -88,8 +88,8 @@ class GratingSignal:
     the error bars say, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows apart from the
     phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches, as
     `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`; lens_room: as in
-    `CameraFit`; steep_share: share of frames that show it from so far aside that air beneath the sheet hides a part of
-    each lens.
+    `CameraFit`; steep: whether a frame shows it from so far aside that air beneath the sheet hides a part of each lens,
+    none if not given.
     """
 
     measured_rad: Array
@@ -115,7 +115,7 @@ class GratingSignal:
     phase_rad: Array = field(default_factory=lambda: np.zeros(0))
     way: SeenWay = field(default_factory=SeenWay)
     lens_room: tuple[float, float] = (1.0, 1.0)
-    steep_share: float = 0.0
+    steep: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
@@ -124,6 +124,8 @@ class GratingSignal:
             object.__setattr__(self, "phase_rad", self.measured_rad)
         if not len(self.stretch):
             object.__setattr__(self, "stretch", np.zeros(len(self.times_s), np.int64))
+        if not len(self.steep):
+            object.__setattr__(self, "steep", np.zeros(len(self.times_s), bool))
 
     def under(self, gain: float) -> GratingSignal:
         """The signal for a sheet that moves fringes `gain` times as far as this prediction.
@@ -143,7 +145,7 @@ class GratingSignal:
         """The signal in some frames."""
         beyond = None if self.beyond is None else self.beyond.part(frames)
         places = None if self.covariates is None else self.covariates[frames]
-        cut: dict[str, Any] = {name: getattr(self, name)[frames] for name in (*IN_TIME, "stretch")}
+        cut: dict[str, Any] = {name: getattr(self, name)[frames] for name in (*IN_TIME, "stretch", "steep")}
         return replace(self, covariates=places, beyond=beyond, **cut)
 
 
@@ -175,6 +177,7 @@ def joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         covariates=np.concatenate([p - p.mean(axis=0) for p in places]) if len(places) == len(signals) else None,
         beyond=joined_beyond(each("beyond")),
         way=sum(each("way"), SeenWay()),
+        steep=np.concatenate(each("steep")),
         lens_room=(min(low for low, _ in each("lens_room")), max(high for _, high in each("lens_room"))),
     )
 

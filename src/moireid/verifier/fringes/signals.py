@@ -211,7 +211,7 @@ def _grating_signal(
         mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
         beyond=_beyond(own, known, track.homographies, badge, grating, poses) if own else None,
         lens_room=poses.camera.lens_room,
-        steep_share=_steep_share(frame, grating, poses),
+        steep=_steep(frame, grating, poses),
         way=seen_way(signal.phase_rad[np.isfinite(sd)]),
     )
 
@@ -238,12 +238,12 @@ def _beyond(
     )
 
 
-def _steep_share(frame: OwnFrame, grating: Grating, poses: _Poses) -> float:
-    """As `GratingSignal.steep_share`: the grating's middle seen from beyond `STEEP_TANGENT`, either way."""
+def _steep(frame: OwnFrame, grating: Grating, poses: _Poses) -> NDArray[np.bool_]:
+    """As `GratingSignal.steep`: the grating's middle seen from beyond `STEEP_TANGENT`, either way."""
     low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
     away = np.array([(low + high) / 2, (top + bottom) / 2]) - frame.places(poses.camera_mm[:, :2])
     tangent = np.linalg.norm(away, axis=1) / np.abs(poses.camera_mm[:, 2])
-    return float(np.mean(tangent > limits.STEEP_TANGENT))
+    return np.asarray(tangent > limits.STEEP_TANGENT)
 
 
 def _mixed(

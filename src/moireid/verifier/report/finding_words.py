@@ -127,7 +127,7 @@ OPEN = {
     ),
     "lens": Words(
         "the film does not show which lens took it",
-        "State the camera's lens, or ask for another film with the badge tilted by 20 to 30 degrees.",
+        "State the camera's lens, or ask for another film with the badge tilted by 15 to 25 degrees.",
     ),
     "steep": Words("the badge is seen from too far aside", "Ask for another film that shows the badge from the front."),
     "page_scale": Words(

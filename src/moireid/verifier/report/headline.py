@@ -231,7 +231,9 @@ def _not_held(finding: Finding, held: bool, known: Circumstances) -> Headline:
 def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
     """What the fringes do instead of following the law."""
     cause, gain = cause_of(rivals_in(document)), failed.get("gain")
-    if cause is not None and cause.name != "wander":
+    # A gain that some build or lens has is not why parts of a badge that move apart are rejected.
+    open_gain = cause is not None and cause.name == "another_gain" and not {"gain", "residual"} & failed.keys()
+    if cause is not None and cause.name != "wander" and not open_gain:
         return does(cause.name, cause.parameters)
     if broken := next((words for code, words in BROKEN.items() if code in failed), None):
         return broken

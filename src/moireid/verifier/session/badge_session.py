@@ -145,12 +145,11 @@ class ChapterTracker:
         judged one with its code hidden, while it breaks the law.
         """
         read, chapters = frozenset(self.read()), self.chapters
-        rejected = [chapter for chapter in chapters if chapter.invariant.verdict == "reject"]
+        breaking = [chapter for chapter in chapters if chapter.breaks_law]
         whole = bool(read) and self.verdict == "reject"
-        unlike = read and any(one.invariant.explanations and not one.invariant.law_fits for one in chapters)
-        if not (whole or unlike or (rejected and not read)):
+        if not whole and not breaking:
             return []
-        spans = tuple(span for chapter in (chapters if read else rejected) for span in chapter.judged_s)
+        spans = tuple(span for chapter in (chapters if read else breaking) for span in chapter.judged_s)
         return [BrokenBadge(read, spans, self.region(reduced_by), whole or not read)]
 
     def region(self, reduced_by: int = 1) -> dict[str, Any] | None:

@@ -27,7 +27,7 @@ from moireid.verifier.fringes.signals import Measurement, measure
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.identity.compare_built import Comparison, compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
-from moireid.verifier.limits import GAIN_REJECTED_SDS, MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
+from moireid.verifier.limits import MAX_DOUBTFUL_SHARE, MAX_RIVAL_LOG10, MIN_FRAMES
 from moireid.verifier.reasons import Level, Reason, Verdict, worst
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, judged_spans, seen_spans
@@ -78,6 +78,19 @@ class Chapter:
     sheet: SheetGain = DESIGNED
     earlier: tuple[Chapter, ...] = ()
     claimed: bool = False
+
+    @property
+    def excused(self) -> bool:
+        """Whether page, sheet or view keep what its fringes do from being a failure."""
+        return self.identity.page_off or any(reason.code == "steep" for reason in self.invariant.reasons)
+
+    @property
+    def breaks_law(self) -> bool:
+        """Whether its fringes are not those of the badge as usual: rejected, excused, or of a gain that is not."""
+        if self.invariant.verdict == "accept":
+            return False
+        unusual = any(one.moved and not one.usual for one in self.invariant.compared)
+        return self.invariant.verdict == "reject" or self.excused or unusual
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
@@ -215,15 +228,14 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
 
 
 def _is_broken(chapter: Chapter, whole: Invariant, limit_log10: float) -> bool:
-    """Whether a chapter is rejected, has a gain that is surely another one than the film's and is not accepted by
-    itself, or a rival explains it better than the law by more than that power of ten.
+    """Whether a chapter is rejected or would be but for page, sheet or view, has a gain that is surely another one than
+    the film's and is not accepted by itself, or a rival explains it better than the law by more than that power of ten.
     """
     own = chapter.invariant
     odds = [one.log10_odds for one in own.explanations if one.log10_odds is not None]
-    apart = abs((own.gain_ratio or 0.0) - (whole.gain_ratio or 0.0))
-    other = apart > GAIN_REJECTED_SDS * math.hypot(own.gain_sd or 0.0, whole.gain_sd or 0.0)
-    odd = other and any(reason.code == "gain" and reason.level != "pass" for reason in own.reasons)
-    return own.verdict == "reject" or odd or min(odds, default=0.0) < -limit_log10
+    if own.verdict == "reject" or (chapter.excused and own.verdict != "accept"):
+        return True
+    return own.gain_apart_from(whole) is not None or min(odds, default=0.0) < -limit_log10
 
 
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
