@@ -1,4 +1,4 @@
-"""The options by which a command asks for witnesses: servers that follow a registry's log and sign its checkpoints."""
+"""The options by which a reader asks for the signatures of witnesses, who follow a registry's log, on a checkpoint."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ QUORUM_OPTIONS = (
         "witness_keys",
         metavar="KEY|FILE",
         multiple=True,
-        help="The public key of a witness that you trust, as `moireid witness` shows it, or a file of such lines. Then "
+        help="The public key of a witness that you trust, NAME+ID+KEY, or a file of such lines. Then "
         "witnesses must have signed the checkpoint. May be given several times.",
     ),
     click.option(
