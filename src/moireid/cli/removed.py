@@ -6,16 +6,21 @@ import click
 
 from moireid.cli.common import BAD_INPUT
 
-_READERS = "those who read a checkpoint give it: `moireid registry audit`, `verify`, `identify` and `attest check`"
+_COSIGN = "have a C2SP witness cosign the checkpoint file, and add its line to the file"
+_READERS = "readers give it, to `registry audit`, `verify`, `identify` and `attest check`, which check the signatures"
 
 #: By the words as one types them after `moireid`, a command or a command and its option: what to use instead.
 REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
-    "registry checkpoint --witness": "have a C2SP witness cosign the checkpoint file, and add its line to the file",
+    "registry checkpoint --witness": _COSIGN,
     "registry checkpoint --witness-key": _READERS,
     "registry checkpoint --witnesses": _READERS,
     "registry checkpoint --witness-days": _READERS,
+    "registry publish --witness": f"{_COSIGN}, then publish with --checkpoint FILE",
+    "registry publish --witness-key": _READERS,
+    "registry publish --witnesses": _READERS,
+    "registry publish --witness-days": _READERS,
 }
 
 

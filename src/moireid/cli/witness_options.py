@@ -81,14 +81,11 @@ class WitnessCheck:
 
     def newest(self) -> Checkpoint:
         """The checkpoint as it is now.  Raises: RegistryError, SpecError if there is none, or several."""
-        from moireid.registry.checkpoints.sources import checkpoints_from
+        from moireid.registry.checkpoints.sources import one_checkpoint_from
 
         if self.source is None:
             raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE|URL")
-        found = checkpoints_from(self.source)
-        if len(found) != 1:
-            raise SpecError(f"{self.source} holds {len(found)} checkpoints; give the newest one of the registry")
-        return found[0]
+        return one_checkpoint_from(self.source)
 
     def require(self, held: Registry | Bundle) -> None:
         """Rely only on what they have seen of a registry.  Raises: RegistryError if that is not possible."""

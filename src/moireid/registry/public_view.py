@@ -146,6 +146,7 @@ class PublicView(RegistryQueries):
         days: float,
         overwrite: bool = False,
         progress: Progress | None = None,
+        checkpoint: Checkpoint | None = None,
     ) -> PublishResult:
         """Write a trust bundle, whole or not at all.
 
@@ -161,6 +162,9 @@ class PublicView(RegistryQueries):
             Whether an older file may be replaced.
         progress : callable, optional
             Called with people done and in all.
+        checkpoint : Checkpoint, optional
+            Of the log as it is now, to which witnesses may have added their signatures; None for one that is signed
+            now.
 
         Returns
         -------
@@ -170,7 +174,8 @@ class PublicView(RegistryQueries):
         Raises
         ------
         RegistryError
-            If something in the registry is not as signed, it was put back, or its private key is absent.
+            If something in the registry is not as signed, it was put back, its private key is absent, or the checkpoint
+            is of another state of the log.
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
@@ -181,4 +186,5 @@ class PublicView(RegistryQueries):
             days=days,
             overwrite=overwrite,
             progress=progress,
+            checkpoint=checkpoint,
         )

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from click.testing import Result
 
 from kit.registries import badge_of, run, url_of
 from kit.witnesses import Witness
@@ -19,6 +20,7 @@ from moireid.cli.verify.verify_options import ClaimWish
 from moireid.cli.witness_options import WitnessCheck
 from moireid.errors import RegistryError
 from moireid.registry import holder_of, open_registry
+from moireid.registry.bundle import publish
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.checkpoints.sources import checkpoints_from
 from moireid.registry.seen import Memory
@@ -188,3 +190,70 @@ def test_readers_refuse_half_a_request(command, witnesses, tmp_path):
     assert "--checkpoint" in run(*command, *key, code=2).stderr
     assert "--witness-key" in run(*command, "--checkpoint", "x", code=2).stderr
     assert "--bundle" in run(*command, *key, "--checkpoint", "x", "--bundle", "b", code=2).stderr
+
+
+def _published(grown: Path, out: Path, *options: object, code: int = 0) -> Result:
+    return run("registry", "publish", "--out", out, "--registry", url_of(grown), "--overwrite", *options, code=code)
+
+
+def bundle_code(bundle: Path, quorum: Quorum) -> str | None:
+    """The code by which a claim in a bundle is refused to a reader who asks for witnesses; None if it is not."""
+    wish = ClaimWish("Ada", None, None, bundle, None, witness_check=WitnessCheck(None, quorum))
+    try:
+        with asked_of(wish) as asked:
+            assert asked.found.barred is None
+    except RegistryError as error:
+        assert "\n" not in str(error) and ";" in str(error)
+        return str(error.details["code"])
+    return None
+
+
+def test_a_bundle_holds_what_witnesses_signed(grown, witnesses, tmp_path, monkeypatch):
+    """Catches: cosignatures that are checked and not kept; a bundle whose witnesses count for ever, or for anyone."""
+    out = tmp_path / "people.bundle"
+    _published(grown, out, "--checkpoint", witnesses.sign(noted(grown, tmp_path / "one"), 2))
+    assert bundle_code(out, witnesses.quorum()) is None
+    assert bundle_code(out, witnesses.quorum(3)) == "not_witnessed"
+    now = time.time()
+    monkeypatch.setattr("moireid.registry.checkpoints.cosignature.time.time", lambda: now + 8 * 86400)
+    assert bundle_code(out, witnesses.quorum()) == "not_witnessed"
+
+
+def test_a_bundle_without_witnesses_is_refused_to_those_who_ask(grown, witnesses, tmp_path):
+    """Catches: an option that checks nothing where there is nothing."""
+    out = tmp_path / "people.bundle"
+    _published(grown, out)
+    assert bundle_code(out, witnesses.quorum()) == "not_witnessed"
+    done = run("verify", "x.mp4", "--claim", "Ada", "--bundle", out, "--witness-key", witnesses.keys[0], code=2)
+    assert "signed by 0 of the 1 witnesses" in done.stderr and done.stderr.count("\n") <= 2
+
+
+def test_a_checkpoint_of_another_log_is_not_published(grown, witnesses, tmp_path):
+    """Catches: a bundle that every reader with witnesses refuses, made from a checkpoint of last week, of a stranger's
+    registry, or one that was changed; a folder of which one is taken."""
+    early = witnesses.sign(noted(grown, tmp_path / "early"))
+    with open_registry(url_of(tmp_path / "b.sqlite3"), create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+    other = noted(tmp_path / "b.sqlite3", tmp_path / "other")
+    changed = tmp_path / "changed"
+    changed.write_text(early.read_text(encoding="utf-8").replace("\n3\n", "\n4\n", 1), encoding="utf-8")
+    with open_registry(url_of(grown), create=False) as registry:
+        registry.revoke("Bo", "lost")
+    for wrong, said in ((early, "3 log entries"), (other, "changed or is damaged"), (changed, "changed or is damaged")):
+        done = _published(grown, tmp_path / "x", "--checkpoint", wrong, code=2)
+        assert said in done.stderr and done.stderr.count("\n") == 1 and not (tmp_path / "x").exists()
+    (tmp_path / "kept").mkdir()
+    for name in ("1", "2"):
+        noted(grown, tmp_path / "kept" / name)
+    assert "2 checkpoints" in _published(grown, tmp_path / "x", "--checkpoint", tmp_path / "kept", code=2).stderr
+
+
+def test_a_bundle_with_the_checkpoint_of_another_log_is_refused(grown, witnesses, tmp_path, stranger, monkeypatch):
+    """Attack: the registry's own key signs a bundle over a log for one reader, with the witnesses' true checkpoint."""
+    true = witnesses.sign(noted(grown, tmp_path / "true")).read_text(encoding="utf-8")
+    with open_registry(url_of(grown), create=False) as registry:
+        registry.enroll(badge_of("Cy"))
+    made = publish.made_content
+    monkeypatch.setattr(publish, "made_content", lambda checkpoint, *rest: made(true, *rest))
+    _published(grown, tmp_path / "false.bundle")
+    assert bundle_code(tmp_path / "false.bundle", witnesses.quorum(3)) == "forked"

@@ -161,19 +161,30 @@ def registry_checkpoint(registry: Registry, path: Path, earlier: str | None, ove
     metavar="NUMBER",
     help="After so many days it counts no more: so long a revocation may stay unknown to those who fetch it.",
 )
-def registry_publish(registry: Registry, path: Path, days: float, overwrite: bool, as_json: bool) -> None:
+@click.option(
+    "--checkpoint",
+    "source",
+    metavar="FILE",
+    help="The checkpoint of the log as it is now, with the lines that witnesses added; without it, one is signed now.",
+)
+def registry_publish(
+    registry: Registry, path: Path, days: float, source: str | None, overwrite: bool, as_json: bool
+) -> None:
     """Write a trust bundle, for verifying offline.
 
     It is one signed file for any web server. It holds names and the lines below them, such as what each person
     does, revocations with their reasons, layouts, and a checkpoint. It holds no badge files, and identities only
     sealed: no badge can be printed from it.
 
-    Those who fetch it run `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`.
+    Those who fetch it run `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`. If witnesses signed the
+    checkpoint in it, they can ask for that by --witness-key.
     """
     from moireid.idcodes import specimen_of
+    from moireid.registry.checkpoints.sources import one_checkpoint_from
 
+    kept = None if source is None else one_checkpoint_from(source)
     with progress_bar("sealing identities") as progress:
-        made = registry.publish(path, specimen_of, days=days, overwrite=overwrite, progress=progress)
+        made = registry.publish(path, specimen_of, days=days, overwrite=overwrite, progress=progress, checkpoint=kept)
         fingerprint = registry.fingerprint
     if as_json:
         document = {"file": str(path), "people": made.people, "head": made.head, "expires": made.expires}

@@ -14,6 +14,7 @@ from typing import Any
 from sqlalchemy import Connection
 
 from moireid.badge import Badge
+from moireid.errors import RegistryError
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
 from moireid.registry.bundle.bundle_file import (
@@ -27,7 +28,7 @@ from moireid.registry.bundle.bundle_file import (
     without_id,
 )
 from moireid.registry.canonical import sha256_hex
-from moireid.registry.checkpoints.checkpoint import sign_checkpoint
+from moireid.registry.checkpoints.checkpoint import Checkpoint, sign_checkpoint
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, select_rotations
 from moireid.registry.log import Head
@@ -57,6 +58,7 @@ def publish(
     days: float,
     overwrite: bool,
     progress: Progress | None,
+    checkpoint: Checkpoint | None,
 ) -> PublishResult:
     """What `Registry.publish` does."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
@@ -67,7 +69,10 @@ def publish(
         for entry in tree.entries():
             entries.append(bytes.fromhex(entry["hash"]))
             versions[entry["subject"]] = entry["record_sha256"]
-        checkpoint = sign_checkpoint(tree, signer)
+        if checkpoint is None:
+            checkpoint = sign_checkpoint(tree, signer)
+        else:
+            _check_present(checkpoint, head, ledger)
         records, layouts = _records(ledger, connection, specimen, versions)
         turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
     people = _people(records, progress)
@@ -86,6 +91,16 @@ def publish(
         temporary.write_bytes(header.sealed_file(signer, content))
         read_bundle_file(temporary)
     return PublishResult(len(people), str(head), header.expires)
+
+
+def _check_present(checkpoint: Checkpoint, head: Head, ledger: Ledger) -> None:
+    """Raise RegistryError unless a checkpoint is of the log as it is now."""
+    checkpoint.check(ledger.authority, f"of {checkpoint.date}")
+    if Head(checkpoint.size, checkpoint.root.hex()) != head:
+        raise RegistryError(
+            f"the checkpoint of {checkpoint.date} is of {checkpoint.size} log entries, and {ledger.called} has another "
+            f"log, of {head.seq}; have a checkpoint of today's log cosigned, and publish before the log grows"
+        )
 
 
 def _records(

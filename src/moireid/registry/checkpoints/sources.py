@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from moireid.errors import RegistryError
+from moireid.errors import RegistryError, SpecError
 from moireid.files import open_regular
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoint_from
 from moireid.registry.checkpoints.web import fetched
@@ -41,6 +41,17 @@ def checkpoints_from(source: str) -> list[Checkpoint]:
     if not found:
         raise RegistryError(f"no file in folder {source} is a checkpoint; give one that holds some")
     return found
+
+
+def one_checkpoint_from(source: str) -> Checkpoint:
+    """The one checkpoint in a file or at a web address.
+
+    Raises: RegistryError if there is none; SpecError if there are several.
+    """
+    found = checkpoints_from(source)
+    if len(found) != 1:
+        raise SpecError(f"{source} holds {len(found)} checkpoints; give the newest one of the registry")
+    return found[0]
 
 
 def _read(path: Path) -> str:
