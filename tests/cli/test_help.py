@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, OWN, SECTIONS, moireid
+from moireid.cli.removed import REMOVED
 from moireid.cli.simulate_cmd import FORGERIES, LIGHT_NAMES, simulate_command
 from moireid.cli.simulate_values import EFFECTS
 
@@ -49,6 +50,20 @@ def test_a_command_that_is_not_installed_names_what_to_install(
     assert done.exit_code != 0 and f"needs {distribution}, which is not installed; install it with: " in done.stderr
     helped = CliRunner().invoke(moireid, ["--help"]).stdout
     assert command in helped.partition(f"In {distribution}, which is not installed")[2]
+
+
+@pytest.mark.parametrize(("words", "instead"), REMOVED.items())
+def test_what_was_removed_says_what_to_use_instead(words: str, instead: str) -> None:
+    """Catches: 'no such command' or 'no such option' for what once was; an entry for what still works."""
+    done = CliRunner().invoke(moireid, [*words.split(), "value", "--more", "values"])
+    assert done.exit_code == 2 and done.stderr == f"Error: 'moireid {words}' was removed: {instead}\n"
+    assert words not in [" ".join(path) for path in commands()]
+
+
+def test_an_option_that_never_was_is_said_as_before() -> None:
+    """Catches: one table for all that is not there."""
+    done = CliRunner().invoke(moireid, ["registry", "checkpoint", "--never"])
+    assert done.exit_code == 2 and "No such option" in done.stderr
 
 
 def test_the_kinds_of_forgeries_effects_and_lights_are_explained() -> None:

@@ -489,7 +489,6 @@ def test_wrong_input_is_one_sentence(films, tmp_path):
         "no registry": ("verify", text, "--claim", "Ada", "--registry", f"sqlite:///{tmp_path}/none.db", "--json"),
         "report there": ("verify", text, "--badge", badge, "--report", tmp_path / "report", "--json"),
         "focal": ("verify", text, "--badge", badge, "--focal-px", "-3", "--json"),
-        "photographs": ("verify", text, "--badge", badge, "--photographs", "7", "--json"),
         "baseline": ("verify", text, "--badge", badge, "--cover", "0", "--pipeline", "published", "--json"),
     }
     for name, arguments in cases.items():
@@ -499,7 +498,6 @@ def test_wrong_input_is_one_sentence(films, tmp_path):
         assert "Traceback" not in outcome.stderr and outcome.stderr.strip(), name
     assert (tmp_path / "report" / "report.html").read_text() == "mine"
     assert "cannot check --cover" in run(*cases["baseline"]).stderr
-    assert "--photographs is gone" in run(*cases["photographs"]).stderr
 
 
 def test_a_film_that_breaks_off_is_refused(films, tmp_path):

@@ -41,7 +41,7 @@ payloads.py         a fixed payload for a name
 portrait.py         a person with a badge
 registries.py       registries on SQLite and PostgreSQL
 live_verdicts.py    verdicts of a live check, and their headlines
-witnesses.py        logs that sign what they like, and witnesses' servers
+witnesses.py        roots of logs, and witnesses who sign checkpoints
 fault_runs.py       every file call of a registry fails once, in turn; faults.c is loaded to do it
 fault_runs_postgres.py  every statement and commit that goes to PostgreSQL fails once, in turn
 power_cuts.py       what a power cut leaves of an operation's files, after each of its calls

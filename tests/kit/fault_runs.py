@@ -14,7 +14,6 @@ import hashlib
 import json
 import os
 import shutil
-import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -27,7 +26,6 @@ from typing import Any
 from sqlalchemy import create_engine, inspect
 
 from kit.registries import badge_of, url_of
-from kit.witnesses import Log, leaves_of
 from moireid.badge import Badge
 from moireid.errors import MoireIdError
 from moireid.files import write_text
@@ -38,7 +36,6 @@ from moireid.registry.checkpoints.proof import check_proof
 from moireid.registry.checkpoints.sources import checkpoints_from
 from moireid.registry.engine import own_file
 from moireid.registry.merge import checked_copy
-from moireid.registry.witness.state import Witness
 
 KINDS = {"error": 1, "short write": 2, "full disk": 3, "kill": 4, "torn write": 5}
 SOURCE = Path(__file__).with_name("faults.c")
@@ -99,22 +96,6 @@ def published(registry: Registry, folder: Path) -> None:
     registry.publish(folder / "bundle", specimen_of, days=1, overwrite=True)
 
 
-def witness_of(folder: Path) -> tuple[Witness, Log]:
-    """The witness of a folder, and a log that it follows, whose key is drawn once."""
-    log = Log("example.com/log", seed=bytes(32))
-    return Witness(folder / "witness.sqlite3", "witness.example/w1", [log.public]), log
-
-
-def witnessed(folder: Path, count: int = 8, old: int = 5) -> None:
-    witness, log = witness_of(folder)
-    try:
-        answer = witness.answer(log.request(leaves_of(count), old))
-    except sqlite3.Error as error:
-        # As the server does: it answers that it cannot sign.
-        raise OSError(str(error)) from error
-    assert answer.status == 200, answer
-
-
 OPERATIONS: dict[str, Callable[[Path], None]] = {
     "init": with_registry(lambda registry, folder: registry.count(), create=True),
     "enroll": with_registry(lambda registry, folder: registry.enroll(badge_of("Di"))),
@@ -127,7 +108,6 @@ OPERATIONS: dict[str, Callable[[Path], None]] = {
     "export": with_registry(exported),
     "checkpoint": with_registry(pointed),
     "publish": with_registry(published),
-    "witness": witnessed,
     "prove": with_registry(lambda registry, folder: write_text(folder / "proof", registry.prove(registry.find("Bo")))),
 }
 
@@ -141,9 +121,6 @@ def prepare(folder: Path, name: str) -> None:
         (folder / "keys").mkdir()
         shutil.copy(OLD / "version5.sqlite3", folder / "people.sqlite3")
         shutil.copy(OLD / "version5.key.pem", folder / "keys" / "195014f7a2f4e437f1e5d05359ca4f51.pem")
-        return
-    if name == "witness":
-        witnessed(folder, 5, 0)
         return
     with open_registry(url, create=True) as registry:
         for one in ("Ada", "Bo"):
@@ -187,11 +164,6 @@ def state_of(folder: Path) -> tuple[Any, ...]:
             found.append((seen.entries, [(one.name, one.revoked_at is not None) for one in registry.records()]))
             if (folder / "checkpoint").exists():
                 assert registry.audit(since=checkpoints_from(str(folder / "checkpoint"))).sound
-    if (folder / "witness.sqlite3").exists():
-        witness, log = witness_of(folder)
-        found.append((str(witness.public), witness.answer(log.request(leaves_of(1), 0)).text))
-        # Whatever happened, it never signs another log of as many entries.
-        assert witness.answer(log.request(leaves_of(8, 4, "b"), 5)).status in (409, 422)
     for name in FILES:
         path = folder / name
         found.append(hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None)

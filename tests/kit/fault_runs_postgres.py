@@ -24,8 +24,8 @@ from kit.fault_runs import DONE, OPERATIONS, checked_point, forked, prepare, rep
 from kit.registries import Server, running_server, tamper
 
 KINDS = ("error", "lost before", "lost after", "kill after")
-#: A witness keeps its state in SQLite, and no server holds a registry from before the tree here.
-NAMES = [name for name in OPERATIONS if name not in ("witness", "first_root")]
+#: No server holds a registry from before the tree here.
+NAMES = [name for name in OPERATIONS if name != "first_root"]
 
 
 class Driver:

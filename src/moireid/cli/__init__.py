@@ -4,13 +4,13 @@ start.py         where `moireid` starts
 streams.py       standard streams that are closed
 main.py          the group `moireid`, which other distributions add commands to, and `print-your-badge`
 common.py        exit codes, errors, JSON, progress
+removed.py       commands and options that are gone, and what to use instead
 sealed_reader.py the process in which films are read, and the option --unsealed
 printing/        print-your-badge, moireid print; for one person or for many
 issue_notes.py   notes to the issuer about identities and names
 enroll_cmd.py    enroll
 registry/        registry init, list, show and so on
-witness_options.py  options by which readers ask for witnesses
-witness_cmd.py   witness
+witness_options.py  options by which readers ask for the signatures of witnesses
 verify/          verify, identify
 attest/          verify --sign, and attest check
 simulate_cmd.py  simulate

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from moireid.cli.common import BAD_INPUT
+from moireid.cli.removed import REMOVED, Removed, removed_option
 from moireid.cli.streams import open_closed_streams
 from moireid.extras import install_command
 from moireid.version import __version__
@@ -26,7 +27,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Your first badge; what to buy; lens sheets, printers and cameras": (
         *("first-badge", "materials", "pitch-test", "calibrate", "calibrate-camera"),
     ),
-    "The registry, and access to the studio": ("registry", "witness", "token", "verdicts", "worker"),
+    "The registry, and access to the studio": ("registry", "token", "verdicts", "worker"),
     "What you set once": ("config",),
     "Many films at once": ("film-set", "generator-kit", "evaluate"),
     "The figures that this project states": ("bench",),
@@ -46,7 +47,6 @@ OWN = {
     "calibrate": "moireid.cli.pitch_cmd:calibrate_command",
     "calibrate-camera": "moireid.cli.camera_cmd:calibrate_camera_command",
     "registry": "moireid.cli.registry:registry_group",
-    "witness": "moireid.cli.witness_cmd:witness_command",
     "config": "moireid.cli.config_cmd:config_group",
 }
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
@@ -66,7 +66,10 @@ class Sections(click.Group):
         return [name for names in SECTIONS.values() for name in names if name in there]
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
-        """Find a command by its name.  Raises: MissingDistribution where its distribution is not installed."""
+        """Find a command by its name.
+
+        Raises: MissingDistribution where its distribution is not installed; Removed if the command is gone.
+        """
         if name in OWN:
             # Without a search for entry points, whose import alone takes longer than most commands' help.
             own: click.Command = pkgutil.resolve_name(OWN[name])
@@ -76,7 +79,16 @@ class Sections(click.Group):
             return found
         if name in ELSEWHERE:
             raise MissingDistribution(name, ELSEWHERE[name])
+        if name in REMOVED:
+            raise Removed(name)
         return None
+
+    def invoke(self, context: click.Context) -> object:
+        """Run a command.  Raises: Removed if it is given an option that is gone."""
+        try:
+            return super().invoke(context)
+        except click.NoSuchOption as error:
+            raise removed_option(error) or error from error
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write one table for each section, and what to install for commands that are not there."""

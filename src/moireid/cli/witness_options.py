@@ -1,4 +1,4 @@
-"""The options by which a command asks for witnesses: servers that follow a registry's log and sign its checkpoints."""
+"""The options by which a reader asks for the signatures of witnesses, who follow a registry's log, on a checkpoint."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ QUORUM_OPTIONS = (
         "witness_keys",
         metavar="KEY|FILE",
         multiple=True,
-        help="The public key of a witness that you trust, as `moireid witness` shows it, or a file of such lines. Then "
+        help="The public key of a witness that you trust, NAME+ID+KEY, or a file of such lines. Then "
         "witnesses must have signed the checkpoint. May be given several times.",
     ),
     click.option(
@@ -81,14 +81,11 @@ class WitnessCheck:
 
     def newest(self) -> Checkpoint:
         """The checkpoint as it is now.  Raises: RegistryError, SpecError if there is none, or several."""
-        from moireid.registry.checkpoints.sources import checkpoints_from
+        from moireid.registry.checkpoints.sources import one_checkpoint_from
 
         if self.source is None:
             raise SpecError("--witness-key needs what the witnesses signed; add --checkpoint FILE|URL")
-        found = checkpoints_from(self.source)
-        if len(found) != 1:
-            raise SpecError(f"{self.source} holds {len(found)} checkpoints; give the newest one of the registry")
-        return found[0]
+        return one_checkpoint_from(self.source)
 
     def require(self, held: Registry | Bundle) -> None:
         """Rely only on what they have seen of a registry.  Raises: RegistryError if that is not possible."""

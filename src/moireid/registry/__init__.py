@@ -31,7 +31,6 @@ audit.py        checks the whole log and all records; lists what an audit cannot
 audit_findings.py  what it finds, and its counts
 signing/        the private key in a process of its own
 checkpoints/    signed checkpoints that others keep, proofs, and whether a record is the newest
-witness/        the server that signs checkpoints for others, and the client that asks such servers
 bundle/         what a verifier needs, in one signed file
 """
 

@@ -75,16 +75,12 @@ class LogTree:
         proof = inclusion_proof(self._read, self.size, seq - 1)
         return proof if included(leaf_of(entry_hash), seq - 1, self.size, proof, self.root) else None
 
-    def consistency(self, size: int, root: bytes | None = None) -> list[bytes] | None:
-        """The proof that the log goes on from its first `size` entries; None if it does not.
-
-        Parameters: root: over those entries; None: the one that is stored.
-        """
+    def consistency(self, size: int, root: bytes) -> list[bytes] | None:
+        """The proof that the log goes on from its first `size` entries, which have this root; None if it does not."""
         if not 0 < size <= self.size:
             return None
-        first = root_at(self._read, size) if root is None else root
         proof = consistency_proof(self._read, self.size, size)
-        return proof if consistent(size, first, self.size, self.root, proof) else None
+        return proof if consistent(size, root, self.size, self.root, proof) else None
 
     def is_over(self, last: Link, tree: Tree) -> bool:
         """Whether these are the last entry of the log, and the tree over all of its entries."""

@@ -17,7 +17,6 @@ from moireid.registry.checkpoints.proof import proof_of
 from moireid.registry.keys import as_fingerprint
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record
-from moireid.registry.witness.client import WitnessRound, ask_witnesses
 
 
 class PublicView(RegistryQueries):
@@ -111,35 +110,7 @@ class PublicView(RegistryQueries):
             If the registry was put back to an earlier state, or does not begin as an older checkpoint says: a log
             signs nothing that contradicts what it signed before.
         """
-        state = signed_state(self._ledger, older)
-        return state.checkpoint, state.proofs
-
-    def witnessed_checkpoint(
-        self, addresses: Sequence[str], quorum: Quorum, older: Sequence[Checkpoint] = ()
-    ) -> tuple[WitnessRound, list[tuple[int, list[bytes]]]]:
-        """Sign the log as it is now, and have witnesses sign it too.
-
-        Parameters
-        ----------
-        addresses : sequence of str
-            Web addresses of the witnesses.
-        quorum : Quorum
-            Their keys, and how many of them must sign.
-        older : sequence of Checkpoint
-            As of `checkpoint`.
-
-        Returns
-        -------
-        tuple
-            The checkpoint with the signatures, and who did not sign; and the proofs as of `checkpoint`.
-
-        Raises
-        ------
-        RegistryError
-            As of `checkpoint`; with code "not_witnessed" if fewer witnesses sign than must.
-        """
-        state = signed_state(self._ledger, older)
-        return ask_witnesses(state.checkpoint, state.proof_from, addresses, quorum), state.proofs
+        return signed_state(self._ledger, older)
 
     def require_witnesses(self, checkpoint: Checkpoint, quorum: Quorum, source: str = "") -> WitnessedPart:
         """From now on rely only on badges that witnesses have seen, in this registry as it is open.
@@ -175,8 +146,7 @@ class PublicView(RegistryQueries):
         days: float,
         overwrite: bool = False,
         progress: Progress | None = None,
-        witnesses: Sequence[str] = (),
-        quorum: Quorum | None = None,
+        checkpoint: Checkpoint | None = None,
     ) -> PublishResult:
         """Write a trust bundle, whole or not at all.
 
@@ -192,8 +162,9 @@ class PublicView(RegistryQueries):
             Whether an older file may be replaced.
         progress : callable, optional
             Called with people done and in all.
-        witnesses, quorum : optional
-            As `addresses` and `quorum` of `witnessed_checkpoint`: they sign the checkpoint that the bundle holds.
+        checkpoint : Checkpoint, optional
+            Of the log as it is now, to which witnesses may have added their signatures; None for one that is signed
+            now.
 
         Returns
         -------
@@ -203,8 +174,8 @@ class PublicView(RegistryQueries):
         Raises
         ------
         RegistryError
-            If something in the registry is not as signed, it was put back, its private key is absent, or fewer
-            witnesses sign than must.
+            If something in the registry is not as signed, it was put back, its private key is absent, or the checkpoint
+            is of another state of the log.
         SpecError
             If the file exists and `overwrite` is false, or cannot be written.
         """
@@ -215,6 +186,5 @@ class PublicView(RegistryQueries):
             days=days,
             overwrite=overwrite,
             progress=progress,
-            witnesses=witnesses,
-            quorum=quorum,
+            checkpoint=checkpoint,
         )

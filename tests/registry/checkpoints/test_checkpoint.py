@@ -7,6 +7,7 @@ import http.server
 import json
 import shutil
 import threading
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from kit.registries import badge_of, run, tamper, url_of
 from moireid.cli.main import moireid
 from moireid.errors import RegistryError
 from moireid.registry import open_registry
+from moireid.registry.checkpoints import sources
 from moireid.registry.checkpoints.sources import checkpoints_from
 from moireid.registry.merkle import consistent
 
@@ -145,6 +147,31 @@ def test_a_web_address_is_a_witness(grown, copies):
         with pytest.raises(RegistryError, match="cannot be fetched"):
             checkpoints_from(f"{address}/absent")
         server.shutdown()
+
+
+class _Dripping(http.server.BaseHTTPRequestHandler):
+    """Sends a byte now and then, without an end."""
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.end_headers()
+        with suppress(OSError):
+            while not self.server.over.wait(0.05):  # type: ignore[attr-defined]
+                self.wfile.write(b"x")
+
+
+def test_a_web_address_that_sends_without_an_end_is_left_after_the_deadline(grown, monkeypatch):
+    """Catches: a wait for a server that never ends, byte by byte."""
+    monkeypatch.setattr(sources, "WAIT_S", 0.5)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), _Dripping) as server:
+        server.daemon_threads, server.over = True, threading.Event()  # type: ignore[attr-defined]
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            with pytest.raises(RegistryError, match=r"no answer after 0\.5 s"):
+                sources.checkpoints_from(f"http://127.0.0.1:{server.server_address[1]}/late")
+        finally:
+            server.over.set()  # type: ignore[attr-defined]
+            server.shutdown()
 
 
 def test_a_checkpoint_proves_that_it_adds_to_an_earlier_one(grown, copies, tmp_path):

@@ -6,11 +6,10 @@ offline.  prove and check-proof show that a badge is in the log to somebody with
 
 from __future__ import annotations
 
-import functools
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -24,7 +23,6 @@ from moireid.cli.common import (
     json_option,
     overwrite_option,
     progress_bar,
-    say,
     show_json,
 )
 from moireid.cli.registry.records import registry_command, registry_group
@@ -34,7 +32,6 @@ from moireid.files import open_regular
 
 if TYPE_CHECKING:
     from moireid.registry import Registry
-    from moireid.registry.checkpoints.cosignature import Quorum
 
 #: The most findings that the audit prints for people; --json holds more.
 SHOWN = 20
@@ -50,43 +47,6 @@ def quorum_options(command: Callable[..., None]) -> Callable[..., None]:
 def _out_option(what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     path = click.Path(path_type=Path, dir_okay=False)
     return click.option("--out", "path", required=True, type=path, help=f"Write the {what} here.")
-
-
-witness_option = click.option(
-    "--witness",
-    "addresses",
-    metavar="URL",
-    multiple=True,
-    help="Have a witness sign the checkpoint too, by its web address. May be given several times.",
-)
-
-
-def asks_witnesses(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options, and hand it `addresses` of witnesses and the `quorum` that must sign, or None.
-
-    Raises: SpecError for half a request.
-    """
-
-    @functools.wraps(command)
-    def wrapped(
-        *args: Any,
-        addresses: tuple[str, ...],
-        witness_keys: tuple[str, ...],
-        witnesses_needed: int | None,
-        witness_days: float,
-        **given: Any,
-    ) -> None:
-        quorum = quorum_of(witness_keys, witnesses_needed, witness_days, "--witness" if addresses else "")
-        if quorum is not None and not addresses:
-            raise SpecError("--witness-key needs the witnesses' addresses; add --witness URL")
-        command(*args, addresses=addresses, quorum=quorum, **given)
-
-    return witness_option(quorum_options(wrapped))
-
-
-def _note_failures(failures: Mapping[str, str]) -> None:
-    for address, reason in failures.items():
-        say(f"note: witness {address} did not sign: {reason}")
 
 
 @registry_command("audit")
@@ -165,50 +125,30 @@ def registry_audit(
     metavar="FILE",
     help="An earlier checkpoint: --json then also proves that the new one only adds to it.",
 )
-@asks_witnesses
-def registry_checkpoint(
-    registry: Registry,
-    path: Path,
-    earlier: str | None,
-    addresses: tuple[str, ...],
-    quorum: Quorum | None,
-    overwrite: bool,
-    as_json: bool,
-) -> None:
+def registry_checkpoint(registry: Registry, path: Path, earlier: str | None, overwrite: bool, as_json: bool) -> None:
     """Write a signed checkpoint of the log for others to keep.
 
     It is the length of the log and one hash of all in it, and holds no names. Give it to others, as often as you can:
     to a partner, to a web server, to a folder that you cannot change. `moireid registry audit --since FILE` then shows
     whether anything was taken back.
 
-    With --witness, servers of others sign it, which follow your log and sign no second one: `moireid witness` is such a
-    server. If fewer sign than --witnesses asks for, nothing is written.
-
-    The format is that of transparency logs (C2SP tlog-checkpoint), so their witnesses can sign it too.
+    The format is that of transparency logs (C2SP tlog-checkpoint), so their witnesses can sign it too: each adds a line
+    to the file, and readers ask for these by --witness-key.
     """
     from moireid.files import planned, write_text
     from moireid.registry.checkpoints.sources import checkpoints_from
 
     planned([path], overwrite=overwrite, kept=[registry.file, Path(earlier) if earlier else None])
     older = checkpoints_from(earlier) if earlier else []
-    signers: tuple[str, ...] = ()
-    failures: Mapping[str, str] = {}
-    if quorum is None:
-        made, proofs = registry.checkpoint(older)
-    else:
-        asked, proofs = registry.witnessed_checkpoint(addresses, quorum, older)
-        made, signers, failures = asked.checkpoint, asked.signers, asked.failures
+    made, proofs = registry.checkpoint(older)
     write_text(path, made.note)
-    _note_failures(failures)
     if as_json:
         document = {"registry": registry.shown_url, "file": str(path), "fingerprint": made.fingerprint}
         state = {"size": made.size, "root": made.root.hex(), "date": made.date}
         steps = [{"size": size, "proof": [step.hex() for step in proof]} for size, proof in proofs]
-        witnessed = {"witnesses": list(signers), "witnesses_failed": dict(failures)}
-        show_json(document | state | {"consistent_with": steps} | witnessed)
+        show_json(document | state | {"consistent_with": steps})
     else:
-        by = f", and by {', '.join(signers)}" if signers else ""
-        echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}{by}")
+        echo(f"{path}: {made.size} entries, signed by {made.fingerprint} on {made.date}")
 
 
 @registry_command("publish", overwrite_option)
@@ -221,15 +161,14 @@ def registry_checkpoint(
     metavar="NUMBER",
     help="After so many days it counts no more: so long a revocation may stay unknown to those who fetch it.",
 )
-@asks_witnesses
+@click.option(
+    "--checkpoint",
+    "source",
+    metavar="FILE",
+    help="The checkpoint of the log as it is now, with the lines that witnesses added; without it, one is signed now.",
+)
 def registry_publish(
-    registry: Registry,
-    path: Path,
-    days: float,
-    addresses: tuple[str, ...],
-    quorum: Quorum | None,
-    overwrite: bool,
-    as_json: bool,
+    registry: Registry, path: Path, days: float, source: str | None, overwrite: bool, as_json: bool
 ) -> None:
     """Write a trust bundle, for verifying offline.
 
@@ -237,30 +176,21 @@ def registry_publish(
     does, revocations with their reasons, layouts, and a checkpoint. It holds no badge files, and identities only
     sealed: no badge can be printed from it.
 
-    Those who fetch it run `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`. With --witness, the
-    checkpoint in it is signed as `registry checkpoint` has one signed, and they can ask for that by --witness-key.
+    Those who fetch it run `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`. If witnesses signed the
+    checkpoint in it, they can ask for that by --witness-key.
     """
     from moireid.idcodes import specimen_of
+    from moireid.registry.checkpoints.sources import one_checkpoint_from
 
+    kept = None if source is None else one_checkpoint_from(source)
     with progress_bar("sealing identities") as progress:
-        made = registry.publish(
-            path,
-            specimen_of,
-            days=days,
-            overwrite=overwrite,
-            progress=progress,
-            witnesses=addresses,
-            quorum=quorum,
-        )
+        made = registry.publish(path, specimen_of, days=days, overwrite=overwrite, progress=progress, checkpoint=kept)
         fingerprint = registry.fingerprint
-    _note_failures(made.failures)
     if as_json:
         document = {"file": str(path), "people": made.people, "head": made.head, "expires": made.expires}
-        witnessed = {"witnesses": list(made.signers), "witnesses_failed": dict(made.failures)}
-        show_json(document | {"fingerprint": fingerprint} | witnessed)
+        show_json(document | {"fingerprint": fingerprint})
     else:
-        by = f"; its checkpoint by {', '.join(made.signers)}" if made.signers else ""
-        echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}{by}")
+        echo(f"{path}: {made.people} people, counts until {made.expires}, signed by {fingerprint}")
 
 
 #: A proof holds a record without its badge file, and one hash for each doubling of the log.

@@ -44,15 +44,6 @@ def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool
         context.exit()
 
 
-def _refuse_photographs(context: click.Context, parameter: click.Parameter, count: str | None) -> None:
-    """Say what to use instead of an option that is gone."""
-    if count is not None and not context.resilient_parsing:
-        raise click.UsageError(
-            "--photographs is gone, as no film shows how many photographs it was made of; use --level live, or leave "
-            "it out."
-        )
-
-
 #: Whose badge is claimed, in the order of the help.
 CLAIM_OPTIONS = (
     click.option("--claim", metavar="NAME|ID", help="Whose badge it should be; looked up in the registry."),
@@ -105,12 +96,6 @@ OPTIONS = (
         "cover_share",
         type=click.FloatRange(0, 1),
         help="Least share of the film that must be judged, 0 to 1; below it the film is inconclusive.  [default: 0.5]",
-    ),
-    click.option(
-        "--photographs",
-        hidden=True,
-        expose_value=False,
-        callback=_refuse_photographs,
     ),
     level_option,
     click.option(

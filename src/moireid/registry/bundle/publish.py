@@ -6,7 +6,7 @@ import os
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 from sqlalchemy import Connection
 
 from moireid.badge import Badge
+from moireid.errors import RegistryError
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
 from moireid.registry.bundle.bundle_file import (
@@ -27,14 +28,12 @@ from moireid.registry.bundle.bundle_file import (
     without_id,
 )
 from moireid.registry.canonical import sha256_hex
-from moireid.registry.checkpoints.checkpoint import SignedState, sign_checkpoint
-from moireid.registry.checkpoints.cosignature import Quorum
+from moireid.registry.checkpoints.checkpoint import Checkpoint, sign_checkpoint
 from moireid.registry.engine import sqlite_file
 from moireid.registry.ledger import Ledger, select_rotations
 from moireid.registry.log import Head
 from moireid.registry.record import BadgeState, Fault, Record
 from moireid.registry.schema import badges, pages, select_records
-from moireid.registry.witness.client import WitnessRound, ask_witnesses
 
 Progress = Callable[[int, int | None], None]
 SALT_BYTES = 16
@@ -44,16 +43,11 @@ CHUNK = 2000
 
 @dataclass(frozen=True)
 class PublishResult:
-    """A bundle that was written: number of people, the log's head, and until when it counts.
-
-    signers: witnesses that signed its checkpoint; failures: by address, why a witness did not.
-    """
+    """A bundle that was written: number of people, the log's head, and until when it counts."""
 
     people: int
     head: str
     expires: str
-    signers: tuple[str, ...] = ()
-    failures: Mapping[str, str] = field(default_factory=dict)
 
 
 def publish(
@@ -64,8 +58,7 @@ def publish(
     days: float,
     overwrite: bool,
     progress: Progress | None,
-    witnesses: Sequence[str] = (),
-    quorum: Quorum | None = None,
+    checkpoint: Checkpoint | None,
 ) -> PublishResult:
     """What `Registry.publish` does."""
     planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
@@ -76,14 +69,14 @@ def publish(
         for entry in tree.entries():
             entries.append(bytes.fromhex(entry["hash"]))
             versions[entry["subject"]] = entry["record_sha256"]
-        checkpoint = sign_checkpoint(tree, signer)
+        if checkpoint is None:
+            checkpoint = sign_checkpoint(tree, signer)
+        else:
+            _check_present(checkpoint, head, ledger)
         records, layouts = _records(ledger, connection, specimen, versions)
         turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
-    asked = WitnessRound(checkpoint, (), {})
-    if quorum is not None:
-        asked = ask_witnesses(checkpoint, SignedState(checkpoint, [], ledger).proof_from, witnesses, quorum)
     people = _people(records, progress)
-    content = made_content(asked.checkpoint.note, entries, turned, layouts, people)
+    content = made_content(checkpoint.note, entries, turned, layouts, people)
     issued = now()
     header = Header(
         key=signer.authority.public_hex,
@@ -97,7 +90,17 @@ def publish(
     with whole_file(path) as temporary:
         temporary.write_bytes(header.sealed_file(signer, content))
         read_bundle_file(temporary)
-    return PublishResult(len(people), str(head), header.expires, asked.signers, asked.failures)
+    return PublishResult(len(people), str(head), header.expires)
+
+
+def _check_present(checkpoint: Checkpoint, head: Head, ledger: Ledger) -> None:
+    """Raise RegistryError unless a checkpoint is of the log as it is now."""
+    checkpoint.check(ledger.authority, f"of {checkpoint.date}")
+    if Head(checkpoint.size, checkpoint.root.hex()) != head:
+        raise RegistryError(
+            f"the checkpoint of {checkpoint.date} is of {checkpoint.size} log entries, and {ledger.called} has another "
+            f"log, of {head.seq}; have a checkpoint of today's log cosigned, and publish before the log grows"
+        )
 
 
 def _records(

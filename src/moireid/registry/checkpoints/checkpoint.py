@@ -21,9 +21,7 @@ from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import Head
 from moireid.registry.log_tree import LogTree
-from moireid.registry.record import Fault
 
 ORIGIN = "moireid/registry/"
 
@@ -118,40 +116,18 @@ def sign_checkpoint(tree: LogTree, signer: Signs) -> Checkpoint:
     return Checkpoint(fingerprint, tree.size, tree.root, date, signed_note(text, ORIGIN + fingerprint, signer))
 
 
-@dataclass(frozen=True)
-class SignedState:
-    """A checkpoint of a log as it is now; proofs: for each older one, its size and the proof of `merkle.consistent`."""
+def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
+    """The log signed as it is now; for each older checkpoint, its size and the proof of `merkle.consistent`.
 
-    checkpoint: Checkpoint
-    proofs: list[tuple[int, list[bytes]]]
-    ledger: Ledger
-
-    def proof_from(self, size: int) -> list[bytes]:
-        """The proof that the checkpoint's log goes on from its first `size` entries, at least one.
-
-        Raises: RegistryError if the log does not lead to the checkpoint any more.
-        """
-        # Not in the transaction of the checkpoint: others write while witnesses are asked.
-        with self.ledger.snapshot() as connection:
-            tree = self.ledger.tree_in(connection)
-            if tree.size > self.checkpoint.size:
-                root = self.checkpoint.root.hex()
-                tree = LogTree(connection, Head(self.checkpoint.size, root), chained=False)
-            proof = tree.consistency(size)
-            if proof is None:
-                raise Fault("tree_node", "the nodes of the log's tree do not lead to its signed head")
-        return proof
-
-
-def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> SignedState:
-    """The log signed as it is now, if it goes on from the older checkpoints.  Raises: RegistryError if it does not."""
+    Raises: RegistryError if it does not go on from the older checkpoints.
+    """
     signer = ledger.signer()
     with ledger.snapshot() as connection:
         tree = ledger.tree_in(connection)
         keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations(connection)), ledger.authority)}
         proofs = [(one.size, _proof(tree, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
         checkpoint = sign_checkpoint(tree, signer)
-    return SignedState(checkpoint, proofs, ledger)
+    return checkpoint, proofs
 
 
 def _proof(tree: LogTree, older: Checkpoint, ledger: Ledger, authority: Authority) -> list[bytes]:

@@ -18,7 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 from moireid.errors import RegistryError, SpecError
 from moireid.files import read_regular
@@ -35,11 +35,6 @@ MOST_BYTES = 65536
 def cosigned_message(text: str, at: int) -> bytes:
     """What a witness signs of a checkpoint's text at that time, seconds since 1970."""
     return f"cosignature/v1\ntime {at}\n{text}".encode()
-
-
-def cosignature_line(text: str, witness: VerifierKey, key: Ed25519PrivateKey, at: int) -> str:
-    """The signature line of a witness with this private key."""
-    return witness.line(at.to_bytes(8, "big") + key.sign(cosigned_message(text, at)))
 
 
 def cosigned_at(note: str, witness: VerifierKey) -> int | None:
@@ -68,24 +63,18 @@ def witness_keys(given: Sequence[str]) -> tuple[VerifierKey, ...]:
 
     Raises: SpecError if one is none or is given twice, or a file cannot be read.
     """
-    found = keys_given(given, COSIGNATURE, "witness")
+    found = [VerifierKey.parse(line) for text in given for line in _lines(text)]
+    for one in found:
+        if one.kind != COSIGNATURE:
+            raise SpecError(
+                f"the key of {one.name} is no key of a witness; give the one that its operator shows for that"
+            )
     if len({one.public for one in found}) < len(found) or len({one.name for one in found}) < len(found):
         raise SpecError("two of the witnesses have one key or one name, and would count as one; give each key once")
-    return found
-
-
-def keys_given(given: Sequence[str], kind: bytes, whose: str) -> tuple[VerifierKey, ...]:
-    """Keys for one type of signature, from texts and files.  Raises: SpecError if one is none, or of another type."""
-    found = [VerifierKey.parse(line) for text in given for line in _lines(text, whose)]
-    for one in found:
-        if one.kind != kind:
-            raise SpecError(
-                f"the key of {one.name} is no key of a {whose}; give the one that its operator shows for that"
-            )
     return tuple(found)
 
 
-def _lines(text: str, whose: str) -> list[str]:
+def _lines(text: str) -> list[str]:
     """The keys in a text; if it has no plus sign, or a file of that name is there, in the file."""
     path = Path(text)
     try:
@@ -95,7 +84,7 @@ def _lines(text: str, whose: str) -> list[str]:
     except OSError as error:
         reason = error.strerror or error
         raise SpecError(
-            f"key {text[:80]!r} of a {whose} is no NAME+ID+KEY, and no file with some ({reason})"
+            f"key {text[:80]!r} of a witness is no NAME+ID+KEY, and no file with some ({reason})"
         ) from error
     lines = [line.strip() for line in content.splitlines()]
     return [line for line in lines if line and not line.startswith("#")]

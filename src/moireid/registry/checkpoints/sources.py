@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from moireid.errors import RegistryError
+from moireid.errors import RegistryError, SpecError
 from moireid.files import open_regular
 from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoint_from
-from moireid.registry.checkpoints.web import exchange, together
+from moireid.registry.checkpoints.web import fetched
 
 #: A checkpoint is 250 bytes, more with the lines of witnesses; and how long a web server may take.
 LONGEST, WAIT_S = 65536, 15.0
 
 
 def checkpoints_from(source: str) -> list[Checkpoint]:
-    """The checkpoints that a witness holds.
+    """The checkpoints that somebody else kept.
 
     Parameters
     ----------
@@ -43,6 +43,17 @@ def checkpoints_from(source: str) -> list[Checkpoint]:
     return found
 
 
+def one_checkpoint_from(source: str) -> Checkpoint:
+    """The one checkpoint in a file or at a web address.
+
+    Raises: RegistryError if there is none; SpecError if there are several.
+    """
+    found = checkpoints_from(source)
+    if len(found) != 1:
+        raise SpecError(f"{source} holds {len(found)} checkpoints; give the newest one of the registry")
+    return found[0]
+
+
 def _read(path: Path) -> str:
     try:
         with open_regular(path) as stream:
@@ -54,9 +65,7 @@ def _read(path: Path) -> str:
 
 
 def _fetched(address: str) -> str:
-    answers = together({address: lambda: exchange(address, LONGEST, WAIT_S)}, WAIT_S)
-    answer = answers[address]
-    if isinstance(answer, Exception) or answer.status != 200:
-        reason = answer if isinstance(answer, Exception) else f"status {answer.status}"
-        raise RegistryError(f"checkpoint {address} cannot be fetched ({reason}); check the address")
-    return answer.content.decode("utf-8", errors="replace")
+    try:
+        return fetched(address, LONGEST, WAIT_S).decode("utf-8", errors="replace")
+    except OSError as error:
+        raise RegistryError(f"checkpoint {address} cannot be fetched ({error}); check the address") from error
