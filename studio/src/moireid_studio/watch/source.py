@@ -44,8 +44,8 @@ def source_of(text: str) -> Source:
     if ELSEWHERE.fullmatch(text):
         # An address may hold a password, so it is not repeated.
         raise SpecError(
-            f"addresses and screens are not opened here; give {KINDS}, into which FFmpeg writes: "
-            "ffmpeg -i ADDRESS -c copy -f matroska - | moireid watch -"
+            "addresses and screens are not opened here; let FFmpeg write into a pipe "
+            "(ffmpeg -i ADDRESS -c copy -f matroska - | moireid watch -), or give a camera's number or a file"
         )
     return _file(text)
 
