@@ -80,7 +80,7 @@ lock:
 	$(RESOLVE) pyproject.toml studio/pyproject.toml $(SERVER:%=--extra %) --constraint requirements.lock --output-file requirements-server.lock
 	$(MAKE) --no-print-directory parts OF=pyproject.toml EXTRAS="cad postgres face c2pa simulate" TO=moireid.cdx.json
 	mkdir -p build && sed '/"moireid==/d; /tool.uv.sources/,/^$$/d' studio/pyproject.toml > build/pyproject.toml
-	$(MAKE) --no-print-directory parts OF=build/pyproject.toml EXTRAS="webrtc cluster s3" TO=studio/moireid-studio.cdx.json
+	$(MAKE) --no-print-directory parts OF=build/pyproject.toml EXTRAS="cluster s3" TO=studio/moireid-studio.cdx.json
 
 # parts OF=pyproject.toml EXTRAS="..." TO=FILE: a list of the parts of one distribution; the studio's leaves out moireid's.
 parts:

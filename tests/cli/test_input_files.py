@@ -51,7 +51,6 @@ COMMANDS = {
     "registry audit --since": ["registry", "audit", "--since", "IT"],
     "film-set PLAN": ["film-set", "IT", "--out", "out"],
     "evaluate MANIFEST": ["evaluate", "IT", "--out", "out"],
-    "watch --token-file": ["watch", "whip://127.0.0.1:0", "--badge", BADGE, "--token-file", "IT"],
 }
 NAMES = {
     "print --people": "it.csv",

@@ -46,10 +46,7 @@ fault_runs.py       every file call of a registry fails once, in turn; faults.c 
 fault_runs_postgres.py  every statement and commit that goes to PostgreSQL fails once, in turn
 power_cuts.py       what a power cut leaves of an operation's files, after each of its calls
 enrolling.py        what other processes do at a registry
-streams.py          films as they are streamed, and what serves them
-sending.py          WebRTC senders and servers
-janus.py            a conferencing server, and somebody in its room
-rtsp_server.py      a network camera, in Debian's own Python
+streams.py          films as they are streamed
 webbing.py          a visit to the studio
 browsing.py         a studio for a browser, and a look at its pages
 releasing.py        the project in another folder, and what is built of it

@@ -9,9 +9,7 @@ import pytest
 #: By the name of the program: the Debian package that holds it.
 PACKAGES = {
     "chromium": "chromium",
-    "Xvfb": "xvfb",
     "gs": "ghostscript",
-    "janus": "janus",
     "openssl": "openssl",
     "pdftoppm": "poppler-utils",
     "pdftotext": "poppler-utils",

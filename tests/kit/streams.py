@@ -1,12 +1,9 @@
-"""Streams for the tests of `watch`: films of the project in the containers that are sent, and servers of them."""
+"""Streams for the tests of `watch`: films of the project in the containers that are sent."""
 
 from __future__ import annotations
 
-import contextlib
-import functools
-import http.server
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -18,7 +15,7 @@ from moireid.badge import Badge, load_badge
 from moireid.verifier import Claim
 from moireid_studio.watch.order import Patience, WatchOrder
 from moireid_studio.watch.source import source_of
-from moireid_studio.watch.watching import Terms, watch
+from moireid_studio.watch.watching import watch
 
 SIZE, FPS = (1280, 720), 30
 QUICK = Patience(open_s=8.0, stall_s=2.0, grown_s=1.0)
@@ -60,32 +57,4 @@ def watched(
 ) -> dict[str, Any]:
     """The verdict's event on a source, held against the board of the films."""
     order = WatchOrder(source_of(source), Claim(prototype()), patience=patience, **more)
-    return watch(order, Terms(seconds), stop or threading.Event(), notify)
-
-
-class Handler(http.server.SimpleHTTPRequestHandler):
-    """A plain server of files that keeps its words to itself; `asked` has the paths."""
-
-    def do_GET(self) -> None:
-        self.server.asked.append(self.path)  # type: ignore[attr-defined]
-        super().do_GET()
-
-    def log_message(self, *words: object) -> None:
-        pass
-
-
-@contextlib.contextmanager
-def served(folder: Path, handler: type[Handler] = Handler) -> Iterator[http.server.ThreadingHTTPServer]:
-    """A folder by HTTP on this machine."""
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(handler, directory=str(folder)))
-    server.asked = []  # type: ignore[attr-defined]
-    threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
-    try:
-        yield server
-    finally:
-        server.shutdown()
-        server.server_close()
-
-
-def address(server: http.server.ThreadingHTTPServer, name: str) -> str:
-    return f"http://127.0.0.1:{server.server_address[1]}/{name}"
+    return watch(order, seconds, stop or threading.Event(), notify)

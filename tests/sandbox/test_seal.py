@@ -29,8 +29,6 @@ from moireid.sandbox.seal import MEANS, ProcessLimits, missing
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
 SOURCE = Path(moireid.__file__).parent.parent
 WORK = "kit.sealed_work:act"
-#: Since then the kernel knows ports of TCP.  Source: its documentation of Landlock.
-LANDLOCKED_NETWORK = 4
 ROOMY = ProcessLimits(512 << 20, cpu_s=60)
 Begin = Callable[..., Child]
 
@@ -173,7 +171,7 @@ def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_reported(
 ) -> None:
     """Catches: "opens no file but its film" said where the filter is missing, and a reader may empty what it reads."""
 
-    def refuse(*, network: bool) -> None:
+    def refuse() -> None:
         raise OSError(errno.EINVAL, "no filter here")
 
     monkeypatch.setattr(sealing, "filter_calls", refuse)
@@ -182,21 +180,6 @@ def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_reported(
     monkeypatch.setattr(sealing.os, "listdir", lambda path: ["1"])
     monkeypatch.setattr("moireid.sandbox.landlock.version", lambda: version)
     assert (sealing.FILES in sealing.seal(Reach(), "/tmp")) is reported
-
-
-def test_the_network_opens_one_port_and_nothing_else(begin: Begin, place: Place) -> None:
-    """Catches: a stream's reader that reaches this machine's services, other ports, files or programs."""
-    child = begin(reach(read=[place.film], network=(place.tcp,)))
-    assert ask(child, "tcp", place.tcp) == ask(child, "udp", place.udp) == {"done": "sent"}
-    for crime in (one for one in crimes(place) if one[0] not in ("tcp", "udp", "listen")):
-        answer = ask(child, *crime)
-        assert answer.get("errno") in (errno.EPERM, errno.EACCES), (crime, answer)
-    assert child.sealed == tuple(MEANS)
-    if landlock.version() >= LANDLOCKED_NETWORK:
-        assert ask(child, "listen")["errno"] == errno.EACCES
-        other = begin(reach(read=[place.film], network=()))
-        assert ask(other, "tcp", place.tcp)["errno"] == errno.EACCES
-        assert ask(other, "udp", place.udp) == {"done": "sent"}
 
 
 def test_what_its_work_needs_it_can_do(begin: Begin, place: Place) -> None:

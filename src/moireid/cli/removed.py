@@ -14,6 +14,7 @@ REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
+    "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
     "registry checkpoint --witness": _COSIGN,
     "registry checkpoint --witness-key": _READERS,
     "registry checkpoint --witnesses": _READERS,

@@ -5,7 +5,7 @@ file_access.py  which files a sealed process may read
 start_state.py  its environment variables, and the folders that it imports from
 calls.py        which system calls a sealed process may make
 seccomp.py      a filter of system calls, by libseccomp
-landlock.py     which files and ports are open, by the kernel's Landlock
+landlock.py     which files are open, by the kernel's Landlock
 seal.py         resource limits, and how a process seals itself; which parts of the seal hold on this system
 child.py        the process: `python -m moireid.sandbox.child`; it does some work, or forks a process for each request
 line.py         the parent's end of the connection; no call waits longer than the time that its caller gives

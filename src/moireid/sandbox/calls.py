@@ -1,9 +1,7 @@
 """The system calls that a sealed process may make, and the filter of them.
 
 A process that reads a film needs to read and write open files, to compute on threads and to exit.  All else is refused:
-the network, other programs, other processes, and changes of file permissions.  Some streams can only be opened by a
-library that connects by itself.  A process that reads such a stream may use internet sockets, but no Unix sockets:
-these lead to the services of this machine.
+the network, other programs, other processes, and changes of file permissions.
 
 A call that is on no list here fails with "not implemented", so that a newer C library falls back to an older call.  A
 call that is forbidden by name fails with "not permitted".
@@ -26,8 +24,6 @@ FILE_QUESTIONS = (0x5401, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
 FILE_COMMANDS = (*range(8), *range(12, 15), 36, 37, 38, 1030, 1031, 1032, 1034)
 #: fcntl(2) F_SETOWN, F_SETSIG, F_SETOWN_EX: the kernel sends a signal of one's choice to a process of one's choice.
 SIGNAL_COMMANDS = (8, 10, 15)
-#: socket(2): addresses of the internet, and the question of which ones this machine has (AF_NETLINK).
-FAMILIES, AF_UNIX = (2, 10, 16), 1
 #: An int: the kernel looks at no more of an argument.
 INT = 0xFFFFFFFF
 
@@ -66,25 +62,19 @@ FORBIDDEN = {
     "finit_module delete_module kexec_load kexec_file_load reboot swapon swapoff sethostname setdomainname "
     "settimeofday clock_settime acct quotactl personality iopl ioperm shmget shmat msgget semget mq_open",
 }
-#: Of the forbidden calls, those that a process with the network makes; `socket` itself is for some families alone.
-NETWORK = (
-    "socketpair connect bind listen accept accept4 sendto sendmsg sendmmsg recvfrom recvmsg recvmmsg shutdown "
-    "getsockopt setsockopt getsockname getpeername"
-)
 
 
-def filter_calls(*, network: bool = False) -> None:
+def filter_calls() -> None:
     """Refuse all other system calls to this process and all its threads; this cannot be undone.
 
-    Parameters: network: whether it may open sockets of `FAMILIES`.
     Raises: OSError where the kernel refuses, and without libseccomp.
     """
     with Filter(refuse(errno.ENOSYS)) as rules:
-        _add_rules(rules, network=network)
+        _add_rules(rules)
         rules.load()
 
 
-def _add_rules(rules: Filter, *, network: bool) -> None:
+def _add_rules(rules: Filter) -> None:
     """Add the rules of `ALLOWED` and `FORBIDDEN`, and those that look at arguments.  Raises: OSError."""
     refused, own = refuse(errno.EPERM), os.getpid()
 
@@ -96,17 +86,9 @@ def _add_rules(rules: Filter, *, network: bool) -> None:
             if action == ALLOW and name in ("read", "write", "mmap", "futex", "exit_group"):
                 raise
 
-    opened = (*NETWORK.split(), "socket") if network else ()
     for action, groups in ((ALLOW, ALLOWED), (refused, FORBIDDEN)):
         for name in " ".join(groups.values()).split():
-            if name not in opened:
-                add(action, name)
-    if network:
-        for name in NETWORK.split():
-            add(ALLOW, name)
-        for family in FAMILIES:
-            add(ALLOW, "socket", Argument(0, MASKED_EQ, INT, family))
-        add(refused, "socket", Argument(0, MASKED_EQ, INT, AF_UNIX))
+            add(action, name)
     add(ALLOW, "clone", Argument(0, MASKED_EQ, CLONE_THREAD, CLONE_THREAD))
     add(refused, "clone", Argument(0, MASKED_EQ, CLONE_THREAD, 0))
     for name in ("kill", "tgkill"):

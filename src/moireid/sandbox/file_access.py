@@ -30,16 +30,6 @@ SYSTEM = (
     "/dev/zero",
 )
 NULL = "/dev/null"
-#: Files for name resolution, and the trusted certificates; only for a process with the network.
-NAMES = (
-    "/etc/gai.conf",
-    "/etc/host.conf",
-    "/etc/hosts",
-    "/etc/nsswitch.conf",
-    "/etc/resolv.conf",
-    "/etc/ssl/certs",
-    "/run/systemd/resolve",
-)
 #: Where Matplotlib keeps what fonts there are: finding them takes longer than drawing.
 FONTS = ("~/.cache/matplotlib", "~/.config/matplotlib")
 #: Where the private files of this program are if they are not at their usual place.
@@ -52,32 +42,24 @@ class Reach:
 
     read: files and folders to read; write: those to read and to write; what is not there is left out.  keep_out:
     folders that stay closed even where they lie in what may be read.  imports: folders that its starter imports from.
-    network: the TCP ports that it may connect to, as a library that opens a stream by itself must; it may use UDP, too.
-    None: no network at all.
     """
 
     read: tuple[str, ...] = ()
     write: tuple[str, ...] = ()
     keep_out: tuple[str, ...] = ()
     imports: tuple[str, ...] = ()
-    network: tuple[int, ...] | None = None
 
 
-def reach(
-    read: Iterable[Path | str] = (), write: Iterable[Path | str] = (), *, network: tuple[int, ...] | None = None
-) -> Reach:
+def reach(read: Iterable[Path | str] = (), write: Iterable[Path | str] = ()) -> Reach:
     """What one work may open; keys and what was seen of registries stay closed in any case.
 
-    Parameters: network: as in `Reach`.
     Paths are resolved here, as the process may not follow a link that leads out of its reach.
     """
     from moireid.user_settings import data_folder, expanded
 
     places = [os.environ[name] for name in PRIVATE_VARIABLES if os.environ.get(name)]
     private = [*filter(None, [data_folder()]), *map(expanded, places)]
-    names = () if network is None else NAMES
-    parts = [tuple(map(_real, paths)) for paths in ((*read, *names), write, private, _import_folders())]
-    return Reach(parts[0], parts[1], parts[2], parts[3], network)
+    return Reach(*(tuple(map(_real, paths)) for paths in (read, write, private, _import_folders())))
 
 
 def program_folders(imports: Iterable[str]) -> list[str]:

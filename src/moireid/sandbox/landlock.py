@@ -1,4 +1,4 @@
-"""Landlock: a process states which files and TCP ports it needs, and the kernel refuses all others to it.
+"""Landlock: a process states which files it needs, and the kernel refuses all others to it.
 
 Each right is asked for only where the kernel knows it, so that an older kernel protects as much as it can.
 Source: the kernel's documentation "Landlock: unprivileged access control" and landlock(7); the calls have the same
@@ -12,12 +12,11 @@ import os
 from collections.abc import Iterable
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
-_VERSION_FLAG, _PATH_BENEATH, _NET_PORT = 1, 1, 2
+_VERSION_FLAG, _PATH_BENEATH = 1, 1
 
 EXECUTE, WRITE_FILE, READ_FILE, READ_DIR = 1 << 0, 1 << 1, 1 << 2, 1 << 3
 REMOVE_DIR, REMOVE_FILE, MAKE_DIR, MAKE_REG = 1 << 4, 1 << 5, 1 << 7, 1 << 8
 REFER, TRUNCATE = 1 << 13, 1 << 14
-CONNECT_TCP = 1 << 1
 #: The rights that each version of the interface added: to files (bits 0 to 12, then one each), to TCP ports (bind and
 #: connect), and what is closed to other processes (abstract Unix sockets, signals).
 _FILE_RIGHTS = {1: (1 << 13) - 1, 2: REFER, 3: TRUNCATE, 5: 1 << 15}
@@ -35,10 +34,6 @@ class _PathRule(ctypes.Structure):
     _fields_ = (("rights", ctypes.c_uint64), ("folder", ctypes.c_int32))
 
 
-class _PortRule(ctypes.Structure):
-    _fields_ = (("rights", ctypes.c_uint64), ("port", ctypes.c_uint64))
-
-
 def version() -> int:
     """The version of the kernel's interface; 0 where it has none, or where it is switched off."""
     try:
@@ -47,22 +42,18 @@ def version() -> int:
         return 0
 
 
-def restrict(files: Iterable[tuple[str, int]], ports: Iterable[int] = ()) -> None:
-    """Close all files and TCP ports to this thread but these; it cannot be undone.
+def restrict(files: Iterable[tuple[str, int]]) -> None:
+    """Close all TCP ports, and all files but these, to this thread; it cannot be undone.
 
     Parameters: files: paths with their rights, such as `READ_FILE | READ_DIR`; one that has gone meanwhile stays
-        closed; a right that the kernel does not know is not closed to anybody, and is passed over; ports: to which the
-        process may connect.
+        closed; a right that the kernel does not know is not closed to anybody, and is passed over.
     Raises: OSError where the kernel refuses, and where `version()` is 0.
     """
     known = version()
-    file_rights, port_rights = _of(_FILE_RIGHTS, known), _of(_PORT_RIGHTS, known)
-    rules = _Rules(file_rights, port_rights, _of(_SCOPES, known))
+    file_rights = _of(_FILE_RIGHTS, known)
+    rules = _Rules(file_rights, _of(_PORT_RIGHTS, known), _of(_SCOPES, known))
     ruleset = _call(_CREATE_RULESET, ctypes.byref(rules), ctypes.sizeof(rules), 0)
     try:
-        for port in ports if port_rights else ():
-            to_port = _PortRule(CONNECT_TCP, port)
-            _call(_ADD_RULE, ruleset, _NET_PORT, ctypes.byref(to_port), 0)
         for path, rights in files:
             try:
                 place = os.open(path, os.O_PATH | os.O_CLOEXEC)

@@ -106,7 +106,7 @@ def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
     if len(os.listdir("/proc/self/task")) == 1 and _close_files(reach, scratch):
         held.append(FILES)
     try:
-        filter_calls(network=reach.network is not None)
+        filter_calls()
         held.append(CALLS)
     except OSError:
         # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone protects the film.
@@ -155,7 +155,5 @@ def _close_files(reach: Reach, scratch: str) -> bool:
     rules.append((NULL, landlock.READ_FILE | landlock.WRITE_FILE))
     # What is absent cannot be opened anyway; the kernel refuses rights of folders to what is none.
     there = [(path, rights) for path, rights in rules if os.path.exists(path)]
-    landlock.restrict(
-        [(path, rights if os.path.isdir(path) else rights & of_file) for path, rights in there], reach.network or ()
-    )
+    landlock.restrict([(path, rights if os.path.isdir(path) else rights & of_file) for path, rights in there])
     return True

@@ -22,7 +22,7 @@ pages/           the pages
 api/             the API
 live/            the pages and sockets of a live check
 challenge/       the live check itself: random prompts, and whether they were followed
-watch/           any stream as it comes: cameras, pipes, addresses, WebRTC
+watch/           a stream as it comes: a camera, a file that grows, a pipe
 commands/        serve, token, verdicts, watch, worker
 
 FastAPI is imported by `app.py` and what is under it, so nothing but `moireid serve` pays for it.

@@ -34,10 +34,8 @@ PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
         (["0"], "--claim"),
         (["0", *BADGE, "--claim", "Ada"], "--claim"),
         (["none.ts", *BADGE], "does not exist"),
-        (["ftp://host/a", *BADGE], "ftp://"),
-        (["https://host/a.m3u8", *BADGE, "--challenge"], "--challenge"),
-        (["0", *BADGE, "--token-file", "token.txt"], "--token-file"),
-        (["whip://127.0.0.1", *BADGE, "--token-file", "token.txt"], "holds no token"),
+        (["rtsp://camera/1", *BADGE], "ffmpeg -i ADDRESS -c copy -f matroska - | moireid watch -"),
+        (["here.ts", *BADGE, "--challenge"], "--challenge"),
         (["0", *BADGE, "--seconds", "0"], "--seconds"),
         (["0", *BADGE, "--cover", "2"], "--cover"),
         (["0", *BADGE, "--enroll"], "--challenge"),
@@ -47,9 +45,9 @@ PROGRAM = [str(Path(sys.executable).parent / "moireid"), "watch"]
         (["0", *BADGE, "--challenge", "--enroll", "--require-original"], "another check"),
         (["0", *BADGE, "--challenge", "--enroll", "--receipt", "receipt.json"], "another check"),
         (["0", *BADGE, "--receipt", "receipt.json"], "--challenge"),
-        (["0", "--badge", "token.txt", "--challenge", "--receipt", "token.txt", "--overwrite"], "read here"),
-        (["0", *BADGE, "--challenge", "--about", "token.txt"], "--receipt"),
-        (["0", *BADGE, "--challenge", "--about", "token.txt", "--receipt", "token.txt"], "read here"),
+        (["0", "--badge", "here.ts", "--challenge", "--receipt", "here.ts", "--overwrite"], "read here"),
+        (["0", *BADGE, "--challenge", "--about", "here.ts"], "--receipt"),
+        (["0", *BADGE, "--challenge", "--about", "here.ts", "--receipt", "here.ts"], "read here"),
         (["0", *BADGE, "--challenge", "--replace", "--reason", "new sheet"], "--enroll"),
     ],
 )
@@ -58,7 +56,7 @@ def test_what_does_not_go_together_is_a_sentence(
 ) -> None:
     """Catches: a camera that is opened, or a judge that is started, before the options are looked at."""
     monkeypatch.chdir(tmp_path)
-    Path("token.txt").write_text("short\n")
+    Path("here.ts").write_text("short\n")
     monkeypatch.setattr(
         "moireid_studio.watch.watching.start", lambda *given, **more: pytest.fail("a judge was started")
     )
@@ -122,9 +120,6 @@ def test_lines_for_people_are_whole_and_harmless(capsys: pytest.CaptureFixture[s
     assert plain("a\x1b[2J\nb\x9bc") == r"a\u001b[2J\nb\u009bc"
     prompt = {"event": "prompt", "number": 2, "of": 6, "move": "left", "text": "Move it 20 cm to your left."}
     assert line_of(prompt) == "2 of 6: Move it 20 cm to your left."
-    door = {"event": "waiting", "address": "http://0.0.0.0:8080/", "token": "abc", "here": False}
-    assert "bearer token abc" in str(line_of(door)) and "HTTPS" in str(line_of(door))
-    assert "token" not in str(line_of(door | {"token": None, "here": True}))
     status: dict[str, Any] = {"event": "status", "verdict": "reject", "badge": True, "tracked": 3}
     with live_display("a source") as show:
         for reasons in ([{"level": "fail", "text": "first\x1b[2J"}], [{"level": "fail", "text": "second"}]):

@@ -1,8 +1,8 @@
 """A live check of any stream, whose verdict is reported as that of a film: with all keys of `verify --json`.
 
-Two kinds of streams, two clocks.  Of a camera, a call or a network camera each picture comes when it was taken, so its
-time is checked against our own clock.  A film, a pipe or HLS comes faster, or in pieces of seconds; only its own times
-say how the badge moved, and no prompts can be answered through it.
+Two kinds of streams, two clocks.  Of a camera or a call each picture comes when it was taken, so its time is checked
+against our own clock; so it is of a pipe by which prompts are answered.  A film, or a pipe without prompts, may come
+faster, or in pieces of seconds: only its own times say how the badge moved.
 """
 
 from __future__ import annotations

@@ -36,7 +36,6 @@ from moireid.cli.verify.verify_options import (
     original_option,
 )
 from moireid.errors import SpecError
-from moireid.files import read_regular
 from moireid_studio.commands.watch_display import json_line, live_display
 
 if TYPE_CHECKING:
@@ -46,8 +45,6 @@ if TYPE_CHECKING:
     from moireid_studio.watch.source import Source
 
 
-#: Least letters of a token, so that it cannot be guessed.
-LEAST_TOKEN = 12
 OPTIONS = (
     *CLAIM_OPTIONS,
     click.option(
@@ -98,12 +95,6 @@ OPTIONS = (
     ),
     focal_option,
     click.option(
-        "--token-file",
-        type=click.Path(path_type=Path, dir_okay=False),
-        help="The token that a sender to whip:// must show, or that a whep:// server asks for. Default for whip://: "
-        "one is drawn and printed.",
-    ),
-    click.option(
         "--json",
         "as_json",
         is_flag=True,
@@ -130,7 +121,6 @@ class WatchWish(ClaimWish):
     overwrite: bool
     about: Path | None
     focal_px: float | None
-    token_file: Path | None
     as_json: bool
 
 
@@ -145,7 +135,7 @@ def _options(command: Any) -> Any:
 @_options
 @friendly
 def watch_command(**given: Any) -> None:
-    """Check a camera, a stream or a call as it comes.
+    """Check a camera or a stream as it comes.
 
     The verdict on the last seconds is shown as it goes. Ctrl-C, or the end of the stream, gives the verdict on all of
     it. Say whose badge it should be with --claim, or give its file with --badge.
@@ -155,15 +145,12 @@ def watch_command(**given: Any) -> None:
       0                         a camera of this machine, by its number
       film.ts                   a film; one that grows is followed while it does
       -                         a pipe: cat film.ts | moireid watch - --claim Ada
-      rtsp://camera/1           a network camera
-      https://host/live.m3u8    a stream (HLS), or a film on the web
-      whep://host/room          a WebRTC stream; wheps:// with encryption
-      whip://127.0.0.1:8080     wait for a WebRTC sender, such as OBS
-      screen                    this screen (Linux with X11 alone)
-      screen:0x3a00007          one window, by the number that xwininfo shows
 
-    An address is opened because you name it. What it names in turn is opened only on the same host or on the public
-    internet. Strangers' pictures are read in a process of their own.
+    \b
+    FFmpeg writes a network camera or a stream on the web into a pipe as it is:
+      ffmpeg -i rtsp://camera/1 -c copy -f matroska - | moireid watch - --claim Ada
+
+    OBS shows a screen as a camera. Strangers' pictures are read in a process of their own.
 
     Exit code of the last verdict: 0: accepted; 1: rejected; 3: inconclusive. 2: bad input, or no picture came.
     """
@@ -182,11 +169,10 @@ def watch_command(**given: Any) -> None:
     source = source_of(wish.source)
     if wish.challenge:
         check_prompts(source)
-    token = _token(wish.token_file, source)
     with asked_of(wish) as asked:
         if wish.enroll:
             check_enrollable(asked.found)
-        document = _watched(wish, source, token, asked.found)
+        document = _watched(wish, source, asked.found)
         known = asked.known(document, wish.claim)
         figures = document.pop("as_built", None)
     if wish.as_json:
@@ -218,16 +204,16 @@ def _check_kept(wish: WatchWish) -> None:
     if wish.receipt_file is not None and not wish.challenge:
         raise SpecError("--receipt is of a live check; give --challenge too")
     if wish.receipt_file is not None:
-        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[*files_read(wish), wish.about, wish.token_file])
+        planned([wish.receipt_file], overwrite=wish.overwrite, kept=[*files_read(wish), wish.about])
 
 
-def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedBadge) -> dict[str, Any]:
+def _watched(wish: WatchWish, source: Source, found: ClaimedBadge) -> dict[str, Any]:
     """The verdict's document; the claim is this process's own word, and so is the registry."""
     from moireid.sandbox.seal import missing
     from moireid.verifier import Claim
     from moireid_studio.challenge.challenge import draw_prompts
     from moireid_studio.watch.order import WatchOrder
-    from moireid_studio.watch.watching import Terms, watch
+    from moireid_studio.watch.watching import watch
 
     prompts = draw_prompts(0.0) if wish.challenge else None
     given = found.without_figures() if wish.enroll else found
@@ -235,7 +221,7 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedB
     claim = Claim.of(given, **asked, level=wish.level, enrolling=wish.enroll)
     order = WatchOrder(source, claim, found.barred, prompts)
     with _stopped() as stop, nullcontext(json_line) if wish.as_json else live_display(source.shown) as show:
-        document = watch(order, Terms(wish.seconds, token), stop, show)
+        document = watch(order, wish.seconds, stop, show)
     sealed = tuple(document["sealed"])
     if (lacking := missing(sealed)) is not None:
         say(f"note: the process that read the stream {lacking}: this system has no means against that")
@@ -246,18 +232,6 @@ def _watched(wish: WatchWish, source: Source, token: str | None, found: ClaimedB
         "badge": found.to_json(),
         "challenged": prompts is not None and document.get("challenged") is True,
     }
-
-
-def _token(path: Path | None, source: Source) -> str | None:
-    """The token in a file.  Raises: SpecError where it is of no use, or easily guessed."""
-    if path is None:
-        return None
-    if source.kind not in ("whip", "whep"):
-        raise SpecError(f"--token-file is for whip:// and whep://, and the source is {source.shown}; leave it out")
-    token = read_regular(path).decode("utf-8", errors="replace").strip()
-    if len(token) < LEAST_TOKEN or not token.isascii() or not token.isprintable() or " " in token:
-        raise SpecError(f"{path} holds no token: one line of {LEAST_TOKEN} or more letters and digits, without blanks")
-    return token
 
 
 @contextmanager

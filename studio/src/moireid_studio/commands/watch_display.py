@@ -54,10 +54,6 @@ def live_display(shown: str) -> Iterator[Send]:
 def line_of(event: dict[str, Any]) -> str | None:
     """An event in a line; None for a running verdict."""
     kind = event["event"]
-    if kind == "waiting":
-        token = f" with the bearer token {event['token']}" if event.get("token") else ""
-        clear = "" if event["here"] else "; without HTTPS in front, others can read the token on its way"
-        return f"waiting for a sender (WHIP) at {event['address']}{token}{clear}"
     if kind == "begun":
         return f"pictures of {event['width']} x {event['height']}; Ctrl-C gives the verdict"
     if kind == "challenge":

@@ -20,8 +20,8 @@ from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import Reason
 from moireid_studio.challenge.challenge import from_start
 from moireid_studio.challenge.stream import StreamCheck
-from moireid_studio.watch.order import Data, Event, Shot, Signal, StreamEnd, WatchOrder
-from moireid_studio.watch.readers import Inbox, RemoteReaders, TimedPicture, pictures
+from moireid_studio.watch.order import Data, Event, Shot, StreamEnd, WatchOrder
+from moireid_studio.watch.readers import Inbox, PipeBytes, TimedPicture, pictures
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -51,23 +51,23 @@ def serve(talk: Talk) -> None:
         return
     voice = Voice(talk)
     inbox = Inbox(waits=not order.source.live(challenged=order.prompts is not None))
-    asked = RemoteReaders(voice.send)
-    signals = threading.Thread(target=_listen, args=(talk, inbox, asked), daemon=True)
+    piped = PipeBytes(voice.send)
+    ears = threading.Thread(target=_listen, args=(talk, inbox, piped), daemon=True)
     with ThreadPoolExecutor(1, "verdict") as aside:
         try:
             watching = Watching(order, voice, inbox, aside)
-            _begin_source(order, voice, inbox, asked)
-            signals.start()
+            _begin_source(order, inbox, piped)
+            ears.start()
             watching.run()
         except MoireIdError as error:
             voice.send({"event": "error", "text": " ".join(str(error).split())})
 
 
-def _listen(talk: Talk, inbox: Inbox, asked: RemoteReaders) -> None:
+def _listen(talk: Talk, inbox: Inbox, piped: PipeBytes) -> None:
     """Hand on what comes: bytes to the decoder, all else to the judge."""
     while (message := talk.next()) is not None:
         if isinstance(message, Data):
-            asked.give(message)
+            piped.give(message)
         elif isinstance(message, Shot):
             luma = np.frombuffer(message.luma, np.uint8).reshape(message.size)
             inbox.put_picture(TimedPicture(Picture(luma), message.claimed_s, message.arrival_s))
@@ -76,20 +76,14 @@ def _listen(talk: Talk, inbox: Inbox, asked: RemoteReaders) -> None:
     inbox.put(StreamEnd())
 
 
-def _begin_source(order: WatchOrder, voice: Voice, inbox: Inbox, asked: RemoteReaders) -> None:
+def _begin_source(order: WatchOrder, inbox: Inbox, piped: PipeBytes) -> None:
     """Begin to decode, for a source whose pictures are made here."""
-    kind = order.source.kind
-    if kind in ("camera", "screen"):
-        return
-    if kind in ("whip", "whep"):
-        from moireid_studio.watch.peer import Peer
-
-        inbox.put(Peer(inbox, voice.send, offers=kind == "whep"))
+    if order.source.kind == "camera":
         return
 
     def decode() -> None:
         try:
-            pictures(order.source, asked, inbox, order.patience)
+            pictures(order.source, piped, inbox, order.patience)
             inbox.put_last(StreamEnd("source"))
         except MoireIdError as error:
             inbox.put_last(StreamEnd("failed", " ".join(str(error).split())))
@@ -110,9 +104,6 @@ class Watching:
         self._size: tuple[int, int] | None = None
         self._sizes, self._taken, self._before, self._covered = 0, 0, 0, 0.0
         self._last_s, self._steps_s = math.nan, deque[float](maxlen=RATE_STEPS)
-        self._peer: Any = None
-        #: Whether a sender has described itself.
-        self._called = False
         self._verdict: Event = {}
 
     def run(self) -> None:
@@ -122,26 +113,18 @@ class Watching:
             item = self._inbox.get(self._patience_s)
             if isinstance(item, TimedPicture):
                 self._take(item)
-            elif isinstance(item, Signal):
-                self._called = True
-                self._peer.hear(item)
             elif isinstance(item, StreamEnd):
                 end = item
                 break
-            elif item is None:
+            else:
                 end = StreamEnd("silent", f"{self._order.source.shown} gave no picture for {self._patience_s:.0f} s")
                 break
-            else:
-                self._peer = item
         self._send_end(end)
 
     @property
-    def _patience_s(self) -> float | None:
-        """How long the next picture may take; without an end where a sender is waited for."""
-        patience = self._order.patience
-        if self._taken:
-            return patience.stall_s
-        return None if self._order.source.kind == "whip" and not self._called else patience.open_s
+    def _patience_s(self) -> float:
+        """How long the next picture may take, s."""
+        return self._order.patience.stall_s if self._taken else self._order.patience.open_s
 
     def _anew(self) -> StreamCheck:
         order = self._order

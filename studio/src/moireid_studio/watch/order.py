@@ -1,11 +1,9 @@
 """The messages between the process that judges and the one that started it.
 
-To the judge: a `WatchOrder`, then `Data`, `Shot`, `Signal` and `StreamEnd`.  Its answers are JSON: events of the check
+To the judge: a `WatchOrder`, then `Data`, `Shot` and `StreamEnd`.  Its answers are JSON: events of the check
 (`moireid_studio.challenge`), and what it asks for:
 
-want     {"want": "open", "number": N, "address": A}: open an address; {"want": "read", "number": N, "most": B};
-         {"want": "close", "number": N}
-answer   {"answer": SDP}: our answer for a WebRTC sender; {"offer": SDP}: our offer to a WebRTC server
+want     {"want": B}: so many bytes of the pipe at most
 event    begun (size), status, challenge, prompt, prompted, anew, verdict, error
 """
 
@@ -34,10 +32,7 @@ HARMLESS = dict.fromkeys((*range(32), *range(127, 160)), " ")
 
 @dataclass(frozen=True)
 class Patience:
-    """How long to wait, s: for the first picture, for each further one, and for a file to grow until it is whole.
-
-    The wait for a sender (WHIP) has no end until there is one.
-    """
+    """How long to wait, s: for the first picture, for each further one, and for a file to grow until it is whole."""
 
     open_s: float = 30.0
     stall_s: float = 10.0
@@ -57,9 +52,8 @@ class WatchOrder:
 
 @dataclass(frozen=True)
 class Data:
-    """Bytes of an opened stream, and when they came; none at its end.  error: why it gives none."""
+    """Bytes of the pipe, and when they came, s; none at its end.  error: why it gives none."""
 
-    number: int
     content: bytes
     arrival_s: float
     error: str | None = None
@@ -73,13 +67,6 @@ class Shot:
     size: tuple[int, int]
     claimed_s: float
     arrival_s: float
-
-
-@dataclass(frozen=True)
-class Signal:
-    """The description of a WebRTC session (SDP) that the other end gave."""
-
-    sdp: str
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,6 @@
-"""Pictures of a container: a file that may still grow, a pipe, an address; and the inbox in which pictures wait.
+"""Pictures of a container: a file that may still grow, or a pipe; and the inbox in which pictures wait.
 
-The process that started us reads the bytes of a pipe and of addresses (`RemoteReaders`).  Addresses within a playlist
-are opened by that process too, which decides on each (`fetching`).  Formats are those of films, and HLS where an
-address was given: a playlist in a file names nothing that is opened.
+The process that started us reads the bytes of a pipe (`PipeBytes`).  Formats are those of films.
 """
 
 from __future__ import annotations
@@ -81,7 +79,7 @@ class Inbox:
             self._messages.append(message)
             self._room.notify_all()
 
-    def get(self, seconds: float | None) -> Any:
+    def get(self, seconds: float) -> Any:
         """The next message or picture; None where nothing comes for so long."""
         with self._room:
             if not self._room.wait_for(lambda: self._messages or self._taken, timeout=seconds):
@@ -145,30 +143,23 @@ class BytesRefusal(OSError):
     """Bytes that the process which started us does not give, with its reason."""
 
 
-class RemoteReaders:
-    """Streams of bytes that the process which started us reads for us, by number.
+class PipeBytes:
+    """The pipe's bytes, which the process that started us reads, with what the decoder's library expects of a file.
 
     The decoder's thread asks and waits; another thread hands on what comes (`give`).
     """
 
+    name = "-"
+
     def __init__(self, send: Callable[[dict[str, Any]], None]) -> None:
-        self._send, self._answers = send, dict[int, queue.SimpleQueue[Data]]()
-        self._next = 0
+        self._send, self._answers = send, queue.SimpleQueue[Data]()
         #: When the last bytes came, by our clock, s; and how many came in all.
         self.arrival_s, self.count = time.monotonic(), 0
 
-    def open(self, address: str | None) -> AskedStream:
-        """A stream: of an address, or of the pipe.  Raises: BytesRefusal where it cannot be opened."""
-        number, self._next = self._next, self._next + 1
-        self._answers[number] = queue.SimpleQueue()
-        if address is not None:
-            self.ask({"want": "open", "number": number, "address": address})
-        return AskedStream(self, number, address or "-")
-
-    def ask(self, wish: dict[str, Any]) -> bytes:
-        """What is answered to a wish.  Raises: BytesRefusal where that is an error."""
-        self._send(wish)
-        answer = self._answers[wish["number"]].get()
+    def read(self, count: int) -> bytes:
+        """The next bytes; b"" at the end.  Raises: BytesRefusal where they cannot be read."""
+        self._send({"want": min(count, PIECE)})
+        answer = self._answers.get()
         if answer.error is not None:
             raise BytesRefusal(5, answer.error)
         self.arrival_s, self.count = answer.arrival_s, self.count + len(answer.content)
@@ -176,41 +167,15 @@ class RemoteReaders:
 
     def give(self, data: Data) -> None:
         """Hand on what came."""
-        if (waiting := self._answers.get(data.number)) is not None:
-            waiting.put(data)
-
-    def close(self, number: int) -> None:
-        """Nothing more is asked of a stream."""
-        self._send({"want": "close", "number": number})
-        self._answers.pop(number, None)
-
-
-class AskedStream:
-    """One of these streams with what the decoder's library expects: read, close and a name."""
-
-    def __init__(self, asked: RemoteReaders, number: int, name: str) -> None:
-        self._asked, self._number, self.name = asked, number, name
-
-    def read(self, count: int) -> bytes:
-        """The next bytes; b"" at the end."""
-        return self._asked.ask({"want": "read", "number": self._number, "most": min(count, PIECE)})
-
-    def close(self) -> None:
-        """Nothing more is read."""
-        self._asked.close(self._number)
+        self._answers.put(data)
 
 
 LIMITS = {"max_pixels": str(MOST_PIXELS)}
 #: As a film's file: nothing is opened by the decoder's library itself.
 CLOSED = OPENING | LIMITS
-#: Each address is opened anew, by us; the library's own way to keep a connection needs its own connection.
-BY_US = {"protocol_whitelist": "http,https", "http_persistent": "0", "http_multiple": "0", "max_reload": "10", **LIMITS}
-#: Over one connection, so that no further port is opened.
-CAMERA = {"protocol_whitelist": "rtsp,rtp,tcp", "rtsp_transport": "tcp", **LIMITS}
-HLS = "hls"
 
 
-def pictures(source: Source, asked: RemoteReaders, inbox: Inbox, patience: Patience) -> None:
+def pictures(source: Source, piped: PipeBytes, inbox: Inbox, patience: Patience) -> None:
     """Decode a source into the inbox, until it ends.
 
     Raises: MediaError in a sentence where it cannot be opened, or breaks off.
@@ -218,28 +183,22 @@ def pictures(source: Source, asked: RemoteReaders, inbox: Inbox, patience: Patie
     import av
 
     try:
-        with _opened(source, asked, patience) as container:
+        with _opened(source, piped, patience) as container:
             _check(source, container)
-            _decode(container, inbox, _clock(source, asked))
-    except av.error.ExitError as error:
-        raise MediaError(f"{source.shown} gave nothing for {patience.stall_s:.0f} s") from error
+            _decode(container, inbox, _clock(source, piped))
     except BytesRefusal as error:
         raise MediaError(f"{error.strerror}; {_advice(source)}") from error
     except (av.error.FFmpegError, OSError, ValueError) as error:
-        if source.kind == "pipe" and not asked.count:
+        if source.kind == "pipe" and not piped.count:
             raise MediaError(f"{source.shown} ended before anything came; {_advice(source)}") from error
         raise MediaError(f"{source.shown} cannot be read ({_reason(error)}); {_advice(source)}") from error
 
 
-def _opened(source: Source, asked: RemoteReaders, patience: Patience) -> av.container.InputContainer:
+def _opened(source: Source, piped: PipeBytes, patience: Patience) -> av.container.InputContainer:
     import av
 
-    if source.kind == "rtsp":
-        return av.open(source.text, options=CAMERA, timeout=(patience.open_s, patience.stall_s))
-    if source.kind == "http":
-        return av.open(source.text, options=BY_US, io_open=lambda url, flags, options: asked.open(url))
     if source.kind == "pipe":
-        return av.open(asked.open(None), options=CLOSED)
+        return av.open(piped, options=CLOSED)
     path = Path(source.text)
     if is_closed(path):
         return av.open(OpenedFile(path).reading(), options=CLOSED)
@@ -247,9 +206,7 @@ def _opened(source: Source, asked: RemoteReaders, patience: Patience) -> av.cont
 
 
 def _check(source: Source, container: av.container.InputContainer) -> None:
-    kinds = set(container.format.name.split(","))
-    allowed = FORMATS | ({HLS} if source.kind == "http" else {"rtsp"} if source.kind == "rtsp" else set())
-    if not kinds & allowed:
+    if not FORMATS & set(container.format.name.split(",")):
         raise MediaError(f"{source.shown} is read as {container.format.name}, which is no film; {_advice(source)}")
     if not container.streams.video:
         raise MediaError(f"{source.shown} holds no video stream; {_advice(source)}")
@@ -286,9 +243,9 @@ def small_enough(decoded: Any, aspect: Any = None) -> Picture:
     return Picture(np.asarray(cv2.resize(picture.whole, whole), np.uint8))
 
 
-def _clock(source: Source, asked: RemoteReaders) -> Callable[[], float]:
+def _clock(source: Source, piped: PipeBytes) -> Callable[[], float]:
     """When the picture that was just decoded came: with the last bytes that were read for it."""
-    return (lambda: asked.arrival_s) if source.kind in ("pipe", "http") else time.monotonic
+    return (lambda: piped.arrival_s) if source.kind == "pipe" else time.monotonic
 
 
 def _reason(error: Exception) -> str:
@@ -298,6 +255,4 @@ def _reason(error: Exception) -> str:
 def _advice(source: Source) -> str:
     if source.kind == "file":
         return "give a film of at most 4K that plays; one that is still recorded must be .mkv, .ts or fragmented .mp4"
-    if source.kind == "pipe":
-        return "send MPEG-TS, Matroska or another format that needs no turning back, with pictures of at most 4K"
-    return "check that a player plays this address, with pictures of at most 4K"
+    return "send MPEG-TS, Matroska or another format that needs no turning back, with pictures of at most 4K"

@@ -6,12 +6,9 @@ import hashlib
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit, urlunsplit
 
 from moireid.errors import MediaError, MoireIdError, SpecError
 from moireid.sandbox.file_access import reach
@@ -19,9 +16,8 @@ from moireid.sandbox.process import Child, ProcessEnd, start
 from moireid.sandbox.seal import ProcessLimits
 from moireid.verifier.video import decoder_version
 from moireid_studio.watch.feeding import Feeder
-from moireid_studio.watch.order import HARMLESS, Event, Signal, StreamEnd, WatchOrder
+from moireid_studio.watch.order import HARMLESS, Event, StreamEnd, WatchOrder
 from moireid_studio.watch.source import Source
-from moireid_studio.watch.whip import WhipServer
 
 #: Of the judge: of 4K pictures some wait, and some are in the decoder.
 LIMITS = ProcessLimits(memory_bytes=2 << 30, file_bytes=0)
@@ -29,24 +25,13 @@ LIMITS = ProcessLimits(memory_bytes=2 << 30, file_bytes=0)
 LOOK_S, VERDICT_S = 0.1, 120.0
 
 
-@dataclass(frozen=True)
-class Terms:
-    """How a watch is held: seconds of pictures at most; token: for WHIP and WHEP.
-
-    offer, answered: of a participant whom a program of its own connects: the sender's description, and what takes ours.
-    """
-
-    seconds: float
-    token: str | None = None
-    offer: str | None = None
-    answered: Callable[[str], None] | None = None
-
-
-def watch(order: WatchOrder, terms: Terms, stop: threading.Event, notify: Callable[[Event], None]) -> Event:
+def watch(order: WatchOrder, seconds: float, stop: threading.Event, notify: Callable[[Event], None]) -> Event:
     """Judge a source until it ends, its time is over, or `stop` is set.
 
     Parameters
     ----------
+    seconds
+        Of pictures, at most.
     notify
         Called with each event as it comes, but the last.
 
@@ -69,12 +54,14 @@ def watch(order: WatchOrder, terms: Terms, stop: threading.Event, notify: Callab
         raise SpecError("streams are not judged on Windows, as nothing there seals their decoder; use Linux or macOS")
     source = order.source
     child = _started(order)
+    feeder = Feeder(source, child)
     try:
-        with _fed(order, terms, child, notify) as feeder:
-            found = _listen(child, feeder, terms, stop, notify)
+        feeder.begin()
+        found = _listen(child, feeder, seconds, stop, notify)
     except ProcessEnd as ended:
         raise _broken(ended, order) from ended
     finally:
+        feeder.end()
         child.kill()
     digest = feeder.sha256 if source.kind == "pipe" else _digest(order, found)
     found["input"] |= {"sha256": digest, "decoder": _decoder(source)}
@@ -83,40 +70,13 @@ def watch(order: WatchOrder, terms: Terms, stop: threading.Event, notify: Callab
 
 def _started(order: WatchOrder) -> Child:
     films = [Path(order.source.text)] if order.source.kind == "file" else []
-    child = start("moireid_studio.watch.judge:serve", LIMITS, within=reach(read=films, network=order.source.ports))
-    child.send(replace(order, source=_without_password(order.source)))
+    child = start("moireid_studio.watch.judge:serve", LIMITS, within=reach(read=films))
+    child.send(order)
     return child
 
 
-def _without_password(source: Source) -> Source:
-    """What the judge learns of a source: where we ask the address ourselves, its password is not for the judge."""
-    if source.kind not in ("http", "whep"):
-        return source
-    parts = urlsplit(source.text)
-    return replace(source, text=urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2])))
-
-
-@contextmanager
-def _fed(order: WatchOrder, terms: Terms, child: Child, notify: Callable[[Event], None]) -> Iterator[Feeder]:
-    """What the judge needs of us: its bytes, its pictures, its sender."""
-    feeder = Feeder(order.source, child, terms.token)
-    try:
-        if terms.offer is not None:
-            feeder.send(Signal(terms.offer))
-            yield feeder
-        elif order.source.kind == "whip":
-            with WhipServer(order.source, terms.token, feeder) as door:
-                notify({"event": "waiting", "address": door.address, "token": door.token, "here": door.here})
-                yield feeder
-        else:
-            feeder.begin()
-            yield feeder
-    finally:
-        feeder.end()
-
-
 def _listen(
-    child: Child, feeder: Feeder, terms: Terms, stop: threading.Event, notify: Callable[[Event], None]
+    child: Child, feeder: Feeder, seconds: float, stop: threading.Event, notify: Callable[[Event], None]
 ) -> dict[str, Any]:
     """Take what the judge sends, until its verdict."""
     last: float | None = None
@@ -138,17 +98,15 @@ def _listen(
         if message.get("event") == "error":
             raise MediaError(str(message.get("text", ""))[:1000])
         if message.get("event") == "begun" and last is None:
-            last = now + terms.seconds
+            last = now + seconds
         if "event" in message:
             notify(message)
-        elif terms.answered is not None and isinstance(message.get("answer"), str):
-            terms.answered(message["answer"])
         else:
             feeder.answer(message)
 
 
 def harmless(event: Any) -> Any:
-    """An event without signs that steer a terminal: its words may be a server's, or a decoder's that was taken over."""
+    """An event without signs that steer a terminal: its words may be a decoder's that was taken over."""
     if isinstance(event, dict):
         return {name: harmless(value) for name, value in event.items()}
     if isinstance(event, list):
