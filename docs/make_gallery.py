@@ -60,7 +60,8 @@ PRINTED = {
 VERDICTS = {
     "genuine_1.0m": "True, filmed by an independent ray tracer on the motion of a real hand.",
     "forged_drift_1.0m": "Forged: the fringes drift at a constant speed.",
-    "forged_gain_low_1.0m": "Forged: the fringes go half as far as they should, at the right times.",
+    "forged_gain_low_1.0m": "Forged: the fringes go half as far as they should, at the right times; so do those "
+    "under a thin sheet.",
     "forged_reversed_1.0m": "Forged: the fringes go as far as they should, the wrong way.",
 }
 MOVING = {"film": ("", "true"), "fake": (" --forge gain_low", "forged: half as far")}
@@ -260,7 +261,8 @@ def _verdict(work: Path, name: str, text: str) -> str:
     if found is None:
         raise SystemExit(f"the report on {name} has no plot")
     _write_svg(f"{name}.svg", _by_day(base64.b64decode(found[1]).decode()))
-    verdict = {"ACCEPT": "Accepted", "REJECT": "Rejected"}[said.split(":")[0]]
+    words = {"ACCEPT": "Accepted", "REJECT": "Rejected", "INCONCLUSIVE": "Inconclusive"}
+    verdict = words[said.split(":")[0]]
     return (
         f"### {verdict}: {name}.mp4\n\n{text}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
         f"\n\n```text\n{command}\n{said}```\n"

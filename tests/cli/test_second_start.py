@@ -88,7 +88,8 @@ def test_an_interrupt_shows_no_traceback(tmp_path: Path, film: Path, after_s: fl
         program.send_signal(signal.SIGINT)
         said = program.communicate(timeout=60)[1]
     assert b"Traceback" not in said
-    assert program.returncode in (-signal.SIGINT, 130)
+    # A quick machine may have the verdict by then.
+    assert program.returncode in (-signal.SIGINT, 130, *([0] if after_s > 0.2 else []))
 
 
 @pytest.mark.parametrize("command", ["verify", "print"])
