@@ -148,7 +148,7 @@ def watch_command(**given: Any) -> None:
 
     \b
     FFmpeg writes a network camera or a stream on the web into a pipe as it is:
-      ffmpeg -i rtsp://camera/1 -c copy -f matroska - | moireid watch - --claim Ada
+      ffmpeg -i rtsp://cam/1 -c copy -f matroska - | moireid watch - --claim Ada
 
     OBS shows a screen as a camera. Strangers' pictures are read in a process of their own.
 
