@@ -63,7 +63,7 @@ def test_rows_are_kept_and_only_finds_what_is_not_usual(tmp_path: Path, monkeypa
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "verdict"), [("none:ordinary 1 m true", "accept"), ("none:ordinary 1 m gain_low", "reject")]
+    ("name", "verdict"), [("none:ordinary 1 m true", "accept"), ("none:ordinary 1 m reversed", "reject")]
 )
 def test_a_film_without_effects_is_judged_as_it_is(name, verdict):
     """Catches: a forged film made as a true one; a row that JSON cannot hold."""

@@ -112,7 +112,7 @@ def test_a_film_in_chapters_is_judged_as_the_whole_is(films, prototype, monkeypa
     monkeypatch.setattr(stream, "CHAPTER_FRAMES", 110)
     monkeypatch.setattr(stream, "OVERLAP_FRAMES", 60)
     whole = verify(films / "genuine_1.0m.mp4", Claim(prototype))
-    assert whole.verdict == "accept" and whole.frames == {"read": 240, "tracked": 240, "unsearched": 0}
+    assert whole.verdict == "accept" and whole.frames == {"read": 240, "tracked": 240, "unsearched": 0, "damaged": 0}
     # Chapters of 110, 110 - 60 and so on; the last has the remaining frames and those that it repeats.
     assert [segment.tracked for segment in whole.segments] == [110, 50, 50, 30]
     assert 60 < whole.track.tracked <= 110

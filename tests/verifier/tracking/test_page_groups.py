@@ -110,7 +110,7 @@ def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
     for badge, left in ((ada, True), (bob, False)):
         report = verify(both, Claim(badge, badge.id))
         assert report.verdict == "accept" and report.identity.decoded_id == badge.id
-        assert report.frames == {"read": FRAMES, "tracked": FRAMES, "unsearched": 0}
+        assert report.frames == {"read": FRAMES, "tracked": FRAMES, "unsearched": 0, "damaged": 0}
         document = report.to_json()
         corners = np.array(document["region"]["corners_px"])
         assert np.all((corners[:, 0] < WIDTH / 2) == left) and document["region"]["frame"] == 0
