@@ -283,10 +283,15 @@ def test_a_rejection_that_rests_on_claims_alone_is_none(badge, monkeypatch, with
         verdict = "reject" if len(asked) == 1 else without
         level = {"reject": "fail", "accept": "pass", "inconclusive": "undecided"}[verdict]
         whole = chapters._unjudged(part, claim, 0)
-        return replace(whole, invariant=Invariant(verdict, (Reason("gain", level, 1.0, 1.0, "", "It is so."),)))
+        whole = replace(whole, invariant=Invariant(verdict, (Reason("gain", level, 1.0, 1.0, "", "It is so."),)))
+        return replace(whole, earlier=(whole,))
 
     monkeypatch.setattr(chapters, "judge_chapter", judged)
     chapter = chapters.judge_marked(track, Claim(badge), 5, marks)
     sound = [10, 11, 15, 16, 17, 19]
     assert asked == [([10, 11, 13, *sound[2:5], 18, 19], 3), (sound, 2)]
-    assert (chapter.claimed, chapter.invariant.verdict) == ((False, "reject") if kept else (True, without))
+    assert chapter.invariant.verdict == ("reject" if kept else without)
+    # Also where earlier figures decide in the end; no track is kept for it.
+    for one in (chapter, *chapter.earlier, chapter.light(), *chapter.light().earlier):
+        assert (one.claimed is None) == kept
+        assert kept or (one.claimed.invariant.verdict, one.claimed.track) == ("reject", None)
