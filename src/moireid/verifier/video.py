@@ -297,6 +297,7 @@ class Film:
     def _decoded(self, from_s: float | None = None, damage: DamageWatch | None = None) -> Generator[Any, None, None]:
         """Pictures as FFmpeg has them; from_s: time in the file of one after the first of them, s."""
         import av
+        from av.codec.context import Flags
 
         damage = damage or DamageWatch(self._codec)
         with self._open() as container:
@@ -306,6 +307,8 @@ class Film:
             stream.codec_context.options = LIMITS
             # So that each picture has the number of its packet.
             stream.codec_context.copy_opaque = True
+            # Pictures before the first key picture come too, flagged as damaged: many players show them.
+            stream.codec_context.flags |= Flags.output_corrupt
             if from_s is not None and stream.time_base:
                 container.seek(round(from_s / stream.time_base), stream=stream)
             for number, packet in enumerate(container.demux(stream)):
