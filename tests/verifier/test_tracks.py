@@ -25,6 +25,7 @@ from moireid.errors import MediaError
 from moireid.verifier import Claim, Film, Report, identify, verify
 from moireid.verifier.report.seconds import Moment, frame_picture
 from moireid.verifier.session.capture import capture_as_built
+from moireid.verifier.video import OPENING
 
 DEFAULT, COVER, FORCED = 1, 1024, 64
 
@@ -113,6 +114,35 @@ def test_a_second_programme_is_a_track_though_it_begins_late(parts, badge, tmp_p
     assert [reason.level for reason in Film(film).tracks.findings if reason.code == "tracks"] == ["undecided"]
     film.write_bytes(one)
     assert Film(film).tracks.findings == ()
+
+
+def test_a_track_that_is_met_as_the_file_is_read_is_a_track(tmp_path, monkeypatch):
+    """Catches: a programme stream that shows other pictures in its middle, where FFmpeg does not look as it opens it;
+    a traceback of PyAV at its end.
+    """
+    made = []
+    for seed in range(2):
+        noise = np.random.default_rng(seed).integers(0, 255, (30, 96, 128), np.uint8)
+        with av.open(str(tmp_path / "one.vob"), "w") as container:
+            stream = container.add_stream("mpeg2video", rate=30)
+            stream.width, stream.height, stream.pix_fmt, stream.options = 128, 96, "yuv420p", {"qmax": "2"}
+            for picture in noise:
+                container.mux(
+                    stream.encode(av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p"))
+                )
+            container.mux(stream.encode(None))
+        made.append((tmp_path / "one.vob").read_bytes())
+    one, other = made[0], made[1].replace(b"\0\0\1\xe0", b"\0\0\1\xe1")
+    film = tmp_path / "film.vob"
+    film.write_bytes(one + other + one)
+    monkeypatch.setattr("moireid.verifier.video.OPENING", OPENING | {"probesize": "100000"})
+    for track, level in ((None, "undecided"), (0, "note")):
+        read = Film(film, track=track)
+        assert read.tracks.findings == () and sum(1 for _ in read.frames()) == 60
+        assert [(reason.code, reason.level) for reason in read.findings()] == [("tracks", level)]
+    film.write_bytes(one + one)
+    read = Film(film)
+    assert sum(1 for _ in read.frames()) == 60 and read.findings() == ()
 
 
 @pytest.mark.parametrize(

@@ -74,9 +74,7 @@ def tracks_of(
     stream = next((one for one in found if wanted in (None, one.index)), None)
     if stream is None:
         raise MediaError(f"{file.path} has no video track {wanted}; give one of these: {named}")
-    doubts, late, pictures = [_subtitles(container)], 0, stream.frames or None
-    with LOG:
-        doubts.append(_crop(container))
+    doubts, late, pictures = [_subtitles(container), _crop(container)], 0, stream.frames or None
     formats = container.format.name.split(",")
     if "mov" in formats:
         # An entry is no longer valid once its file is closed.
@@ -130,14 +128,33 @@ def _subtitles(container: av.container.InputContainer) -> str:
 
 
 def _crop(container: av.container.InputContainer) -> str:
-    """A sentence on crops by the container: `clap` of MP4, PixelCrop of Matroska.  Only FFmpeg's description has it."""
+    """A sentence on crops by the container: `clap` of MP4, PixelCrop of Matroska."""
+    return CROPPED if re.search(r"Frame Cropping: [0/]*[1-9]", _described(container)) else ""
+
+
+def _described(container: av.container.InputContainer) -> str:
+    """FFmpeg's own description of a file.  Only that has crops, and streams that begin after the file was opened."""
     import av
 
-    level = av.logging.get_level()
-    av.logging.set_level(av.logging.INFO)
-    described = container.dumps_format()
-    av.logging.set_level(level)
-    return CROPPED if re.search(r"Frame Cropping: [0/]*[1-9]", described) else ""
+    with LOG:
+        level = av.logging.get_level()
+        av.logging.set_level(av.logging.INFO)
+        described: str = container.dumps_format()
+        av.logging.set_level(level)
+    return described
+
+
+def late_findings(container: av.container.InputContainer, *, asked: bool) -> tuple[Reason, ...]:
+    """The finding on video tracks that FFmpeg met only while it read the file, once it read all of it.
+
+    Parameters: asked: whether the track that was read is the one that was asked for.
+    """
+    found = re.findall(r"Stream #0:(\d+).*?: Video:", _described(container))
+    late = sum(int(number) >= len(container.streams) for number in found)
+    if not late:
+        return ()
+    text = f"Where the file goes on, it has more video tracks ({late}), and players may show those."
+    return (Reason("tracks", "note" if asked else "undecided", float(late), 0.0, "tracks", text),)
 
 
 def _edits(stored: Sequence[int], shown: Sequence[int]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import closing, suppress
 from fractions import Fraction
 from itertools import islice
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ from moireid.verifier.damage import DamageWatch
 from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason
-from moireid.verifier.tracks import tracks_of
+from moireid.verifier.tracks import late_findings, tracks_of
 
 if TYPE_CHECKING:
     import av
@@ -130,6 +130,7 @@ class Film:
         self._set_size(reduced=reduced)
         #: Which frames are damaged, as far as they were decoded.
         self.damage, self._turned = DamageWatch(self._codec), 0
+        self._asked, self._late = track is not None, tuple[Reason, ...]()
 
     def _set_size(self, *, reduced: bool) -> None:
         """Set width and height that are read.  Raises: MediaError where the pictures are too large, or have no size."""
@@ -210,7 +211,8 @@ class Film:
 
     def findings(self) -> tuple[Reason, ...]:
         """Findings on its tracks, and on damage in the one that was judged, once it was read."""
-        return self.tracks.findings + (self.damage.findings(self.frames_expected) if self.tracks.judged else ())
+        read = self._late + self.damage.findings(self.frames_expected)
+        return self.tracks.findings + (read if self.tracks.judged else ())
 
     def frames(self) -> Generator[Frame, None, None]:
         """Decode frame by frame, from the beginning, one frame in memory at a time.
@@ -311,7 +313,7 @@ class Film:
             stream.codec_context.flags |= Flags.output_corrupt
             if from_s is not None and stream.time_base:
                 container.seek(round(from_s / stream.time_base), stream=stream)
-            for number, packet in enumerate(container.demux(stream)):
+            for number, packet in enumerate(_packets(container, stream)):
                 packet.opaque = number
                 damage.packet(number, packet)
                 decoded: list[av.VideoFrame] = []
@@ -324,6 +326,7 @@ class Film:
                 for picture in decoded:
                     damage.frame(number if picture.opaque is None else picture.opaque, picture)
                     yield picture
+            self._late = late_findings(container, asked=self._asked)
 
     def _sized(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """A coded picture with square pixels, reduced; a last row or column that fills no pixel is left out."""
@@ -369,6 +372,12 @@ class Film:
             finally:
                 worker.shutdown(wait=True, cancel_futures=True)
                 frames.close()
+
+
+def _packets(container: av.container.InputContainer, stream: av.VideoStream) -> Iterator[av.Packet]:
+    """The packets of a stream.  At the end PyAV fails at streams that began after it opened the file."""
+    with suppress(IndexError):
+        yield from container.demux(stream)
 
 
 def _taken(frames: Iterator[Frame]) -> tuple[list[Frame], MediaError | None]:
