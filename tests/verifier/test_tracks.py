@@ -145,6 +145,29 @@ def test_a_track_that_is_met_as_the_file_is_read_is_a_track(tmp_path, monkeypatc
     assert sum(1 for _ in read.frames()) == 60 and read.findings() == ()
 
 
+def test_an_index_that_lists_other_pictures_is_said(tmp_path):
+    """Catches: an AVI whose pictures follow one another, as FFmpeg reads them, while its index names those of another
+    film, within a part that is skipped, as players of the index show them; an ordinary or a cut AVI doubted.
+    """
+    pictures = [np.full((96, 128), 40 + number, np.uint8) for number in range(40)]
+    data = written(tmp_path / "whole.avi", pictures, "mpeg4", "yuv420p").read_bytes()
+    start, index = data.index(b"movi"), data.rindex(b"idx1")
+    hidden = data[start + 4 : index]
+    skipped = b"JUNK" + len(hidden).to_bytes(4, "little") + hidden
+    other = bytearray(data[index:])
+    for entry in range(8 + 16, len(other), 16):
+        place = int.from_bytes(other[entry + 8 : entry + 12], "little") + index - start + 4
+        other[entry + 8 : entry + 12] = place.to_bytes(4, "little")
+    size = (index - start + len(skipped)).to_bytes(4, "little")
+    forged = data[: start - 4] + size + data[start:index] + skipped + other
+    for name, content, doubts in (("whole", data, 0), ("cut", data[: index * 3 // 4], 0), ("forged", forged, 1)):
+        film = tmp_path / f"{name}.avi"
+        film.write_bytes(content)
+        read = Film(film)
+        assert sum(1 for _ in read.frames()) > 10
+        assert [reason.level for reason in read.findings() if reason.code == "tracks"] == ["undecided"] * doubts
+
+
 @pytest.mark.parametrize(
     ("edits", "words"),
     [

@@ -31,8 +31,11 @@ ELEMENTS, ORDERED = frozenset({0x18538067, 0x1043A770, 0x45B9}), 0x45DD
 #: Of a transport stream: sizes of a packet (alone, after a time code, before bytes that correct errors), its first
 #: byte, and the bytes that are looked at together.
 PACKETS, SYNC, SCANNED = (188, 192, 204), 0x47, 1 << 22
+#: Bytes of a chunk's name and size, before its content; an AVI's index gives the places of the names.
+CHUNK = 8
 AGAIN = "An edit list shows pictures again, or in another order, and players differ in following it."
 CROPPED = "The file asks players to crop its pictures, and some do; the whole pictures were judged."
+LISTED = "The file's index lists other pictures than those judged, which follow one another; some players show those."
 CHAPTERS = "Ordered chapters show the film's parts in another order, and players differ in following them."
 CUT = "The file breaks off within a part of it; it was judged as far as it goes."
 #: FFmpeg's log has one level for all threads.
@@ -144,17 +147,31 @@ def _described(container: av.container.InputContainer) -> str:
     return described
 
 
-def late_findings(container: av.container.InputContainer, *, asked: bool) -> tuple[Reason, ...]:
-    """The finding on video tracks that FFmpeg met only while it read the file, once it read all of it.
+def listed_places(container: av.container.InputContainer, stream: av.VideoStream) -> set[int]:
+    """Where the file's index says that pictures are, in a format in which some players follow it and FFmpeg does not;
+    empty where there is none.  To be asked before the file is read.
+    """
+    return {entry.pos + CHUNK for entry in stream.index_entries} if container.format.name == "avi" else set()
 
-    Parameters: asked: whether the track that was read is the one that was asked for.
+
+def read_findings(
+    container: av.container.InputContainer, listed: set[int], read: set[int], *, asked: bool
+) -> tuple[Reason, ...]:
+    """Findings on what FFmpeg met only while it read the file, once it read all of it: more video tracks, and an index
+    that lists other pictures than those that follow one another in the file.
+
+    Parameters: listed: as `listed_places`; read: places of the pictures that were read; asked: whether their track was
+    asked for.
     """
     found = re.findall(r"Stream #0:(\d+).*?: Video:", _described(container))
     late = sum(int(number) >= len(container.streams) for number in found)
-    if not late:
-        return ()
-    text = f"Where the file goes on, it has more video tracks ({late}), and players may show those."
-    return (Reason("tracks", "note" if asked else "undecided", float(late), 0.0, "tracks", text),)
+    reasons: tuple[Reason, ...] = ()
+    if late:
+        text = f"Where the file goes on, it has more video tracks ({late}), and players may show those."
+        reasons = (Reason("tracks", "note" if asked else "undecided", float(late), 0.0, "tracks", text),)
+    if len(listed - read) > MAX_STRAY_SHARE * len(listed):
+        reasons += (Reason("tracks", "undecided", None, None, "", LISTED),)
+    return reasons
 
 
 def _edits(stored: Sequence[int], shown: Sequence[int]) -> str:

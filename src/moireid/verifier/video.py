@@ -23,7 +23,7 @@ from moireid.verifier.damage import DamageWatch
 from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason
-from moireid.verifier.tracks import late_findings, tracks_of
+from moireid.verifier.tracks import listed_places, read_findings, tracks_of
 
 if TYPE_CHECKING:
     import av
@@ -130,7 +130,7 @@ class Film:
         self._set_size(reduced=reduced)
         #: Which frames are damaged, as far as they were decoded.
         self.damage, self._turned = DamageWatch(self._codec), 0
-        self._asked, self._late = track is not None, tuple[Reason, ...]()
+        self._asked, self._met = track is not None, tuple[Reason, ...]()
 
     def _set_size(self, *, reduced: bool) -> None:
         """Set width and height that are read.  Raises: MediaError where the pictures are too large, or have no size."""
@@ -211,7 +211,7 @@ class Film:
 
     def findings(self) -> tuple[Reason, ...]:
         """Findings on its tracks, and on damage in the one that was judged, once it was read."""
-        read = self._late + self.damage.findings(self.frames_expected)
+        read = self._met + self.damage.findings(self.frames_expected)
         return self.tracks.findings + (read if self.tracks.judged else ())
 
     def frames(self) -> Generator[Frame, None, None]:
@@ -313,8 +313,11 @@ class Film:
             stream.codec_context.flags |= Flags.output_corrupt
             if from_s is not None and stream.time_base:
                 container.seek(round(from_s / stream.time_base), stream=stream)
+            listed, read = listed_places(container, stream), set[int]()
             for number, packet in enumerate(_packets(container, stream)):
                 packet.opaque = number
+                if listed and packet.pos is not None:
+                    read.add(packet.pos)
                 damage.packet(number, packet)
                 decoded: list[av.VideoFrame] = []
                 try:
@@ -326,7 +329,7 @@ class Film:
                 for picture in decoded:
                     damage.frame(number if picture.opaque is None else picture.opaque, picture)
                     yield picture
-            self._late = late_findings(container, asked=self._asked)
+            self._met = read_findings(container, listed, read, asked=self._asked)
 
     def _sized(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """A coded picture with square pixels, reduced; a last row or column that fills no pixel is left out."""
