@@ -68,8 +68,7 @@ def tracks_of(
     Parameters: container: the opened file; unedited: opens it without its edit lists; wanted: the track asked for.
     Raises: MediaError where there is no track, or none of that number.
     """
-    # A track of chapters' pictures has the flag of a cover too, but is a track that players may show.
-    found = [s for s in container.streams.video if "attached_pic" not in _flags(s) or "timed_thumbnails" in _flags(s)]
+    found = picture_tracks(container)
     if not found:
         raise MediaError(f"{file.path} holds no video stream; give a film that a video player can play")
     tracks = [_track(stream) for stream in found]
@@ -106,6 +105,12 @@ def tracks_of(
     for track in tracks:
         track["chosen"] = judged and track["index"] == stream.index
     return FilmTracks(tracks, stream.index, judged, tuple(reasons), pictures)
+
+
+def picture_tracks(container: av.container.InputContainer) -> list[av.VideoStream]:
+    """The video tracks that are no cover pictures."""
+    # A track of chapters' pictures has the flag of a cover too, but is a track that players may show.
+    return [s for s in container.streams.video if "attached_pic" not in _flags(s) or "timed_thumbnails" in _flags(s)]
 
 
 def _flags(stream: Any) -> set[str]:

@@ -298,37 +298,14 @@ class Film:
 
     def _decoded(self, from_s: float | None = None, damage: DamageWatch | None = None) -> Generator[Any, None, None]:
         """Pictures as FFmpeg has them; from_s: time in the file of one after the first of them, s."""
-        import av
-        from av.codec.context import Flags
-
         damage = damage or DamageWatch(self._codec)
         with self._open() as container:
             stream = self._stream(container)
-            # Threads of the decoder wait for one another, and hold more pictures in memory (decisions/decoding-ahead).
-            stream.codec_context.thread_count = 1
-            stream.codec_context.options = LIMITS
-            # So that each picture has the number of its packet.
-            stream.codec_context.copy_opaque = True
-            # Pictures before the first key picture come too, flagged as damaged: many players show them.
-            stream.codec_context.flags |= Flags.output_corrupt
             if from_s is not None and stream.time_base:
                 container.seek(round(from_s / stream.time_base), stream=stream)
+            stream.codec_context.options = LIMITS
             listed, read = listed_places(container, stream), set[int]()
-            for number, packet in enumerate(_packets(container, stream)):
-                packet.opaque = number
-                if listed and packet.pos is not None:
-                    read.add(packet.pos)
-                damage.packet(number, packet)
-                decoded: list[av.VideoFrame] = []
-                try:
-                    decoded = packet.decode()
-                except av.error.MemoryError:
-                    raise
-                except av.error.FFmpegError:
-                    damage.error(number)
-                for picture in decoded:
-                    damage.frame(number if picture.opaque is None else picture.opaque, picture)
-                    yield picture
+            yield from decoded_pictures(container, stream, damage, read if listed else None)
             self._met = read_findings(container, listed, read, asked=self._asked)
 
     def _sized(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -375,6 +352,42 @@ class Film:
             finally:
                 worker.shutdown(wait=True, cancel_futures=True)
                 frames.close()
+
+
+def decoded_pictures(
+    container: av.container.InputContainer,
+    stream: av.VideoStream,
+    damage: DamageWatch,
+    places: set[int] | None = None,
+) -> Generator[av.VideoFrame, None, None]:
+    """Pictures as FFmpeg has them, past errors of the decoder.
+
+    Parameters: damage: takes in each packet and picture; places: takes in those of the packets in the file, bytes.
+    """
+    import av
+    from av.codec.context import Flags
+
+    # Threads of the decoder wait for one another, and hold more pictures in memory (decisions/decoding-ahead).
+    stream.codec_context.thread_count = 1
+    # So that each picture has the number of its packet.
+    stream.codec_context.copy_opaque = True
+    # Pictures before the first key picture come too, flagged as damaged: many players show them.
+    stream.codec_context.flags |= Flags.output_corrupt
+    for number, packet in enumerate(_packets(container, stream)):
+        packet.opaque = number
+        if places is not None and packet.pos is not None:
+            places.add(packet.pos)
+        damage.packet(number, packet)
+        decoded: list[av.VideoFrame] = []
+        try:
+            decoded = packet.decode()
+        except av.error.MemoryError:
+            raise
+        except av.error.FFmpegError:
+            damage.error(number)
+        for picture in decoded:
+            damage.frame(number if picture.opaque is None else picture.opaque, picture)
+            yield picture
 
 
 def _packets(container: av.container.InputContainer, stream: av.VideoStream) -> Iterator[av.Packet]:
