@@ -188,6 +188,25 @@ def test_edits_that_hide_or_repeat_are_said(parts, tmp_path, edits, words):
     assert len(said) == (words is not None) and (words is None or words in said[0])
 
 
+@pytest.mark.parametrize(("first_s", "doubts"), [(0.0, 0), (2.0, 1)])
+def test_pictures_before_time_0_are_said(parts, tmp_path, first_s, doubts):
+    """Catches: pictures of an MP4 in fragments that its edit list hides, and FFmpeg does not, taken for shown ones."""
+    whole = tmp_path / "whole.mp4"
+    flags = {"movflags": "frag_keyframe+empty_moov+default_base_moof"}
+    with av.open(str(parts["true"])) as given, av.open(str(whole), "w", options=flags) as made:
+        stream = made.add_stream_from_template(given.streams.video[0])
+        ticks = int(1 / given.streams.video[0].time_base)
+        for packet in given.demux(video=0):
+            if packet.dts is not None:
+                packet.stream = stream
+                made.mux(packet)
+    edits = struct.pack(">I4sI4sIIIii", 36, b"edts", 28, b"elst", 0, 1, 0, round(first_s * ticks), 1 << 16)
+    film = Film(with_box(whole, tmp_path / "film.mp4", (b"moov", b"trak"), edits))
+    assert sum(1 for _ in film.frames()) == 120
+    said = [(reason.level, reason.measured) for reason in film.findings()]
+    assert said == [("undecided", pytest.approx(0.5, abs=0.03))] * doubts
+
+
 def test_crops_that_some_players_do_are_said(parts, tmp_path):
     """Catches: a badge that is judged in a part of the picture that players cut off; a crop to the whole picture."""
     path = (b"moov", b"trak", b"mdia", b"minf", b"stbl", b"stsd", b"avc1")

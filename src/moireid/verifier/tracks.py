@@ -179,6 +179,17 @@ def read_findings(
     return reasons
 
 
+def early_findings(early: int, count: int) -> tuple[Reason, ...]:
+    """The finding on pictures before the film's time 0, where an edit list of an MP4 in fragments puts what it hides.
+
+    Parameters: early: number of such pictures; count: of all.
+    """
+    if early <= MAX_STRAY_SHARE * count:
+        return ()
+    text = f"{early} of {count} pictures come before the film's time 0; they were judged, and some players hide them."
+    return (Reason("tracks", "undecided", early / count, MAX_STRAY_SHARE, "share", text),)
+
+
 def _edits(stored: Sequence[int], shown: Sequence[int]) -> str:
     """A sentence on an edit list that repeats or hides pictures, by the pictures' places in the file."""
     order = {place: number for number, place in enumerate(stored)}

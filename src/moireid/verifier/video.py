@@ -23,7 +23,7 @@ from moireid.verifier.damage import DamageWatch
 from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason
-from moireid.verifier.tracks import listed_places, read_findings, tracks_of
+from moireid.verifier.tracks import early_findings, listed_places, read_findings, tracks_of
 
 if TYPE_CHECKING:
     import av
@@ -130,7 +130,7 @@ class Film:
         self._set_size(reduced=reduced)
         #: Which frames are damaged, as far as they were decoded.
         self.damage, self._turned = DamageWatch(self._codec), 0
-        self._asked, self._met = track is not None, tuple[Reason, ...]()
+        self._asked, self._met, self._early = track is not None, tuple[Reason, ...](), 0
 
     def _set_size(self, *, reduced: bool) -> None:
         """Set width and height that are read.  Raises: MediaError where the pictures are too large, or have no size."""
@@ -211,7 +211,8 @@ class Film:
 
     def findings(self) -> tuple[Reason, ...]:
         """Findings on its tracks, and on damage in the one that was judged, once it was read."""
-        read = self._met + self.damage.findings(self.frames_expected)
+        read = self._met + early_findings(self._early, len(self.damage.marks))
+        read += self.damage.findings(self.frames_expected)
         return self.tracks.findings + (read if self.tracks.judged else ())
 
     def frames(self) -> Generator[Frame, None, None]:
@@ -235,11 +236,12 @@ class Film:
 
         self.damage.marks.clear()
         self.damage = damage = DamageWatch(self._codec, self.damage.marks)
-        count = 0
+        self._early = count = 0
         try:
             with closing(self._decoded(damage=damage)) as pictures:
                 for picture in pictures:
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
+                    self._early += time_s < 0
                     if (picture.width, picture.height) != self._coded:
                         raise MediaError(
                             f"{self.path} changes its picture size from {self._coded[0]} x {self._coded[1]} to "
