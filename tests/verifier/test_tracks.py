@@ -242,6 +242,19 @@ def test_ordered_chapters_are_said(parts, tmp_path):
     film.write_bytes(data[:flags] + b"\x45\xdd" + data[flags + 2 :])
     (reason,) = Film(film).tracks.findings
     assert (reason.code, reason.level) == ("tracks", "undecided") and "chapters" in reason.text
+    # The table of contents may name chapters anywhere, as behind a byte that is no element.
+    ordered = film.read_bytes()
+    start = ordered.rindex(b"\x10\x43\xa7\x70")
+    film.write_bytes(data + b"\0" + ordered[start : start + 128])
+    assert ["chapters" in reason.text for reason in Film(film).tracks.findings] == [True]
+
+
+def test_what_follows_a_matroska_film_refuses_nothing(parts, tmp_path):
+    """Catches: a film that is called unreadable for a size beyond all files after its end."""
+    film = tmp_path / "film.mkv"
+    joined([Part(parts["true"])], film)
+    film.write_bytes(film.read_bytes() + b"\xec\x01" + b"\x7f" * 30)
+    assert [reason.level for reason in Film(film).tracks.findings] == ["note"]
 
 
 def subtitled(source: Path, target: Path, codec: str, flags: int) -> Path:

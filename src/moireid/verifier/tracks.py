@@ -26,10 +26,15 @@ if TYPE_CHECKING:
 
 #: Subtitles that a player draws in any case: pictures, and text that can draw shapes of any size.
 DRAWN = frozenset({"dvbsub", "dvdsub", "pgssub", "xsub", "ass", "ssa"})
-#: Elements of Matroska: those that hold others on the way to the flag of ordered chapters, and that flag.
-ELEMENTS, ORDERED = frozenset({0x18538067, 0x1043A770, 0x45B9}), 0x45DD
+#: Elements of Matroska: that which holds all others; chapters, in which an edition comes first but for a checksum or a
+#: filler; an edition's flag that they are ordered.
+SEGMENT = b"\x18\x53\x80\x67"
+CHAPTERS_BEGIN = re.compile(rb"\x10\x43\xa7\x70(?=.{1,64}\x45\xb9)", re.DOTALL)
+ORDERED = re.compile(rb"\x45\xdd")
+#: Bytes of chapters in which that flag is looked for.
+MOST_CHAPTERS = 1 << 20
 #: Of a transport stream: sizes of a packet (alone, after a time code, before bytes that correct errors), its first
-#: byte, and the bytes that are looked at together.
+#: byte; and the bytes of any file that are looked at together.
 PACKETS, SYNC, SCANNED = (188, 192, 204), 0x47, 1 << 22
 #: Bytes of a chunk's name and size, before its content; an AVI's index gives the places of the names.
 CHUNK = 8
@@ -206,18 +211,42 @@ def _edits(stored: Sequence[int], shown: Sequence[int]) -> str:
 
 def _elements(file: OpenedFile) -> list[str]:
     """Sentences on ordered chapters, and on a last element that is not whole, of a Matroska or WebM file."""
-    place, found = 0, []
-    while len(head := file.read_at(place, 12)) == 12 and head[0]:
+    place = 0
+    while place < file.size and len(head := file.read_at(place, 12)) == 12 and head[0]:
         width = 9 - head[0].bit_length()
-        size_width = 9 - max(head[width].bit_length(), 1)
-        most = (1 << 7 * size_width) - 1
-        size = int.from_bytes(head[width : width + size_width], "big") & most
-        kind, start = int.from_bytes(head[:width], "big"), place + width + size_width
-        if kind == ORDERED and any(file.read_at(start, min(size, 8))):
-            found.append(CHAPTERS)
+        size, size_width = _size(head[width:])
+        start = place + width + size_width
         # Of unknown size are elements that hold others.
-        place = start if kind in ELEMENTS or size == most else start + size
-    return [*found, CUT] if place > file.size else found
+        place = start if head[:width] == SEGMENT or size is None else start + size
+    return ([CHAPTERS] if _orders(file) else []) + ([CUT] if place > file.size else [])
+
+
+def _size(head: bytes) -> tuple[int | None, int]:
+    """The size of an element, None if unknown, and the number of bytes that state it."""
+    width = 9 - max(head[0].bit_length(), 1)
+    most = (1 << 7 * width) - 1
+    size = int.from_bytes(head[:width], "big") & most
+    return (None if size == most else size), width
+
+
+def _orders(file: OpenedFile) -> bool:
+    """Whether any chapters are ordered.  The file's table of contents may name a place within another element, so all
+    places are looked at.
+    """
+    for place in range(0, file.size, SCANNED):
+        part = file.read_at(place, SCANNED + MOST_CHAPTERS)
+        end = 0
+        while found := CHAPTERS_BEGIN.search(part, end):
+            size, width = _size(part[found.end() : found.end() + 8])
+            start = found.end() + width
+            # Each byte is looked at once, however many chapters a file seems to have.
+            end = start + min(size or MOST_CHAPTERS, MOST_CHAPTERS)
+            for flag in ORDERED.finditer(part, start, end):
+                length, width = _size(part[flag.end() : flag.end() + 8] + b"\x81")
+                first = flag.end() + width
+                if any(part[first : first + min(length or 0, 8)]):
+                    return True
+    return False
 
 
 def _picture_ids(file: OpenedFile) -> set[int]:
