@@ -101,6 +101,42 @@ def test_wrong_pictures_are_marked_though_none_is_flagged(sound, folder):
     assert 20 < wrong <= hidden < 6 * 60
 
 
+@pytest.mark.parametrize("codec", ["libx264", "libx265"])
+def test_pictures_before_the_first_key_picture_count(folder, codec):
+    """Catches: another film before the one that is judged, without a key picture: FFmpeg's libraries drop it without a
+    word, and players show it.
+    """
+    parameters = {"libx264": "intra-refresh=1:keyint=10:bframes=0:threads=1", "libx265": "keyint=300:bframes=0:pools=1"}
+    options = {"preset": "ultrafast", codec[3:] + "-params": parameters[codec] + ":scenecut=0:log-level=none"}
+    pictures = [np.random.default_rng(number).integers(0, 255, (96, 128, 3), np.uint8) for number in range(40)]
+    with av.open(str(folder / "key.mkv"), "w") as made:
+        stream = made.add_stream(codec, rate=30)
+        stream.width, stream.height, stream.pix_fmt, stream.options = 128, 96, "yuv420p", options
+        for picture in pictures:
+            made.mux(stream.encode(av.VideoFrame.from_ndarray(picture)))
+        made.mux(stream.encode(None))
+    with av.open(str(folder / "key.mkv")) as given:
+        coded = [bytes(packet) for packet in given.demux(video=0) if packet.size]
+    if codec == "libx264":
+        # Without the words of the encoder on where it has renewed the whole picture.
+        coded = [coded[0], *(_without_words(packet) for packet in coded[1:])]
+    late = [*coded[1:], coded[0]]
+    film = Film(with_packets(folder / "key.mkv", folder / "late.mkv", lambda number, _: late[number]))
+    shown = list(film.frames())
+    assert len(shown) == 40 and list(film.damage.marks) == [DAMAGED] * 39 + [0]
+    assert [(one.code, one.level) for one in film.findings()] == [("damaged", "undecided")]
+
+
+def _without_words(packet: bytes) -> bytes:
+    """A packet of H.264 without its units of supplemental information."""
+    place, kept = 0, b""
+    while place < len(packet):
+        unit = packet[place : place + 4 + int.from_bytes(packet[place : place + 4], "big")]
+        kept += unit if unit[4] & 0x1F != 6 else b""
+        place += len(unit)
+    return kept
+
+
 def test_a_film_that_ends_early_is_read_as_far_as_it_goes(sound, folder, badge):
     """Catches: a film that is refused for its end, or of which nothing says that it is cut."""
     for codec in ("mjpeg", "libvpx-vp9"):
@@ -283,10 +319,15 @@ def test_a_rejection_that_rests_on_claims_alone_is_none(badge, monkeypatch, with
         verdict = "reject" if len(asked) == 1 else without
         level = {"reject": "fail", "accept": "pass", "inconclusive": "undecided"}[verdict]
         whole = chapters._unjudged(part, claim, 0)
-        return replace(whole, invariant=Invariant(verdict, (Reason("gain", level, 1.0, 1.0, "", "It is so."),)))
+        whole = replace(whole, invariant=Invariant(verdict, (Reason("gain", level, 1.0, 1.0, "", "It is so."),)))
+        return replace(whole, earlier=(whole,))
 
     monkeypatch.setattr(chapters, "judge_chapter", judged)
     chapter = chapters.judge_marked(track, Claim(badge), 5, marks)
     sound = [10, 11, 15, 16, 17, 19]
     assert asked == [([10, 11, 13, *sound[2:5], 18, 19], 3), (sound, 2)]
-    assert (chapter.claimed, chapter.invariant.verdict) == ((False, "reject") if kept else (True, without))
+    assert chapter.invariant.verdict == ("reject" if kept else without)
+    # Also where earlier figures decide in the end; no track is kept for it.
+    for one in (chapter, *chapter.earlier, chapter.light(), *chapter.light().earlier):
+        assert (one.claimed is None) == kept
+        assert kept or (one.claimed.invariant.verdict, one.claimed.track) == ("reject", None)

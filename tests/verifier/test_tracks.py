@@ -25,6 +25,7 @@ from moireid.errors import MediaError
 from moireid.verifier import Claim, Film, Report, identify, verify
 from moireid.verifier.report.seconds import Moment, frame_picture
 from moireid.verifier.session.capture import capture_as_built
+from moireid.verifier.video import OPENING
 
 DEFAULT, COVER, FORCED = 1, 1024, 64
 
@@ -115,6 +116,58 @@ def test_a_second_programme_is_a_track_though_it_begins_late(parts, badge, tmp_p
     assert Film(film).tracks.findings == ()
 
 
+def test_a_track_that_is_met_as_the_file_is_read_is_a_track(tmp_path, monkeypatch):
+    """Catches: a programme stream that shows other pictures in its middle, where FFmpeg does not look as it opens it;
+    a traceback of PyAV at its end.
+    """
+    made = []
+    for seed in range(2):
+        noise = np.random.default_rng(seed).integers(0, 255, (30, 96, 128), np.uint8)
+        with av.open(str(tmp_path / "one.vob"), "w") as container:
+            stream = container.add_stream("mpeg2video", rate=30)
+            stream.width, stream.height, stream.pix_fmt, stream.options = 128, 96, "yuv420p", {"qmax": "2"}
+            for picture in noise:
+                container.mux(
+                    stream.encode(av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p"))
+                )
+            container.mux(stream.encode(None))
+        made.append((tmp_path / "one.vob").read_bytes())
+    one, other = made[0], made[1].replace(b"\0\0\1\xe0", b"\0\0\1\xe1")
+    film = tmp_path / "film.vob"
+    film.write_bytes(one + other + one)
+    monkeypatch.setattr("moireid.verifier.video.OPENING", OPENING | {"probesize": "100000"})
+    for track, level in ((None, "undecided"), (0, "note")):
+        read = Film(film, track=track)
+        assert read.tracks.findings == () and sum(1 for _ in read.frames()) == 60
+        assert [(reason.code, reason.level) for reason in read.findings()] == [("tracks", level)]
+    film.write_bytes(one + one)
+    read = Film(film)
+    assert sum(1 for _ in read.frames()) == 60 and read.findings() == ()
+
+
+def test_an_index_that_lists_other_pictures_is_said(tmp_path):
+    """Catches: an AVI whose pictures follow one another, as FFmpeg reads them, while its index names those of another
+    film, within a part that is skipped, as players of the index show them; an ordinary or a cut AVI doubted.
+    """
+    pictures = [np.full((96, 128), 40 + number, np.uint8) for number in range(40)]
+    data = written(tmp_path / "whole.avi", pictures, "mpeg4", "yuv420p").read_bytes()
+    start, index = data.index(b"movi"), data.rindex(b"idx1")
+    hidden = data[start + 4 : index]
+    skipped = b"JUNK" + len(hidden).to_bytes(4, "little") + hidden
+    other = bytearray(data[index:])
+    for entry in range(8 + 16, len(other), 16):
+        place = int.from_bytes(other[entry + 8 : entry + 12], "little") + index - start + 4
+        other[entry + 8 : entry + 12] = place.to_bytes(4, "little")
+    size = (index - start + len(skipped)).to_bytes(4, "little")
+    forged = data[: start - 4] + size + data[start:index] + skipped + other
+    for name, content, doubts in (("whole", data, 0), ("cut", data[: index * 3 // 4], 0), ("forged", forged, 1)):
+        film = tmp_path / f"{name}.avi"
+        film.write_bytes(content)
+        read = Film(film)
+        assert sum(1 for _ in read.frames()) > 10
+        assert [reason.level for reason in read.findings() if reason.code == "tracks"] == ["undecided"] * doubts
+
+
 @pytest.mark.parametrize(
     ("edits", "words"),
     [
@@ -133,6 +186,25 @@ def test_edits_that_hide_or_repeat_are_said(parts, tmp_path, edits, words):
     """
     said = [reason.text for reason in Film(with_edits(parts["true"], tmp_path / "film.mp4", edits)).tracks.findings]
     assert len(said) == (words is not None) and (words is None or words in said[0])
+
+
+@pytest.mark.parametrize(("first_s", "doubts"), [(0.0, 0), (2.0, 1)])
+def test_pictures_before_time_0_are_said(parts, tmp_path, first_s, doubts):
+    """Catches: pictures of an MP4 in fragments that its edit list hides, and FFmpeg does not, taken for shown ones."""
+    whole = tmp_path / "whole.mp4"
+    flags = {"movflags": "frag_keyframe+empty_moov+default_base_moof"}
+    with av.open(str(parts["true"])) as given, av.open(str(whole), "w", options=flags) as made:
+        stream = made.add_stream_from_template(given.streams.video[0])
+        ticks = int(1 / given.streams.video[0].time_base)
+        for packet in given.demux(video=0):
+            if packet.dts is not None:
+                packet.stream = stream
+                made.mux(packet)
+    edits = struct.pack(">I4sI4sIIIii", 36, b"edts", 28, b"elst", 0, 1, 0, round(first_s * ticks), 1 << 16)
+    film = Film(with_box(whole, tmp_path / "film.mp4", (b"moov", b"trak"), edits))
+    assert sum(1 for _ in film.frames()) == 120
+    said = [(reason.level, reason.measured) for reason in film.findings()]
+    assert said == [("undecided", pytest.approx(0.5, abs=0.03))] * doubts
 
 
 def test_crops_that_some_players_do_are_said(parts, tmp_path):
@@ -170,6 +242,19 @@ def test_ordered_chapters_are_said(parts, tmp_path):
     film.write_bytes(data[:flags] + b"\x45\xdd" + data[flags + 2 :])
     (reason,) = Film(film).tracks.findings
     assert (reason.code, reason.level) == ("tracks", "undecided") and "chapters" in reason.text
+    # The table of contents may name chapters anywhere, as behind a byte that is no element.
+    ordered = film.read_bytes()
+    start = ordered.rindex(b"\x10\x43\xa7\x70")
+    film.write_bytes(data + b"\0" + ordered[start : start + 128])
+    assert ["chapters" in reason.text for reason in Film(film).tracks.findings] == [True]
+
+
+def test_what_follows_a_matroska_film_refuses_nothing(parts, tmp_path):
+    """Catches: a film that is called unreadable for a size beyond all files after its end."""
+    film = tmp_path / "film.mkv"
+    joined([Part(parts["true"])], film)
+    film.write_bytes(film.read_bytes() + b"\xec\x01" + b"\x7f" * 30)
+    assert [reason.level for reason in Film(film).tracks.findings] == ["note"]
 
 
 def subtitled(source: Path, target: Path, codec: str, flags: int) -> Path:

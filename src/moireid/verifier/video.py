@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import closing, suppress
 from fractions import Fraction
 from itertools import islice
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ from moireid.verifier.damage import DamageWatch
 from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason
-from moireid.verifier.tracks import tracks_of
+from moireid.verifier.tracks import early_findings, listed_places, read_findings, tracks_of
 
 if TYPE_CHECKING:
     import av
@@ -130,6 +130,7 @@ class Film:
         self._set_size(reduced=reduced)
         #: Which frames are damaged, as far as they were decoded.
         self.damage, self._turned = DamageWatch(self._codec), 0
+        self._asked, self._met, self._early = track is not None, tuple[Reason, ...](), 0
 
     def _set_size(self, *, reduced: bool) -> None:
         """Set width and height that are read.  Raises: MediaError where the pictures are too large, or have no size."""
@@ -210,7 +211,9 @@ class Film:
 
     def findings(self) -> tuple[Reason, ...]:
         """Findings on its tracks, and on damage in the one that was judged, once it was read."""
-        return self.tracks.findings + (self.damage.findings(self.frames_expected) if self.tracks.judged else ())
+        read = self._met + early_findings(self._early, len(self.damage.marks))
+        read += self.damage.findings(self.frames_expected)
+        return self.tracks.findings + (read if self.tracks.judged else ())
 
     def frames(self) -> Generator[Frame, None, None]:
         """Decode frame by frame, from the beginning, one frame in memory at a time.
@@ -233,11 +236,12 @@ class Film:
 
         self.damage.marks.clear()
         self.damage = damage = DamageWatch(self._codec, self.damage.marks)
-        count = 0
+        self._early = count = 0
         try:
             with closing(self._decoded(damage=damage)) as pictures:
                 for picture in pictures:
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
+                    self._early += time_s < 0
                     if (picture.width, picture.height) != self._coded:
                         raise MediaError(
                             f"{self.path} changes its picture size from {self._coded[0]} x {self._coded[1]} to "
@@ -296,31 +300,15 @@ class Film:
 
     def _decoded(self, from_s: float | None = None, damage: DamageWatch | None = None) -> Generator[Any, None, None]:
         """Pictures as FFmpeg has them; from_s: time in the file of one after the first of them, s."""
-        import av
-
         damage = damage or DamageWatch(self._codec)
         with self._open() as container:
             stream = self._stream(container)
-            # Threads of the decoder wait for one another, and hold more pictures in memory (decisions/decoding-ahead).
-            stream.codec_context.thread_count = 1
-            stream.codec_context.options = LIMITS
-            # So that each picture has the number of its packet.
-            stream.codec_context.copy_opaque = True
             if from_s is not None and stream.time_base:
                 container.seek(round(from_s / stream.time_base), stream=stream)
-            for number, packet in enumerate(container.demux(stream)):
-                packet.opaque = number
-                damage.packet(number, packet)
-                decoded: list[av.VideoFrame] = []
-                try:
-                    decoded = packet.decode()
-                except av.error.MemoryError:
-                    raise
-                except av.error.FFmpegError:
-                    damage.error(number)
-                for picture in decoded:
-                    damage.frame(number if picture.opaque is None else picture.opaque, picture)
-                    yield picture
+            stream.codec_context.options = LIMITS
+            listed, read = listed_places(container, stream), set[int]()
+            yield from decoded_pictures(container, stream, damage, read if listed else None)
+            self._met = read_findings(container, listed, read, asked=self._asked)
 
     def _sized(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """A coded picture with square pixels, reduced; a last row or column that fills no pixel is left out."""
@@ -366,6 +354,48 @@ class Film:
             finally:
                 worker.shutdown(wait=True, cancel_futures=True)
                 frames.close()
+
+
+def decoded_pictures(
+    container: av.container.InputContainer,
+    stream: av.VideoStream,
+    damage: DamageWatch,
+    places: set[int] | None = None,
+) -> Generator[av.VideoFrame, None, None]:
+    """Pictures as FFmpeg has them, past errors of the decoder.
+
+    Parameters: damage: takes in each packet and picture; places: takes in those of the packets in the file, bytes.
+    """
+    import av
+    from av.codec.context import Flags
+
+    # Threads of the decoder wait for one another, and hold more pictures in memory (decisions/decoding-ahead).
+    stream.codec_context.thread_count = 1
+    # So that each picture has the number of its packet.
+    stream.codec_context.copy_opaque = True
+    # Pictures before the first key picture come too, flagged as damaged: many players show them.
+    stream.codec_context.flags |= Flags.output_corrupt
+    for number, packet in enumerate(_packets(container, stream)):
+        packet.opaque = number
+        if places is not None and packet.pos is not None:
+            places.add(packet.pos)
+        damage.packet(number, packet)
+        decoded: list[av.VideoFrame] = []
+        try:
+            decoded = packet.decode()
+        except av.error.MemoryError:
+            raise
+        except av.error.FFmpegError:
+            damage.error(number)
+        for picture in decoded:
+            damage.frame(number if picture.opaque is None else picture.opaque, picture)
+            yield picture
+
+
+def _packets(container: av.container.InputContainer, stream: av.VideoStream) -> Iterator[av.Packet]:
+    """The packets of a stream.  At the end PyAV fails at streams that began after it opened the file."""
+    with suppress(IndexError):
+        yield from container.demux(stream)
 
 
 def _taken(frames: Iterator[Frame]) -> tuple[list[Frame], MediaError | None]:

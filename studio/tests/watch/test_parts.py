@@ -13,6 +13,8 @@ import cv2
 import numpy as np
 import pytest
 
+from kit.coded_films import written
+from kit.damaging import Part, joined, zeroed
 from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.errors import MediaError
@@ -21,8 +23,18 @@ from moireid.verifier.session.claim import Claim
 from moireid_studio.challenge.session import LiveCheck
 from moireid_studio.challenge.stream import StreamCheck
 from moireid_studio.watch import cameras
-from moireid_studio.watch.order import Data
-from moireid_studio.watch.readers import AHEAD, BytesRefusal, GrowingFile, Inbox, PipeBytes, TimedPicture, is_closed
+from moireid_studio.watch.order import Data, Patience
+from moireid_studio.watch.readers import (
+    AHEAD,
+    BytesRefusal,
+    GrowingFile,
+    Inbox,
+    PipeBytes,
+    TimedPicture,
+    is_closed,
+    pictures,
+)
+from moireid_studio.watch.source import source_of
 
 
 def taken(number: int) -> TimedPicture:
@@ -50,6 +62,24 @@ def test_a_live_source_loses_its_oldest_pictures_and_a_film_none() -> None:
     assert not done.wait(0.1)
     assert [film.get(1).claimed_s for _ in range(AHEAD + 3)] == [float(k) for k in range(AHEAD + 3)]
     assert film.get(1) == "end" and film.lost == 0
+
+
+def test_a_film_of_two_tracks_is_refused_and_one_with_damage_read_past_it(tmp_path: Path) -> None:
+    """Catches: the first of two tracks judged, where players show the other; a stream that ends at a lost packet; wrong
+    pictures after it, up to the next key picture, judged.
+    """
+    noise = np.random.default_rng(1).integers(0, 255, (30, 288, 384), np.uint8)
+    film = written(tmp_path / "film.mkv", list(noise), "libx264", "yuv420p")
+    taken: list[TimedPicture] = []
+    inbox: Any = SimpleNamespace(put_picture=taken.append)
+    piped = PipeBytes(lambda wish: None)
+    patience = Patience(open_s=1.0, stall_s=1.0, grown_s=0.1)
+    two = joined([Part(film), Part(film, 1)], tmp_path / "two.mkv")
+    with pytest.raises(MediaError, match="2 video tracks, and players differ"):
+        pictures(source_of(str(two)), piped, inbox, patience)
+    assert not taken
+    pictures(source_of(str(zeroed(film, tmp_path / "zeroed.mkv", 20))), piped, inbox, patience)
+    assert [round(one.claimed_s * 30) for one in taken] == list(range(20))
 
 
 def test_a_file_is_read_on_until_it_grows_no_more(tmp_path: Path) -> None:

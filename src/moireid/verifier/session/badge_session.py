@@ -137,14 +137,15 @@ class ChapterTracker:
         return [span for chapter in self.chapters for span in chapter.judged_s]
 
     def read(self) -> set[str]:
-        """Identities that were read in any chapter."""
-        return {chapter.identity.decoded_id for chapter in self.chapters if chapter.identity.decoded_id}
+        """Identities that were read in any chapter, also in frames that are said to be damaged."""
+        judged = [one for chapter in self.chapters for one in (chapter, chapter.claimed) if one is not None]
+        return {chapter.identity.decoded_id for chapter in judged if chapter.identity.decoded_id}
 
     def broken(self, reduced_by: int = 1) -> list[BrokenBadge]:
-        """This badge if it is rejected, or the law does not explain its fringes; one that reads no identity may be the
-        judged one with its code hidden, while it breaks the law.
+        """This badge if it is rejected, or the law does not explain its fringes, also in frames that are said to be
+        damaged; one that reads no identity may be the judged one with its code hidden, while it breaks the law.
         """
-        read, chapters = frozenset(self.read()), self.chapters
+        read, chapters = frozenset(self.read()), [chapter.claimed or chapter for chapter in self.chapters]
         breaking = [chapter for chapter in chapters if chapter.breaks_law]
         whole = bool(read) and self.verdict == "reject"
         if not whole and not breaking:

@@ -58,7 +58,7 @@ class Chapter:
     its frames, None once they are dropped; sheet: the gains that the badge may have (the signals are computed with the
     expected one); passed: as in `Track`; judged_s, seen_s: the spans that were judged, and those that show the badge;
     earlier: the same by each earlier set of figures, the newest first, where the film does not agree with those in use;
-    claimed: whether it was rejected with the frames that only the container says are damaged, and is not without them.
+    claimed: as it was rejected with the frames that only the container says are damaged, where it is not without them.
     """
 
     frames_read: int
@@ -77,7 +77,7 @@ class Chapter:
     judged_s: tuple[Span, ...] = ()
     sheet: SheetGain = DESIGNED
     earlier: tuple[Chapter, ...] = ()
-    claimed: bool = False
+    claimed: Chapter | None = None
 
     @property
     def excused(self) -> bool:
@@ -94,7 +94,9 @@ class Chapter:
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
-        return replace(self, track=None, measurement=None, earlier=tuple(one.light() for one in self.earlier))
+        claimed = self.claimed.light() if self.claimed else None
+        earlier = tuple(one.light() for one in self.earlier)
+        return replace(self, track=None, measurement=None, earlier=earlier, claimed=claimed)
 
 
 def judge_marked(track: Track, claim: Claim, repeated: int, marks: Sequence[int]) -> Chapter:
@@ -107,8 +109,11 @@ def judge_marked(track: Track, claim: Claim, repeated: int, marks: Sequence[int]
 
     chapter = judged(CLAIMED)
     if (mark == CLAIMED).any() and _verdict(chapter) == "reject":
-        sound = judged(0)
-        return replace(sound, claimed=True) if _verdict(sound) != "reject" else chapter
+        sound, rejected = judged(0), chapter.light()
+        if _verdict(sound) != "reject":
+            # By whichever figures the film is judged in the end, it is doubted.
+            earlier = tuple(replace(one, claimed=rejected) for one in sound.earlier)
+            return replace(sound, claimed=rejected, earlier=earlier)
     return chapter
 
 

@@ -20,9 +20,11 @@ import cv2
 import numpy as np
 
 from moireid.errors import MediaError
+from moireid.verifier.damage import DAMAGED, REORDERED, DamageWatch
 from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.picture import Picture
-from moireid.verifier.video import FORMATS, OPENING, picture_of, squared
+from moireid.verifier.tracks import picture_tracks
+from moireid.verifier.video import FORMATS, OPENING, decoded_pictures, picture_of, squared
 from moireid_studio.watch.order import LEAST_SIDE, MOST_PIXELS, PIECE, Data, Patience
 from moireid_studio.watch.source import Source
 
@@ -208,18 +210,29 @@ def _opened(source: Source, piped: PipeBytes, patience: Patience) -> av.containe
 def _check(source: Source, container: av.container.InputContainer) -> None:
     if not FORMATS & set(container.format.name.split(",")):
         raise MediaError(f"{source.shown} is read as {container.format.name}, which is no film; {_advice(source)}")
-    if not container.streams.video:
+    count = len(picture_tracks(container))
+    if count > 1:
+        shown = f"{source.shown} has {count} video tracks, and players differ in which one they show"
+        raise MediaError(f"{shown}; give it with one, or try verify --track")
+    if not count:
         raise MediaError(f"{source.shown} holds no video stream; {_advice(source)}")
 
 
 def _decode(container: av.container.InputContainer, inbox: Inbox, arrival: Callable[[], float]) -> None:
-    stream = container.streams.video[0]
+    (stream,) = picture_tracks(container)
     if stream.codec_context is None:
         raise MediaError("it is coded in a way that no decoder here knows")
-    stream.codec_context.thread_count = 1
     stream.codec_context.options = LIMITS
-    fps, timed = float(stream.average_rate or stream.guessed_rate or 30), False
-    for count, decoded in enumerate(container.decode(stream)):
+    fps, timed, damage = (
+        float(stream.average_rate or stream.guessed_rate or 30),
+        False,
+        DamageWatch(stream.codec_context.name),
+    )
+    for count, decoded in enumerate(decoded_pictures(container, stream, damage)):
+        # As in a film, what the decoder found damaged is not judged; a stream may be endless, so few marks are kept.
+        del damage.marks[:-REORDERED]
+        if damage.marks[-1] == DAMAGED:
+            continue
         # Where none has a time, as in a bare stream of H.264, they are counted; a single one without is left out.
         timed = timed or decoded.time is not None
         claimed_s = float(decoded.time) if decoded.time is not None else math.nan if timed else count / fps
