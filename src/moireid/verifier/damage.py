@@ -59,6 +59,11 @@ class DamageWatch:
         """Pictures that are damaged or lost, as the decoder found."""
         return self.marks.count(DAMAGED) + self.lost
 
+    @property
+    def pending(self) -> bool:
+        """Whether the decoder failed, and no key picture came since."""
+        return bool(self._found)
+
     def packet(self, number: int, packet: av.Packet) -> None:
         """Take in a packet that is about to be decoded."""
         flagged = packet.is_corrupt and self.codec not in SELF_CHECKING

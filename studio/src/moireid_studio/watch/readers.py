@@ -223,12 +223,10 @@ def _decode(container: av.container.InputContainer, inbox: Inbox, arrival: Calla
     if stream.codec_context is None:
         raise MediaError("it is coded in a way that no decoder here knows")
     stream.codec_context.options = LIMITS
-    fps, timed, damage = (
-        float(stream.average_rate or stream.guessed_rate or 30),
-        False,
-        DamageWatch(stream.codec_context.name),
-    )
+    fps, damage = float(stream.average_rate or stream.guessed_rate or 30), DamageWatch(stream.codec_context.name)
+    timed = seen = False
     for count, decoded in enumerate(decoded_pictures(container, stream, damage)):
+        seen = True
         # As in a film, what the decoder found damaged is not judged; a stream may be endless, so few marks are kept.
         del damage.marks[:-REORDERED]
         if damage.marks[-1] == DAMAGED:
@@ -237,6 +235,8 @@ def _decode(container: av.container.InputContainer, inbox: Inbox, arrival: Calla
         timed = timed or decoded.time is not None
         claimed_s = float(decoded.time) if decoded.time is not None else math.nan if timed else count / fps
         inbox.put_picture(TimedPicture(small_enough(decoded, stream.sample_aspect_ratio), claimed_s, arrival()))
+    if damage.pending and not seen:
+        raise MediaError("none of its pictures can be decoded; it cannot be read as a video")
 
 
 def small_enough(decoded: Any, aspect: Any = None) -> Picture:
