@@ -171,13 +171,13 @@ def test_flags_alone_hide_nothing(films, folder, badge, counters):
     """Catches: a forged stretch, or a whole forged film, that is left out as its packets are flagged."""
     for codec in ("libx264", "libx265"):
         forged = recoded(films / "forged_reversed_1.0m.mp4", folder / f"forged_{codec}.ts", codec, gop=30)
-        told = flagged(forged, folder / "flagged.ts", (0.3, 0.6), counters=counters)
-        plain, report = verify(forged, Claim(badge)), verify(told, Claim(badge))
+        marked = flagged(forged, folder / "flagged.ts", (0.3, 0.6), counters=counters)
+        plain, report = verify(forged, Claim(badge)), verify(marked, Claim(badge))
         assert report.verdict == plain.verdict == "reject"
         assert report.frames == plain.frames and report.frames["damaged"] == 0
     # Where every packet is flagged, a decoder that finds damage by itself finds none.
-    told = flagged(folder / "forged_libx264.ts", folder / "flagged.ts", counters=counters)
-    assert verify(told, Claim(badge)).verdict == "reject"
+    marked = flagged(folder / "forged_libx264.ts", folder / "flagged.ts", counters=counters)
+    assert verify(marked, Claim(badge)).verdict == "reject"
 
 
 def test_flags_alone_accept_nothing(films, folder, badge, sound):
@@ -199,7 +199,7 @@ def test_flags_alone_accept_nothing(films, folder, badge, sound):
             made.mux(stream.encode(frame))
         made.mux(stream.encode(None))
     assert verify(spliced, Claim(badge)).verdict != "accept"
-    assert verify(flagged(spliced, folder / "told.ts", (0.2, 0.8)), Claim(badge)).verdict != "accept"
+    assert verify(flagged(spliced, folder / "marked.ts", (0.2, 0.8)), Claim(badge)).verdict != "accept"
 
 
 class Shown:
