@@ -170,7 +170,7 @@ def test_every_room_has_a_page_with_an_example() -> None:
     assert {path.stem for path in pages} >= {"index", *(face.rpartition(".")[2] for face in FACES)}
     shown: dict[str, list[str]] = {}
     for page in pages:
-        module, some = re.findall(r"(?m)^\{\{ names ([\w.]+)(?:: ([\w, ]+))? \}\}$", page.read_text(encoding="utf-8"))[
+        module, some = re.findall(r"(?m)^<!-- names ([\w.]+)(?:: ([\w, ]+))? -->$", page.read_text(encoding="utf-8"))[
             0
         ]
         assert page.stem in ("index", "objects") or page.stem.split("-")[0] == module.rpartition(".")[2]
