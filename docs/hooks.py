@@ -5,6 +5,7 @@ python/         written by hand; `<!-- names MODULE -->` becomes what that modul
                 `<!-- names MODULE: A, B -->` these names of it
 badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report, and
                 capture-record.md of a capture record
+threats.md      the text of THREATS.md
 reason-codes.md written by hand; `{{ module.NAME }}` in it becomes the value of that constant
 """
 
@@ -74,7 +75,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Put the verifier's limits and the rooms' names in their places."""
+    """Put the verifier's limits, the rooms' names and the text of THREATS.md in their places."""
+    if page.file.src_uri == "explanation/threats.md":
+        return (Path(config.docs_dir).parent / "THREATS.md").read_text(encoding="utf-8").replace("](docs/", "](../")
     if page.file.src_uri.startswith("reference/python/"):
         return NAMES.sub(lambda found: "".join(_names(found[1], found[2])), markdown)
     return with_limits(markdown) if page.file.src_uri == "reference/reason-codes.md" else markdown
