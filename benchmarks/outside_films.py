@@ -55,11 +55,10 @@ WEAR: tuple[tuple[str, ...], ...] = (
     ("--orientation", "landscape", "--template", "conference", "--markers", "frame", *LINES[:2]),
     ("--orientation", "landscape", "--template", "webcam", *LINES[:2]),
 )
-#: Fronts that are asked for by `--fronts`: three turned fields, an array of round lenses, and a sheet over the sides of
+#: Fronts that are asked for by `--fronts`: three turned fields, and a sheet over the sides of
 #: a frame, as mounts hold it at the board's edges.
 FRONTS: dict[str, tuple[str, ...]] = {
     "hex": ("--axes", "hex"),
-    "array": ("--front", "array"),
     "edge": ("--markers", "frame"),
 }
 PROGRAM = Path(sys.executable).with_name("print-your-badge")
@@ -263,7 +262,7 @@ def spread(films: list[Row]) -> Iterator[Row]:
 OPTIONS: dict[str, dict[str, Any]] = {
     "--formats": {"type": lambda text: text.split(","), "default": list(FORMATS), "metavar": "F,…"},
     "--forgeries": {"action": "store_true", "help": "thirteen lies about each format instead"},
-    "--fronts": {"type": lambda text: text.split(","), "default": [], "metavar": "F,…", "help": "hex, array, edge"},
+    "--fronts": {"type": lambda text: text.split(","), "default": [], "metavar": "F,…", "help": "hex, edge"},
 }
 COLUMNS = {"films of": "<12", "films": ">5", "read": ">5", "wrong": ">5", "film": "<22", "accept": ">8"}
 COLUMNS |= {"inconclusive": ">13", "reject": ">8", "worst gain": ">11.3f", "film s": ">7.1f", "verify s": ">9.1f"}

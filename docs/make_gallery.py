@@ -20,6 +20,7 @@ from typing import Any
 
 import av
 import numpy as np
+from photograph import photograph
 from PIL import Image
 from skimage import data
 
@@ -41,10 +42,6 @@ PRINTED = {
     ),
     "xy": ('"Grace Hopper" --payload cdbbf82898d52ed1 --axes xy', "Fringes for motion sideways, and up and down."),
     "hex": ('"Maria Sibylla Merian" --payload 3a91c05e77d2b846 --axes hex', "Three fields: motion in any direction."),
-    "array": (
-        '"Katherine Johnson" --payload 84d1f06b92c37ae5 --front array',
-        "Round lenses over crossed lines: both directions at every point.",
-    ),
     "frame": (
         '"Rosalind Franklin" --payload c26e19d85b03f74a --markers frame',
         "A thin notched frame in place of the squares.",
@@ -188,22 +185,16 @@ moireid simulate ada/badge.json --out film.mp4 --scene worn --build usual:3 --mo
 
 
 PHOTOGRAPH_WORDS = """Light followed through every lens, from a lamp to the print and back to the camera; holder, cord
-and jumper are modelled. `--rays` and `--error` choose between time and noise.
+and jumper are modelled by `docs/photograph.py`.
 
 ![A badge in a holder on a red cord, before a blue knitted jumper](gallery/photograph.webp)
-
-```text
-moireid render ada/badge.json --out photograph.png --rays 512
-```
 """
 
 
 def _photograph(work: Path) -> None:
     """The badge of a speaker as it is worn, path-traced: some minutes of work."""
-    badge_json, picture = work / "worn-conference" / "badge.json", work / "photograph.png"
-    _run(f"moireid render {badge_json} --out {picture} --rays 512")
-    with Image.open(picture) as made:
-        made.save(OUT / "photograph.webp", quality=80, method=6)
+    made = photograph(work / "worn-conference" / "badge.json", rays=512)
+    made.save(OUT / "photograph.webp", quality=80, method=6)
 
 
 def _scenes(work: Path) -> None:

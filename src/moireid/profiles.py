@@ -9,7 +9,6 @@ how much it widens lines, and its scale.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -142,22 +141,6 @@ def mask_named(label: str, gap_mm: float) -> Lens:
             f"a gap of {gap_mm:g} mm is no acrylic spacer's; give {GAP_RANGE_MM[0]:g} to {GAP_RANGE_MM[1]:g} mm"
         )
     return Lens("mask", lens_named(label).pitch_mm, gap_mm, ACRYLIC_INDEX)
-
-
-#: An array's lenses are this much flatter than they must be to meet; half spheres would lose the light of the corners.
-ARRAY_RADIUS_RATIO = 1.2
-
-
-def array_named(label: str) -> Lens:
-    """An array of round lenses (fly's-eye sheet) of a lens sheet's pitch, focused on its back.
-
-    Convention: as thick as the sheet of that label, or thicker, as round lenses of a thin sheet would not meet.
-    Raises: SpecError for an unknown label.
-    """
-    sheet = lens_named(label)
-    least_mm = ARRAY_RADIUS_RATIO * math.sqrt(0.5) * sheet.pitch_mm
-    thinnest_mm = least_mm * sheet.refractive_index / (sheet.refractive_index - 1)
-    return Lens("array", sheet.pitch_mm, max(sheet.thickness_mm, round(thinnest_mm, 2)), sheet.refractive_index)
 
 
 def load_lens_profile(path: AnyPath) -> LensProfile:

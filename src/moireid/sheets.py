@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
-from moireid.lenticule import RAYS, trace_mm, view_law
+from moireid.lenticule import RAYS, trace_mm
 from moireid.materials import Material, materials
 from moireid.optics import passed_share, slab_shift_mm
 
@@ -120,9 +120,6 @@ def effective_gap_mm(lens: Lens, rear_pitch_mm: float, gap_mm: float = 0.0) -> f
     if lens.kind == "mask":
         shift = slab_shift_mm(lens.thickness_mm, lens.refractive_index, NEAR) / NEAR
         return float(shift) + gap_mm
-    if lens.kind == "array":
-        # Behind a flat back the ray has the slope again that it had in front.
-        return view_law(lens, rear_pitch_mm).effective_gap_mm(rear_pitch_mm) + gap_mm
     across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
     turned = np.angle(_response(lens, rear_pitch_mm, gap_mm, across) ** 2)
     return float(turned) * rear_pitch_mm / (2 * math.pi * 2 * NEAR)

@@ -55,7 +55,7 @@ def test_a_command_that_is_not_installed_names_what_to_install(
 @pytest.mark.parametrize(("words", "instead"), REMOVED.items())
 def test_what_was_removed_says_what_to_use_instead(words: str, instead: str) -> None:
     """Catches: 'no such command' or 'no such option' for what once was; an entry for what still works."""
-    done = CliRunner().invoke(moireid, [*words.split(), "value", "--more", "values"])
+    done = CliRunner().invoke(moireid, [*words.split(), "value"])
     assert done.exit_code == 2 and done.stderr == f"Error: 'moireid {words}' was removed: {instead}\n"
     assert words not in [" ".join(path) for path in commands()]
 

@@ -43,7 +43,6 @@ COMMANDS = {
     "simulate BADGE": ["simulate", "IT", "--out", "f.mp4"],
     "simulate --motion": ["simulate", BADGE, "--out", "f.mp4", "--motion", "IT"],
     "simulate --build": ["simulate", BADGE, "--out", "f.mp4", "--build", "IT"],
-    "render BADGE": ["render", "IT", "--out", "p.png"],
     "calibrate --chart": ["calibrate", BADGE, "--chart", "IT", "--out", "lens.json"],
     "calibrate-camera FILM": ["calibrate-camera", "IT", "--out", "camera.yaml"],
     "registry import": ["registry", "import", "IT"],

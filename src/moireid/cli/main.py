@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 #: The sections of `moireid --help`: names of commands, in the order in which people need them.
 SECTIONS: dict[str, tuple[str, ...]] = {
     "Commands that most people need": (
-        *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "render", "serve"),
+        *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "serve"),
     ),
     "Your first badge; what to buy; lens sheets, printers and cameras": (
         *("first-badge", "materials", "pitch-test", "calibrate", "calibrate-camera"),
@@ -40,7 +40,6 @@ OWN = {
     "identify": "moireid.cli.verify.identify_cmd:identify_command",
     "attest": "moireid.cli.attest.attest_cmd:attest_group",
     "simulate": "moireid.cli.simulate_cmd:simulate_command",
-    "render": "moireid.cli.render_cmd:render_command",
     "materials": "moireid.cli.printing.materials_cmd:materials_command",
     "first-badge": "moireid.cli.first_badge_cmd:first_badge_command",
     "pitch-test": "moireid.cli.pitch_cmd:pitch_test_command",

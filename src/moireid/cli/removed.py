@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from moireid.cli.common import BAD_INPUT
@@ -9,10 +11,12 @@ from moireid.cli.common import BAD_INPUT
 _COSIGN = "have a C2SP witness cosign the checkpoint file, and add its line to the file"
 _READERS = "readers give it, to `registry audit`, `verify`, `identify` and `attest check`, which check the signatures"
 
-#: By the words as one types them after `moireid`, a command or a command and its option: what to use instead.
+#: By the words as one types them after `moireid`, a command, its option and its value: what to use instead.
 REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
+    "render": "preview.png next to badge.json shows the badge, and simulate --scene worn films it as it is worn",
+    "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
     "registry checkpoint --witness": _COSIGN,
@@ -40,3 +44,13 @@ def removed_option(error: click.NoSuchOption) -> Removed | None:
     path = error.ctx.command_path if error.ctx else ""
     words = f"{path.partition(' ')[2]} {error.option_name}"
     return Removed(words) if words in REMOVED else None
+
+
+class RemainingChoice(click.Choice[str]):
+    """A choice of values; one that is gone ends in its sentence."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The value.  Raises: Removed, or click.BadParameter for one that never was."""
+        if param and ctx and (words := f"{ctx.command.name} {param.opts[0]} {value}") in REMOVED:
+            raise Removed(words)
+        return super().convert(value, param, ctx)

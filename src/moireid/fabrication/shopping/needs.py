@@ -211,12 +211,11 @@ def front_words(badge: Badge) -> str:
         return f"Line mask on clear film, over acrylic of {badge.lens.thickness_mm:g} mm"
     if (row := _sheet_row(badge)) is not None:
         return row.words
-    kind = "Lens array (fly's-eye sheet)" if badge.lens.kind == "array" else "Lenticular sheet"
-    return f"{kind}, {25.4 / badge.lens.pitch_mm:.4g} LPI, {badge.lens.thickness_mm:.3g} mm"
+    return f"Lenticular sheet, {25.4 / badge.lens.pitch_mm:.4g} LPI, {badge.lens.thickness_mm:.3g} mm"
 
 
 def _sheet_row(badge: Badge) -> Material | None:
-    """The row that the badge was designed for; None for a measured sheet, an array, or another thickness."""
+    """The row that the badge was designed for; None for a measured sheet, or another thickness."""
     label = (badge.print or {}).get("lens")
     row = sheet_labelled(label) if isinstance(label, str) and badge.lens.kind == "lenticular" else None
     if row is None or row.thick_mm is None or abs(row.thick_mm - badge.lens.thickness_mm) > 1e-6:

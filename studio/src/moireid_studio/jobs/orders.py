@@ -61,9 +61,6 @@ class Wish(BaseModel):
     lens_thickness_mm: float | None = Field(
         None, gt=0, le=20, allow_inf_nan=False, description="Thickness of the sheet by a calliper, mm."
     )
-    front: Literal["lens", "array"] = Field(
-        "lens", description="What is on top: a lenticular sheet, or an array of round lenses (fly's-eye sheet)."
-    )
     printer_dpi: int = Field(1200, ge=72, le=9600, description="Printer's dots per inch.")
     paper: Literal["a4", "letter"] = "a4"
     near_m: Metres | None = Field(None, description="Nearest camera, metres; else the format's, of the board 0.8.")
@@ -146,7 +143,6 @@ class Wish(BaseModel):
             family="spacing",
             axes=self.axes,
             markers=self.markers,
-            front=self.front,
             lens_thickness_mm=self.lens_thickness_mm,
         )
         return (wear or self.wear()).fit(wish)
@@ -265,7 +261,6 @@ LABELS = {
     "width_mm": "width of the badge",
     "height_mm": "height of the badge",
     "axes": "fringes",
-    "front": "sheet on top",
     "lines": "lines below the name",
     "people": "number of badges",
     "spare_percent": "share to spare",
