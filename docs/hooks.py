@@ -1,8 +1,8 @@
 """What mkdocs asks as it builds: the reference pages that are made from the code, so that they are never stale.
 
 commands.md     every command, from click's own help
-python/         written by hand; `{{ names MODULE }}` becomes what that module exports, from the docstrings, and
-                `{{ names MODULE: A, B }}` these names of it
+python/         written by hand; `<!-- names MODULE -->` becomes what that module exports, from the docstrings, and
+                `<!-- names MODULE: A, B -->` these names of it
 badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report, and
                 capture-record.md of a capture record
 reason-codes.md written by hand; `{{ module.NAME }}` in it becomes the value of that constant
@@ -52,22 +52,10 @@ signals and crops of the fringes. [What it reveals](../first-physical-film.md#wh
 first film. Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
 #: `{{ verifier.decision.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
-#: `{{ names moireid.designer }}`: what the module exports; `{{ names moireid: design, verify }}`: these of it.
-NAMES = re.compile(r"^\{\{ names ([\w.]+)(?:: ([\w, ]+))? \}\}$", re.MULTILINE)
+#: `<!-- names moireid.designer -->`: what the module exports; `<!-- names moireid: design, verify -->`: these of it.
+NAMES = re.compile(r"^<!-- names ([\w.]+)(?:: ([\w, ]+))? -->$", re.MULTILINE)
 #: The function; `moireid.simulate` is a package as well.
 SIMULATE = "moireid.simulate.film_badge.simulate"
-
-
-def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Put the decisions into the navigation, in the groups of their own first page."""
-    groups: list[dict[str, list[str]]] = []
-    for line in (Path(config.docs_dir) / "decisions" / "index.md").read_text(encoding="utf-8").splitlines():
-        if line.startswith("## "):
-            groups.append({line[3:]: []})
-        elif found := re.match(r"- \[.+\]\((.+\.md)\)", line):
-            next(iter(groups[-1].values())).append(f"decisions/{found[1]}")
-    config.nav = [*(config.nav or []), {"Decisions": ["decisions/index.md", *groups]}]
-    return config
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
