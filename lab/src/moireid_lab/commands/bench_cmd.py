@@ -83,7 +83,7 @@ def bench_command(
     published   the published paper's tables on simulated films, next to ours
 
     The figures and a plot go into the folder of --out. Films of suites without run times, and the extreme
-    motions of verify, are shared out as in `moireid evaluate` (--workers, --scheduler); timed work runs alone.
+    motions of verify, are shared out as in `moireid lab evaluate` (--workers, --scheduler); timed work runs alone.
 
     Figures of finished films are kept in clips.jsonl, verify.jsonl, forgers.jsonl, reality.jsonl and natural.jsonl, so
     a run that was interrupted goes on there.
