@@ -1,4 +1,4 @@
-"""Films by an outside tracer, judged: run `.venv/bin/python benchmarks/outside_films.py [--formats a7,a6] [--clips N]`.
+"""Films by an outside tracer, judged: run `moireid lab bench outside [--formats a7,a6] [--clips N]`.
 
 Badges are made by the command `print-your-badge`, in each format, landscape and portrait, plain and with all that
 templates wear, with squares and with a thin frame; each is filmed twice by `outside`, which shares nothing with
@@ -37,7 +37,7 @@ from outside.page import load_page
 
 from moireid.badge import load_badge
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
 FRAMES, FPS, PER_BADGE = 240, 30, 2
@@ -271,6 +271,3 @@ COLUMNS |= {"wear": "<40", "reasons": "<1"}
 COLUMNS |= {"true films": ">10", "|rho|": ">7.4f", "sd": ">7.4f", "least": ">7.4f", "over 30 frames": ">14.3f"}
 COLUMNS |= {"its sd": ">6.3f", "gain off": ">8.4f"}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
-
-if __name__ == "__main__":
-    run_script(__file__)

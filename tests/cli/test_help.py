@@ -9,7 +9,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, OWN, SECTIONS, moireid
+from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, OF_LAB, OWN, SECTIONS, moireid
 from moireid.cli.removed import REMOVED
 from moireid.cli.simulate_cmd import FORGERIES, LIGHT_NAMES, simulate_command
 from moireid.cli.simulate_values import EFFECTS
@@ -38,6 +38,14 @@ def test_every_command_is_in_one_section() -> None:
     listed = [name for names in SECTIONS.values() for name in names]
     added = {point.name for point in entry_points(group=ENTRY_POINTS)}
     assert sorted(listed) == sorted([*OWN, *ELSEWHERE]) and added <= set(ELSEWHERE)
+
+
+@pytest.mark.parametrize("name", OF_LAB)
+def test_commands_of_the_lab_are_also_called_without_its_name(name: str) -> None:
+    """Catches: `moireid bench` that is gone, or listed next to `moireid lab bench`."""
+    short, whole = (CliRunner().invoke(moireid, [*words, name, "--help"]).stdout for words in ((), ("lab",)))
+    assert short.partition("\n\n")[2] == whole.partition("\n\n")[2] != ""
+    assert name not in moireid.list_commands(click.Context(moireid))
 
 
 @pytest.mark.parametrize(("command", "distribution"), ELSEWHERE.items())

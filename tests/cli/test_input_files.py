@@ -48,8 +48,8 @@ COMMANDS = {
     "registry import": ["registry", "import", "IT"],
     "registry check-proof": ["registry", "check-proof", "IT"],
     "registry audit --since": ["registry", "audit", "--since", "IT"],
-    "film-set PLAN": ["film-set", "IT", "--out", "out"],
-    "evaluate MANIFEST": ["evaluate", "IT", "--out", "out"],
+    "lab film-set PLAN": ["lab", "film-set", "IT", "--out", "out"],
+    "lab evaluate MANIFEST": ["lab", "evaluate", "IT", "--out", "out"],
 }
 NAMES = {
     "print --people": "it.csv",
@@ -59,8 +59,8 @@ NAMES = {
     "print --lens": "it.json",
     "simulate --motion": "it.csv",
     "simulate --build": "it.truth.csv",
-    "film-set PLAN": "it.csv",
-    "evaluate MANIFEST": "it.csv",
+    "lab film-set PLAN": "it.csv",
+    "lab evaluate MANIFEST": "it.csv",
 }
 #: Run one after the other in one process, with an alarm, as each start costs a second.
 RUN = """

@@ -29,8 +29,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     ),
     "The registry, and access to the studio": ("registry", "token", "verdicts", "worker"),
     "What you set once": ("config",),
-    "Many films at once": ("film-set", "generator-kit", "evaluate"),
-    "The figures that this project states": ("bench",),
+    "For researchers: many films at once, and the figures that this project states": ("lab",),
 }
 #: The commands of this package: each module is imported when its command is called, or its help is shown.
 OWN = {
@@ -51,8 +50,10 @@ OWN = {
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {
     **dict.fromkeys(("serve", "token", "verdicts", "watch", "worker"), "moireid-studio"),
-    **dict.fromkeys(("bench", "evaluate", "film-set", "generator-kit"), "moireid-lab"),
+    "lab": "moireid-lab",
 }
+#: Commands of the lab that are also called without its name; the help does not list them.
+OF_LAB = ("bench", "evaluate")
 ENTRY_POINTS = "moireid.commands"
 
 
@@ -69,6 +70,8 @@ class Sections(click.Group):
 
         Raises: MissingDistribution where its distribution is not installed; Removed if the command is gone.
         """
+        if name in OF_LAB and isinstance(lab := self.get_command(context, "lab"), click.Group):
+            return lab.get_command(context, name)
         if name in OWN:
             # Without a search for entry points, whose import alone takes longer than most commands' help.
             own: click.Command = pkgutil.resolve_name(OWN[name])

@@ -17,6 +17,8 @@ REMOVED = {
     "signatures checked",
     "render": "preview.png next to badge.json shows the badge, and simulate --scene worn films it as it is worn",
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
+    "film-set": "it is `moireid lab film-set`",
+    "generator-kit": "it is `moireid lab generator-kit`",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
     "registry checkpoint --witness": _COSIGN,

@@ -21,7 +21,6 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from kit.portrait import FACE_MM, portrait
 from moireid.asbuilt import MODEL, AsBuilt, as_built_from_json
 from moireid.badge import Badge
 from moireid.enrolment import keep_figures
@@ -29,7 +28,7 @@ from moireid.errors import SpecError
 from moireid.registry import ClaimedBadge, open_registry
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.known_figures import MOST_OFFSET_SD_RAD, checked_figures
-from moireid_lab.bench.live import answer, frames
+from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
 from moireid_studio.app import create_app
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
