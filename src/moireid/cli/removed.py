@@ -14,6 +14,12 @@ REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
+    "materials --event": "give --badge with one badge.json of the event's folder, and --people",
+    "materials --made": "give --mount acrylic for one that is cut from acrylic",
+    "materials --orientation": "give --badge with a badge.json of that orientation",
+    "materials --price": "fill in the prices in shopping-list.csv",
+    "materials --trim": "3 mm are cut off at each edge; give a smaller --sheet-size to cut off more",
+    "materials --cut-width": "cut the sheets with a knife or a paper cutter, which takes nothing away",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
     "registry checkpoint --witness": _COSIGN,
     "registry checkpoint --witness-key": _READERS,
