@@ -14,6 +14,8 @@ REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
+    "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
+    "film",
     "materials --event": "give --badge with one badge.json of the event's folder, and --people",
     "materials --made": "give --mount acrylic for one that is cut from acrylic",
     "materials --orientation": "give --badge with a badge.json of that orientation",
