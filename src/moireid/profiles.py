@@ -110,13 +110,12 @@ def lens_named(label: str) -> Lens:
     """
     if label.lower().endswith(".json"):
         return load_lens_profile(Path(label)).lens
-    product = PRODUCTS.get(label.lower())
-    if product is None:
+    if label.lower() not in PRODUCTS:
         raise SpecError(
             f"lens {label!r} is not known; choose one of {', '.join(PRODUCTS)}, or give the .json file of a lens "
             "profile"
         )
-    return sheet_lens(product.pitch_mm, product.thickness_mm, product.refractive_index)
+    return PRODUCTS[label.lower()]
 
 
 def sheet_of_thickness(lens: Lens, thickness_mm: float) -> Lens:

@@ -25,9 +25,9 @@ from moireid.fabrication.event import places_mm
 from moireid.fabrication.mount_parts import Parts
 from moireid.fabrication.shopping.cutting import CuttingPlan, Pieces, plan_cutting
 from moireid.fabrication.sight import sheet_pieces
-from moireid.materials import Kind, Material, materials, materials_for, sheet_labelled
+from moireid.materials import Kind, Material, materials, materials_for
 from moireid.profiles import PAPERS_MM, find_printer
-from moireid.sheets import MM_PER_INCH
+from moireid.sheets import MM_PER_INCH, PRODUCTS
 
 MOST_PEOPLE = 10_000
 MOUNT_TIMES = Path(__file__).with_name("mount_times.csv")
@@ -179,11 +179,12 @@ def _hours(words: str) -> float:
 
 def _sheet_row(badge: Badge) -> Material | None:
     """The row that the badge was designed for; None for a measured sheet, an array, or another thickness."""
-    label = (badge.print or {}).get("lens")
-    row = sheet_labelled(label) if isinstance(label, str) and badge.lens.kind == "lenticular" else None
-    if row is None or row.thick_mm is None or abs(row.thick_mm - badge.lens.thickness_mm) > 1e-6:
+    label = str((badge.print or {}).get("lens")).lower()
+    if badge.lens.kind != "lenticular" or label not in PRODUCTS:
         return None
-    return row
+    if abs(PRODUCTS[label].thickness_mm - badge.lens.thickness_mm) > 1e-6:
+        return None
+    return next(row for row in materials() if row.label == label)
 
 
 def _sheet_lines(badge: Badge, plan: CuttingPlan) -> list[ListLine]:
