@@ -25,7 +25,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
         *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "serve"),
     ),
     "Your first badge; what to buy; lens sheets, printers and cameras": (
-        *("first-badge", "materials", "pitch-test", "calibrate", "calibrate-camera"),
+        *("first-badge", "materials", "pitch-test", "calibrate"),
     ),
     "The registry, and access to the studio": ("registry", "token", "verdicts", "worker"),
     "What you set once": ("config",),
@@ -43,7 +43,6 @@ OWN = {
     "first-badge": "moireid.cli.first_badge_cmd:first_badge_command",
     "pitch-test": "moireid.cli.pitch_cmd:pitch_test_command",
     "calibrate": "moireid.cli.pitch_cmd:calibrate_command",
-    "calibrate-camera": "moireid.cli.camera_cmd:calibrate_camera_command",
     "registry": "moireid.cli.registry:registry_group",
     "config": "moireid.cli.config_cmd:config_group",
 }

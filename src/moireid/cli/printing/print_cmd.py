@@ -239,7 +239,7 @@ def _make(order: PrintOrder, plan: IssuePlan, registry: Registry | None) -> None
             }
         )
         return
-    from moireid.fabrication.shopping.needs import front_words
+    from moireid.fabrication.shopping.shopping_list import front_words
 
     entered = ", entered in the registry" if registry else ""
     echo(f"Badge {badge.id} for {badge.name}{entered}:")
