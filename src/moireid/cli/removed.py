@@ -13,6 +13,8 @@ _READERS = "readers give it, to `registry audit`, `verify`, `identify` and `atte
 REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
+    "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
+    "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
     "registry checkpoint --witness": _COSIGN,
