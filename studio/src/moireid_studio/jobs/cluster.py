@@ -21,6 +21,7 @@ import urllib.request
 from collections.abc import Callable
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +38,8 @@ from moireid_studio.jobs.task import SIGNALS, Task
 JUDGED = frozenset({"verify", "identify"})
 #: How often a film is begun again that could not be fetched.
 RETRIES = 2
-#: How long a worker waits for an answer of the studio, and the least time between two notes of progress, s.
-ANSWER_S, PROGRESS_S = 90.0, 0.5
+#: How long a worker waits for an answer of the studio, s.
+ANSWER_S = 90.0
 #: Greatest size of a file that is kept, and how many there may be.
 KEPT_BYTES, MOST_KEPT = 16 << 20, 32
 #: A film that no worker has judged by then is given up; time between two looks whether one has, s.
@@ -81,27 +82,17 @@ def judge_there(remote: RemoteTask) -> RemoteEnd:
             with _ask(remote, "film") as film, (folder / remote.task.video).open("xb") as file:
                 shutil.copyfileobj(film, file)
             task = replace(remote.task, folder=folder)
-            run_task(task, remote.limits, _Passing(remote).hand_on, wall_s=remote.wall_s, stopping=lambda: False)
+            run_task(task, remote.limits, partial(_hand_on, remote), wall_s=remote.wall_s, stopping=lambda: False)
         except JobFailure as failure:
             return RemoteEnd((failure.code, failure.text))
         kept = [path for path in folder.iterdir() if _is_kept(path)][:MOST_KEPT]
         return RemoteEnd(None, {path.name: path.read_bytes() for path in kept})
 
 
-class _Passing:
-    """Passes on what a film's process says."""
-
-    def __init__(self, remote: RemoteTask) -> None:
-        self._remote, self._noted_s = remote, 0.0
-
-    def hand_on(self, message: dict[str, Any]) -> object:
-        """Give a message to the studio; returns its answer.  Raises: JobFailure where the job is no more."""
-        if "progress" in message:
-            if time.monotonic() - self._noted_s < PROGRESS_S:
-                return None
-            self._noted_s = time.monotonic()
-        with _ask(self._remote, "message", json.dumps(message).encode()) as answer:
-            return json.load(answer)
+def _hand_on(remote: RemoteTask, message: dict[str, Any]) -> object:
+    """Give a message to the studio; returns its answer.  Raises: JobFailure where the job is no more."""
+    with _ask(remote, "message", json.dumps(message).encode()) as answer:
+        return json.load(answer)
 
 
 def _ask(remote: RemoteTask, what: str, content: bytes | None = None) -> Any:
@@ -193,7 +184,9 @@ class Cluster:
         remote = RemoteTask(there, limits, wall_s, self._url, token, program_digest(), self._unsealed)
         self._runs[token] = run
         try:
-            future = self._live().submit(judge_there, remote, key=f"moireid-{token[:16]}", retries=RETRIES, pure=False)
+            future = self._live().submit(
+                judge_there, remote, key=f"moireid-{secrets.token_hex(8)}", retries=RETRIES, pure=False
+            )
             try:
                 end = self._end(future, run, stopping)
             finally:

@@ -36,9 +36,10 @@ class Job:
     """One job, as it was when it was read.
 
     folder: of its film, and of all that is kept; wish: what is to be done, as JSON; result: the JSON of the command;
-    kept: what was kept with it; problem: code and sentence; begun: when it was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
-    of the registry when the film was judged; film_sha256: of the film as it came; claimed_id, claim_source: the badge
-    that the claim means, and who says so; taken: how often it was begun.
+    kept: what was kept with it; problem: code and sentence; begun: when it was asked for; film_name, claim: as the
+    visitor gave them; barred: why the claimed badge does not count; standing: of the registry when the film was judged;
+    film_sha256: of the film as it came; claimed_id, claim_source: the badge that the claim means, and who says so;
+    taken: how often it was begun.
     """
 
     id: str
