@@ -19,6 +19,8 @@ REMOVED = {
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "film-set": "it is `moireid lab film-set`",
     "generator-kit": "it is `moireid lab generator-kit`",
+    "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
+    "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
     "film",
