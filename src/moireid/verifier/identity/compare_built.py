@@ -23,7 +23,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.asbuilt import MODEL, MOST_MAP_RAD, MOST_MAP_SD_RAD, AsBuilt
+from moireid.asbuilt import MOST_MAP_RAD, MOST_MAP_SD_RAD, AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
 from moireid.frames import own_rect
@@ -118,7 +118,6 @@ def filmed_built(
         gain_ratio=gain,
         gain_sd=gain_sd,
         third_harmonic=third_harmonic,
-        model=MODEL,
         **_filmed_maps(measurement.maps),
     )
     apart = np.angle(clock * np.conj(mean_turn))
@@ -206,12 +205,6 @@ def compare_built(
         text = "Between parts of the film the lens sheet seems to lie in different places."
         reasons.append(Reason("as_built_stretches", "note", apart_rad, limit, "rad", text))
     built: Built = "differs" if "differs" in levels else "not_known" if "not_known" in levels else "agrees"
-    if enrolled.model < MODEL:
-        text = (
-            "The figures of enrolment were measured by an earlier version, which knew less of cameras and bent pages. "
-            "Enroll the badge again with its films."
-        )
-        reasons.append(Reason("as_built_old", "note", float(enrolled.model), float(MODEL), "", text))
     if built != "agrees":
         return Comparison(built, tuple(reasons))
     gain_sd = math.hypot(found.gain_sd, enrolled.gain_sd)

@@ -4,7 +4,7 @@
    the place of the sheet known well enough to distinguish copies (`MOST_OFFSET_SD_RAD`).
 2. They differ from those in use, by `compare_built` or in their gain: they are another build, or no build at all.
 3. They agree: those in use stay, as else a film that shows less would widen what agrees, and many small steps would
-   lead anywhere; but figures that also say what those in use do not (a newer model, a map of places) are taken.
+   lead anywhere; but figures that also say what those in use do not (a map of places, a live check) are taken.
    Where a live check agrees with those of a film, and is too unsure for its own to be taken, they stay, and count as
    witnessed from then on, if it knows the place of the sheet as a first capture must.
 
@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from moireid.asbuilt import MODEL, AsBuilt, as_built_from_json
+from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.verifier.decision.sheet_gain import designed
@@ -166,8 +166,8 @@ def checked_figures(document: object, badge: Badge) -> AsBuilt:
     found = as_built_from_json(json.dumps(document))
     if found.badge_id != badge.id:
         raise SpecError(f"figures of badge {found.badge_id} came, and those of {badge.id} were to be measured")
-    if found.model != MODEL or not ENROLLED_GAINS[0] <= found.gain_ratio <= ENROLLED_GAINS[1]:
-        raise SpecError(f"figures of model {found.model} and gain {found.gain_ratio:.3g} came, which no capture shows")
+    if not ENROLLED_GAINS[0] <= found.gain_ratio <= ENROLLED_GAINS[1]:
+        raise SpecError(f"figures of gain {found.gain_ratio:.3g} came, which no capture shows")
     if found.place_maps and [len(row) for row in found.place_maps] != [len(knots_mm(one)) for one in badge.gratings]:
         raise SpecError("a map of places came that is not of this badge's gratings")
     return found
@@ -185,8 +185,7 @@ def _number(value: object) -> float:
 
 def _says_more(new: AsBuilt, known: AsBuilt) -> bool:
     """Whether figures say what the known ones do not, and are as certain and as sharp in all else."""
-    more = known.model < new.model <= MODEL or bool(new.place_maps and not known.place_maps)
-    more = more or (new.witnessed and not known.witnessed)
+    more = bool(new.place_maps and not known.place_maps) or (new.witnessed and not known.witnessed)
     sure = all(getattr(new, sd) <= LESS_SURE_RATIO * getattr(known, sd) for *_, sd in FIGURES)
     sharp = (new.third_harmonic or 0.0) >= (known.third_harmonic or 0.0) / LESS_SURE_RATIO
     keeps = (bool(new.place_maps) or not known.place_maps) and new.witnessed >= known.witnessed
