@@ -243,7 +243,7 @@ def _dress(order: PrintOrder, path: Path, one: DesignResult, badge: Badge) -> tu
 
 def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], registry: Registry | None) -> list[str]:
     """The notes on a list: guesses, texts that are printed in part, namesakes and look-alikes."""
-    from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes, namesake_notes
+    from moireid.cli.issue_notes import alike_in_list_notes, look_alike_notes, namesake_notes
     from moireid.fabrication.page.dress import look_notes
 
     set_in_part = [
@@ -256,7 +256,7 @@ def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], 
     alike = alike_in_list_notes(badges)
     if registry:
         alike += namesake_notes(badges, registry) + look_alike_notes(badges, registry)
-    return [note for note in (*found.notes, *set_in_part, *shorter, *derived_notes(badges), *alike) if note]
+    return [note for note in (*found.notes, *set_in_part, *shorter, *alike) if note]
 
 
 def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[str, Any]:

@@ -20,7 +20,6 @@ from moireid.designer.reach import LinkBudget, link_budgets
 from moireid.designer.request import clean_name
 from moireid.errors import SpecError
 from moireid.fabrication.process_figures import MountFigures
-from moireid.idcodes import is_name_derived
 from moireid.issuing import IssueOrder, IssuePlan, Wear, plan_badge
 from moireid.names import MOST_LINES
 from moireid.registry import Record, Registry
@@ -183,14 +182,9 @@ class CheckedOrder:
     look_alikes: list[Record]
 
     @property
-    def name_derived(self) -> bool:
-        """Whether everyone who knows the name can print this badge."""
-        return is_name_derived(self.plan.badge)
-
-    @property
     def to_read(self) -> str | None:
         """What the issuer must have read before this badge is issued, as a mark of it; None where there is nothing."""
-        notable = self.plan.holder or self.namesakes or self.look_alikes or self.name_derived
+        notable = self.plan.holder or self.namesakes or self.look_alikes
         return f"{self.plan.badge.id} {self.plan.badge.name}" if notable else None
 
 

@@ -215,7 +215,7 @@ def with_notes(registry: Registry, result: dict[str, Any]) -> dict[str, Any]:
         return result
     if record is None:
         return result
-    return with_badge_notes(result, record.badge, measured=record.as_built is not None)
+    return with_badge_notes(result, measured=record.as_built is not None)
 
 
 def _know(job: Job, ready: PreparedJob) -> None:
