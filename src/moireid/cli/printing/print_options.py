@@ -147,7 +147,7 @@ design_options = gathered(
         click.option(
             "--pattern",
             type=click.Choice(["cells", "silk"]),
-            show_default="silk; cells for --axes hex, --front array or mask, --code pitch",
+            show_default="silk; cells for --axes hex, --front mask, --code pitch",
             help="How lines pass from one cell of the code to the next: they end and begin anew, which looks like a "
             "chequered board, or they bend, which looks like watered silk.",
         ),
