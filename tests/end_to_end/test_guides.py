@@ -30,7 +30,7 @@ FIRST = DOCS / "tutorial" / "first-verdict.md"
 #: Pages that people read in the project itself; the list of changes names what is gone, too.
 READ_THERE = sorted({*ROOT.glob("*.md"), *ROOT.glob("*/README.md")} - {ROOT / "CHANGELOG.md"})
 #: Pages that are made from the code as the site is built.
-MADE = {f"reference/{name}.html" for name in ("commands", "badge-json", "report-json", "capture-record")}
+MADE = {f"reference/{name}.html" for name in ("commands", "simulation", "badge-json", "report-json", "capture-record")}
 #: What makes a browser fetch something; a link that somebody has to click is no such thing.
 FETCHES = {
     "link": "href",
@@ -159,6 +159,11 @@ def test_what_the_readme_shows_of_python_runs(walked: Path, tmp_path: Path) -> N
     page.write_text(f"```python\n{block.body}```\n```text\n{printed}\n```\n", encoding="utf-8")
     with Session(tmp_path / "walked") as session:
         session.follow(page)
+
+
+def test_no_page_shows_raw_braces() -> None:
+    """Catches: a page that only the site fills in, and that a reader of the repository sees with holes."""
+    assert [page.name for page in PAGES + READ_THERE if "{{" in page.read_text(encoding="utf-8")] == []
 
 
 @pytest.mark.parametrize(
