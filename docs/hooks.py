@@ -114,7 +114,7 @@ def _simulation() -> Iterator[str]:
     """The page of builds, flaws and effects."""
     yield f"{SIMULATION}\n## Builds\n\n| `--build` | its flaws |\n|---|---|\n| `ideal` | as designed |\n"
     for name, flaws in PRESETS.items():
-        listed = ", ".join(f"{flaw} {value:g} {FLAWS[flaw].unit}".rstrip() for flaw, value in flaws.items())
+        listed = ", ".join(f"`{flaw}={value:g}`" for flaw, value in flaws.items())
         yield f"| `{name}` | {listed or 'only place, turn and scales are off'} |\n"
     yield "\n## Flaws\n\n| `--flaw` | unit | range | meaning |\n|---|---|---|---|\n"
     for name, flaw in FLAWS.items():
