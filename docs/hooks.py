@@ -4,6 +4,7 @@ commands.md     every command, from click's own help
 simulation.md   builds, flaws and effects, from the tables of `simulate`
 python/         a page of each room, from the docstrings of what it exports
 badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report
+threats.md      the text of THREATS.md
 """
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ from __future__ import annotations
 import importlib
 import inspect
 import json
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from typing import Any
 import click
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 import moireid
 from moireid.cli.main import moireid as program
@@ -60,18 +61,6 @@ This page is made from the tables of `moireid simulate`. What the verifier makes
 SIMULATE = "moireid.simulate.film_badge.simulate"
 
 
-def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Put the decisions into the navigation, in the groups of their own first page."""
-    groups: list[dict[str, list[str]]] = []
-    for line in (Path(config.docs_dir) / "decisions" / "index.md").read_text(encoding="utf-8").splitlines():
-        if line.startswith("## "):
-            groups.append({line[3:]: []})
-        elif found := re.match(r"- \[.+\]\((.+\.md)\)", line):
-            next(iter(groups[-1].values())).append(f"decisions/{found[1]}")
-    config.nav = [*(config.nav or []), {"Decisions": ["decisions/index.md", *groups]}]
-    return config
-
-
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are made."""
     made = {
@@ -83,6 +72,13 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, text in made.items():
         files.append(File.generated(config, f"reference/{name}.md", content=text))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Put the text of THREATS.md in its place."""
+    if page.file.src_uri != "explanation/threats.md":
+        return markdown
+    return (Path(config.docs_dir).parent / "THREATS.md").read_text(encoding="utf-8").replace("](docs/", "](../")
 
 
 def _sections(command: click.Command, name: str, parent: click.Context | None) -> Iterator[str]:

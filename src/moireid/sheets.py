@@ -68,7 +68,7 @@ def _product(row: Material) -> Product:
 
 #: Lens sheets by their labels: all rows of the table of materials that have one.
 PRODUCTS = {one.label: _product(one) for one in materials() if one.label is not None}
-#: The sheet of boards, and of what is printed or measured where none is named (docs/decisions/default-sheets.md).
+#: The sheet of boards, and of what is printed or measured where none is named (docs/decisions/printing.md).
 DEFAULT_LENS = "62lpi-27mil"
 
 

@@ -42,7 +42,7 @@ NOTCHED: tuple[tuple[int, ...], ...] = ((0, 1, 2), (0, 2), (1,), ())
 #: A notch's length as a share of its slot, and its depth as a share of the line.  It is open to the inside, so that the
 #: frame's outer border is whole.
 NOTCH_LENGTH, NOTCH_DEPTH = 0.3, 0.6
-#: Width of the line at the far end, px.  Source: docs/decisions/fiducials.md.
+#: Width of the line at the far end, px.  Source: docs/decisions/tracking.md.
 MIN_LINE_PX = 2.0
 #: Squares are promised down to 9.1 px (`reach`), so a line of 1 mm is followed as far as squares of so many.
 LINE_AS_MARKER = 9.1 / MIN_LINE_PX

@@ -10,7 +10,7 @@ depend steeply on pixels: markers are lost below some 8 pixels, whatever the cel
 
 Convention: eight seconds of swaying, or of camera and badge moved against each other; a badge within the tolerances of
 print and sheet.  Pixels are those of the film's file.
-Source of the figures: films of docs/decisions/link-budget.md, promise and rate side by side; the power is that of
+Source of the figures: 189 films of seven formats, promise and rate side by side; the power is that of
 all receivers together.
 """
 
@@ -50,7 +50,7 @@ class Receiver:
     `AT_RAD`, px; marker_px: size of a marker that half of the films find, px; marker_spread: spread of that size over
     films, as the standard deviation of its logarithm.
 
-    Source of the markers' figures: the likeliest for 63 films each of all formats (docs/decisions/link-budget.md).
+    Source of the markers' figures: the likeliest for 63 films each of all formats.
     """
 
     words: str
@@ -144,7 +144,7 @@ MIN_STEP_FRINGES = 0.40
 MIN_BAND_PX = 4.0
 #: Poses err by the square of the distance over that of the page, so a verdict needs so much more motion.  Eight seconds
 #: of swaying, in a film of crf 28, are accepted up to this distance, m, for a millimetre of the markers' extent (root
-#: of width by height).  Source: the formats' far ends in docs/decisions/link-budget.md; the board at 1.5 m was
+#: of width by height).  Source: films at the formats' far ends; the board at 1.5 m was
 #: accepted, at 1.75 m in four films of six.
 VERDICT_M_PER_MM = 0.0098
 
