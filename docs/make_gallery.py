@@ -21,6 +21,7 @@ from typing import Any
 
 import av
 import numpy as np
+from photograph import photograph
 from PIL import Image
 from skimage import data
 
@@ -140,10 +141,8 @@ def _worn(work: Path) -> None:
 
 def _photograph(work: Path) -> None:
     """The badge of a speaker as it is worn, path-traced: some minutes of work."""
-    badge_json, picture = work / "worn-conference" / "badge.json", work / "photograph.png"
-    _run(f"moireid render {badge_json} --out {picture} --rays 512")
-    with Image.open(picture) as made:
-        made.save(OUT / "photograph.webp", quality=80, method=6)
+    made = photograph(work / "worn-conference" / "badge.json", rays=512)
+    made.save(OUT / "photograph.webp", quality=80, method=6)
 
 
 def _scenes(work: Path) -> None:

@@ -164,6 +164,11 @@ def test_what_the_readme_shows_of_python_runs(walked: Path, tmp_path: Path) -> N
         session.follow(page)
 
 
+def test_no_page_shows_raw_braces() -> None:
+    """Catches: a page that only the site fills in, and that a reader of the repository sees with holes."""
+    assert [page.name for page in PAGES + READ_THERE if "{{" in page.read_text(encoding="utf-8")] == []
+
+
 @pytest.mark.parametrize(
     "page",
     [

@@ -67,8 +67,8 @@ def test_a_server_gets_what_was_tested_and_no_tools(everything: dict[str, tuple[
     server = locked("requirements-server.lock")
     assert {name: everything[name] for name in server} == server
     assert {"fastapi", "psycopg", "c2pa-python", "dlib-bin", "build123d", "numpy"} <= set(server)
-    # Workers of a studio are installed from the same lock, and need no scheduler.
-    assert {"fsspec", "s3fs"} <= set(server) and not {"dask", "distributed"} & set(server)
+    # Workers of a studio are installed from the same lock.
+    assert "distributed" in server and "s3fs" not in everything
     assert not (DEVELOPMENT | {"numba", "mitsuba"}) & set(server) and set(everything) >= DEVELOPMENT
     assert all(hashes for _, hashes in everything.values())
 
