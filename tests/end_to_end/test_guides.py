@@ -30,7 +30,7 @@ FIRST = DOCS / "tutorial" / "first-verdict.md"
 #: Pages that people read in the project itself; the list of changes names what is gone, too.
 READ_THERE = sorted({*ROOT.glob("*.md"), *ROOT.glob("*/README.md")} - {ROOT / "CHANGELOG.md"})
 #: Pages that are made from the code as the site is built.
-MADE = {f"reference/{name}.html" for name in ("commands", "simulation", "badge-json", "report-json", "capture-record")}
+MADE = {f"reference/{name}.html" for name in ("commands", "simulation", "badge-json", "report-json")}
 #: What makes a browser fetch something; a link that somebody has to click is no such thing.
 FETCHES = {
     "link": "href",
@@ -101,6 +101,9 @@ def _is_command(typed: str) -> bool:
         if found is None:
             return False
         command, rest = found, rest[1:]
+    if command.context_settings.get("ignore_unknown_options"):
+        # Those of one bench are its own.
+        return True
     options = {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)}
     options |= {"--help", "--version"}
     return all(word.split("=")[0] in options for word in rest if word.startswith("--"))
