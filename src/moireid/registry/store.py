@@ -29,7 +29,7 @@ from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.merge import Import, checked_copy, merge
 from moireid.registry.public_view import PublicView
 from moireid.registry.record import Record, new_record
-from moireid.registry.rotate import KeyRotation, rotate
+from moireid.registry.rotate import rotate
 
 #: At most this many people whose names look alike are named in a warning.
 MOST_NAMED = 3
@@ -254,7 +254,7 @@ class Registry(RegistryChanges, PublicView):
         finally:
             self._warn(names, warned=warned)
 
-    def rotate_key(self, progress: Progress | None = None) -> KeyRotation:
+    def rotate_key(self, progress: Progress | None = None) -> int:
         """Give the authority a new key, by a log entry that the old and the new one sign.
 
         Parameters
@@ -264,8 +264,8 @@ class Registry(RegistryChanges, PublicView):
 
         Returns
         -------
-        KeyRotation
-            Both fingerprints, and the new head.
+        int
+            Records that were signed anew.
 
         Raises
         ------

@@ -6,7 +6,5 @@ cosignature.py  signatures of witnesses on checkpoints, and how many of them a r
 sources.py      checkpoints from a file, a folder or a web address
 watch.py        a log compared with checkpoints, entry by entry
 web.py          what is at a web address, with a deadline for the whole
-coverage.py     the part of a log that witnesses have seen
-newest.py       whether a record is the newest version in the log
 proof.py        a proof that a record is in the log, for a person without the registry
 """
