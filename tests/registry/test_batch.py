@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import replace
 
 import pytest
@@ -166,19 +165,3 @@ def test_layouts_are_found_without_walking_over_the_records(path):
         assert len(registry.layouts()) == 2
     scans = [step for step in plans if step.startswith("SCAN") and step not in ("SCAN keys", "SCAN CONSTANT ROW")]
     assert plans and scans == []
-
-
-@pytest.mark.slow
-def test_a_batch_costs_a_fraction_of_its_badges_one_by_one(path):
-    """Catches: the schema's pass over each badge, or a transaction each; the figures are in benchmarks."""
-    first = badge_of("Ada")
-    badges = [replace(first, id=f"{k:06x}", name=f"Al {k}") for k in range(1030)]
-    with open_registry(f"sqlite:///{path}", create=True) as registry:
-        clock = [time.process_time()]
-        for badge in badges[:30]:
-            registry.enroll(badge)
-        clock.append(time.process_time())
-        registry.enroll_many(badges[30:])
-        clock.append(time.process_time())
-    one_by_one, together = (clock[1] - clock[0]) / 30, (clock[2] - clock[1]) / 1000
-    assert together < one_by_one / 5

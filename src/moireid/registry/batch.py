@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from moireid.badge import Badge
@@ -35,31 +35,6 @@ class Batch:
     revoked: int
 
 
-def enroll_many(
-    ledger: Ledger,
-    issued: Iterable[Badge],
-    actor: str,
-    progress: Callable[[int, int | None], None] | None,
-    entered: Callable[[Sequence[Record]], None],
-    expires: str | None,
-) -> Batch:
-    """What `Registry.enroll_many` does; entered: called with each chunk's new records; expires: the last day of all."""
-    total = len(issued) if isinstance(issued, Sized) else None
-    enrolled = unchanged = revoked = 0
-    for records, refusal in _chunks(issued, ledger.shown, expires):
-        new, holders, conflict = enter(ledger, records, actor)
-        entered(new)
-        enrolled += len(new)
-        unchanged += len(holders)
-        revoked += sum(holder.revoked_at is not None for holder in holders)
-        if progress:
-            progress(enrolled + unchanged, total)
-        fault = conflict or refusal
-        if fault:
-            raise fault
-    return Batch(enrolled, unchanged, revoked)
-
-
 def same_or_conflict(record: Record, holder: Record) -> Record:
     """`holder`, the record that holds the id of `record`, if both are of the very same badge.
 
@@ -86,7 +61,7 @@ def same_or_conflict(record: Record, holder: Record) -> Record:
     )
 
 
-def _chunks(
+def new_records(
     issued: Iterable[Badge], shown: str, expires: str | None
 ) -> Iterator[tuple[list[Record], MoireIdError | None]]:
     """Records in chunks; the last chunk ends before the first badge that cannot be issued, and has the reason."""

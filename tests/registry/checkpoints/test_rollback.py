@@ -91,15 +91,6 @@ def test_a_state_of_before_a_kill_is_refused_by_every_reader(put_back: Path, rea
         READERS[reader](registry)
 
 
-def test_no_command_shows_a_state_of_before(put_back: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: list, show and export that call a rolled-back registry valid; a file that is left all the same."""
-    monkeypatch.chdir(tmp_path)
-    for command in COMMANDS:
-        done = run(*command, "--registry", url_of(put_back), code=2)
-        assert done.stdout == "" and "rolled back" in done.stderr, command
-    assert not [one for one in ("export.json", "bundle", "checkpoint", "proof") if (tmp_path / one).exists()]
-
-
 def test_the_audit_names_a_rollback(put_back: Path) -> None:
     """Catches: an audit that calls it sound without a checkpoint at hand; one that refuses to look at it at all."""
     done = run("registry", "audit", "--json", "--registry", url_of(put_back), code=1)
