@@ -51,18 +51,6 @@ READERS: dict[str, Callable[[Registry], object]] = {
     "enroll_many": lambda registry: registry.enroll_many([badge_of("Bo")]),
     "rotate_key": lambda registry: registry.rotate_key(),
 }
-COMMANDS = (
-    ("registry", "list"),
-    ("registry", "show", "Ada"),
-    ("registry", "log"),
-    ("registry", "init"),
-    ("registry", "revoke", "Ada", "--reason", "again"),
-    ("registry", "export", "export.json"),
-    ("registry", "publish", "--out", "bundle"),
-    ("registry", "checkpoint", "--out", "checkpoint"),
-    ("registry", "prove", "Ada", "--out", "proof"),
-    ("registry", "rotate-key"),
-)
 
 
 @pytest.fixture
