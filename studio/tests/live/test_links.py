@@ -6,7 +6,6 @@ import asyncio
 import hashlib
 import json
 import re
-import sqlite3
 import threading
 import time
 from collections.abc import Iterator
@@ -219,19 +218,6 @@ def test_a_session_s_process_says_only_what_it_has_seen(ada: Badge, enrolling: b
         assert "as_built" not in own_words(said | change, asked, prompted=prompted, sealed=())
     with pytest.raises(ProcessEnd):
         own_words(said | {"verdict": "original"}, asked, prompted=True, sealed=())
-
-
-def test_links_of_an_older_studio_are_read(tmp_path: Path) -> None:
-    """Catches: a studio that no longer starts on a folder whose links knew of no films."""
-    store = links.Links(tmp_path)
-    store.close()
-    with sqlite3.connect(tmp_path / links.FILE) as older:
-        for name in ("film_name", "film_sha256"):
-            older.execute(f"ALTER TABLE links DROP COLUMN {name}")
-    store = links.Links(tmp_path)
-    made = store.make("me", "Sam", "01" * 8, ids=True, wants_pictures=False)
-    assert made is not None and made[1].film_sha256 is None
-    store.close()
 
 
 def test_of_two_at_once_one_alone_gets_in(asker: Asker) -> None:
