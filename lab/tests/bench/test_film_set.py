@@ -211,9 +211,9 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "names no badge"),
+        ("", "has no column badge"),
         ("badge\n", "names no film"),
-        ("motion\nsway\n", "names no badge"),
+        ("motion\nsway\n", "has no column badge"),
         ("badge,colour\nada.json,red\n", "a column 'colour'"),
         ("badge,motion\n,sway\n", "line 2"),
         ("badge,motion\nada.json,wild\n", "line 2 of"),

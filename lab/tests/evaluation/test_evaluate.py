@@ -205,7 +205,7 @@ def written(folder: Path, *rows: str, header: str = "video,label,claim,group") -
         (["a.mp4,genuine,none.json,"], "line 2 of films.csv ('a.mp4'): badge file"),
         (["a.mp4,genuine,Nobody,", "b.mp4,false,,"], "(1 more lines cannot be used either)"),
         (["a.mp4,genuine,,x,y,z"], "has 6 cells"),
-        (['a.mp4,gen"uine",,,"'], "no CSV"),
+        (['a.mp4,gen"uine",,,"'], "unexpected end of data"),
     ],
 )
 def test_a_manifest_that_cannot_be_used_is_refused(tmp_path: Path, prototype: Badge, rows: list[str], words: str):
@@ -406,7 +406,11 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
         assert set(FIGURES) <= set(by["true.mp4", pipeline]) and by["true.mp4", pipeline]["frames"] == 70
         assert by["true.mp4", pipeline]["decoder"] == decoder_version()
     assert document["pipelines"]["moireid"]["scored_films"]["auc"] == 1.0
-    assert {path.name for path in out.iterdir()} == {"evaluate.json", "results", *(f"{name}.svg" for name in PLOTS)}
+    assert {path.name for path in out.iterdir()} == {
+        "evaluate.json",
+        "results.jsonl",
+        *(f"{name}.svg" for name in PLOTS),
+    }
 
     (part,) = (out / "results").iterdir()
     kept = part.read_bytes()

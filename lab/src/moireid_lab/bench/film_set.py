@@ -6,9 +6,7 @@ digests of a film are stored before its files are written; later only files with
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import json
 import tempfile
 from base64 import b64decode, b64encode
@@ -26,6 +24,7 @@ from moireid.simulate.filming import FilmOptions, filmed, scene_of, truth_path
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import LostJob
 from moireid_lab.bench.bench_rows import LIMITS, Where
+from moireid_lab.evaluation.csv_lists import csv_text
 
 MANIFEST, KEPT, COURSE = "films.csv", "made.jsonl", "motion.csv"
 
@@ -171,11 +170,8 @@ def _key(film: PlannedFilm) -> str:
 
 def _manifest(films: Sequence[PlannedFilm], labels: Sequence[str]) -> str:
     """The list as text."""
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(("video", "label", "claim", "group"))
-    lines.writerows(
+    rows = [
         (f"{film.name}.mp4", label, _badge_name(film.badge), film.group)
         for film, label in zip(films, labels, strict=True)
-    )
-    return text.getvalue()
+    ]
+    return csv_text(("video", "label", "claim", "group"), rows)

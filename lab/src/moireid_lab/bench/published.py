@@ -110,7 +110,7 @@ def rows(wish: Wish) -> Iterator[Row]:
         scored = collect(
             read_manifest(manifest).entries,
             PIPELINES,
-            kept=folder / "results",
+            kept=folder / "results.jsonl",
             scheduler=where.scheduler,
             workers=where.workers,
             progress=lambda done, of, *_: progress(of + done, 2 * of),

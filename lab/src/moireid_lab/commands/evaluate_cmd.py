@@ -62,15 +62,6 @@ from moireid_lab.commands.rate import film_rate, scheduler_option, workers_optio
     metavar="MB",
     help="Most memory for one film, in megabytes.",
 )
-@click.option(
-    "--film-limit",
-    "film_mb",
-    type=FiniteRange(0.001, 1e7),
-    default=4096.0,
-    show_default=True,
-    metavar="MB",
-    help="Largest film that is fetched from an address, in megabytes.",
-)
 @click.option("--retry", is_flag=True, help="Score again the films that crashed or went beyond a limit.")
 @click.option(
     "--seed",
@@ -94,7 +85,6 @@ def evaluate_command(
     scheduler: str | None,
     timeout_s: float,
     memory_mb: int,
-    film_mb: float,
     retry: bool,
     seed: int,
     overwrite: bool,
@@ -108,15 +98,15 @@ def evaluate_command(
     MANIFEST is a CSV file with a line for each film. Paths in it are relative to it. Its columns:
 
     \b
-    video     the film: a path, or an address such as s3://bucket/film.mp4
+    video     the film
     label     genuine, forged or forged:KIND
     claim     a badge.json, or a name or id in the registry; empty: --badge
     group     any word, by which results are grouped
     corners   optional, for films that lost their markers; see verify --corners
 
-    An address needs the Python package for its protocol. Results are kept in results/part-*.parquet as they are made.
-    So a run that was interrupted goes on, and only what has changed is scored again. A film that cannot be scored,
-    crashes or goes beyond a limit counts as failed, and the run goes on.
+    Results are kept in results.jsonl as they are made. So a run that was interrupted goes on, and only what has changed
+    is scored again. A film that cannot be scored, crashes or goes beyond a limit counts as failed, and the run goes on.
+    With --scheduler, its workers read films by the same paths.
     """
     from moireid import __version__
     from moireid.badge import load_badge
@@ -143,10 +133,10 @@ def evaluate_command(
         scored = collect(
             manifest.entries,
             pipelines,
-            kept=folder / "results",
+            kept=folder / "results.jsonl",
             scheduler=scheduler,
             workers=workers,
-            limits=Limits(timeout_s, memory_mb, film_mb),
+            limits=Limits(timeout_s, memory_mb),
             retry=retry,
             progress=progress,
         )

@@ -23,7 +23,7 @@ workers_option = click.option(
 scheduler_option = click.option(
     "--scheduler",
     metavar="ADDRESS",
-    help="Dask scheduler to send the work to, tcp://HOST:PORT; default: local, a cluster on this machine.",
+    help="Dask scheduler to send the work to, tcp://HOST:PORT; default: local, on this machine.",
 )
 
 

@@ -1,6 +1,7 @@
 """`moireid lab evaluate`: a labelled collection of films, scored by our pipeline and by the published one.
 
 manifest.py       the list of films, read and fully checked before any work
+csv_lists.py      lists that people write
 film_rows.py      one film with one pipeline: a row of figures, and the key under which it is kept
 collect.py        every row of a collection, made by the engine; rows of an earlier run are reused
 statistics.py     ROC, AUC, EER, thresholds, Cllr, effect sizes and intervals: plain functions over arrays
