@@ -118,6 +118,8 @@ def _is_command(typed: str) -> bool:
         if found is None:
             return False
         command, rest = found, rest[1:]
+    if command.context_settings.get("ignore_unknown_options"):
+        return True
     options = {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)}
     options |= {"--help", "--version"}
     return all(word.split("=")[0] in options for word in rest if word.startswith("--"))

@@ -1,6 +1,6 @@
 """Hours and grams of each printed mount, as a slicer found them for the default figures of a format.
 
-`mount_times.csv` is what `.venv/bin/python benchmarks/mounts.py --csv FILE` writes: a common printer (nozzle 0.4 mm,
+`mount_times.csv` holds the rows of `moireid lab bench mounts`: a common printer (nozzle 0.4 mm,
 layers 0.2 mm, PLA), without supports.
 """
 
