@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import psutil
@@ -24,7 +23,6 @@ from moireid.sandbox.process import sealed_here
 from moireid_lab.archive.engine import Task
 from moireid_lab.archive.isolated import Fault, Limits, LostJob
 from moireid_lab.archive.worker import Done
-from moireid_lab.commands import rate
 from moireid_lab.evaluation import collect as collecting
 from moireid_lab.evaluation.collect import ScoredFilm, collect
 from moireid_lab.evaluation.film_rows import PASSING, Job, ScoredRow, failed_row, score_film
@@ -169,22 +167,6 @@ def test_one_film_under_two_names_is_refused(tmp_path: Path, prototype: Badge, l
     with pytest.raises(SpecError, match="lines 2 and 3 list one film"):
         run(manifest, prototype)
     assert begun(tmp_path) == []
-
-
-def test_how_far_and_how_fast_is_reported(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """Catches: rows of an earlier run counted as this one's speed, talk on stdout, a bar's signs in a log."""
-    monkeypatch.setattr(rate, "LINE_S", 0.0)
-    now = iter([10.0, *[12.0] * 3, *[20.0] * 9])
-    monkeypatch.setattr(rate, "time", SimpleNamespace(monotonic=lambda: next(now)))
-    with rate.film_rate() as step:
-        step(103, 200, 1, 100)
-        step(110, 200, 2, 100)
-    said = capsys.readouterr()
-    assert not said.out and said.err.splitlines() == [
-        "103 of 200 films: 1.50 films/s, 97 left, 1 failed",
-        "110 of 200 films: 1.00 films/s, 90 left, 2 failed",
-        "10 films in 10 s: 1.00 films/s, 90 left, 2 failed",
-    ]
 
 
 @pytest.mark.slow

@@ -14,11 +14,12 @@ from moireid.cli.common import (
     friendly,
     json_option,
     overwrite_option,
+    progress_bar,
     registry_option,
     say,
     show_json,
 )
-from moireid_lab.commands.rate import film_rate, scheduler_option, workers_option
+from moireid_lab.commands.sharing import scheduler_option, workers_option
 
 
 @click.command("evaluate")
@@ -129,7 +130,7 @@ def evaluate_command(
     detectors = read_detectors(scores_csv, manifest.entries) if scores_csv is not None else None
     planned(outputs, overwrite=overwrite)
     pipelines = [name for name in PIPELINES if pipeline in (name, "both")]
-    with film_rate() as progress:
+    with progress_bar("films") as progress:
         scored = collect(
             manifest.entries,
             pipelines,
@@ -138,7 +139,7 @@ def evaluate_command(
             workers=workers,
             limits=Limits(timeout_s, memory_mb),
             retry=retry,
-            progress=progress,
+            progress=lambda done, of, *_: progress(done, of),
         )
     document = {"moireid": __version__, "manifest": manifest_csv} | summarise(scored, seed=seed)
     if detectors is not None:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from moireid.cli.common import FolderPath, echo, friendly, json_option, overwrite_option, show_json
+from moireid.cli.common import FolderPath, echo, friendly, json_option, overwrite_option, progress_bar, show_json
 from moireid.cli.simulate_cmd import MOTIONS, simulate_command
 from moireid.files import MOST_TABLE_BYTES, read_regular
-from moireid_lab.commands.rate import film_rate, scheduler_option, workers_option
+from moireid_lab.commands.sharing import scheduler_option, workers_option
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
@@ -50,7 +50,7 @@ def film_set_command(
     from moireid_lab.bench.film_set import make_film_set
 
     films = read_plan(plan_csv)
-    with film_rate() as progress:
+    with progress_bar("films") as progress:
         manifest = make_film_set(films, folder, where=Where(scheduler, workers), overwrite=overwrite, progress=progress)
     if as_json:
         show_json({"films": len(films), "manifest": str(manifest)})
