@@ -7,6 +7,7 @@ collect.py        every row of a collection, made by the engine; rows of an earl
 statistics.py     ROC, AUC, EER, thresholds, Cllr, effect sizes and intervals: plain functions over arrays
 summary.py        from rows to the figures of evaluate.json
 detectors.py      scores of other detectors, next to ours
+text_table.py     rows as a table of text, also for benches
 table.py          the figures as text
 plots.py          scores by group, ROC, DET, accuracy by threshold, Tippett
 generator_kit.py  frames, prompts and a table for a user who makes forged films with a video generator
