@@ -1,6 +1,6 @@
 """The headline of every forgery of `simulate --forge` names what was forged.
 
-By `benchmarks/headlines.py`, on signals of its films, which are kept in `tests/data/headlines`.
+By `moireid lab bench headlines`, on signals of its films, which are kept in `tests/data/headlines`.
 """
 
 from __future__ import annotations
