@@ -3,8 +3,7 @@
 commands.md     every command, from click's own help
 python/         written by hand; `{{ names MODULE }}` becomes what that module exports, from the docstrings, and
                 `{{ names MODULE: A, B }}` these names of it
-badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report, and
-                capture-record.md of a capture record
+badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report
 reason-codes.md written by hand; `{{ module.NAME }}` in it becomes the value of that constant
 """
 
@@ -47,9 +46,6 @@ you would keep a key. Lengths are in millimetres of the page: origin top left, x
 REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys
 are only added. So a program must pass over the keys that it does not know. A figure is null where nothing was
 measured."""
-RECORD_TEXT = """What `moireid first-badge FOLDER --record FILE` writes: films of a badge that somebody built, as
-signals and crops of the fringes. [What it reveals](../first-physical-film.md#what-a-record-reveals) is said with the
-first film. Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
 #: `{{ verifier.decision.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
 #: `{{ names moireid.designer }}`: what the module exports; `{{ names moireid: design, verify }}`: these of it.
@@ -76,9 +72,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "commands": COMMANDS + "".join(_sections(program, "moireid", None)),
         "badge-json": _fields("badge", "badge.json", BADGE_TEXT, "`src/moireid/schema/badge.schema.json`"),
         "report-json": _fields("report", "The report", REPORT_TEXT, "print it with `moireid verify --schema`"),
-        "capture-record": _fields(
-            "capture-record", "The capture record", RECORD_TEXT, "`src/moireid/schema/capture-record.schema.json`"
-        ),
     }
     for name, text in made.items():
         files.append(File.generated(config, f"reference/{name}.md", content=text))

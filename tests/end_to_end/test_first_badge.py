@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from pathlib import Path
 
 import cv2
-import jsonschema
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from kit.schemas import SCHEMAS
 from moireid.badge import load_badge
 from moireid.bringup.build_folder import OWN_FILES, STATE, open_folder
 from moireid.cli.main import moireid
@@ -77,12 +77,11 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
 
     text = record.read_text()
     document = json.loads(text)
-    assert list(jsonschema.Draft202012Validator(SCHEMAS["capture-record"]()).iter_errors(document)) == []
     for shared in document["films"]:
         assert len(shared["crops"]) == 6 and shared["verdict"] == "accept"
-        measured, predicted = (shared["signals"][0][key] for key in ("measured_rad", "predicted_rad"))
-        pairs = [(m, p) for m, p in zip(measured, predicted, strict=True) if m is not None]
-        assert np.corrcoef(*np.array(pairs).T)[0, 1] > 0.99
+        rows = csv.DictReader(io.StringIO(shared["signals_csv"]))
+        pairs = [[float(row[key]) for key in ("measured_rad_0", "predicted_rad_0", "phase_sd_rad_0")] for row in rows]
+        assert np.corrcoef(*np.array([pair[:2] for pair in pairs if np.isfinite(pair[2])]).T)[0, 1] > 0.99
         for crop in shared["crops"]:
             crop.pop("png")
     left = json.dumps(document)

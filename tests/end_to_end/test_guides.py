@@ -30,7 +30,7 @@ FIRST = DOCS / "tutorial" / "first-verdict.md"
 #: Pages that people read in the project itself.
 READ_THERE = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "THREATS.md")]
 #: Pages that are made from the code as the site is built.
-MADE = {f"reference/{name}.html" for name in ("commands", "badge-json", "report-json", "capture-record")}
+MADE = {f"reference/{name}.html" for name in ("commands", "badge-json", "report-json")}
 #: Rooms that have a page each, with an example.
 FACES = (
     *("moireid.designer", "moireid.fabrication", "moireid.simulate", "moireid.verifier", "moireid.registry"),
