@@ -31,7 +31,7 @@ def test_a_record_holds_figures_signals_and_fields_and_no_name_unless_asked(tmp_
     another film; crops that no program opens."""
     badge = replace(load_badge(FILMS / "badge.json"), name="Ada Lovelace", id="0123456789abcdef")
     report = verify(FILMS / "genuine_1.0m.mp4", Claim(badge))
-    folder = open_folder(tmp_path / "first", {}, {})
+    folder = open_folder(tmp_path / "first")
     folder.at("badge").mkdir(parents=True)
     folder.at(BADGE_JSON).write_text(badge.to_json())
     save_lens_profile(LensProfile("mine", badge.lens, 1e-5), folder.at(SHEET))
@@ -54,7 +54,7 @@ def test_a_record_holds_figures_signals_and_fields_and_no_name_unless_asked(tmp_
 
 def test_films_that_were_not_read_are_refused_in_a_sentence(tmp_path: Path):
     """Catches: a record without films; a traceback."""
-    folder = open_folder(tmp_path / "first", {}, {})
+    folder = open_folder(tmp_path / "first")
     with pytest.raises(SpecError, match="has no films of a badge yet"):
         collect_record(folder, with_badge=False, note="")
     folder.at(badge_steps.FILMS).write_text("{")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from moireid.badge import Badge, load_badge
+from moireid.badge import load_badge
 from moireid.bringup.build_folder import (
     CAMERA_FILM,
     SHEET_FILM,
@@ -15,19 +13,14 @@ from moireid.bringup.build_folder import (
     good_or,
     unknown,
 )
-from moireid.bringup.field_crops import rectified
 from moireid.calibration.camera_fit import CameraFound, camera_from_film, write_camera
-from moireid.calibration.chart_reading import view_chart
 from moireid.calibration.sheet_reading import SheetReading, printer_profile, read_sheet
-from moireid.calibration.still import load_pictures
 from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
 from moireid.errors import MediaError, MoireIdError
 from moireid.fabrication.page.camera_page import print_camera_chart
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
-from moireid.ink_strip import strip_rect_mm
 from moireid.profiles import save_lens_profile, save_printer_profile
 from moireid.sheets import MM_PER_INCH
-from moireid.verifier.measuring import FOCAL_PRIOR_RATIO
 from moireid.verifier.video import Progress
 
 CAMERA_CHART, SHEET, PRINTER, CAMERA = "camera-chart.pdf", "sheet.json", "printer.json", "camera.yaml"
@@ -83,8 +76,7 @@ def read_charts(folder: BuildFolder, progress: Progress | None) -> Reading:
         _ink(found),
         _scale(scales),
     ]
-    pictures = _pictures(folder, source, chart, wish.focal_px)
-    return Reading(figures=figures, notes=notes, pictures=pictures)
+    return Reading(figures=figures, notes=notes)
 
 
 def _by_hand(film: Thickness | None, calliper_mm: float | None) -> tuple[Thickness, str]:
@@ -133,26 +125,6 @@ def _scale(scales: tuple[float, float] | None) -> Figure:
         return unknown("Print scale", "x", words, advice)
     words = f"By a ruler: {scales[0]:.4f} across, {scales[1]:.4f} down. The badge is drawn at the inverse."
     return Figure("Print scale", scales[0], RULER_SD_SHARE, "x", "good", words)
-
-
-def _pictures(folder: BuildFolder, source: Path, chart: Badge, focal_px: float | None) -> dict[str, str]:
-    """The chart as it was seen, straightened."""
-    pictures, noted_px = load_pictures(source)
-    shown = {
-        "sheet-seen.jpg": (chart.outline_mm, 3.0, "The pitch test as it was read, straightened."),
-        "strip-seen.jpg": (strip_rect_mm(chart), 8.0, "The row of patches from which the ink spread is read."),
-    }
-    for luma in pictures:
-        focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(luma.shape)
-        try:
-            page = view_chart(luma, chart, focal_px=focal).page
-        except MoireIdError:
-            continue
-        assert page is not None
-        for name, (rect, px_per_mm, _) in shown.items():
-            folder.save_picture(name, rectified(luma, page, rect, px_per_mm))
-        return {name: words for name, (_, _, words) in shown.items()}
-    return {}
 
 
 def calibrate(folder: BuildFolder, progress: Progress | None) -> Reading:
