@@ -14,7 +14,6 @@ from moireid.bringup.build_folder import BuildFolder, Figure, Reading, open_fold
 from moireid.bringup.progress_page import render_progress
 from moireid.calibration.camera_fit import CameraFound
 from moireid.calibration.ink_reading import InkGrowth
-from moireid.calibration.lens_fit import Calibration
 from moireid.calibration.sheet_reading import SheetReading
 from moireid.calibration.thickness import Thickness
 from moireid.designer.chart import ChartRequest, design_chart
@@ -22,7 +21,7 @@ from moireid.fabrication.page.chart_page import print_chart
 from moireid.profiles import LensProfile, lens_named, load_lens_profile, load_printer_profile
 from moireid.verifier.camera.known_camera import load_camera
 
-FOUND = {"unit": "printed page"}
+FOUND = {"unit": "printed page", "bands": 21, "bands_used": 15}
 
 
 @pytest.fixture
@@ -32,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     print_chart(design_chart(ChartRequest()), tmp_path)
     (tmp_path / "sheet-photo.jpg").write_text("a photo")
     profile = LensProfile("mine", lens_named("50lpi"), 2e-5, FOUND)
-    reading = SheetReading(Calibration(profile, 10.5, 21, 15), InkGrowth(41.0, 4.0, "", 0.002, 1), None, "--distance")
+    reading = SheetReading(profile, InkGrowth(41.0, 4.0, "", 0.002, 1), None, "--distance")
     monkeypatch.setattr(chart_steps, "read_sheet", lambda *_, **__: reading)
     return tmp_path
 

@@ -52,7 +52,9 @@ def test_a_builder_is_led_to_a_badge_whose_figures_are_known(tmp_path: Path):
     scene = Scene(badge, Build(lens_scale=true, twist_rad=TWIST_RAD, air_gap_mm=AIR_MM, lens_offset_mm=0.1))
     for number in (1, 2):
         motion = motion_named("handheld", distance_mm=1000.0, seed=number)
-        film(scene, motion, folder / f"badge-film-{number}.mp4", frames=180, fps=30.0, seed=number)
+        made = tmp_path / f"badge-film-{number}.mp4"
+        film(scene, motion, made, frames=180, fps=30.0, seed=number)
+        made.rename(folder / made.name)
     record = tmp_path / "record.json"
     done = call(folder, "--record", str(record))
     assert done["did"] == ["films"] and done["done"] and done["refused"] is None

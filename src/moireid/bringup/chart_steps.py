@@ -66,7 +66,7 @@ def read_charts(folder: BuildFolder, progress: Progress | None) -> Reading:
             # The photo shows the rest.
             thickness, notes = Thickness(why="The film cannot be used; the notes say why."), [str(error)]
     thickness, how = _by_hand(thickness, wish.thickness_mm)
-    profile = with_thickness(found.calibration.profile, thickness)
+    profile = with_thickness(found.profile, thickness)
     printer = printer_profile(chart, found.ink, scales)
     save_lens_profile(profile, folder.at(SHEET))
     save_printer_profile(printer, folder.at(PRINTER))
@@ -89,12 +89,12 @@ def _by_hand(film: Thickness | None, calliper_mm: float | None) -> tuple[Thickne
 
 
 def _pitch(found: SheetReading) -> Figure:
-    profile, made = found.calibration.profile, found.calibration
+    profile = found.profile
     good = profile.pitch_sd_mm < GOOD_PITCH_SD_SHARE * profile.lens.pitch_mm
     unit = "true mm" if profile.found["unit"] == "true mm" else "mm of the page"
     words = (
-        f"{MM_PER_INCH / profile.lens.pitch_mm:.3f} lenses to the inch, from {made.used} of {made.bands} bands; the "
-        f"camera's distance is from {found.distance_from}."
+        f"{MM_PER_INCH / profile.lens.pitch_mm:.3f} lenses to the inch, from {profile.found['bands_used']} of "
+        f"{profile.found['bands']} bands; the camera's distance is from {found.distance_from}."
     )
     advice = "" if good else "Give the camera's distance by a tape measure (--distance), or its --focal-px."
     return Figure("Sheet pitch", profile.lens.pitch_mm, profile.pitch_sd_mm, unit, good_or(good), words, advice)
