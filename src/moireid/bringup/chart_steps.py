@@ -111,7 +111,7 @@ def _thickness(found: Thickness, how: str, label_mm: float) -> Figure:
 def _ink(found: SheetReading) -> Figure:
     ink = found.ink
     if ink.um is None:
-        return unknown("Ink spread", "um", f"Not measured: {ink.why}", "Or read the strip by eye.")
+        return unknown("Ink spread", "um", f"Not measured: {ink.why}", "Photograph it again.")
     good = ink.sd_um < GOOD_INK_SD_UM
     words = "How much wider than drawn the printer makes a line, with the shadow of ink within the paper."
     advice = "The badge is drawn with lines narrower by that; nothing is left to do."
