@@ -24,7 +24,7 @@ EXPORTED = {
         "truth_path"
     ),
     "moireid.fabrication": "Event PrintResult mount_solids print_badge print_event write_badge_pdf",
-    "moireid.calibration": "Calibration ChartView lens_from_band lens_from_views load_pictures view_chart",
+    "moireid.calibration": "ChartView lens_from_band lens_from_views load_pictures view_chart",
     "moireid.attest": (
         "CertificateIdentity CheckResult SigningKey check held_against load_public_key load_signing_key signed_envelope"
     ),

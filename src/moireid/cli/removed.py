@@ -25,6 +25,10 @@ REMOVED = {
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
     "film",
+    "first-badge --sheet-photo": "put the photo into the folder as sheet-photo.jpg",
+    "first-badge --sheet-film": "put the film into the folder as sheet-film.mp4",
+    "first-badge --camera-film": "put the film into the folder as camera-film.mp4",
+    "first-badge --badge-film": "put the films into the folder as badge-film-1.mp4 and badge-film-2.mp4",
     "materials --event": "give --badge with one badge.json of the event's folder, and --people",
     "materials --made": "give --mount acrylic for one that is cut from acrylic",
     "materials --orientation": "give --badge with a badge.json of that orientation",
