@@ -21,42 +21,39 @@ from __future__ import annotations
 import argparse
 import csv
 import hashlib
-import io
-import json
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import av
+import msgspec
 import numpy as np
 
 from moireid.badge import load_badge
 from moireid.verifier import Claim, Report, verify
 from moireid.verifier.decision.judge import Invariant, judge_signals
 from moireid.verifier.decision.sheet_gain import SheetGain
-from moireid.verifier.fringes.grating_signal import BeyondPhase, DepthLaw, GratingSignal
-from moireid.verifier.fringes.phase_coverage import SeenWay
+from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.reasons import Reason, worst
 
 PINNED = "e32fb52d86c27d16683744f6154161bada316557"
 ROOT = Path(__file__).parents[1]
 SIGNALS = ROOT / "tests" / "data" / "golden"
+KINDS = ("*.mp4", "*.signals")
 COLUMNS = ("case", "luma", "verdict", "codes", "gain", "identity", "read", "score", "calibrated_log10")
 #: What may not move at all, and the columns of figures.
 EXACT, GAINS, ODDS = ("verdict", "codes", "identity", "read"), ("gain",), ("score", "calibrated_log10")
 #: Beyond the signals, what a report is judged by again: keys of its JSON.
 KEPT = ("claim_source", "badge", "identity", "frames", "cover", "camera")
-#: The parts of a signal that are objects of their own.
-PARTS: dict[str, Callable[..., Any]] = {"beyond": BeyondPhase, "depth": DepthLaw, "way": SeenWay}
-
 Row = dict[str, str]
 
 
@@ -103,72 +100,24 @@ class KeptFilm:
         }
 
     def to_bytes(self) -> bytes:
-        """As a file: JSON, and all arrays in one."""
-        arrays: list[np.ndarray] = []
-        found = {
-            "luma": self.luma,
-            "signals": [_taken_apart(signal, arrays) for signal in self.signals],
-            "sheet": vars(self.sheet),
-            "apart": vars(self.apart),
-            "page_off": self.page_off,
-            "others": [vars(reason) for reason in self.others],
-            "document": self.document,
-        }
-        out = io.BytesIO()
-        np.savez_compressed(out, document=np.array(json.dumps(found)), numbers=np.concatenate([np.zeros(0), *arrays]))
-        return out.getvalue()
+        """As a file: MessagePack, compressed."""
+        return zlib.compress(msgspec.msgpack.encode(self, enc_hook=_stored), 9)
 
     @classmethod
     def from_bytes(cls, data: bytes) -> KeptFilm:
         """What `to_bytes` wrote."""
-        stored = np.load(io.BytesIO(data))
-        found, numbers = json.loads(str(stored["document"])), stored["numbers"]
-        signals = []
-        for parts in found.pop("signals"):
-            whole, numbers = _put_together(GratingSignal, parts, numbers)
-            signals.append(whole)
-        sheet, apart = SheetGain(**_tuples(found.pop("sheet"))), RowsApart(**found.pop("apart"))
-        others = tuple(Reason(**one) for one in found.pop("others"))
-        return cls(signals=tuple(signals), sheet=sheet, apart=apart, others=others, **found)
+        return msgspec.msgpack.decode(zlib.decompress(data), type=cls, dec_hook=_restored)
 
 
-def _tuples(parts: dict[str, Any]) -> dict[str, Any]:
-    """JSON knows lists alone."""
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in parts.items()}
+def _stored(value: Any) -> Any:
+    """An array as its type, shape and bytes; a number of NumPy as Python's."""
+    return (value.dtype.str, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value.item()
 
 
-def _taken_apart(whole: Any, arrays: list[np.ndarray]) -> dict[str, Any]:
-    """The fields of an object for JSON; of an array, shape and type, and its numbers go to `arrays`."""
-    names = [field.name for field in fields(whole)] if is_dataclass(whole) else whole._fields
-    found: dict[str, Any] = {}
-    for name in names:
-        value = getattr(whole, name)
-        if name in PARTS and value is not None:
-            found[name] = _taken_apart(value, arrays)
-        elif isinstance(value, np.ndarray):
-            found[name] = {"shape": value.shape, "type": str(value.dtype)}
-            arrays.append(
-                np.ascontiguousarray(value if value.dtype.kind == "c" else value.astype(float)).view(float).ravel()
-            )
-        else:
-            found[name] = value.item() if isinstance(value, np.generic) else value
-    return found
-
-
-def _put_together(make: Callable[..., Any], parts: dict[str, Any], numbers: np.ndarray) -> tuple[Any, np.ndarray]:
-    """The object that `_taken_apart` took apart, and the numbers that are left."""
-    found: dict[str, Any] = {}
-    for name, value in parts.items():
-        if name in PARTS and value is not None:
-            found[name], numbers = _put_together(PARTS[name], value, numbers)
-        elif isinstance(value, dict):
-            kind = np.dtype(value["type"])
-            count = int(np.prod(value["shape"])) * (2 if kind.kind == "c" else 1)
-            own, numbers = numbers[:count], numbers[count:]
-            found[name] = (own.view(kind) if kind.kind == "c" else own.astype(kind)).reshape(value["shape"])
-        else:
-            found[name] = value
-    return make(**_tuples(found)), numbers
+def _restored(_: type, value: Any) -> np.ndarray:
+    """An array of what `_stored` gave."""
+    kind, shape, data = value
+    return np.frombuffer(data, kind).reshape(shape)
 
 
 def luma_hash(film: Path) -> str:
@@ -186,7 +135,7 @@ def of_film(film: Path, keep: Path | None = None) -> Row:
     claim, luma = Claim(badge, badge.id), luma_hash(film)
     report = verify(film, claim)
     if keep is not None:
-        (keep / f"{film.stem}.npz").write_bytes(KeptFilm.of(report, claim.sheet, luma).to_bytes())
+        (keep / f"{film.stem}.signals").write_bytes(KeptFilm.of(report, claim.sheet, luma).to_bytes())
     return row_of(film.stem, luma, report.invariant, report.reasons, report.to_json()["identity"])
 
 
@@ -278,6 +227,26 @@ def make(folder: Path, only: str, workers: int) -> None:
     subprocess.run(script, check=True, env=os.environ | {"PYTHONPATH": paths})
 
 
+def judged_rows(source: Path, only: str, workers: int, keep: Path | None) -> list[Row]:
+    """The rows of a folder of films or kept signals, or of a table."""
+    if source.is_file():
+        return [row for row in read_rows(source) if re.search(only, row["case"])]
+    if keep is not None:
+        keep.mkdir(parents=True, exist_ok=True)
+    films, signals = (sorted(path for path in source.glob(kind) if re.search(only, path.stem)) for kind in KINDS)
+    with ProcessPoolExecutor(workers) as pool:
+        return [*pool.map(partial(of_film, keep=keep), films), *pool.map(of_signals, signals)]
+
+
+def write_rows(rows: Iterable[Row], path: Path) -> None:
+    """Rows as CSV, below a line that says where they are from."""
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        stream.write(f"# By benchmarks/golden.py, which says how; films made by {PINNED[:8]}.\n")
+        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
 def read_rows(path: Path) -> list[Row]:
     """Rows of a file; lines that begin with # are words."""
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -287,44 +256,32 @@ def read_rows(path: Path) -> list[Row]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make, judge, compare.  Returns: 1 if a verdict, a code or an identity moved."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", nargs="?", type=Path, help="of the films")
-    parser.add_argument("--make", action="store_true", help="make the films that are not there")
-    parser.add_argument("--signals", nargs="?", const=SIGNALS, type=Path, metavar="DIR", help="judge kept signals")
-    parser.add_argument("--rows", type=Path, metavar="CSV", help="rows as they were written, in place of films")
+    parser.add_argument("source", nargs="?", type=Path, help="folder of films, or a table of rows")
+    parser.add_argument("--make", action="store_true", help="make the films that are not in the folder")
+    parser.add_argument("--signals", action="store_true", help="judge the kept signals, not films")
     parser.add_argument("--only", default="", metavar="REGEX", help="only the cases whose name holds this")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="films at a time")
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep the signals of films there")
-    parser.add_argument("--out", type=Path, metavar="CSV", help="write the rows there, not to standard output")
+    parser.add_argument("--out", type=Path, metavar="CSV", help="write the rows")
     parser.add_argument("--against", type=Path, metavar="CSV", help="older rows: print what moved")
     parser.add_argument("--gain", type=float, default=1e-6, help="what a gain may move by")
     parser.add_argument("--odds", type=float, default=1e-3, help="what odds may move by, powers of ten")
     parser.add_argument("--ablate", metavar="CODE,…", help="print which films these findings alone stop")
     given = parser.parse_args(arguments)
+    if given.signals == (given.source is not None):
+        parser.error("give a folder of films, a table of rows, or --signals")
     if given.make:
-        make(given.folder.resolve(), given.only, given.workers)
+        make(given.source.resolve(), given.only, given.workers)
         return 0
-    if given.keep:
-        given.keep.mkdir(parents=True, exist_ok=True)
-    if given.rows:
-        rows = [row for row in read_rows(given.rows) if re.search(given.only, row["case"])]
-    else:
-        paths = sorted(given.signals.glob("*.npz") if given.signals else given.folder.glob("*.mp4"))
-        work = of_signals if given.signals else partial(of_film, keep=given.keep)
-        with ProcessPoolExecutor(given.workers) as pool:
-            rows = list(pool.map(work, [path for path in paths if re.search(given.only, path.stem)]))
-    if given.out or not (given.against or given.ablate):
-        text = io.StringIO()
-        writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        head = f"# By benchmarks/golden.py, of films made by {PINNED[:8]}.\n"
-        given.out.write_text(head + text.getvalue(), encoding="utf-8") if given.out else print(text.getvalue(), end="")
+    rows = judged_rows(SIGNALS if given.signals else given.source, given.only, given.workers, given.keep)
+    if given.out:
+        write_rows(rows, given.out)
     if given.ablate:
         print("\n".join(ablated(rows, given.ablate.split(","))))
     if not given.against:
         return 0
     found = list(moved(read_rows(given.against), rows, given.gain, given.odds))
-    print("\n".join(words for _, words in found))
+    print("".join(f"{words}\n" for _, words in found), end="")
     count = sum(counts for counts, _ in found)
     print(f"{len(rows)} films: {count} verdicts, codes or identities moved, {len(found) - count} other differences")
     return int(count > 0)

@@ -89,7 +89,7 @@ def judged(film: Path) -> Row:
 
 def rows(wish: Wish) -> Iterator[Row]:
     """One row for each film."""
-    yield from wish.each(judged, {film.stem: film for film in sorted(SIGNALS.glob("forged-*.npz"))})
+    yield from wish.each(judged, {film.stem: film for film in sorted(SIGNALS.glob("forged-*.signals"))})
 
 
 def notes(found: list[Row]) -> Iterator[str]:

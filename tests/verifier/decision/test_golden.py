@@ -54,6 +54,6 @@ def test_a_film_and_what_is_kept_of_it_give_the_golden_row(golden: Any, tmp_path
     shutil.copyfile(FILMS / f"{name}.mp4", tmp_path / f"data-{name}.mp4")
     shutil.copyfile(FILMS / "badge.json", tmp_path / f"data-{name}.json")
     row = golden.of_film(tmp_path / f"data-{name}.mp4", tmp_path)
-    assert golden.of_signals(tmp_path / f"data-{name}.npz") == row
+    assert golden.of_signals(tmp_path / f"data-{name}.signals") == row
     (old,) = (row for row in golden.read_rows(ROWS) if row["case"] == f"data-{name}")
     assert not any(counts for counts, _ in golden.moved([old], [row], 1e-6, 1e-3)) and old["luma"] == row["luma"]

@@ -14,7 +14,7 @@ from moireid.simulate.forgeries.trajectories import KINDS
 
 #: Parts of it are hidden from the reader, so its headline blames a cover.
 MISLEADING = ["patchy handheld"]
-FILMS = sorted((TESTS / "data" / "golden").glob("forged-*.npz"))
+FILMS = sorted((TESTS / "data" / "golden").glob("forged-*.signals"))
 
 
 @pytest.fixture
