@@ -44,7 +44,7 @@ def taken_over(write: Callable[[Path], None], **said: Any) -> Any:
             return {"result": said}
 
     @contextmanager
-    def readers(films: Sequence[Path], aside: Path) -> Iterator[Any]:
+    def readers(films: Sequence[Path], *, folder: Path) -> Iterator[Any]:
         yield TakenOver()
 
     return readers
@@ -80,17 +80,17 @@ def test_a_step_s_process_reaches_no_other_file(folder: BuildFolder, tmp_path: P
     (tmp_path / "key.pem").write_text("secret")
 
     @contextmanager
-    def readers(films: Sequence[Path], aside: Path) -> Iterator[Any]:
-        with film_reader(films, folder=aside) as reader:
+    def readers(films: Sequence[Path], *, folder: Path) -> Iterator[Any]:
+        with film_reader(films, folder=folder) as reader:
             yield reader
 
     @contextmanager
-    def stealing(films: Sequence[Path], aside: Path) -> Iterator[Any]:
+    def stealing(films: Sequence[Path], *, folder: Path) -> Iterator[Any]:
         class Stealing:
             sealed = ()
 
             def read(self, order: Any, progress: Any, answer: Any = None) -> dict[str, Any]:
-                with readers(films, aside) as reader:
+                with readers(films, folder=folder) as reader:
                     return reader.read(HostileOrder("steal", str(tmp_path / "key.pem")), progress)
 
         yield Stealing()

@@ -161,8 +161,7 @@ def front_words(badge: Badge) -> str:
         return f"Line mask on clear film, over acrylic of {badge.lens.thickness_mm:g} mm"
     if (row := _sheet_row(badge)) is not None:
         return row.words
-    kind = "Lens array (fly's-eye sheet)" if badge.lens.kind == "array" else "Lenticular sheet"
-    return f"{kind}, {MM_PER_INCH / badge.lens.pitch_mm:.4g} LPI, {badge.lens.thickness_mm:.3g} mm"
+    return f"Lenticular sheet, {MM_PER_INCH / badge.lens.pitch_mm:.4g} LPI, {badge.lens.thickness_mm:.3g} mm"
 
 
 @cache
@@ -178,7 +177,7 @@ def _hours(words: str) -> float:
 
 
 def _sheet_row(badge: Badge) -> Material | None:
-    """The row that the badge was designed for; None for a measured sheet, an array, or another thickness."""
+    """The row that the badge was designed for; None for a measured sheet, a mask, or another thickness."""
     label = str((badge.print or {}).get("lens")).lower()
     if badge.lens.kind != "lenticular" or label not in PRODUCTS:
         return None
