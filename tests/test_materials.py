@@ -6,7 +6,7 @@ import re
 
 from moireid.cli.printing.print_cmd import print_command
 from moireid.designer.formats import FORMATS
-from moireid.materials import materials, materials_for
+from moireid.materials import materials
 from moireid.sheets import PRODUCTS
 
 LABELLED = {row.label: row for row in materials() if row.label is not None}
@@ -56,13 +56,6 @@ def test_labels_keep_their_optics() -> None:
     found = {label: (lens.pitch_mm, lens.thickness_mm, lens.refractive_index) for label, lens in PRODUCTS.items()}
     assert found == {label: (25.4 / lines, *rest) for label, (lines, *rest) in wanted.items()}
     assert [label for label, row in LABELLED.items() if not row.sold] == ["40lpi", "50lpi", "60lpi", "75lpi"]
-
-
-def test_acrylic_is_listed_in_what_shops_stock() -> None:
-    """Catches: a thickness of 2, 3 or 4 mm for which the list finds no plate; one of 0.8 mm for which it finds some."""
-    for thickness in (2.0, 3.0, 4.0):
-        assert materials_for("acrylic", thickness_mm=thickness), thickness
-    assert not materials_for("acrylic", thickness_mm=0.8)
 
 
 def test_the_help_lists_every_label_with_its_figures() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -66,14 +65,6 @@ def test_a_round_does_what_it_can_and_asks_for_the_rest(tmp_path: Path, works):
     found = advance(open_folder(tmp_path), steps_of(*works))
     assert found.did == ("second", "third") and found.next_step is None
     assert "moireid enroll" in found.ask[1]
-
-
-def test_commands_can_be_copied_from_a_folder_with_a_space(tmp_path: Path, works):
-    """Catches: a path that the shell takes for two words."""
-    (tmp_path / "my first").mkdir()
-    (tmp_path / "my first" / "film.mp4").write_text("one")
-    found = advance(open_folder(tmp_path / "my first"), steps_of(*works))
-    assert shlex.split(found.ask[1])[2] == str(tmp_path / "my first" / BADGE_JSON)
 
 
 def test_what_is_wished_is_kept_though_nothing_can_be_done_yet(tmp_path: Path, works):
@@ -232,10 +223,3 @@ def test_files_of_others_are_not_replaced(tmp_path: Path):
     with pytest.raises(SpecError, match=r"sheet\.json exists already"):
         open_folder(tmp_path)
     assert {name.split("/")[0] for step in STEPS for name in step.made} <= set(OWN_FILES)
-
-
-def test_every_step_asks_for_what_it_needs_by_name():
-    """Catches: a step whose words do not name the file that it waits for."""
-    for step in STEPS:
-        for choice in step.needs:
-            assert any(any(f"/{name}." in sentence for name in choice) for sentence in step.ask), step.name

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from kit.film_taken_over import HostileOrder
-from moireid.bringup.bring_up import STEPS, BuildStep
+from moireid.bringup.bring_up import STEPS
 from moireid.bringup.build_folder import BuildFolder, open_folder
 from moireid.bringup.sealed_steps import do_sealed
 from moireid.errors import MediaError
@@ -44,7 +44,7 @@ def taken_over(write: Callable[[Path], None], **said: Any) -> Any:
             return {"result": said}
 
     @contextmanager
-    def readers(films: Sequence[Path], aside: Path) -> Iterator[Any]:
+    def readers(films: Sequence[Path], *, folder: Path) -> Iterator[Any]:
         yield TakenOver()
 
     return readers
@@ -80,17 +80,17 @@ def test_a_step_s_process_reaches_no_other_file(folder: BuildFolder, tmp_path: P
     (tmp_path / "key.pem").write_text("secret")
 
     @contextmanager
-    def readers(films: Sequence[Path], aside: Path) -> Iterator[Any]:
-        with film_reader(films, folder=aside) as reader:
+    def readers(films: Sequence[Path], *, folder: Path) -> Iterator[Any]:
+        with film_reader(films, folder=folder) as reader:
             yield reader
 
     @contextmanager
-    def stealing(films: Sequence[Path], aside: Path) -> Iterator[Any]:
+    def stealing(films: Sequence[Path], *, folder: Path) -> Iterator[Any]:
         class Stealing:
             sealed = ()
 
             def read(self, order: Any, progress: Any, answer: Any = None) -> dict[str, Any]:
-                with readers(films, aside) as reader:
+                with readers(films, folder=folder) as reader:
                     return reader.read(HostileOrder("steal", str(tmp_path / "key.pem")), progress)
 
         yield Stealing()
@@ -100,13 +100,3 @@ def test_a_step_s_process_reaches_no_other_file(folder: BuildFolder, tmp_path: P
     # The step itself is done there: this is no film, which is a result.
     reading = do_sealed(CAMERA, folder, None, readers)
     assert reading.refused is not None and "camera-film.mp4" in reading.refused and reading.figures
-
-
-def test_a_step_without_films_is_done_here(folder: BuildFolder) -> None:
-    """Catches: a process for steps that draw."""
-    step = BuildStep("first", "First", "", lambda here, progress: CAMERA.do(here, progress), ())
-
-    def never(films: Sequence[Path], aside: Path) -> Any:
-        raise AssertionError("a process is made")
-
-    assert do_sealed(step, folder, None, never).refused is not None

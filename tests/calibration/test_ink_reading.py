@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -17,7 +16,6 @@ from moireid.calibration.ink_reading import ink_growth
 from moireid.cli.main import moireid
 from moireid.cli.printing.print_cmd import print_command
 from moireid.designer.chart import ChartRequest, design_chart
-from moireid.errors import SpecError
 from moireid.fabrication.page.chart_page import JSON, PDF, print_chart
 from moireid.ink_strip import ink_patches, strip_rect_mm
 from moireid.profiles import PrinterProfile, load_printer_profile, save_printer_profile
@@ -120,26 +118,6 @@ def test_a_printer_profile_reads_back_and_serves_the_print_commands(tmp_path):
     for given, dpi, growth in ((["--printer-dpi", "1200"], 1200, 41.5), (["--ink-growth", "0"], 600, 0)):
         taken = print_command.make_context("print", [*made, *given]).params
         assert (taken["printer_dpi"], taken["ink_growth_um"], taken["scale_text"]) == (dpi, growth, "0.998,0.999")
-
-
-def test_what_is_no_printer_profile_is_refused(tmp_path):
-    """Catches: a sheet's profile taken for a printer's; a growth that no printer has; a traceback."""
-    with pytest.raises(SpecError, match="cannot be read"):
-        load_printer_profile(tmp_path / "none.json")
-    path = tmp_path / "odd.json"
-    path.write_text(json.dumps({"format": 1, "kind": "printer-profile", "name": "x", "dpi": 600, "ink_growth_um": 900}))
-    with pytest.raises(SpecError, match="ink_growth_um must be a number from -100 to 150"):
-        load_printer_profile(path)
-    ran = CliRunner().invoke(print_command, ["Ada", "--out", str(tmp_path / "a"), "--printer", str(path)])
-    assert ran.exit_code == 2 and "ink_growth_um" in ran.output and not (tmp_path / "a").exists()
-
-
-def test_a_chart_for_no_printer_is_refused_in_a_sentence(chart):
-    """Catches: a division by zero, or a traceback of int(), for a pitch-test.json that was edited by hand."""
-    for dpi in (0, -600, "many", 1e12, None):
-        odd = replace(chart, print=(chart.print or {}) | {"dpi": dpi})
-        with pytest.raises(SpecError, match=r"print\.dpi=.* correct it to 72 to 9600"):
-            ink_patches(odd)
 
 
 @pytest.mark.slow

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from moireid.asbuilt import merge
-from moireid.badge import Badge, load_badge
-from moireid.bringup.build_folder import BADGE_FILMS, BADGE_JSON, BuildFolder, Figure, Reading
+from moireid.badge import load_badge
+from moireid.bringup.build_folder import BADGE_FILMS, BADGE_JSON, BuildFolder, Reading
 from moireid.bringup.capture_record import capture_record, film_record
 from moireid.bringup.chart_steps import CAMERA, PRINTER, SHEET
 from moireid.bringup.field_crops import FieldCrop, field_crops
@@ -23,7 +23,7 @@ from moireid.files import write_text
 from moireid.issuing import IssueOrder, Wear, plan_badge
 from moireid.models import parse_json
 from moireid.profiles import load_lens_profile, load_printer_profile
-from moireid.verifier.camera.known_camera import KnownCamera, load_camera
+from moireid.verifier.camera.known_camera import load_camera
 from moireid.verifier.report.plots import law_plot
 from moireid.verifier.session.capture import built_in, check_gains, why_refused
 from moireid.verifier.session.claim import Claim
@@ -70,7 +70,8 @@ def print_first_badge(folder: BuildFolder, _: Progress | None) -> Reading:
 
 def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
     """Judge both films as an enrolment would, and say what they show of the badge."""
-    badge, camera = load_badge(folder.at(BADGE_JSON)), _camera(folder)
+    badge = load_badge(folder.at(BADGE_JSON))
+    camera = load_camera(folder.at(CAMERA)) if folder.at(CAMERA).exists() else None
     paths = [path for path in map(folder.found, BADGE_FILMS) if path is not None]
     # A record never mixes films.
     folder.at(FILMS).unlink(missing_ok=True)
@@ -78,28 +79,20 @@ def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
         raise MediaError(f"{paths[0]} and {paths[1]} are the same film; film the badge a second time")
     films, records, pictures = [], [], dict[str, str]()
     for number, path in enumerate(paths, 1):
-        found = _judged(path, badge, camera, progress)
+        report = verify(path, Claim(badge, badge.id, camera=camera, enrolling=True), progress=progress)
+        found = FilmResult(path.name, report, built_in(report))
         films.append(found)
-        crops = field_crops(found.report)
-        records.append(film_record(found.report, found.built, crops))
+        crops = field_crops(report)
+        records.append(film_record(report, found.built, crops))
         pictures |= _film_pictures(folder, number, found, crops)
     refused = _refused(films, paths, badge)
-    figures = film_figures(films, badge, _figure(folder, "Sheet thickness"))
+    thickness = next((one for one in folder.figures() if one.name == "Sheet thickness"), None)
+    figures = film_figures(films, badge, thickness)
     write_text(folder.at(FILMS), json.dumps(records, allow_nan=False))
     built = [film.built for film in films if film.built is not None]
     if built and refused is None:
         write_text(folder.at(AS_BUILT), merge(built).to_json() + "\n")
     return Reading(figures=figures, pictures=pictures, refused=refused)
-
-
-def _camera(folder: BuildFolder) -> KnownCamera | None:
-    path = folder.at(CAMERA)
-    return load_camera(path) if path.exists() else None
-
-
-def _judged(path: Path, badge: Badge, camera: KnownCamera | None, progress: Progress | None) -> FilmResult:
-    report = verify(path, Claim(badge, badge.id, camera=camera, enrolling=True), progress=progress)
-    return FilmResult(path.name, report, built_in(report))
 
 
 def _refused(films: Sequence[FilmResult], paths: list[Path], badge: Badge) -> str | None:
@@ -128,10 +121,6 @@ def _film_pictures(folder: BuildFolder, number: int, found: FilmResult, crops: S
         folder.save_picture(name, np.asarray(strip, np.uint8))
         made[name] = f"Film {number}: the fringes from one side to the other."
     return made
-
-
-def _figure(folder: BuildFolder, name: str) -> Figure | None:
-    return next((one for one in folder.figures() if one.name == name), None)
 
 
 def collect_record(folder: BuildFolder, *, with_badge: bool, note: str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,8 +32,8 @@ OWN = (*CHART_FILES, SHEET, PRINTER, CAMERA, BADGE_JSON)
 MOST_BYTES = 50_000_000
 #: Names that pictures may have.
 PICTURE = re.compile(r"[a-z0-9-]{1,40}\.(jpg|svg)")
-#: What reads films, given them and a folder that it may write.
-Readers = Callable[[Sequence[Path], Path], AbstractContextManager[Reader]]
+#: What reads films, given them and `folder`, in which it may write.
+Readers = Callable[..., AbstractContextManager[Reader]]
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def do_sealed(step: BuildStep, folder: BuildFolder, progress: Progress | None, r
                 shutil.copyfile(folder.at(name), aside / name)
         state = msgspec.structs.replace(folder.state, files={name: str(path) for name, path in media.items()})
         order = StepOrder(step.name, aside, msgspec.json.encode(state))
-        with readers(read, aside) as reader:
+        with readers(read, folder=aside) as reader:
             said: dict[str, Any] = reader.read(order, progress or (lambda done, of: None))
         reading = checked(checked(said, FilmAnswer, named(films)).result, Reading, named(films))
         _take_over(step, reading, aside, folder, named(films))

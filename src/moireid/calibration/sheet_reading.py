@@ -11,7 +11,7 @@ from moireid.badge import Badge
 from moireid.calibration.chart_reading import ChartView, check_chart, view_chart
 from moireid.calibration.ink_reading import InkGrowth, ink_growth
 from moireid.calibration.lens_fit import lens_from_views
-from moireid.calibration.still import is_film, load_pictures
+from moireid.calibration.still import load_pictures
 from moireid.calibration.thickness import Thickness, thickness_from_film, with_thickness
 from moireid.errors import MediaError
 from moireid.files import AnyPath, as_path
@@ -93,7 +93,8 @@ def read_sheet(
         measured_scale=measured_scale,
     )
     ink = ink_growth([(picture, view.page) for picture, view in seen if view.page is not None], chart)
-    if not is_film(path):
+    # A photograph is one picture.
+    if len(pictures) == 1:
         return SheetReading(profile, ink, None, source)
     thickness = thickness_from_film(path, chart, focal_px=focal_px, progress=progress)
     return SheetReading(with_thickness(profile, thickness), ink, thickness, source)

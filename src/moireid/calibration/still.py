@@ -56,18 +56,6 @@ def load_pictures(path: AnyPath) -> tuple[list[NDArray[np.uint8]], float | None]
     return [frame.luma for frame in islice(frames, 0, FILM_FRAMES * FILM_STRIDE, FILM_STRIDE)], None
 
 
-def is_film(path: Path) -> bool:
-    """Whether a file that `load_pictures` reads is a film."""
-    from PIL import Image, UnidentifiedImageError
-
-    try:
-        with open_regular(path) as file:
-            Image.open(file).close()
-    except UnidentifiedImageError:
-        return True
-    return False
-
-
 def _photograph(path: Path) -> tuple[NDArray[np.uint8], float | None] | None:
     """A photograph and its focal length in pixels; None if the file is not a photograph."""
     from PIL import Image, ImageOps, UnidentifiedImageError

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,7 +26,6 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.bringup.bring_up import Advance
-    from moireid.reading.film_reader import Reader
 
 MEDIA = click.Path(path_type=Path, dir_okay=False)
 
@@ -105,7 +102,7 @@ def first_badge_command(
     if record is not None:
         own = [folder / name for name in (STATE, BADGE_JSON, *OWN_FILES)]
         planned([record], overwrite=overwrite, make_folders=False, kept=own)
-    do = partial(do_sealed, readers=partial(_readers, unsealed=unsealed))
+    do = partial(do_sealed, readers=partial(sealed_reader, unsealed=unsealed))
     made = advance(open_folder(folder, _read(wished)), watch=progress_bar, do=do)
     page = made.folder.at(PAGE)
     write_text(page, render_progress(made))
@@ -114,10 +111,6 @@ def first_badge_command(
     _show(made, page, record, as_json=as_json)
     if made.refused is not None:
         raise click.exceptions.Exit(INCONCLUSIVE)
-
-
-def _readers(films: Sequence[Path], folder: Path, *, unsealed: bool) -> AbstractContextManager[Reader]:
-    return sealed_reader(films, unsealed=unsealed, folder=folder)
 
 
 def _check_record(record: Path | None, *, with_badge: bool, note: str) -> None:

@@ -177,7 +177,7 @@ def _hours(words: str) -> float:
 
 
 def _sheet_row(badge: Badge) -> Material | None:
-    """The row that the badge was designed for; None for a measured sheet, or another thickness."""
+    """The row that the badge was designed for; None for a measured sheet, a mask, or another thickness."""
     label = str((badge.print or {}).get("lens")).lower()
     if badge.lens.kind != "lenticular" or label not in PRODUCTS:
         return None
