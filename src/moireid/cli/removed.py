@@ -15,6 +15,7 @@ REMOVED = {
     "signatures checked",
     "film-set": "it is `moireid lab film-set`",
     "generator-kit": "it is `moireid lab generator-kit`",
+    "lab evaluate --detector-scores": "join them with the rows of evaluate.json, which have each film's name and label",
     "lab evaluate --film-limit": "films are read where they are; mount an archive that is elsewhere",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
