@@ -144,15 +144,17 @@ def judged(job: tuple[Path, str, dict[str, Any]]) -> Row:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film, then one a kind."""
+    """One row a film."""
     clips = wish.clips or (1 if wish.quick else 20)
     with wish.kept_folder() as folder:
         prepared(folder)
         jobs = {name: (folder, name, case) for name, case in cases(clips).items()}
-        found = []
-        for row in wish.each(judged, jobs):
-            found.append(row)
-            yield row
+        yield from wish.each(judged, jobs)
+
+
+def table(found: list[Row]) -> Iterator[Row]:
+    """The films, then one row a kind."""
+    yield from found
     for kind, own in grouped(found, "kind").items():
         yield {"films of": kind, "films": len(own), **counted_verdicts(own)}
 
@@ -160,4 +162,4 @@ def rows(wish: Wish) -> Iterator[Row]:
 COLUMNS = {"case": "<26", "verdict": "<12", "gain": ">7.3f", "error": ">6.3f", "focal": ">6.2f", "solved": ">7.2f"}
 COLUMNS |= {"shown": ">6.2f", "why": "<1", "films of": "<18", "films": ">5", "accept": ">6", "inconclusive": ">12"}
 COLUMNS |= {"reject": ">6", "reasons": "<1"}
-BENCH = Bench(rows, COLUMNS)
+BENCH = Bench(rows, COLUMNS, table=table)

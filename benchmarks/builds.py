@@ -164,7 +164,7 @@ def judged(job: tuple[Path, str, int, bool]) -> Row:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a build, and one a kind."""
+    """One row a build."""
     builds = range(1, 1 + wish.own.seeds)
     with wish.kept_folder() as name:
         kinds = wish.chosen(KINDS)
@@ -173,10 +173,12 @@ def rows(wish: Wish) -> Iterator[Row]:
             for build in builds:
                 badge_folder(name, kind, build)
         jobs = {f"{kind}: {build}": (name, kind, build, wish.quick) for build in builds for kind in kinds}
-        found = []
-        for row in replace(wish, only=None).each(judged, jobs):
-            found.append(row)
-            yield row
+        yield from replace(wish, only=None).each(judged, jobs)
+
+
+def table(found: list[Row]) -> Iterator[Row]:
+    """The builds, then one row a kind."""
+    yield from found
     for kind, own in grouped(found, "build").items():
         yield summed(kind, own)
 
@@ -220,4 +222,4 @@ COLUMNS |= {
 COLUMNS |= {"kind": "<19", "builds": ">6", "enrolled": ">8", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
 COLUMNS |= {"most bars off": ">13.1f", "copy accepted": ">13", "half gain accepted": ">18", "reasons": "<1"}
 OPTIONS = {"--seeds": {"type": int, "default": 1, "metavar": "N", "help": "builds of each kind"}}
-BENCH = Bench(rows, COLUMNS, options=OPTIONS)
+BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=table)

@@ -76,11 +76,13 @@ def _why(event: dict[str, Any]) -> str:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a badge, then the sums."""
-    found = []
-    for row in wish.each(judged, {f"badge {number}": number for number in range(wish.clips or CLIPS)}):
-        found.append(row)
-        yield row
+    """One row a badge."""
+    return wish.each(judged, {f"badge {number}": number for number in range(wish.clips or CLIPS)})
+
+
+def table(found: list[Row]) -> Iterator[Row]:
+    """The badges, then the sums."""
+    yield from found
     for kind in ("enrolled", "again", "copy", "replay"):
         counted = Counter(row.get(kind) for row in found)
         yield {"all of": kind} | {verdict: counted[verdict] for verdict in ("accept", "inconclusive", "reject")}
@@ -90,4 +92,4 @@ COLUMNS = {"badge": ">5", "enrolled": "<12", "why": "<10", "gain": ">6.3f", "gai
 for _kind in ("again", "copy", "replay"):
     COLUMNS |= {_kind: "<12", f"{_kind}: figures": "<16", f"{_kind}: why": "<24"}
 COLUMNS |= {"all of": "<18", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
-BENCH = Bench(rows, COLUMNS)
+BENCH = Bench(rows, COLUMNS, table=table)

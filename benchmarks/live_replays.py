@@ -36,7 +36,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.bench_frame import Bench, Row, Wish
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.live import (
     FACE_MM,
     REST_MM,
@@ -208,7 +208,7 @@ def judged(job: tuple[str, Any]) -> Row:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film and kind, then the sums."""
+    """One row a film and kind."""
     asked = wish.own
     delays = np.linspace(0.1, 1.5, max(asked.answered, 2)).tolist()
     calls = [Call(k, "answered", delays[k]) for k in range(asked.answered)]
@@ -218,12 +218,16 @@ def rows(wish: Wish) -> Iterator[Row]:
     jobs: dict[str, Any] = {f"film {k}": ("film", (k, k >= asked.controls)) for k in range(wish.clips or 50)}
     jobs |= {f"call {call.kind} {call.number}": ("call", call) for call in calls}
     jobs |= {f"drawn {count} {k}": ("drawn", (k, count)) for k in range(asked.drawn) for count in (2, 3, 4)}
-    sums: dict[str, Counter[str]] = {}
     for name, found in zip(wish.chosen(jobs), wish.each(judged, jobs), strict=True):
         for kind, row in found["kinds"].items():
-            sums.setdefault(kind, Counter())[row["verdict"]] += 1
             yield {"film": name, "kind": kind, "delay": None} | row
-    for kind, counted in sums.items():
+
+
+def table(found: list[Row]) -> Iterator[Row]:
+    """The films, then the sums."""
+    yield from found
+    for kind, own in grouped(found, "kind").items():
+        counted = Counter(row["verdict"] for row in own)
         yield {"all of": kind} | {verdict: counted[verdict] for verdict in ("accept", "inconclusive", "reject")}
 
 
@@ -249,4 +253,4 @@ OPTIONS = {
 }
 COLUMNS = {"film": "<20", "kind": "<18", "delay": ">5.2f", "verdict": "<12", "prompts": ">7", "s": ">5.0f", "why": "<1"}
 COLUMNS |= {"all of": "<18", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
-BENCH = Bench(rows, COLUMNS, chances, OPTIONS)
+BENCH = Bench(rows, COLUMNS, chances, OPTIONS, table)

@@ -200,12 +200,14 @@ def judged(job: tuple[Case, int]) -> Row:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a film, then how many of each kind were accepted."""
+    """One row a film."""
     seeds = range(1, 1 + (wish.clips or 1))
-    found = []
-    for row in wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for seed in seeds for case in CASES}):
-        found.append(row)
-        yield {name: value for name, value in row.items() if name in COLUMNS}
+    return wish.each(judged, {f"{case.name} seed {seed}": (case, seed) for seed in seeds for case in CASES})
+
+
+def table(found: list[Row]) -> Iterator[Row]:
+    """The films, then how many of each kind were accepted."""
+    yield from found
     for (kind, count, recipe), own in grouped(found, "kind", "stills", "recipe").items():
         accepted = {name: sum(row[key] == "accept" for row in own) for name, key in ACCEPTED.items()}
         words = [f"{count} stills" if count else "", kind, recipe or ""]
@@ -216,4 +218,4 @@ def rows(wish: Wish) -> Iterator[Row]:
 ACCEPTED = {"accepted before": "was", "accepted": "verdict"}
 COLUMNS = {"film": "<44", "seed": ">4", "was": "<12", "verdict": "<12", "cells": ">6.3f", "error bar": ">9.3f"}
 COLUMNS |= {"why": "<1", "all of": "<24", "films": ">5", "accepted before": ">15", "accepted": ">8"}
-BENCH = Bench(rows, COLUMNS)
+BENCH = Bench(rows, COLUMNS, table=table)

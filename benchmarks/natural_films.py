@@ -194,7 +194,7 @@ def _spell(signal: GratingSignal, seconds: float, rng: np.random.Generator) -> n
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """Rows of the true films by distance and length, then of the forgeries by kind, then each one that was accepted."""
+    """One row a part of a film, true or forged."""
     with wish.kept_folder() as name:
         common = {"folder": str(prepared(name)), "seed": wish.seed}
         numbers = range(wish.clips or (1 if wish.quick else 6))
@@ -205,11 +205,16 @@ def rows(wish: Wish) -> Iterator[Row]:
             for kind in FILMED_KINDS
         ]
         parts = [part for film in wish.each(judged, {task.name: task for task in tasks}) for part in film["parts"]]
+    yield from parts
     if wish.own.table:
         with wish.own.table.open("w", encoding="utf-8", newline="") as stream:
             writer = csv.DictWriter(stream, list(dict.fromkeys(name for part in parts for name in part)))
             writer.writeheader()
             writer.writerows(parts)
+
+
+def table(parts: list[Row]) -> Iterator[Row]:
+    """The true films by distance and length, then the forgeries by kind, then each one that was accepted."""
     true, lies = ([part for part in parts if (part["kind"] == "true") == kind] for kind in (True, False))
     shown = [part | {"seconds": part["length_s"], "why": part["why"].split()} for part in true]
     for (metres, seconds), own in sorted(grouped(shown, "distance_m", "seconds").items()):
@@ -230,4 +235,4 @@ OPTIONS = {
     "--filmed": {"type": int, "default": 0, "metavar": "N", "help": "trajectories filmed with each forgery"},
     "--table": {"type": Path, "metavar": "FILE", "help": "write the figures of all parts as CSV"},
 }
-BENCH = Bench(rows, COLUMNS, options=OPTIONS)
+BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=table)

@@ -218,9 +218,13 @@ def tasks(arguments: argparse.Namespace, seed: int, clips: int, keep: Path | Non
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a format, and one a kind of forgery; then each film that was not judged as it ought to be."""
+    """One row a film."""
     wanted = {_name(task): task for task in tasks(wish.own, wish.seed or 1, wish.clips or 50, wish.folder)}
-    films = list(wish.each(judged, wanted))
+    return wish.each(judged, wanted)
+
+
+def table(films: list[Row]) -> Iterator[Row]:
+    """One row a format, and one a kind of forgery; then each film that was not judged as it ought to be."""
     kinds = grouped(films, "format") | grouped([row for row in films if row["forge"]], "forge")
     for name, own in kinds.items():
         verdicts, gains = [row["verdict"] for row in own], [row["gain"] for row in own if row["gain"] is not None]
@@ -270,4 +274,4 @@ COLUMNS |= {"m": "distance_m >6.3f", "motion": "<10", "crf": ">3", "gain": ">7.3
 COLUMNS |= {"wear": "<40", "reasons": "<1"}
 COLUMNS |= {"true films": ">10", "|rho|": ">7.4f", "sd": ">7.4f", "least": ">7.4f", "over 30 frames": ">14.3f"}
 COLUMNS |= {"its sd": ">6.3f", "gain off": ">8.4f"}
-BENCH = Bench(rows, COLUMNS, options=OPTIONS)
+BENCH = Bench(rows, COLUMNS, options=OPTIONS, table=table)

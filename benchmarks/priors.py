@@ -25,6 +25,7 @@ from moireid.verifier.decision.figures import calibrated_log10
 from moireid.verifier.explanations.residuals import scale_rad
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, CALIBRATION_OFFSET_LOG10, CALIBRATION_SLOPE, EXPECTED
 from moireid_lab.bench.bench_frame import Bench, Row, Wish
+from moireid_lab.evaluation.statistics import cllr
 
 FILMS = Path(__file__).parents[1] / "tests/data/explanations/films.csv"
 COLUMNS_OF = {"wander": "residual_rad", "rows": "strip_wander_rad", "places": "place_wander_rad"}
@@ -69,13 +70,6 @@ def logistic(scores: Array, true: Array) -> tuple[float, float]:
     return float(found[0] / math.log(10)), float(found[1] / math.log(10))
 
 
-def cllr(log10: Array, true: Array) -> float:
-    """Cost of the log likelihood ratio, bits."""
-    nats = log10 * math.log(10)
-    of_true = np.log2(1 + np.exp(-nats[true > 0])).mean()
-    return float((of_true + np.log2(1 + np.exp(nats[true < 1])).mean()) / 2)
-
-
 def rows(wish: Wish) -> Iterator[Row]:
     """Fit: rows of the priors, of the calibration, and of the reliability."""
     with wish.own.table.open(encoding="utf-8", newline="") as stream:
@@ -95,7 +89,7 @@ def rows(wish: Wish) -> Iterator[Row]:
         ("in use", CALIBRATION_SLOPE, CALIBRATION_OFFSET_LOG10, CALIBRATION_CAP_LOG10),
     ):
         yield {"calibration": words} | dict(zip(("slope", "offset", "cap"), figures, strict=True))
-    yield {"Cllr on the other half": cllr(log10, known)}
+    yield {"Cllr on the other half": cllr(log10[known > 0], log10[known < 1])}
     for low, high in pairwise(BINS):
         inside = (log10 >= low) & ((log10 < high) | (high == BINS[-1]))
         good, bad = int(known[inside].sum()), int((1 - known[inside]).sum())

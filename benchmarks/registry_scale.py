@@ -1,4 +1,4 @@
-"""Claims, look-ups and proofs among many: `moireid lab bench registry [--only claim|identify|log]`.
+"""Claims and look-ups among many: `moireid lab bench registry [--only claim|identify]`.
 
 Registries of ten and of 100,000 (`--full`: a million) are built the normal way, unless they lie in `--keep`; a million
 take ten minutes of processor time and 5 GB.  Badges are made by putting other ids, names and spacings into a designed
@@ -9,9 +9,6 @@ process each, by the registry (as `verify --registry` does, its state and look-a
 `verify --bundle`).  Imports are in it, as they are in what a user waits for.
 identify: in turn, cold processes identify a film of 4 s, 1080p at 30 frames a second, of an enrolled badge, and of one
 that is not enrolled: CPU seconds, peak of memory, and their ratios to ten people.
-log: milliseconds of processor time by the number of people, and the ratio of many to a thousand: two entries appended,
-the head read, the newest record's proof of inclusion, and the proof that the log goes on from a checkpoint of half its
-size, each with the signature of a checkpoint.
 """
 
 from __future__ import annotations
@@ -21,23 +18,15 @@ import statistics
 import subprocess
 import sys
 import time
-from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
-from sqlalchemy import select
-
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.idcodes import specimen_of
-from moireid.registry import Registry, open_registry
-from moireid.registry.canonical import utc_now
-from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint
-from moireid.registry.checkpoints.note import signed_note
-from moireid.registry.merkle import Tree, leaf_hash
-from moireid.registry.schema import log
+from moireid.registry import open_registry
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
@@ -154,53 +143,6 @@ def identify_rows(folder: Path, counts: tuple[int, int], runs: int) -> Iterator[
             }
 
 
-def log_times_ms(folder: Path, count: int, runs: int) -> dict[str, float]:
-    """Median times of what is asked of a log, in one process that has the registry open."""
-    took: dict[str, list[float]] = {}
-
-    def timed(what: str, call: Callable[[], object]) -> None:
-        for _ in range(runs):
-            begun = time.process_time()
-            call()
-            took.setdefault(what, []).append(1e3 * (time.process_time() - begun))
-
-    def changed() -> None:
-        # Two entries: the badge is as it was afterwards.
-        registry.suspend(BADGE.id, "lost")
-        registry.reinstate(BADGE.id)
-
-    with open_registry(built(folder, count), create=False) as registry:
-        changed()
-        timed("two appends ms", changed)
-        timed("head ms", registry.head)
-        record = registry.find(BADGE.id)
-        timed("inclusion ms", lambda: registry.prove(record))
-        older = half_checkpoint(registry)
-        timed("consistency ms", lambda: registry.checkpoint([older]))
-    return {what: statistics.median(times) for what, times in took.items()}
-
-
-def half_checkpoint(registry: Registry) -> Checkpoint:
-    """A checkpoint of the first half of a log, as if it had been kept when the log was no longer."""
-    with registry._ledger.snapshot() as connection:
-        size = int(registry.head().split(":")[0]) // 2
-        hashes = connection.scalars(select(log.c.hash).where(log.c.seq <= size).order_by(log.c.seq)).all()
-    tree, signer, date = Tree(), registry._ledger.signer(), utc_now()
-    for one in hashes:
-        tree.add(leaf_hash(bytes.fromhex(one)))
-    origin, root = ORIGIN + registry.fingerprint, b64encode(tree.root()).decode()
-    note = signed_note(f"{origin}\n{tree.size}\n{root}\ndate {date}\n", origin, signer)
-    return Checkpoint(registry.fingerprint, tree.size, tree.root(), date, note)
-
-
-def log_rows(folder: Path, counts: tuple[int, int], runs: int) -> Iterator[Row]:
-    """What is asked of a log, of few entries and of many."""
-    found = [log_times_ms(folder, count, runs) for count in counts]
-    for count, times in zip(counts, found, strict=True):
-        yield {"log of people": f"{count:,}"} | times
-    yield {"log of people": "ratio"} | {what: found[1][what] / found[0][what] for what in found[0]}
-
-
 def rows(wish: Wish) -> Iterator[Row]:
     """The rows of the parts that are wanted."""
     many = FULL if wish.own.full else QUICK if wish.quick else MANY
@@ -209,7 +151,6 @@ def rows(wish: Wish) -> Iterator[Row]:
         parts = {
             "claim": lambda: claim_rows(folder, many, wish.clips or 9),
             "identify": lambda: identify_rows(folder, (FEW, many), wish.clips or 3),
-            "log": lambda: log_rows(folder, (QUICK, many), wish.clips or 9),
         }
         for name in wish.chosen(parts):
             yield from parts[name]()
@@ -225,8 +166,6 @@ COLUMNS |= {
     "MB": ">7.0f",
     "CPU ratio": ">9.2f",
 }
-COLUMNS |= {"log of people": "<13", "two appends ms": ">14.1f", "head ms": ">8.2f", "inclusion ms": ">12.1f"}
-COLUMNS |= {"consistency ms": ">14.1f"}
 BENCH = Bench(
     rows, COLUMNS, options={"--full": {"action": "store_true", "help": f"{FULL:,} people in place of {MANY:,}"}}
 )

@@ -1,4 +1,4 @@
-"""Forgeries made from true films, on one axis and two: run `moireid lab bench replayed [--kept FILE]`.
+"""Forgeries made from true films, on one axis and two: run `moireid lab bench replayed`.
 
 clip: a public film of the badge, 1 to 8 s of a hand's measured motion, is put over another trajectory, which stays
     within the parallaxes that the clip shows: the badge whole by the nearest view, or field by field, each field by its
@@ -11,7 +11,7 @@ re-badged: the true film of another person's badge of the same layout; its middl
 true: films of the badge itself on the same trajectories, and on measured motion (natural) in four formats.
 
 Printed is what becomes of the films of each kind, which findings decide, and, of films that are judged with the figures
-of enrolment, how often these agree.  `--kept FILE` keeps each film's row, and `--keep DIR` the clips.  Cases are filmed
+of enrolment, how often these agree.  `--keep DIR` keeps the clips.  Cases are filmed
 in turn, so that a run that is stopped has some of each.
 """
 
@@ -271,7 +271,7 @@ def judged(job: tuple[Case, int, Path]) -> Row:
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a kind of film."""
+    """One row a film."""
     cases = {case.name: case for case in all_cases()}
     names = wish.chosen(cases)
     most = {name: wish.clips or (1 if wish.quick else cases[name].films) for name in names}
@@ -282,18 +282,19 @@ def rows(wish: Wish) -> Iterator[Row]:
             for name in names
             if number <= most[name]
         }
-        found = list(replace(wish, only=None).each(judged, jobs))
+        yield from replace(wish, only=None).each(judged, jobs)
+
+
+def table(found: list[Row]) -> Iterator[Row]:
+    """What became of the films of each kind."""
     for name, own in grouped(found, "case").items():
-        yield summed(name, own)
-
-
-def summed(name: str, own: list[Row]) -> Row:
-    """What became of the films of one kind."""
-    built = Counter(row["built"] for row in own)
-    counted = counted_verdicts(own, 4)
-    return {"film": name, "films": len(own)} | counted | {"figures agree": built["agrees"], "differ": built["differs"]}
+        built = Counter(row["built"] for row in own)
+        counted = counted_verdicts(own, 4)
+        yield (
+            {"film": name, "films": len(own)} | counted | {"figures agree": built["agrees"], "differ": built["differs"]}
+        )
 
 
 COLUMNS: dict[str, str] = {"film": "<62", "films": ">5", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
 COLUMNS |= {"figures agree": ">13", "differ": ">6", "reasons": "<1"}
-BENCH = Bench(rows, COLUMNS)
+BENCH = Bench(rows, COLUMNS, table=table)

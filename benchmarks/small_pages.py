@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
-from itertools import groupby, product
+from itertools import product
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Camera, Scene, motion_named
 from moireid.simulate.filming import truth_path
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
+from moireid_lab.bench.verdicts import why_not
 
 PAGES = {
     "60 x 66": Request("Bench", lens="75lpi", size_mm=(60, 66), range_m=(0.5, 1.0)),
@@ -41,37 +42,33 @@ def judged(job: tuple[str, float, int, int]) -> Row:
     with temporary_film(scene, course, frames=FRAMES, fps=FPS, seed=seed, crf=crf) as video:
         report = verify(video, Claim(badge, badge.id))
         truth = list(csv.DictReader(truth_path(video).open(encoding="utf-8")))
+    row = {"page": name, "m": metres, "crf": crf, "verdict": report.verdict, "why": why_not(report), "ratio": None}
     if report.measurement is None:
-        return {"verdict": report.verdict, "ratio": None}
+        return row
     true = np.unwrap([float(row["phase_rad"]) for row in truth])[report.track.frame_numbers]
     off = report.measurement.gratings[0].predicted_rad - true
     # A focal length that is off scales the phase, and has an error bar of its own.
     scatter = float(np.std(off - np.polyval(np.polyfit(true, off, 1), true)))
-    return {"verdict": report.verdict, "ratio": scatter / report.invariant.gratings[0]["expected_error_rad"]}
+    return row | {"ratio": scatter / report.invariant.gratings[0]["expected_error_rad"]}
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """One row a page, distance and quality."""
-    films = wish.clips or 4
-    kinds = [(name, metres, crf) for (name, metres), crf in product(PLACES, QUALITIES)]
+    """One row a film."""
     jobs = {
         f"{name}, {metres:g} m, crf {crf}, {seed}": (name, metres, crf, seed)
-        for name, metres, crf in kinds
-        for seed in range(1, films + 1)
+        for (name, metres), crf in product(PLACES, QUALITIES)
+        for seed in range(1, 1 + (wish.clips or 4))
     }
-    made = zip((jobs[name] for name in wish.chosen(jobs)), wish.each(judged, jobs), strict=True)
-    for (name, metres, crf), films_now in groupby(made, key=lambda one: one[0][:3]):
-        found = [row for _, row in films_now]
-        verdicts, ratios = [row["verdict"] for row in found], [row["ratio"] or np.nan for row in found]
-        yield {
-            "page, mm": name,
-            "m": metres,
-            "crf": crf,
-            **{verdict: verdicts.count(verdict) for verdict in ("accept", "inconclusive", "reject")},
-            "median": float(np.nanmedian(ratios)),
-            "worst": float(np.nanmax(ratios)),
-        }
+    return wish.each(judged, jobs)
 
 
-COLUMNS = {"page, mm": "<10", "m": ">4g", "crf": ">4", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
-BENCH = Bench(rows, COLUMNS | {"median": ">8.2f", "worst": ">6.2f"})
+def table(films: list[Row]) -> Iterator[Row]:
+    """One row a page, distance and quality."""
+    for (name, metres, crf), found in grouped(films, "page", "m", "crf").items():
+        ratios = [row["ratio"] or np.nan for row in found]
+        spread = {"median": float(np.nanmedian(ratios)), "worst": float(np.nanmax(ratios))}
+        yield {"page": name, "m": metres, "crf": crf} | counted_verdicts(found) | spread
+
+
+COLUMNS = {"page, mm": "page <10", "m": ">4g", "crf": ">4", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
+BENCH = Bench(rows, COLUMNS | {"median": ">8.2f", "worst": ">6.2f", "reasons": "<1"}, table=table)

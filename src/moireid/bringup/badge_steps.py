@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from moireid.asbuilt import merge
-from moireid.badge import load_badge
+from moireid.badge import Badge, load_badge
 from moireid.bringup.build_folder import BADGE_FILMS, BADGE_JSON, BuildFolder, Reading
 from moireid.bringup.capture_record import capture_record, film_record
 from moireid.bringup.chart_steps import CAMERA, PRINTER, SHEET

@@ -21,6 +21,7 @@ REMOVED = {
     "generator-kit": "it is `moireid lab generator-kit`",
     "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
+    "lab evaluate --detector-scores": "join them with the rows of evaluate.json, which have each film's name and label",
     "lab evaluate --film-limit": "films are read where they are; mount an archive that is elsewhere",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "

@@ -73,7 +73,7 @@ def bench_command(
     identity   identities read, originals against copies, false matches
     pages      what is printed, read back: fabricate, mounts, ink-growth,
                artwork
-    registry   claims, look-ups and proofs among many people
+    registry   claims and look-ups among many people
     paper      the published paper's tables next to ours, and the calibration
                of the odds: published, priors
 

@@ -36,13 +36,6 @@ from moireid_lab.commands.sharing import scheduler_option, workers_option
     show_default=True,
     help="Our method, the published one (Qing et al. 2026), or both.",
 )
-@click.option(
-    "--detector-scores",
-    "scores_csv",
-    metavar="CSV",
-    help="Scores of other detectors, shown next to ours and no part of a verdict: columns video and score (high: "
-    "genuine) or fake_score (high: fake), and detector if there are several.",
-)
 @workers_option
 @scheduler_option
 @click.option(
@@ -81,7 +74,6 @@ def evaluate_command(
     registry_url: str | None,
     badge_json: Path | None,
     pipeline: str,
-    scores_csv: str | None,
     workers: int | None,
     scheduler: str | None,
     timeout_s: float,
@@ -114,7 +106,6 @@ def evaluate_command(
     from moireid.files import planned, write_text
     from moireid_lab.archive.isolated import Limits
     from moireid_lab.evaluation.collect import collect
-    from moireid_lab.evaluation.detectors import read_detectors, with_detectors
     from moireid_lab.evaluation.film_rows import PIPELINES
     from moireid_lab.evaluation.manifest import read_manifest
     from moireid_lab.evaluation.plots import PLOTS, write_plots
@@ -127,7 +118,6 @@ def evaluate_command(
     manifest = read_manifest(manifest_csv, registry_url=registry_url, badge=badge)
     if manifest.unused:
         say(f"this column is not used: {', '.join(name[:40] or 'without a name' for name in manifest.unused)}")
-    detectors = read_detectors(scores_csv, manifest.entries) if scores_csv is not None else None
     planned(outputs, overwrite=overwrite)
     pipelines = [name for name in PIPELINES if pipeline in (name, "both")]
     with progress_bar("films") as progress:
@@ -142,8 +132,6 @@ def evaluate_command(
             progress=lambda done, of, *_: progress(done, of),
         )
     document = {"moireid": __version__, "manifest": manifest_csv} | summarise(scored, seed=seed)
-    if detectors is not None:
-        document = with_detectors(document, scored, detectors, seed=seed)
     write_text(outputs[0], json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     for path in [outputs[0], *write_plots(document, folder)]:
         say(f"written: {path}")

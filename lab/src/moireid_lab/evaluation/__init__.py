@@ -6,7 +6,6 @@ film_rows.py      one film with one pipeline: a row of figures, and the key unde
 collect.py        every row of a collection, made by the engine; rows of an earlier run are reused
 statistics.py     ROC, AUC, EER, thresholds, Cllr, effect sizes and intervals: plain functions over arrays
 summary.py        from rows to the figures of evaluate.json
-detectors.py      scores of other detectors, next to ours
 text_table.py     rows as a table of text, also for benches
 table.py          the figures as text
 plots.py          scores by group, ROC, DET, accuracy by threshold, Tippett

@@ -20,7 +20,7 @@ def table(document: Document) -> str:
     for name, figures in document["pipelines"].items():
         lines += ["", f"{name}: {figures['score']}", *_groups(figures["groups"])]
     lines += ["", *_side_by_side(document), *_attacks(document["pipelines"])]
-    lines += [*_by_group(document["pipelines"]), *_detectors(document.get("detectors", {}))]
+    lines += [*_by_group(document["pipelines"])]
     lines += _failed(document["rows"])
     return "\n".join(lines)
 
@@ -132,21 +132,6 @@ def _by_group(pipelines: dict[str, Document]) -> list[str]:
         for k, row in enumerate(groups[0])
     ]
     return ["", *_table("AUC by group (all films)", rows, pipelines)] if rows else []
-
-
-def _detectors(detectors: dict[str, Document]) -> list[str]:
-    """AUC of other detectors, and of ours on the films that each of them scored."""
-    if not detectors:
-        return []
-    pipelines = list(next(iter(detectors.values()))["ours_on_these"])
-    rows = [
-        (
-            f"  {name[:WIDTH]}, {found['films'] - found['without_score']} of {found['films']} films",
-            [_area(one) for one in (found["scored_films"], *(found["ours_on_these"][each] for each in pipelines))],
-        )
-        for name, found in detectors.items()
-    ]
-    return ["", *_table("AUC of other detectors (no part of a verdict)", rows, ("its own", *pipelines))]
 
 
 def _area(found: Document) -> str:

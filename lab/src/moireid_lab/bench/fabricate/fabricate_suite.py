@@ -1,9 +1,9 @@
-"""The fabricate suite, with its table and plots.
+"""The fabricate suite, with its table and plot.
 
-Error against run time of what is printed: pages by form and resolution, mounts by the tolerance of their facets.
+Error against run time of what is printed: pages by form and resolution.
 
 Pages are painted by Poppler and Ghostscript where they are installed (`raster`); each painted edge is compared with its
-place, and the identity is read from the raster alone.  A mount's facets are compared with its exact solid.
+place, and the identity is read from the raster alone.
 """
 
 from __future__ import annotations
@@ -35,21 +35,15 @@ GREY_BADGES, GREY_DPI = 4, 1200
 RUNS = 3
 #: Photographs of pitch test sheets that are read back.
 PHOTOGRAPHS = 40
-#: Angles between neighbouring facets of a mount, rad.  They decide how fine a mount's mesh is, not the tolerance in mm,
-#: because a mount's bends are so small that OpenCASCADE reaches the angle's limit long before the distance's.
-ANGLES_RAD = (0.5, 0.2, 0.1, 0.05, 0.02)
-#: Number of facets whose middles are compared with the solid.
-MOST_POINTS = 150
 
 
 def rows(wish: Wish) -> Iterator[Row]:
-    """Pages, pages and mounts at the edge, meshes, and photographs of the pitch test."""
+    """Pages, pages and mounts at the edge, and photographs of the pitch test."""
     quick = wish.quick
     for form in FORMS:
         for dpi in QUICK_DPI if quick else DPI:
             yield page_figures(form, dpi, wish.seed, QUICK_BADGES if quick else BADGES)
     yield from extreme_rows(quick=quick)
-    yield from mount_figures(ANGLES_RAD[:3:2], 1) if quick else mount_figures(ANGLES_RAD, RUNS)
     yield from extremes(BUILT[:1] if quick else BUILT)
     yield {"photographs": calibration_figures(count=2 if quick else PHOTOGRAPHS, seed=wish.seed)}
 
@@ -107,58 +101,17 @@ def _together(rows: list[dict[str, Any]], dpi: int) -> dict[str, Any]:
     }
 
 
-def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, Any]]:
-    """Seconds of meshing and writing, size and chord error of the lanyard mount's mesh at each angle of its facets."""
-    import trimesh
-
-    from moireid.fabrication.printed.mount import lanyard_mount
-    from moireid.fabrication.solids import FACET_ANGLE_RAD, cad_package, export_stl
-
-    b3d = cad_package("build123d")
-    badge = design_badge(Request("Bench"), bytes(8))
-    skin = lanyard_mount(badge).shells()[0]
-    found = []
-    with tempfile.TemporaryDirectory() as folder:
-        for angle in angles_rad:
-            file = Path(folder) / "mount.stl"
-            seconds = []
-            for _ in range(runs):
-                # The kernel keeps the finest mesh that a shape ever had, so each run meshes a fresh one.
-                part = lanyard_mount(badge)
-                clock = time.perf_counter()
-                export_stl(part, file, tolerance_mm=0.05, angle_rad=angle)
-                seconds.append(time.perf_counter() - clock)
-            mesh = trimesh.load_mesh(file)
-            # Facets that look along an axis are flat ones of the design; only bent surfaces have a chord.
-            bent = np.sort(np.abs(mesh.face_normals), axis=1)[:, 1] > 0.01
-            middles = mesh.triangles_center[bent]
-            middles = middles[:: max(1, len(middles) // MOST_POINTS)]
-            error = max(float(skin.distance_to(b3d.Vertex(*point))) for point in middles)
-            found.append(
-                {
-                    "angle_rad": angle,
-                    "mesh_s": float(np.median(seconds)),
-                    "kilobytes": file.stat().st_size / 1e3,
-                    "triangles": len(mesh.faces),
-                    "chord_error_mm": error,
-                    "default": angle == FACET_ANGLE_RAD,
-                }
-            )
-    return found
-
-
 COLUMNS = {"page": "form <8", "dpi": ">5", "raster": "<13", "edges off, dots RMS": "rms_dots >20.2f"}
 COLUMNS |= {"worst": "worst_dots >6.2f", "um": "worst_um >6.1f", "pitch, ppm": "pitch_ppm >11.1f"}
 COLUMNS |= {"badges": ">7", "markers": "all_markers >8", "read": ">5", "wrong": "wrong_payloads >6", "ms": ">7.0f"}
+COLUMNS |= {"kB": "kilobytes >7.0f"}
 COLUMNS |= {"page at the edge": "<40", "outcome": "<8", "edge, dots": ">10.2f", "cell, rad": ">10.3f"}
 COLUMNS |= {"refusals": ">8", "granted": "asked <1"}
-COLUMNS |= {"mount, facets rad": "angle_rad <22g", "seconds": "mesh_s >9.2f", "triangles": ">10"}
-COLUMNS |= {"chord error, mm": "chord_error_mm >16.4f", "default": ">8", "kB": "kilobytes >7.0f"}
 COLUMNS |= EXTREME_COLUMNS
 
 
 def table(rows: list[Row]) -> Iterator[Row]:
-    """A row for each page and raster, each page at the edge, each mesh, and each mount at the edge."""
+    """A row for each page and raster, each page at the edge, and each mount at the edge."""
     for row in rows:
         if "form" in row:
             for raster in RASTERS:
@@ -169,8 +122,6 @@ def table(rows: list[Row]) -> Iterator[Row]:
             worst, phase = (max((one[name] for one in seen), default=0.0) for name in ("worst_dots", "cell_phase_rad"))
             shown = {"page at the edge": row["case"], "outcome": row["outcome"], "refusals": len(row["said"])}
             yield shown | {"edge, dots": worst, "cell, rad": phase, "asked": row["asked"]}
-        elif "angle_rad" in row:
-            yield row
     yield from extremes_table([row for row in rows if "mount" in row])
 
 
@@ -191,26 +142,11 @@ def _calibration(found: dict[str, Any]) -> str:
 
 
 def plot(rows: list[Row]) -> Any:
-    """Edge error against resolution for each form of the page; chord error against seconds and size of the mesh."""
-    figure = figure_of(11, 3.6)
-    pages, *meshes = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
-    _plot_edges(pages, [row for row in rows if "form" in row])
-    for axes, key, label in zip(
-        meshes, ("mesh_s", "kilobytes"), ("meshing and writing, s", "mount.stl, kB"), strict=True
-    ):
-        own = [row for row in rows if "angle_rad" in row]
-        errors = [1e3 * row["chord_error_mm"] for row in own]
-        axes.loglog([row[key] for row in own], errors, "o-", color="#1f6fb2")
-        for row, error in zip(own, errors, strict=True):
-            words = f"{row['angle_rad']:g} rad" + (" (default)" if row["default"] else "")
-            axes.annotate(words, (row[key], error), (6, 5), textcoords="offset points", fontsize=8)
-            if row["default"]:
-                axes.plot(row[key], error, "o", ms=12, mfc="none", color="#c2571a")
-        axes.set_xlabel(label)
-        axes.set_ylabel("worst chord error of the mount, um")
-        axes.margins(x=0.3, y=0.15)
-    for axes in (pages, *meshes):
-        plain(axes)
+    """Edge error against resolution for each form of the page."""
+    figure = figure_of(5, 3.6)
+    axes = figure.add_subplot()
+    _plot_edges(axes, [row for row in rows if "form" in row])
+    plain(axes)
     return figure
 
 

@@ -1,7 +1,6 @@
 """Error against run time of the verifier.
 
 films.py            films whose truth is known
-judged.py           frames in, verdict out
 motion_extremes.py  stiff and extreme motions
 verify_suite.py     the verify suite, with its table and plot
 """

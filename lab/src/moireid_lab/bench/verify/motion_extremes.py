@@ -11,10 +11,8 @@ from __future__ import annotations
 
 import csv
 import math
-import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from itertools import islice
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,16 +24,16 @@ from scipy.spatial.transform import Rotation
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.errors import MoireIdError
-from moireid.simulate.filming import film, truth_path
+from moireid.simulate.filming import truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier.picture import Frame
-from moireid.verifier.session.claim import Claim
-from moireid.verifier.video import Film
-from moireid_lab.bench.verify.judged import JudgedFrames, judge_frames
+from moireid.simulate.shots import Edit
+from moireid.verifier import Claim, Report, verify
+from moireid_lab.bench.bench_frame import temporary_film
 
 Array = NDArray[np.float64]
+Luma = NDArray[np.uint8]
 Outcome = Literal["right", "inconclusive", "wrong"]
 #: What physics expects: a verdict of the film, or the code of the reason for which it must be inconclusive.
 Expected = Literal["accept", "accept or inconclusive", "motion", "gain", "badge_absent"]
@@ -95,24 +93,25 @@ def swing(axis: int, amplitude: float, hz: float, middle: float = 0.0) -> Callab
 class Extreme:
     """One case: what moves, how it is filmed, what is spoiled of it, and what physics expects.
 
-    spoil: what becomes of the decoded frames; quick: part of a quick run.
+    edit: what becomes of the pictures before they are coded; quick: part of a quick run.
     """
 
     name: str
-    motion: Motion | None
+    motion: Motion
     expected: Expected = "accept"
     fps: float = FPS
     frames: int = FRAMES
     camera: Camera = field(default_factory=Camera)
     contrast: float | None = None
     recipe: str | None = None
-    spoil: Callable[[Iterator[Frame]], Iterator[Frame]] = field(default=iter)
+    edit: Edit | None = None
     quick: bool = False
 
 
 def cases() -> list[Extreme]:
     """All cases, by what they strain."""
     sway = [motion_named("sway", distance_mm=1000.0 * metres, seed=4) for metres in (1.4, 3.0, 4.0, 1.0)]
+    still = motion_named("static", distance_mm=1400.0, seed=0)
     half_fringe_mm = 1400 * math.pi / 2 / SLOPE_RAD
     return [
         Extreme("frontal, slid 15 cm sideways", held(1.4, slide_mm=swing(0, 150, 0.4)), quick=True),
@@ -140,10 +139,10 @@ def cases() -> list[Extreme]:
         Extreme("view at 60 degrees", held(1.4, slide_mm=swing(0, 60, 0.4), turn_deg=swing(0, 0, 0, 60)), quick=True),
         Extreme("print contrast 5 %", sway[0], contrast=0.05),
         Extreme("two transcodes", sway[3], recipe="double", frames=240),
-        Extreme("first frame black", sway[0], spoil=_first_black, quick=True),
-        Extreme("first frame smeared", sway[0], spoil=_first_smeared),
-        Extreme("one frame", sway[0], "badge_absent", spoil=lambda frames: islice(frames, 1), frames=2, quick=True),
-        Extreme("a thousand frames of nothing", None, "badge_absent", frames=1000, camera=NARROW, quick=True),
+        Extreme("first frame black", sway[0], edit=_first_black, quick=True),
+        Extreme("first frame smeared", sway[0], edit=_first_smeared),
+        Extreme("two frames", sway[0], "badge_absent", frames=2, quick=True),
+        Extreme("a thousand frames of nothing", still, "badge_absent", FPS, 1000, NARROW, edit=_nothing(), quick=True),
     ]
 
 
@@ -165,35 +164,36 @@ def read_extreme(job: tuple[str, int]) -> dict[str, Any]:
         "why": "",
     }
     row |= {"tracked": 0, "frames": case.frames} | dict.fromkeys(FIGURES)
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            if case.motion is None:
-                frames = _nothing(case, seed)
-            else:
-                video = Path(folder) / "case.mp4"
-                _shoot(case, case.motion, badge, video, seed)
-                row["true_excitation_rad"] = _true_excitation(video)
-                frames = Film(video).frames()
-            found = judge_frames(case.spoil(frames), Claim(badge, badge.id))
-        except MoireIdError as error:
-            return row | {"outcome": outcome_of(case.expected, "inconclusive", []), "why": str(error)}
-        # A crash is a result of this bench, and the next cases must still run.
-        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
-            return row | {"why": f"crash: {type(error).__name__}: {error}"}
-    return row | _figures(case, found, badge)
+    scene = Scene(badge, Build(0.17, math.radians(0.1), 1.001, 1.001), case.camera)
+    if case.contrast is not None:
+        share = (1 - case.contrast) / (1 + case.contrast)
+        scene = replace(scene, ink=0.5 * share, paper=0.5)
+    how = {"frames": case.frames, "fps": case.fps, "seed": seed, "recipe": case.recipe, "edit": case.edit}
+    try:
+        with temporary_film(scene, case.motion, **how) as video:
+            row["true_excitation_rad"] = _true_excitation(video)
+            report = verify(video, Claim(badge, badge.id))
+    except MoireIdError as error:
+        return row | {"outcome": outcome_of(case.expected, "inconclusive", []), "why": str(error)}
+    # A crash is a result of this bench, and the next cases must still run.
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        return row | {"why": f"crash: {type(error).__name__}: {error}"}
+    return row | _figures(case, report, badge)
 
 
-def _figures(case: Extreme, found: JudgedFrames, badge: Badge) -> dict[str, Any]:
+def _figures(case: Extreme, report: Report, badge: Badge) -> dict[str, Any]:
     """What came out."""
-    motion, why = found.invariant, found.why
-    outcome = outcome_of(case.expected, found.verdict, [reason.code for reason in why])
+    motion = report.invariant
+    why = [reason for level in ("fail", "undecided") for reason in report.reasons if reason.level == level]
+    outcome = outcome_of(case.expected, report.verdict, [reason.code for reason in why])
     texts = [reason.text for reason in why]
-    if not found.finite:
+    figures = (motion.correlation, motion.gain_ratio, motion.gain_sd, motion.phase_residual_rad, motion.score)
+    if not all(math.isfinite(value) for value in figures if value is not None):
         outcome, texts = "wrong", ["a figure is not finite", *texts]
-    if found.decoded_id not in (None, badge.id):
-        outcome, texts = "wrong", [f"read as {found.decoded_id}", *texts]
+    if report.identity.decoded_id not in (None, badge.id):
+        outcome, texts = "wrong", [f"read as {report.identity.decoded_id}", *texts]
     return {
-        "verdict": found.verdict,
+        "verdict": report.verdict,
         "outcome": outcome,
         "reasons": [reason.code for reason in why],
         "why": texts[0] if texts else "",
@@ -201,8 +201,8 @@ def _figures(case: Extreme, found: JudgedFrames, badge: Badge) -> dict[str, Any]
         "gain_ratio": _number(motion.gain_ratio),
         "gain_sd": _number(motion.gain_sd),
         "residual_rad": _number(motion.phase_residual_rad),
-        "tracked": found.tracked,
-        "frames": found.read,
+        "tracked": report.frames["tracked"],
+        "frames": report.frames["read"],
     }
 
 
@@ -215,15 +215,6 @@ def outcome_of(expected: Expected, verdict: str, codes: list[str]) -> Outcome:
     return "inconclusive"
 
 
-def _shoot(case: Extreme, motion: Motion, badge: Badge, video: Path, seed: int) -> None:
-    """The film of a case, with its truth."""
-    scene = Scene(badge, Build(0.17, math.radians(0.1), 1.001, 1.001), case.camera)
-    if case.contrast is not None:
-        share = (1 - case.contrast) / (1 + case.contrast)
-        scene = Scene(badge, scene.build, case.camera, ink=0.5 * share, paper=0.5)
-    film(scene, motion, video, frames=case.frames, fps=case.fps, seed=seed, recipe=case.recipe)
-
-
 def _true_excitation(video: Path) -> float | None:
     """Standard deviation of the true phase; None where the law is not traced for the view."""
     with truth_path(video).open(encoding="utf-8", newline="") as stream:
@@ -231,23 +222,24 @@ def _true_excitation(video: Path) -> float | None:
     return _number(float(np.nanstd(phases))) if np.isfinite(phases).any() else None
 
 
-def _nothing(case: Extreme, seed: int) -> Iterator[Frame]:
+def _nothing() -> Edit:
     """Pictures of a background, with noise, over which the camera pans."""
-    sensor = Sensor(case.camera, seed)
-    for index, turn in enumerate(panned(1.0, swing(0, 5, 0.1))(np.arange(case.frames) / case.fps).rotation):
-        yield Frame(index, index / case.fps, sensor.expose(None, turn, index / case.fps))
+    sensor, pan = Sensor(NARROW, 0), panned(1.0, swing(0, 5, 0.1))
+
+    def edit(frame: int, luma: Luma, homography: Array) -> Luma:
+        return np.asarray(sensor.expose(None, pan(np.array([frame / FPS])).rotation[0], frame / FPS))
+
+    return edit
 
 
-def _first_black(frames: Iterator[Frame]) -> Iterator[Frame]:
-    for frame in frames:
-        yield frame if frame.index else Frame(0, frame.time_s, np.zeros_like(frame.luma))
+def _first_black(frame: int, luma: Luma, homography: Array) -> Luma:
+    return luma if frame else np.zeros_like(luma)
 
 
-def _first_smeared(frames: Iterator[Frame]) -> Iterator[Frame]:
-    for frame in frames:
-        yield frame if frame.index else Frame(0, frame.time_s, np.asarray(cv2.blur(frame.luma, (81, 1)), np.uint8))
+def _first_smeared(frame: int, luma: Luma, homography: Array) -> Luma:
+    return luma if frame else np.asarray(cv2.blur(luma, (81, 1)), np.uint8)
 
 
 def _number(value: float | None) -> float | None:
-    """The figure for JSON, None where it is not finite, which `JudgedFrames.finite` reports."""
+    """The figure for JSON, None where it is not finite."""
     return float(f"{value:.6g}") if value is not None and math.isfinite(value) else None

@@ -24,14 +24,16 @@ from typing import Any
 import cv2
 import numpy as np
 
+from moireid.verifier import Claim, Verifier
 from moireid.verifier.picture import Frame, Picture
-from moireid.verifier.session.claim import Claim
+from moireid.verifier.reasons import worst
+from moireid.verifier.session.badge_session import reasons_of
+from moireid.verifier.session.chapters import invariant_of
 from moireid_lab.baseline.pipeline import PublishedReader, judge
 from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.bench_plots import error_against_time
 from moireid_lab.bench.bench_rows import Where
 from moireid_lab.bench.verify.films import KINDS, DecodedFilm, Kind, phase_error_rad, shoot
-from moireid_lab.bench.verify.judged import judge_frames
 from moireid_lab.bench.verify.motion_extremes import extreme_jobs, read_extreme
 
 #: 8 s, so that every fourth frame is still more than the verifier asks for at least.
@@ -124,21 +126,25 @@ def _ours(filmed: DecodedFilm, setting: EstimatorSetting) -> dict[str, Any]:
     """Our verifier's figures of one film."""
     badge, truth = filmed.badge, filmed.truth
     focal_px = filmed.focal_px * setting.scale if setting.estimator == "focal length given" else None
-    found = judge_frames(used_frames(filmed.frames, setting), Claim(badge, badge.id, focal_px))
+    verifier = Verifier(Claim(badge, badge.id, focal_px), running=False)
+    for frame in used_frames(filmed.frames, setting):
+        verifier.push(frame)
+    chapters = verifier.finish()
+    reasons, invariant = reasons_of(chapters), invariant_of(chapters)
     row = {
-        "verdict": found.verdict,
-        "against": [reason.code for reason in found.why],
-        "tracked": found.tracked,
+        "verdict": worst(list(reasons)),
+        "against": [reason.code for reason in reasons if reason.level in ("fail", "undecided")],
+        "tracked": sum(chapter.tracked for chapter in chapters),
         "phase_rad": None,
         "pose_rad": None,
         "gain_error": None,
     }
-    measurement = found.chapters[0].measurement
+    measurement = chapters[0].measurement
     if measurement is None:
         return row
     signal = measurement.gratings[0]
     used = np.isfinite(signal.phase_sd_rad)
-    times, gain = measurement.times_s[used], found.invariant.gain_ratio
+    times, gain = measurement.times_s[used], invariant.gain_ratio
     return row | {
         "phase_rad": phase_error_rad(times, signal.measured_rad[used], truth.times_s, truth.shown_rad),
         "pose_rad": phase_error_rad(times, signal.predicted_rad[used], truth.times_s, truth.law_rad),
