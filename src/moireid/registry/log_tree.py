@@ -99,8 +99,16 @@ class LogTree:
         return int(newest)
 
     def leads_from(self, seen: Head) -> bool:
-        """Whether the log goes on from an earlier head."""
-        return seen == self.head or self.consistency(seen.seq, bytes.fromhex(seen.hash)) is not None
+        """Whether the log goes on from an earlier head.
+
+        Raises: Fault if an entry after that head was changed or taken out.
+        """
+        if seen != self.head:
+            if self.consistency(seen.seq, bytes.fromhex(seen.hash)) is None:
+                return False
+            for _ in self.entries(seen.seq + 1):
+                pass
+        return True
 
     def growing(self) -> Tree:
         """The tree as new entries are added to it.  Raises: Fault if the stored nodes do not lead to the root."""

@@ -25,10 +25,13 @@ SEEN_VARIABLE = "MOIREID_SEEN"
 #: How long one program waits for another's write, seconds.
 WAIT_S = 10.0
 
+#: All or none: a program may be killed in between.
 _TABLES = """
+BEGIN IMMEDIATE;
 CREATE TABLE IF NOT EXISTS places (place TEXT PRIMARY KEY, fingerprint TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS heads (fingerprint TEXT PRIMARY KEY, seq INTEGER NOT NULL, hash TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS successors (fingerprint TEXT PRIMARY KEY, successor TEXT NOT NULL, seq INTEGER NOT NULL);
+COMMIT;
 """
 
 
