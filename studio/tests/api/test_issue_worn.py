@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import io
 import json
@@ -100,8 +101,10 @@ def test_pictures_lines_and_colour_reach_the_print_from_the_form(visit: Visit) -
     checked = visit.ask("POST", "/issue", "issuer", data=typed, files=files)
     assert checked.status_code == 200 and "What would be made" in checked.text, checked.text[:3000]
     assert "logo.svg" in checked.text and "face.png" in checked.text
-    law = json.loads(html.unescape(re.search(r"data-preview='([^']*)'", checked.text).group(1)))  # type: ignore[union-attr]
-    assert law["worn"].startswith("data:image/webp;base64,")
+    seen = re.search(r'<img src="data:image/webp;base64,([^"]*)"', checked.text)
+    assert seen is not None
+    with Image.open(io.BytesIO(base64.b64decode(html.unescape(seen.group(1))))) as picture:
+        assert min(share(picture, MAGENTA), share(picture, GREEN)) > 0.003
     # No file is sent again.
     again = fields_of(checked.text) | {"do": "issue"}
     assert {name: again[name] for name in WISH} == WISH and again["lines"] == typed["lines"]

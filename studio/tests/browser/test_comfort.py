@@ -164,21 +164,6 @@ def test_without_script_a_colour_is_written(browser: Browser, home: str) -> None
         assert page.locator("#problem").count() == 0
 
 
-def test_the_preview_of_a_card_opens_where_cards_are_read(page: Page, pictures: Path) -> None:
-    """Catches: a card seen from a metre, from where no phone reads it."""
-    page.goto("/issue")
-    page.get_by_label("Name", exact=True).fill("Bea")
-    page.locator("input[name=format][value=cr80]").check()
-    page.get_by_role("button", name="Check").click()
-    expect(page.locator("[data-words]")).to_contain_text("Seen straight ahead, 0.45 m away")
-    ends = page.locator("#view-metres").evaluate("one => [one.min, one.max].map(Number)")
-    assert ends == [0.3, 0.6]
-    page.locator("#view-metres").focus()
-    page.keyboard.press("ArrowRight")
-    expect(page.locator("[data-words]")).not_to_contain_text("0.45 m")
-    look(page, pictures, "preview-card")
-
-
 def test_a_film_too_large_is_refused_before_it_is_sent(page: Page, tmp_path: Path) -> None:
     """Catches: minutes of sending for a refusal; a form that stays shut afterwards."""
     (tmp_path / "long.mp4").write_bytes(b"\0\0\0\x18ftypmp42" + bytes(2 << 20))

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import re
 import threading
 import time
 import zipfile
@@ -190,68 +189,6 @@ def test_what_is_told_of_a_capture_is_how_the_badge_was_built(ada: Badge, measur
 
 
 @pytest.mark.slow
-def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(page: Page, browser: Browser) -> None:
-    """Catches: a preview that stays still, that moves without being asked, or that only a pointer can move."""
-    page.goto("/issue")
-    page.get_by_label("Name", exact=True).fill("Ada")
-    page.get_by_role("button", name="Check").click()
-    canvas, words = page.locator("canvas"), page.locator("[data-words]")
-    canvas.scroll_into_view_if_needed()
-    pixels = "canvas => [...canvas.getContext('2d').getImageData(0, 300, canvas.width, 1).data].join()"
-    ahead = canvas.evaluate(pixels)
-    expect(page.locator("[data-words]")).to_contain_text("straight ahead")
-    assert canvas.evaluate(pixels) == ahead
-    box = canvas.bounding_box()
-    assert box is not None
-    page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
-    expect(page.locator("[data-words]")).to_contain_text("from the right")
-    assert canvas.evaluate(pixels) != ahead
-    assert re.search(r"moved \d+ mm left", words.text_content() or "")
-    canvas.focus()
-    for _ in range(40):
-        page.keyboard.press("ArrowLeft")
-    expect(page.locator("[data-words]")).to_contain_text("from the left")
-    page.get_by_label("Distance").focus()
-    page.keyboard.press("End")
-    expect(page.locator("[data-words]")).to_contain_text("2.50 m away")
-
-    page.emulate_media(reduced_motion="reduce")
-    page.reload()
-    canvas.scroll_into_view_if_needed()
-    box = canvas.bounding_box()
-    assert box is not None
-    page.mouse.move(box["x"] + 0.8 * box["width"], box["y"] + 0.5 * box["height"])
-    page.wait_for_timeout(200)
-    assert "straight ahead" in (words.text_content() or "")
-    page.mouse.down()
-    page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
-    expect(page.locator("[data-words]")).to_contain_text("from the right")
-    page.mouse.up()
-
-
-@pytest.mark.slow
-def test_a_phone_asks_leave_to_follow_its_tilt(browser: Browser, site: str) -> None:
-    """Catches: a phone that is followed unasked, a permission not asked for, a tilt that turns the wrong way."""
-    with browser.new_context(base_url=site, viewport=PHONE, has_touch=True, is_mobile=True) as context:
-        page = context.new_page()
-        page.add_init_script("DeviceOrientationEvent.requestPermission = async () => window.leave ?? 'denied';")
-        page.goto("/issue")
-        page.get_by_label("Name", exact=True).fill("Ada")
-        page.get_by_role("button", name="Check").click()
-        tilt = page.get_by_role("button", name="Follow the phone's tilt")
-        tilt.click()
-        page.get_by_role("button", name="did not allow it").wait_for()
-        page.evaluate("window.leave = 'granted'")
-        page.locator("[data-tilt]").click()
-        expect(page.locator("[data-tilt]")).to_be_hidden()
-        turn = "angles => dispatchEvent(new DeviceOrientationEvent('deviceorientation', angles))"
-        page.evaluate(turn, {"alpha": 0, "beta": 50, "gamma": 0})
-        page.evaluate(turn, {"alpha": 0, "beta": 40, "gamma": 0})
-        # Its top edge went away from the eye, which so sees it from nearer its lower edge.
-        expect(page.locator("[data-words]")).to_contain_text("10° from below")
-
-
-@pytest.mark.slow
 def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> None:
     """Catches: a fault that loses the form or runs what was typed; a page that a long name bursts."""
     page.goto("/issue")
@@ -283,7 +220,7 @@ def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> No
 
 @pytest.mark.slow
 def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(page: Page, look: Look) -> None:
-    """Catches: a preview without the logo, with the default's letters or that stays still; choices that are lost."""
+    """Catches: no picture of what is ordered; choices that are lost."""
     page.goto("/issue")
     page.get_by_label("Name", exact=True).fill("Nellie Bly")
     page.get_by_label("Lines below the name").fill("Reporter\nExample News")
@@ -293,25 +230,8 @@ def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(p
     page.locator("#mount").select_option("none")
     page.locator("#logo").set_input_files({"name": "logo.svg", "mimeType": "image/svg+xml", "buffer": LOGO})
     page.get_by_role("button", name="Check").click()
-    canvas = page.locator("canvas")
-    shares = """canvas => {
-      const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data, seen = [0, 0];
-      for (let k = 0; k < data.length; k += 4) {
-        if (data[k] > 200 && data[k + 1] < 60 && data[k + 2] > 200) seen[0] += 4 / data.length;
-        if (data[k] < 60 && data[k + 1] < 60 && data[k + 2] > 200) seen[1] += 4 / data.length;
-      }
-      return Math.min(...seen);
-    }"""
-    # The page's policy lets no text be run as a condition.
-    begun = time.monotonic()
-    while canvas.evaluate(shares) < 0.003:
-        assert time.monotonic() - begun < 20
-        page.wait_for_timeout(100)
-    row = "canvas => [...canvas.getContext('2d').getImageData(0, 0.7 * canvas.height, canvas.width, 1).data].join()"
-    ahead = canvas.evaluate(row)
-    page.get_by_label("Seen from left to right").press("End")
-    expect(page.locator("[data-words]")).to_contain_text("from the right")
-    assert canvas.evaluate(row) != ahead and canvas.evaluate(shares) > 0.003
+    seen = page.get_by_role("img", name="The badge seen straight on", exact=False)
+    assert seen.evaluate("picture => picture.decode().then(() => picture.naturalWidth)") > 100
     look("issue-worn-checked")
     page.get_by_role("button", name="Issue and make the package").click()
     made = page.get_by_role("img", name="The finished badge as it is worn")

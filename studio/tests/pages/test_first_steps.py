@@ -12,13 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from kit.payloads import payload_for_name
 from kit.webbing import OpenStudio, Visit, studio
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format
 from moireid.registry.seen import recall
-from moireid_studio.pages.preview_law import NEAREST_SIDES, preview_law
 
 DOOR = re.compile(r'<a class="card door" href="([^"]+)">')
 
@@ -99,22 +95,3 @@ def test_the_audit_of_a_studio_that_remembers_nothing(
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "file" / "seen.sqlite3"))
     page = visit.ask("GET", "/registry/audit").text
     assert 'id="head" name="head" value=""' in page and "remembers none yet" in page
-
-
-@pytest.mark.parametrize("name", FORMATS)
-def test_a_preview_opens_at_the_middle_of_the_formats_reach(name: str) -> None:
-    """Catches: a card seen from 1 m, farther than it is read; a camera so near that the table of the law ends."""
-    badge = design_badge(in_format(Request("Ada"), name), payload_for_name("Ada"))
-    assert badge.range_m is not None
-    camera, (near, far) = preview_law(badge)["camera"], badge.range_m
-    sides = [badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1)]
-    assert camera["at_mm"] == pytest.approx(500 * (near + far))
-    assert camera["far_mm"] == pytest.approx(1000 * far)
-    assert camera["near_mm"] == pytest.approx(max(1000 * near, NEAREST_SIDES * max(sides)))
-    assert camera["near_mm"] < camera["at_mm"] < camera["far_mm"]
-
-
-def test_a_preview_of_a_range_nearer_than_the_board_is_wide(ada: Badge) -> None:
-    """Catches: a slider whose end is before its beginning."""
-    camera = preview_law(design_badge(Request("Ada", range_m=(0.3, 0.4)), payload_for_name("Ada")))["camera"]
-    assert camera["near_mm"] <= camera["at_mm"] <= camera["far_mm"]
