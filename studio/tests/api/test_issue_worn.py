@@ -251,27 +251,6 @@ def test_a_fault_is_the_command_s_sentence_and_nothing_is_lost(
     assert "kept" not in fields_of(without.text)
 
 
-def test_fields_that_contradict_or_name_files_are_refused_in_plain_words(visit: Visit) -> None:
-    """Catches: a template or a sheet that is a path of the server; words of the command line on a page."""
-    for name in ("template", "lens", "format", "logo", "portrait", "markers", "front"):
-        result = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Ada", name: "/etc/passwd.toml"})
-        assert result.status_code == 422 and "passwd" not in result.json()["text"], result.text
-        if name not in ("logo", "portrait"):
-            page = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", name: "/etc/passwd.toml", "do": "check"})
-            assert problem_of(page)
-    own = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", "format": "a7", "width_mm": "90", "do": "check"})
-    assert "a size of your own" in problem_of(own)
-    array = {"name": "Ada", "front": "array", "axes": "hex", "do": "check"}
-    assert "--" not in problem_of(visit.ask("POST", "/issue", "issuer", data=array))
-    small = {"name": "Ada", "width_mm": "70", "height_mm": "60", "axes": "hex", "do": "check"}
-    assert "--" not in problem_of(visit.ask("POST", "/issue", "issuer", data=small))
-    a7 = {"name": "Ada", "format": "a7", "template": "conference", "mount": "lanyard"}
-    page = visit.ask("POST", "/issue", "issuer", data=a7 | {"do": "check"}).text
-    assert "No acrylic stack can be made" in page and "(--" not in page
-    left_out = visit.ask("POST", "/api/badges/check", "issuer", json=a7).json()["left_out"]
-    assert left_out and "--" not in left_out["acrylic"]
-
-
 def test_a_card_gets_its_holder_in_the_place_of_a_mount(visit: Visit) -> None:
     """Catches: a card that is refused since no lanyard's mount fits it, which nobody has asked for."""
     wish = {"name": "Ada", "format": "cr80", "template": "plain"}

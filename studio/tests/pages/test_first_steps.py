@@ -55,24 +55,6 @@ def test_the_first_page_has_the_doors_that_open_and_names_all_other_pages(
     assert all(f'href="{place}"' in main for place in places if place != "/login")
 
 
-@pytest.mark.parametrize("path", ["/registry", "/links", "/enroll"])
-def test_a_page_that_needs_a_badge_offers_to_issue_the_first_one(empty: Visit, visit: Visit, path: str) -> None:
-    """Catches: a page that says that there is nothing, and not what to do; the same words where there is something."""
-    assert '<a class="button" href="/issue">Issue the first badge</a>' in empty.ask("GET", path).text
-    assert "Issue the first badge" not in visit.ask("GET", path).text
-
-
-def test_empty_lists_say_what_to_do_first(empty: Visit, visit: Visit) -> None:
-    """Catches: "None yet."; a button that this visitor may not use."""
-    verdicts, links = empty.ask("GET", "/verdicts").text, visit.ask("GET", "/links").text
-    assert 'href="/verify">Verify a film</a>' in verdicts and 'href="/live">Check a person live</a>' in verdicts
-    assert '<a href="#claim">make the first one</a>' in links
-    assert "First make a list with a line for each person" in visit.ask("GET", "/issue/event").text
-    verifier = empty.ask("GET", "/links", "verifier").text
-    assert "An issuer of this studio issues the first one" in verifier and "Issue the first badge" not in verifier
-    assert '<a class="button second" href="/registry">Show all</a>' in visit.ask("GET", "/registry?search=nobody").text
-
-
 def test_the_audit_offers_the_entry_that_the_studio_remembers(visit: Visit) -> None:
     """Catches: a field for a term that no visitor knows, which is empty although the studio has what it asks for."""
     head = str(recall().heads[visit.studio.registry.fingerprint])

@@ -24,10 +24,6 @@ def visit(open_studio: OpenStudio) -> Visit:
     return open_studio(work=False)
 
 
-def words_of(page: str) -> str:
-    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", page)).split())
-
-
 def test_the_list_is_that_of_the_command_in_the_words_of_the_page(visit: Visit) -> None:
     """Catches: other quantities than the command's; a field that is lost; an option's name on a page."""
     page = visit.ask("GET", f"/issue/materials?{WISH}", "issuer")
@@ -57,36 +53,3 @@ def test_each_file_is_of_the_list_on_the_page(visit: Visit) -> None:
         assert words in text, name
     drawing = ezdxf.read(io.StringIO(answers["cutting-plan.dxf"].text))
     assert not drawing.audit().has_errors and any(one.dxf.layer == "CUT-1" for one in drawing.modelspace())
-
-
-def test_acrylic_is_listed_where_it_is_wished(visit: Visit) -> None:
-    """Catches: a wish for acrylic that ends in a holder from the shop, as no kind of mount was chosen."""
-    page = visit.ask("GET", "/issue/materials?format=a6&people=3&made=acrylic", "issuer").text
-    assert "acrylic" in words_of(page[page.index('id="result"') :]) and "PLA" not in page
-
-
-@pytest.mark.parametrize(
-    ("query", "words"),
-    [
-        ("format=a6&people=0", "number of badges '0' cannot be used"),
-        ("format=a6&people=10001", "number of badges '10001' cannot be used"),
-        ("format=a6&people=some", "it is no number"),
-        ("format=a6&across_mm=30&along_mm=30", "does not fit a sheet of 30 x 30 mm"),
-        ("format=poster", "format 'poster' cannot be used"),
-    ],
-)
-def test_a_fault_is_a_sentence_above_the_form(visit: Visit, query: str, words: str) -> None:
-    """Catches: a bare error for a number that no event has; what was typed lost; a file of such a list."""
-    page = visit.ask("GET", f"/issue/materials?{query}", "issuer")
-    assert page.status_code == 422 and words in words_of(page.text), words_of(page.text)
-    assert visit.ask("GET", f"/issue/materials/shopping-list.csv?{query}", "issuer").status_code == 422
-
-
-def test_it_is_found_from_issue_and_is_for_issuers(visit: Visit) -> None:
-    """Catches: a page that no other names; one that is open to all, who could keep the machine busy by it."""
-    assert 'href="/issue/materials"' in visit.ask("GET", "/issue", "issuer").text
-    assert 'aria-current="page">What to buy' in visit.ask("GET", "/issue/materials", "issuer").text
-    for path in ("/issue/materials", f"/issue/materials/shopping-list.csv?{WISH}"):
-        assert visit.ask("GET", path, "verifier").status_code == 403
-        assert visit.ask("GET", path, None).status_code == 401
-    assert visit.ask("GET", "/issue/materials/summary.csv", "issuer").status_code == 422
