@@ -27,7 +27,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Your first badge; what to buy; lens sheets, printers and cameras": (
         *("first-badge", "materials", "pitch-test", "calibrate", "calibrate-camera"),
     ),
-    "The registry, and access to the studio": ("registry", "token", "verdicts"),
+    "The registry, and access to the studio": ("registry", "token"),
     "What you set once": ("config",),
     "Many films at once": ("film-set", "generator-kit", "evaluate"),
     "The figures that this project states": ("bench",),
@@ -51,7 +51,7 @@ OWN = {
 }
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {
-    **dict.fromkeys(("serve", "token", "verdicts", "watch"), "moireid-studio"),
+    **dict.fromkeys(("serve", "token", "watch"), "moireid-studio"),
     **dict.fromkeys(("bench", "evaluate", "film-set", "generator-kit"), "moireid-lab"),
 }
 ENTRY_POINTS = "moireid.commands"

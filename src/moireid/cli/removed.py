@@ -14,6 +14,7 @@ REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
     "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
+    "verdicts": "see the page Verdicts of the studio, or ask it for /api/verdicts as an admin",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
