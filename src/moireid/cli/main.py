@@ -27,7 +27,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Your first badge; what to buy; lens sheets, printers and cameras": (
         *("first-badge", "materials", "pitch-test", "calibrate"),
     ),
-    "The registry, and access to the studio": ("registry", "token", "verdicts"),
+    "The registry, and access to the studio": ("registry", "token"),
     "What you set once": ("config",),
     "For researchers: many films at once, and the figures that this project states": ("lab",),
 }
@@ -48,7 +48,7 @@ OWN = {
 }
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {
-    **dict.fromkeys(("serve", "token", "verdicts", "watch"), "moireid-studio"),
+    **dict.fromkeys(("serve", "token", "watch"), "moireid-studio"),
     "lab": "moireid-lab",
 }
 #: Commands of the lab that are also called without its name; the help does not list them.

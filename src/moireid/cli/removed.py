@@ -20,6 +20,7 @@ REMOVED = {
     "film-set": "it is `moireid lab film-set`",
     "generator-kit": "it is `moireid lab generator-kit`",
     "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
+    "verdicts": "see the page Verdicts of the studio, or ask it for /api/verdicts as an admin",
     "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
     "lab evaluate --detector-scores": "join them with the rows of evaluate.json, which have each film's name and label",
     "lab evaluate --film-limit": "films are read where they are; mount an archive that is elsewhere",

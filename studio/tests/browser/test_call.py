@@ -182,38 +182,6 @@ def test_a_call_is_accepted_when_its_sentences_are_answered(call: Call, pictures
     look(call.asker, pictures, "call-accepted")
 
 
-def test_a_forged_badge_and_other_sentences_are_rejected(call: Call, pictures: Path) -> None:
-    """Catches: a call that any badge passes, or any film of the true one."""
-    assert call.settled("forged.mp4").startswith("✗ "), call.reasons()
-    assert "do not follow" in call.asker.locator("#verdict").inner_text()
-    call.moves = ["right", "left", "left", FACE, "right"]
-    assert call.settled("true.mp4") == "✗ The prompts were not followed", call.reasons()
-
-
-def test_a_small_tile_is_named_and_left_open(call: Call, pictures: Path) -> None:
-    """Catches: a verdict of either kind on what cannot be seen; a page that does not say what is wrong."""
-    call.share("true.mp4", 320)
-    call.asker.get_by_role("button", name="Tile of 320").click()
-    expect(call.asker.locator("#poor")).to_contain_text("The tile is 320 px wide; enlarge it", timeout=30_000)
-    look(call.asker, pictures, "call-small", shapes=())
-    call.page.evaluate("goOn()")
-    time.sleep(3)
-    call.asker.get_by_role("button", name="Stop").click()
-    expect(call.asker.locator("#result")).to_be_visible(timeout=30_000)
-    assert call.asker.locator("#verdict-words").inner_text() == "? Cannot tell: the tile is too small"
-
-
-def test_a_tile_that_moves_ends_the_check_open(call: Call) -> None:
-    """Catches: a tile in which somebody else is shown after a while, on whom the verdict then is."""
-    call.share("true.mp4")
-    call.asker.get_by_role("button", name="They wave the badge").click()
-    expect(call.asker.locator("#stage")).to_be_visible(timeout=30_000)
-    time.sleep(3)
-    call.page.evaluate("them.style.left = '200px'")
-    expect(call.asker.locator("#result")).to_be_visible(timeout=30_000)
-    assert call.asker.locator("#verdict-words").inner_text() == "? Cannot tell: the tile did not stay where it was"
-
-
 LAYOUTS = {
     "four tiles, dark": (
         "#202124",

@@ -95,14 +95,6 @@ def test_a_phone_has_the_whole_navigation_behind_one_button(
         page.wait_for_url("**/registry")
 
 
-def test_a_wide_screen_has_the_navigation_without_a_button(page: Page) -> None:
-    """Catches: a menu that hides the way where there is room for it."""
-    page.goto("/")
-    assert not page.get_by_role("button", name="Menu").is_visible()
-    boxes = [link.bounding_box() for link in page.locator(".top nav a").all()]
-    assert len(boxes) == 10 and len({box and round(box["y"]) for box in boxes}) == 1
-
-
 @pytest.mark.parametrize(
     "path", ["/", "/issue", "/issue/event", "/enroll", "/first-badge", "/verify", "/live", "/call"]
 )
@@ -122,80 +114,6 @@ def test_pages_at_every_width(page: Page, pictures: Path, path: str) -> None:
 def test_other_pages_at_every_width(page: Page, pictures: Path, path: str) -> None:
     """Catches: as above."""
     test_pages_at_every_width(page, pictures, path)
-
-
-@pytest.mark.parametrize("path", ["/issue", "/issue/event"])
-def test_a_colour_is_picked_or_written(page: Page, pictures: Path, path: str) -> None:
-    """Catches: a colour that must be known by its letters; a picker whose colour is not sent; a form that sends black
-    where no colour was wished.
-    """
-    page.goto(path)
-    field, picker = page.get_by_label("Colour", exact=True), page.get_by_label("Another colour")
-    assert field.input_value() == ""
-    page.get_by_role("button", name="crimson").click()
-    assert field.input_value() == "crimson" and picker.input_value() == "#dc143c"
-    expect(page.get_by_role("button", name="crimson")).to_have_attribute("aria-pressed", "true")
-    page.get_by_role("button", name="crimson").click()
-    assert field.input_value() == ""
-    picker.fill("#12ab9f")
-    assert field.input_value() == "#12ab9f"
-    field.fill("teal")
-    assert picker.input_value() == "#008080"
-    expect(page.get_by_role("button", name="teal")).to_have_attribute("aria-pressed", "true")
-    page.get_by_role("button", name="teal").scroll_into_view_if_needed()
-    look(page, pictures, f"colour{path.replace('/', '-')}")
-    if path == "/issue":
-        page.get_by_label("Name", exact=True).fill("Bea")
-        page.get_by_role("button", name="Check").click()
-        expect(page.get_by_label("Colour", exact=True)).to_have_value("teal")
-        expect(page.get_by_role("button", name="teal")).to_have_attribute("aria-pressed", "true")
-
-
-def test_without_script_a_colour_is_written(browser: Browser, home: str) -> None:
-    """Catches: buttons that do nothing; a picker that sends its black in place of what was written."""
-    with browser.new_context(base_url=home, java_script_enabled=False) as context:
-        page = context.new_page()
-        page.goto("/issue")
-        assert not page.get_by_role("button", name="crimson").is_visible()
-        page.get_by_label("Name", exact=True).fill("Bea")
-        page.get_by_label("Colour", exact=True).fill("#12ab9f")
-        page.get_by_role("button", name="Check").click()
-        expect(page.get_by_label("Colour", exact=True)).to_have_value("#12ab9f")
-        assert page.locator("#problem").count() == 0
-
-
-def test_the_preview_of_a_card_opens_where_cards_are_read(page: Page, pictures: Path) -> None:
-    """Catches: a card seen from a metre, from where no phone reads it."""
-    page.goto("/issue")
-    page.get_by_label("Name", exact=True).fill("Bea")
-    page.locator("input[name=format][value=cr80]").check()
-    page.get_by_role("button", name="Check").click()
-    expect(page.locator("[data-words]")).to_contain_text("Seen straight ahead, 0.45 m away")
-    ends = page.locator("#view-metres").evaluate("one => [one.min, one.max].map(Number)")
-    assert ends == [0.3, 0.6]
-    page.locator("#view-metres").focus()
-    page.keyboard.press("ArrowRight")
-    expect(page.locator("[data-words]")).not_to_contain_text("0.45 m")
-    look(page, pictures, "preview-card")
-
-
-def test_a_film_too_large_is_refused_before_it_is_sent(page: Page, tmp_path: Path) -> None:
-    """Catches: minutes of sending for a refusal; a form that stays shut afterwards."""
-    (tmp_path / "long.mp4").write_bytes(b"\0\0\0\x18ftypmp42" + bytes(2 << 20))
-    sent: list[str] = []
-    page.on("request", lambda request: sent.append(request.url) if request.method == "POST" else None)
-    page.goto("/verify")
-    page.get_by_label("The film", exact=True).set_input_files(tmp_path / "long.mp4")
-    page.get_by_label("Name or id").fill("Ada Lovelace")
-    page.get_by_role("button", name="Verify").click()
-    expect(page.get_by_role("alert")).to_contain_text("long.mp4 has 3 MB; at most 1 MB are taken")
-    expect(page.get_by_role("button", name="Verify")).to_be_enabled()
-    page.goto("/enroll")
-    page.get_by_label("A film of it").set_input_files(tmp_path / "long.mp4")
-    page.get_by_label("Whose badge").fill("Ada Lovelace")
-    page.get_by_role("button", name="Measure").click()
-    assert "at most 1 MB" in page.locator("#video").evaluate("field => field.validationMessage")
-    assert sent == [] and page.url.endswith("/enroll")
 
 
 def test_several_films_are_judged_one_by_one(page: Page, films: Path, tmp_path: Path, pictures: Path) -> None:
@@ -239,42 +157,6 @@ def test_a_slow_camera_is_named_and_another_can_be_chosen(page: Page, pictures: 
     look(page, pictures, "live-slow")
     page.get_by_role("button", name="Stop").click()
     expect(page.locator("#result")).to_be_visible()
-
-
-#: Two seconds of a check whose socket is a stub: `judging` ms to judge a picture, `way` ms for all else.
-PACED = """async ({ judging, way, coding }) => {
-    const { Check } = await import("/static/check.js");
-    window.WebSocket = class { static OPEN = 1; readyState = 1; send() {} close() {} };
-    let now = 1000;
-    performance.now = () => now;
-    const check = new Check("/", {}, { lost: () => {} });
-    check.coding = Array(24).fill(coding);
-    for (let number = 1; number <= 25; number++) {
-        check.away.push(now);
-        now += judging + way;
-        check.receive({ event: "taken", frames: number, judging_ms: judging });
-    }
-    return check.cause();
-}"""
-
-
-@pytest.mark.parametrize(
-    ("judging", "way", "coding", "words"),
-    [
-        (90, 5, 10, "Judging one takes 90 ms: the processor of the studio's machine is busy"),
-        (90, 200, 10, "Judging one takes 90 ms: the processor of the studio's machine is busy"),
-        (12, 5, 70, "This device needs 70 ms to code one: its processor is busy"),
-        (12, 200, 10, "is 200 ms on its way: the connection is slow"),
-        (12, 5, 10, "so this device gives too few: its processor is busy"),
-    ],
-)
-def test_the_advice_to_a_slow_check_is_of_what_is_slow(
-    page: Page, judging: int, way: int, coding: int, words: str
-) -> None:
-    """Catches: "use a faster connection" on this very machine, whose processor is busy."""
-    page.goto("/live")
-    cause = page.evaluate(PACED, {"judging": judging, "way": way, "coding": coding})
-    assert words in cause and ("connection" in cause) == ("connection" in words)
 
 
 def test_a_link_leads_a_person_through_and_the_asker_reads_it(page: Page, browser: Browser, pictures: Path) -> None:
@@ -340,28 +222,3 @@ def test_every_choice_of_the_forms_that_issue_is_taken(page: Page, path: str) ->
         # A lens that these sizes do not allow is refused in a sentence that says what would do.
         assert done.count() == 1 or (output and output.strip().endswith(".")), (name, value, output)
         assert done.count() == 1 or name == "lens", (name, value, output)
-
-
-def test_every_choice_of_the_other_forms_is_taken(page: Page, films: Path, tmp_path: Path) -> None:
-    """Catches: a tick or a field whose value the studio does not take."""
-    film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
-    fields = {"Focal length": "900", "Share of the film": "0.3"}
-    for way in ("claim", "badge", "identify", "more"):
-        page.goto("/verify")
-        page.get_by_label("The film", exact=True).set_input_files(film)
-        if way == "identify":
-            page.get_by_label("Find out whose it is").check()
-        elif way == "badge":
-            page.get_by_label("or the badge's own file").set_input_files(films / "badge.json")
-        else:
-            page.get_by_label("Name or id").fill("Ada Lovelace")
-        if way == "more":
-            page.get_by_text("More", exact=True).click()
-            page.get_by_label("Accept a copy that was built anew").check()
-            for label, value in fields.items():
-                page.get_by_label(label).fill(value)
-        page.get_by_role("button", name="Verify").click()
-        expect(page.get_by_role("heading", level=1)).to_contain_text("Cannot tell", timeout=120_000)
-    page.goto("/verify")
-    page.get_by_role("button", name="a true badge").click()
-    expect(page.get_by_role("heading", level=1)).to_contain_text("Genuine", timeout=120_000)

@@ -9,27 +9,24 @@ from __future__ import annotations
 import json
 import math
 import os
-import re
 import threading
 import time
-import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import httpx
-import pypdfium2 as pdfium
 import pytest
 import uvicorn
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 from kit.payloads import payload_for_name
 from kit.programs import needs
 from kit.webbing import OpenStudio, Visit, film_form
 from moireid.artwork.content import with_lines
-from moireid.asbuilt import AsBuilt, as_built_from_json
-from moireid.badge import Badge, load_badge
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.filming import film
@@ -121,59 +118,6 @@ def _look(page: Page, pictures: Path, name: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
-    page: Page, look: Look, visit: Visit, ada: Badge, capture: Path, measured: AsBuilt, tmp_path: Path
-) -> None:
-    """Catches: a form that loses fields, a package that does not read back, a capture of one badge kept for another,
-    figures kept before anybody has agreed."""
-    page.goto("/issue")
-    look("issue")
-    page.get_by_label("Name", exact=True).fill(ada.name)
-    page.locator("#mount").select_option("none")
-    # The film is of this badge; without an identity given, one is drawn by chance.
-    page.locator("details:has(#payload)").evaluate("details => { details.open = true }")
-    page.locator("#payload").fill(ada.id or "")
-    page.locator("#lens").select_option("50lpi")
-    page.get_by_role("button", name="Check").click()
-    page.get_by_text("What would be made").wait_for()
-    assert visit.studio.registry.count() == 0
-    look("issue-checked")
-    page.get_by_role("button", name="Issue and make the package").click()
-    link = page.get_by_role("link", name="Download the package")
-    link.wait_for(timeout=60_000)
-    look("issued")
-    with page.expect_download() as download:
-        link.click()
-    download.value.save_as(tmp_path / "package.zip")
-    assert download.value.suggested_filename == f"badge-{ada.id}.zip"
-    with zipfile.ZipFile(tmp_path / "package.zip") as archive:
-        archive.extractall(tmp_path)
-    assert load_badge(tmp_path / f"badge-{ada.id}" / "badge.json") == ada
-    with pdfium.PdfDocument(tmp_path / f"badge-{ada.id}" / "badge.pdf") as document:
-        assert ada.name in document[0].get_textpage().get_text_bounded()
-
-    page.get_by_role("link", name="Enroll it").click()
-    look("enroll")
-    assert page.get_by_label("Whose badge").input_value() == ada.id
-    page.get_by_label("A film of it").set_input_files(capture)
-    page.get_by_role("button", name="Measure").click()
-    page.get_by_role("heading", name="What was measured").wait_for(timeout=60_000)
-    look("measured")
-    for one in measured_words(measured, ada):
-        assert page.get_by_text(one.text).count() == 1
-    record = visit.studio.registry.by_id(ada.id or "")
-    assert record is not None and record.as_built is None
-    page.get_by_role("button", name="Keep these figures").click()
-    page.get_by_role("status").get_by_text("can be recognised").wait_for()
-    look("enrolled")
-    record = visit.studio.registry.by_id(ada.id or "")
-    assert record is not None and record.as_built is not None
-    assert as_built_from_json(record.as_built) == measured
-    # Nothing but the package is left: the film is gone.
-    assert [Path(name).name for name in visit.left() if "." in Path(name).name] == ["package.zip"]
-
-
-@pytest.mark.slow
 def test_what_is_told_of_a_capture_is_how_the_badge_was_built(ada: Badge, measured: AsBuilt) -> None:
     """Catches: a twist or an offset of the wrong sign or unit, half a pitch forgotten, errors that are none."""
     beat, gain, twist, offset = measured_words(measured, ada)
@@ -190,100 +134,8 @@ def test_what_is_told_of_a_capture_is_how_the_badge_was_built(ada: Badge, measur
 
 
 @pytest.mark.slow
-def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(page: Page, browser: Browser) -> None:
-    """Catches: a preview that stays still, that moves without being asked, or that only a pointer can move."""
-    page.goto("/issue")
-    page.get_by_label("Name", exact=True).fill("Ada")
-    page.get_by_role("button", name="Check").click()
-    canvas, words = page.locator("canvas"), page.locator("[data-words]")
-    canvas.scroll_into_view_if_needed()
-    pixels = "canvas => [...canvas.getContext('2d').getImageData(0, 300, canvas.width, 1).data].join()"
-    ahead = canvas.evaluate(pixels)
-    expect(page.locator("[data-words]")).to_contain_text("straight ahead")
-    assert canvas.evaluate(pixels) == ahead
-    box = canvas.bounding_box()
-    assert box is not None
-    page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
-    expect(page.locator("[data-words]")).to_contain_text("from the right")
-    assert canvas.evaluate(pixels) != ahead
-    assert re.search(r"moved \d+ mm left", words.text_content() or "")
-    canvas.focus()
-    for _ in range(40):
-        page.keyboard.press("ArrowLeft")
-    expect(page.locator("[data-words]")).to_contain_text("from the left")
-    page.get_by_label("Distance").focus()
-    page.keyboard.press("End")
-    expect(page.locator("[data-words]")).to_contain_text("2.50 m away")
-
-    page.emulate_media(reduced_motion="reduce")
-    page.reload()
-    canvas.scroll_into_view_if_needed()
-    box = canvas.bounding_box()
-    assert box is not None
-    page.mouse.move(box["x"] + 0.8 * box["width"], box["y"] + 0.5 * box["height"])
-    page.wait_for_timeout(200)
-    assert "straight ahead" in (words.text_content() or "")
-    page.mouse.down()
-    page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
-    expect(page.locator("[data-words]")).to_contain_text("from the right")
-    page.mouse.up()
-
-
-@pytest.mark.slow
-def test_a_phone_asks_leave_to_follow_its_tilt(browser: Browser, site: str) -> None:
-    """Catches: a phone that is followed unasked, a permission not asked for, a tilt that turns the wrong way."""
-    with browser.new_context(base_url=site, viewport=PHONE, has_touch=True, is_mobile=True) as context:
-        page = context.new_page()
-        page.add_init_script("DeviceOrientationEvent.requestPermission = async () => window.leave ?? 'denied';")
-        page.goto("/issue")
-        page.get_by_label("Name", exact=True).fill("Ada")
-        page.get_by_role("button", name="Check").click()
-        tilt = page.get_by_role("button", name="Follow the phone's tilt")
-        tilt.click()
-        page.get_by_role("button", name="did not allow it").wait_for()
-        page.evaluate("window.leave = 'granted'")
-        page.locator("[data-tilt]").click()
-        expect(page.locator("[data-tilt]")).to_be_hidden()
-        turn = "angles => dispatchEvent(new DeviceOrientationEvent('deviceorientation', angles))"
-        page.evaluate(turn, {"alpha": 0, "beta": 50, "gamma": 0})
-        page.evaluate(turn, {"alpha": 0, "beta": 40, "gamma": 0})
-        # Its top edge went away from the eye, which so sees it from nearer its lower edge.
-        expect(page.locator("[data-words]")).to_contain_text("10° from below")
-
-
-@pytest.mark.slow
-def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> None:
-    """Catches: a fault that loses the form or runs what was typed; a page that a long name bursts."""
-    page.goto("/issue")
-    page.get_by_label("Name", exact=True).fill("<script>window.hit = 1</script>")
-    page.get_by_text("More choices", exact=True).click()
-    page.get_by_label("Farthest camera").fill("9")
-    page.locator("#logo").set_input_files({"name": "logo.svg", "mimeType": "image/svg+xml", "buffer": LOGO})
-    page.get_by_role("button", name="Check").click()
-    assert "choose a range within" in (page.get_by_role("alert").text_content() or "")
-    # What was typed stays, in view, and the logo need not be chosen again.
-    assert page.get_by_label("Farthest camera").input_value() == "9"
-    expect(page.get_by_label("Farthest camera")).to_be_visible()
-    expect(page.get_by_text("logo.svg is kept")).to_be_visible()
-    look("issue-fault")
-    page.get_by_role("link", name="An event").click()
-    page.get_by_label("or the list itself").fill(
-        "name\nAda Lovelace\nAda Lovelace\n../../x\n<img src=x onerror='window.hit=1'>\nعمر الخيام\n🦊 Fox\n"
-        + "L" * 250
-    )
-    page.get_by_role("button", name="Check the list").click()
-    page.get_by_text("1 of 7 rows cannot be used").wait_for()
-    look("event-fault")
-    page.get_by_label("or the list itself").fill("name\nBea\nCal\n")
-    page.get_by_role("button", name="Issue all").click()
-    page.get_by_role("link", name="Download the package").wait_for(timeout=60_000)
-    look("event-issued")
-    assert page.evaluate("window.hit") is None
-
-
-@pytest.mark.slow
 def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(page: Page, look: Look) -> None:
-    """Catches: a preview without the logo, with the default's letters or that stays still; choices that are lost."""
+    """Catches: no picture of what is ordered; choices that are lost."""
     page.goto("/issue")
     page.get_by_label("Name", exact=True).fill("Nellie Bly")
     page.get_by_label("Lines below the name").fill("Reporter\nExample News")
@@ -293,54 +145,14 @@ def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(p
     page.locator("#mount").select_option("none")
     page.locator("#logo").set_input_files({"name": "logo.svg", "mimeType": "image/svg+xml", "buffer": LOGO})
     page.get_by_role("button", name="Check").click()
-    canvas = page.locator("canvas")
-    shares = """canvas => {
-      const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data, seen = [0, 0];
-      for (let k = 0; k < data.length; k += 4) {
-        if (data[k] > 200 && data[k + 1] < 60 && data[k + 2] > 200) seen[0] += 4 / data.length;
-        if (data[k] < 60 && data[k + 1] < 60 && data[k + 2] > 200) seen[1] += 4 / data.length;
-      }
-      return Math.min(...seen);
-    }"""
-    # The page's policy lets no text be run as a condition.
-    begun = time.monotonic()
-    while canvas.evaluate(shares) < 0.003:
-        assert time.monotonic() - begun < 20
-        page.wait_for_timeout(100)
-    row = "canvas => [...canvas.getContext('2d').getImageData(0, 0.7 * canvas.height, canvas.width, 1).data].join()"
-    ahead = canvas.evaluate(row)
-    page.get_by_label("Seen from left to right").press("End")
-    expect(page.locator("[data-words]")).to_contain_text("from the right")
-    assert canvas.evaluate(row) != ahead and canvas.evaluate(shares) > 0.003
+    seen = page.get_by_role("img", name="The badge seen straight on", exact=False)
+    assert seen.evaluate("picture => picture.decode().then(() => picture.naturalWidth)") > 100
     look("issue-worn-checked")
     page.get_by_role("button", name="Issue and make the package").click()
     made = page.get_by_role("img", name="The finished badge as it is worn")
     made.wait_for(timeout=90_000)
     assert made.evaluate("picture => picture.decode().then(() => picture.naturalWidth)") > 100
     look("issue-worn-issued")
-
-
-@pytest.mark.slow
-def test_what_to_buy_is_found_listed_and_downloaded(page: Page, look: Look, tmp_path: Path) -> None:
-    """Catches: a table that a phone cannot show; a form without labels; links that download nothing."""
-    page.goto("/issue")
-    page.get_by_role("link", name="What to buy").click()
-    look("materials")
-    page.get_by_label("How many badges").fill("40")
-    page.get_by_label("What holds them").select_option("lanyard")
-    page.get_by_role("button", name="List what to buy").click()
-    expect(page.get_by_role("heading", name="Shopping list")).to_be_visible()
-    look("materials-listed")
-    for words in ("Shopping list, PDF", "Cutting plan of the lens sheets, PDF"):
-        with page.expect_download() as download:
-            page.get_by_role("link", name=words).click()
-        download.value.save_as(tmp_path / download.value.suggested_filename)
-    assert (tmp_path / "shopping-list.pdf").read_bytes().startswith(b"%PDF")
-    assert (tmp_path / "cutting-plan.pdf").read_bytes().startswith(b"%PDF")
-    page.get_by_label("How many badges").fill("many")
-    page.get_by_role("button", name="List what to buy").click()
-    expect(page.get_by_role("alert")).to_contain_text("number of badges")
-    look("materials-fault")
 
 
 def test_namesakes_are_offered_by_the_line_below_their_name(page: Page, visit: Visit) -> None:

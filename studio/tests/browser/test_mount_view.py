@@ -152,47 +152,6 @@ def test_the_parts_are_shown_in_their_colours_and_turned_by_keys(
     assert Path(coming.value.path()).read_bytes() == b"%PDF-"
 
 
-def test_a_picture_on_a_part_passes_the_policy(page: Page, studio: tuple[str, FastAPI], ada: Badge) -> None:
-    """Catches: a page's drawing that the policy blocks, so that the model does not load at all."""
-    page.goto(issued(studio[1], ada, stack_glb=glb(picture=True)))
-    expect(page.locator("[data-status]")).to_have_text("3 parts are shown.", timeout=60_000)
-    page.get_by_label("Pull the parts apart").fill("1")
-    assert share(seen(page), "g") > 0.01
-
-
-def test_a_badge_without_a_model_has_no_view(page: Page, studio: tuple[str, FastAPI], ada: Badge) -> None:
-    """Catches: an empty canvas, and half a megabyte of script, where there is nothing to show."""
-    asked: list[str] = []
-    page.on("request", lambda request: asked.append(request.url))
-    page.goto(issued(studio[1], ada, assembly_pdf=b"%PDF-"))
-    assert page.locator("canvas").count() == 0 and not any("three.js" in url for url in asked)
-
-
-@pytest.mark.parametrize("script", [True, False])
-def test_without_webgl_there_is_the_exploded_drawing(
-    studio: tuple[str, FastAPI], ada: Badge, pictures: Path, browser: Browser, *, script: bool
-) -> None:
-    """Catches: an empty canvas, a control that does nothing, or a traceback where a browser has no 3D or no script."""
-    with browser.new_context(base_url=studio[0], viewport=WIDE, java_script_enabled=script) as context:
-        page, faults = context.new_page(), list[str]()
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        if script:
-            page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
-        page.goto(issued(studio[1], ada, mount_glb=glb(), assembly_pdf=b"%PDF-"))
-        if script:
-            expect(page.locator("[data-status]")).to_contain_text("This browser shows no 3D here")
-            look(page, pictures, "mount-no-webgl")
-        expect(page.locator("canvas")).to_be_hidden()
-        expect(page.get_by_role("link", name="The exploded drawing")).to_be_visible()
-        assert faults == []
-
-
-def test_a_broken_model_is_named(page: Page, studio: tuple[str, FastAPI], ada: Badge) -> None:
-    """Catches: "Loading" without end."""
-    page.goto(issued(studio[1], ada, mount_glb=b"glTF but not really", assembly_pdf=b"%PDF-"))
-    expect(page.locator("[data-status]")).to_contain_text("This browser shows no 3D here", timeout=60_000)
-
-
 def test_only_the_one_who_issued_gets_the_model(page: Page, studio: tuple[str, FastAPI], ada: Badge) -> None:
     """Catches: files of another's job; a name that leads out of the package."""
     path = issued(studio[1], ada, mount_glb=glb())

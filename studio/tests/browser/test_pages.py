@@ -224,65 +224,6 @@ def shown(ada: Badge, films: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     }
 
 
-@pytest.mark.parametrize("script", [True, False])
-def test_whose_badge_it_is(
-    served: tuple[str, str], browser: Browser, shown: dict[str, Path], pictures: Path, *, script: bool
-) -> None:
-    """Catches: a page without a verdict where nobody is claimed, with script or without."""
-    home, secret = served
-    context = browser.new_context(viewport=DESK, java_script_enabled=script)
-    guest = Visitor(context, home, pictures)
-    guest.go("/verify")
-    guest.page.get_by_label("Token").fill(secret)
-    guest.page.get_by_role("button", name="Sign in").click()
-    guest.page.wait_for_url("**/verify")
-    guest.faults.clear()  # The console reports the page that asked for the token.
-    for title, film in shown.items():
-        guest.page.get_by_label("The film", exact=True).set_input_files(film)
-        guest.page.get_by_label("Find out whose it is").check()
-        guest.page.get_by_role("button", name="Verify").click()
-        expect(guest.page.get_by_role("heading", level=1)).to_have_text(title)
-        if script:
-            guest.look(f"identified-{film.stem}")
-        guest.page.get_by_role("link", name="Verify another film").click()
-    context.close()
-
-
-def test_what_is_no_film_is_told(visitor: Visitor, tmp_path: Path) -> None:
-    """Catches: a refusal that nobody sees, and a form that cannot be sent again."""
-    page = visitor.page
-    (tmp_path / "film.mp4").write_text("no film")
-    visitor.go("/verify")
-    page.get_by_label("The film", exact=True).set_input_files(tmp_path / "film.mp4")
-    page.get_by_label("Name or id").fill("Ada Lovelace")
-    page.get_by_role("button", name="Verify").click()
-    expect(page.get_by_role("alert")).to_contain_text("none of the films that are taken")
-    expect(page.get_by_role("button", name="Verify")).to_be_enabled()
-    visitor.faults.clear()  # The console reports an answer that is no success.
-    visitor.look("no-film")
-
-
-def test_look_up_revoke_and_audit(visitor: Visitor, ada: Badge) -> None:
-    """Catches: a search that finds nothing, a revocation that is not one, an audit that says nothing."""
-    page = visitor.page
-    visitor.go("/registry")
-    page.get_by_label("Part of a name").fill("lovel")
-    page.get_by_role("button", name="Search").click()
-    visitor.look("registry")
-    page.get_by_role("link", name="Ada Lovelace").click()
-    expect(page.get_by_text("Valid since")).to_be_visible()
-    visitor.look("record")
-    page.get_by_label("Why, on one line").fill("lost on a train")
-    page.get_by_label("I am sure").check()
-    page.get_by_role("button", name="Revoke this badge").click()
-    expect(page.get_by_text("lost on a train")).to_be_visible()
-    visitor.look("revoked")
-    visitor.go("/registry/audit")
-    page.get_by_role("button", name="Audit").click()
-    expect(page.get_by_text("The registry is sound")).to_be_visible()
-    visitor.look("audit")
-
-
 def test_the_other_pages_and_the_keyboard(visitor: Visitor, served: tuple[str, str]) -> None:
     """Catches: a first stop that is not the way past the navigation, focus that is not seen, pages hard to read."""
     page = visitor.page

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
-import numpy as np
 import pytest
 
 from kit.live_verdicts import headline, said
-from moireid.badge import Badge
-from moireid.verifier.session.claim import Claim
 from moireid_studio.challenge.live_headline import SLOWLY
-from moireid_studio.challenge.load import LEAST_PICTURES, MOST_MS, Load, load_advice
-from moireid_studio.challenge.session import LiveCheck
-from moireid_studio.challenge.stream import NoWatch
+from moireid_studio.challenge.load import LEAST_PICTURES, Load, load_advice
 
 
 class Clock:
@@ -91,30 +85,3 @@ def test_the_headline_names_the_cause(code: str) -> None:
         event: dict[str, Any] = said("inconclusive", code, level="undecided", load=load)
         advice = headline(event).advice
         assert advice.startswith(SLOWLY) and (advice == SLOWLY if words is None else words in advice)
-
-
-def test_a_session_measures_its_own_judging(ada: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a session that measures waiting as judging, or that names the connection where pictures were late
-    because each took too long to be judged.
-    """
-    claim = Claim(ada)
-    check, slow = LiveCheck(claim, watch=NoWatch()), LiveCheck(claim, watch=NoWatch())
-    picture, pushed = np.full((360, 640), 128, np.uint8), slow._pushed
-
-    def late(*given: Any) -> list[dict[str, Any]]:
-        time.sleep(1.2 * MOST_MS / 1000)
-        return pushed(*given)
-
-    monkeypatch.setattr(slow, "_pushed", late)
-    for number in range(LEAST_PICTURES + 6):
-        time.sleep(0.005)
-        for one in (check, slow):
-            # From the second second on, each comes half a second too late.
-            one.push(picture, number / 10, number / 10 + (0.6 if number > 12 else 0.0))
-    event, slowed = check.finish(), slow.finish()
-    assert slowed["load"]["judging_ms"] > MOST_MS
-    late_reason = next(one for one in slowed["reasons"] if one["code"] == "clock")
-    assert late_reason["level"] == "fail" and "processor" in late_reason["text"]
-    assert "connection" not in late_reason["text"]
-    other = next(one for one in event["reasons"] if one["code"] == "clock")
-    assert other["level"] == "fail" and "processor" not in other["text"] and "connection" in other["text"]

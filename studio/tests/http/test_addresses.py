@@ -70,15 +70,6 @@ def test_with_a_public_address_the_header_is_not_used(public: Visit) -> None:
         assert f"{PUBLIC}api/verify" in public.ask("GET", "/help", headers=headers).text
 
 
-def test_a_link_to_this_machine_alone_is_named_as_such(visit: Visit, public: Visit) -> None:
-    """Catches: a link to 127.0.0.1 that is sent to someone elsewhere, who sees an error; a warning without need."""
-    for host in ("127.0.0.1:8000", "localhost:8000", "[::1]:8000", "127.9.9.9"):
-        answer = visit.ask("POST", "/links", "verifier", data=WISH, headers={"host": host}).text
-        assert "works on this machine only" in answer and "--public-url" in answer
-        assert "works on this machine only" not in public.ask("POST", "/links", data=WISH, headers={"host": host}).text
-    assert "works on this machine only" not in visit.ask("POST", "/links", data=WISH).text
-
-
 @pytest.mark.parametrize(
     ("given", "kept"),
     [

@@ -1,5 +1,5 @@
-"""The proxy of `deploy/` in front of a server, which leaves silent and slow connections to it.  Each test names the
-wrong implementation it catches."""
+"""The proxy of `deploy/`, to which a server leaves silent and slow connections.  Each test names the wrong
+implementation it catches."""
 
 from __future__ import annotations
 

@@ -196,16 +196,6 @@ def test_a_film_that_hangs_is_ended(tmp_path: Path, tiny: Path, monkeypatch: pyt
         assert (job.state, job.taken) == ("waiting", 0) and (job.folder / "film.mp4").is_file()
 
 
-@pytest.mark.slow
-def test_sixteen_at_once_are_all_answered(visit: Visit, tiny: Path, films: Path) -> None:
-    """Catches: a queue that drops, mixes up or deadlocks."""
-    request = ("POST", "/api/verify", "verifier")
-    answers = visit.ask_all([(*request, film_form(tiny, films / "badge.json")) for _ in range(16)])
-    assert [answer.status_code for answer in answers] == [200] * 16
-    assert {answer.json()["verdict"] for answer in answers} == {"inconclusive"}
-    assert visit.left() == []
-
-
 def test_no_more_films_are_taken_than_the_queue_has_places(visit: Visit, tiny: Path, films: Path) -> None:
     """Catches: a queue, and a disk, that grow without a bound; one that stays full."""
     held = [visit.studio.jobs.admit("verify", f"somebody {k % 4}") for k in range(96)]
@@ -263,31 +253,6 @@ def test_what_is_no_form_is_refused(visit: Visit, tiny: Path) -> None:
     ):
         answer = visit.ask("POST", "/api/verify", "verifier", content=content, headers={"Content-Type": kind})
         assert answer.status_code == status, (content, answer.text)
-    assert visit.left() == []
-
-
-@pytest.mark.slow
-def test_names_and_markup_go_nowhere(visit: Visit, tiny: Path, films: Path) -> None:
-    """Catches: a file's name that becomes a path, or a badge's name that becomes markup."""
-    badge = (films / "badge.json").read_text()
-    evil = badge.replace(f'"name": "{load_badge(films / "badge.json").name}"', '"name": "<script>alert(1)</script>"')
-    assert evil != badge
-    names = (
-        "../../../../tmp/evil.mp4",
-        "<img src=x onerror=alert(1)>.mp4",
-        "/etc/passwd",
-        "a\x00b.mp4",
-        "con.mp4" * 50,
-    )
-    for name in names:
-        begun = visit.ask("POST", "/verify", "verifier", **film_form(tiny, name=name, badge=evil))
-        assert begun.status_code == 303, begun.text
-        job_id = begun.headers["location"].removeprefix("/verify/")
-        ended(visit, job_id)
-        page = visit.ask("GET", f"/verify/{job_id}", "verifier").text
-        assert "<script>alert" not in page and "&lt;script&gt;alert" in page
-        assert "<img src=x" not in page and "/tmp/evil" not in page and "etc/passwd" not in page
-        visit.studio.jobs.remove(visit.job(job_id))
     assert visit.left() == []
 
 

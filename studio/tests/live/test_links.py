@@ -8,6 +8,7 @@ import re
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -348,6 +349,16 @@ def test_strangers_do_not_fill_the_memory(asker: Asker, monkeypatch: pytest.Monk
         assert "come to its end" in silent.receive_json()["text"]
     assert "none of this studio" in asker.check("")["text"]
     assert ASK_S < IDLE_S
+
+
+def test_silent_sockets_take_no_place(asker: Asker) -> None:
+    """Catches: a place for each socket that says nothing, by which someone without a token keeps out all others."""
+    with ExitStack() as stack:
+        for _ in range(16):
+            stack.enter_context(asker.client.websocket_connect("/check/socket", headers=ORIGIN))
+        with asker.client.websocket_connect("/check/socket", headers=ORIGIN) as connection:
+            connection.send_json({"token": asker.make()})
+            assert connection.receive_json()["event"] == "ready"
 
 
 def test_neither_links_nor_tokens_take_all_places(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:

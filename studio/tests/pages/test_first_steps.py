@@ -12,13 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from kit.payloads import payload_for_name
 from kit.webbing import OpenStudio, Visit, studio
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format
 from moireid.registry.seen import recall
-from moireid_studio.pages.preview_law import NEAREST_SIDES, preview_law
 
 DOOR = re.compile(r'<a class="card door" href="([^"]+)">')
 
@@ -59,24 +55,6 @@ def test_the_first_page_has_the_doors_that_open_and_names_all_other_pages(
     assert all(f'href="{place}"' in main for place in places if place != "/login")
 
 
-@pytest.mark.parametrize("path", ["/registry", "/links", "/enroll"])
-def test_a_page_that_needs_a_badge_offers_to_issue_the_first_one(empty: Visit, visit: Visit, path: str) -> None:
-    """Catches: a page that says that there is nothing, and not what to do; the same words where there is something."""
-    assert '<a class="button" href="/issue">Issue the first badge</a>' in empty.ask("GET", path).text
-    assert "Issue the first badge" not in visit.ask("GET", path).text
-
-
-def test_empty_lists_say_what_to_do_first(empty: Visit, visit: Visit) -> None:
-    """Catches: "None yet."; a button that this visitor may not use."""
-    verdicts, links = empty.ask("GET", "/verdicts").text, visit.ask("GET", "/links").text
-    assert 'href="/verify">Verify a film</a>' in verdicts and 'href="/live">Check a person live</a>' in verdicts
-    assert '<a href="#claim">make the first one</a>' in links
-    assert "First make a list with a line for each person" in visit.ask("GET", "/issue/event").text
-    verifier = empty.ask("GET", "/links", "verifier").text
-    assert "An issuer of this studio issues the first one" in verifier and "Issue the first badge" not in verifier
-    assert '<a class="button second" href="/registry">Show all</a>' in visit.ask("GET", "/registry?search=nobody").text
-
-
 def test_the_audit_offers_the_entry_that_the_studio_remembers(visit: Visit) -> None:
     """Catches: a field for a term that no visitor knows, which is empty although the studio has what it asks for."""
     head = str(recall().heads[visit.studio.registry.fingerprint])
@@ -99,22 +77,3 @@ def test_the_audit_of_a_studio_that_remembers_nothing(
     monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "file" / "seen.sqlite3"))
     page = visit.ask("GET", "/registry/audit").text
     assert 'id="head" name="head" value=""' in page and "remembers none yet" in page
-
-
-@pytest.mark.parametrize("name", FORMATS)
-def test_a_preview_opens_at_the_middle_of_the_formats_reach(name: str) -> None:
-    """Catches: a card seen from 1 m, farther than it is read; a camera so near that the table of the law ends."""
-    badge = design_badge(in_format(Request("Ada"), name), payload_for_name("Ada"))
-    assert badge.range_m is not None
-    camera, (near, far) = preview_law(badge)["camera"], badge.range_m
-    sides = [badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1)]
-    assert camera["at_mm"] == pytest.approx(500 * (near + far))
-    assert camera["far_mm"] == pytest.approx(1000 * far)
-    assert camera["near_mm"] == pytest.approx(max(1000 * near, NEAREST_SIDES * max(sides)))
-    assert camera["near_mm"] < camera["at_mm"] < camera["far_mm"]
-
-
-def test_a_preview_of_a_range_nearer_than_the_board_is_wide(ada: Badge) -> None:
-    """Catches: a slider whose end is before its beginning."""
-    camera = preview_law(design_badge(Request("Ada", range_m=(0.3, 0.4)), payload_for_name("Ada")))["camera"]
-    assert camera["near_mm"] <= camera["at_mm"] <= camera["far_mm"]

@@ -22,10 +22,6 @@ def visit(open_studio: OpenStudio) -> Visit:
     return open_studio(work=False)
 
 
-def words_of(page: str) -> str:
-    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", page)).split())
-
-
 def test_the_list_is_that_of_the_command_in_the_words_of_the_page(visit: Visit) -> None:
     """Catches: other quantities than the command's; a field that is lost; an option's name on a page."""
     page = visit.ask("GET", f"/issue/materials?{WISH}", "issuer")

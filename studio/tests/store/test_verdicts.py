@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import json
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from kit.registries import badge_of
 from kit.webbing import badge_film, film_form, studio, tiny_film
 from moireid import __version__
 from moireid.badge import Badge
-from moireid.cli.main import moireid
 from moireid_studio.jobs.workers import with_notes
 from moireid_studio.store import verdict_store as module
 from moireid_studio.store.verdict_store import Verdicts, said
@@ -101,24 +97,3 @@ def test_they_go_after_their_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert b"oldold" not in store.path.read_bytes() and store.given(9)[0].at > shown(timedelta(days=28))
     Verdicts(tmp_path, 0).note(**ONE)
     assert Verdicts(tmp_path, None).given(9) == []
-
-
-@pytest.mark.slow
-def test_the_command_lists_and_exports_all(tmp_path: Path) -> None:
-    """Catches: an export of one page; a file overwritten; a command that makes a studio where there is none."""
-    run, data = CliRunner().invoke, ["verdicts", "--data", str(tmp_path / "none")]
-    refused = run(moireid, data)
-    assert refused.exit_code == 2 and "--data" in refused.stderr and not (tmp_path / "none").exists()
-    store = Verdicts(tmp_path, 365.0)
-    for number in range(1203):
-        store.note(**ONE | {"token": str(number)})
-    data[-1] = str(tmp_path)
-    assert len(run(moireid, data).stdout.splitlines()) == 50
-    listing = json.loads(run(moireid, [*data, "--json"]).stdout)
-    assert [one["token"] for one in listing["verdicts"]] == [str(number) for number in reversed(range(1203))]
-    out = ["--out", str(tmp_path / "v.csv")]
-    assert "1203 verdicts" in run(moireid, [*data, *out]).stdout
-    with (tmp_path / "v.csv").open(encoding="utf-8") as stream:
-        assert [row["token"] for row in csv.DictReader(stream)] == [one["token"] for one in listing["verdicts"]]
-    assert "--overwrite" in run(moireid, [*data, *out]).stderr
-    assert json.loads(run(moireid, [*data, "--since", "2999-01-01", "--json"]).stdout)["count"] == 0

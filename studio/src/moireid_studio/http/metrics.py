@@ -1,7 +1,4 @@
-"""Figures for Prometheus: requests, uploads, jobs, connections.  No label ever holds a name, an id or a token.
-
-Each studio has its own figures but those of the queue, which are the same in every studio of one database.
-"""
+"""Figures for Prometheus: requests, uploads, jobs.  No label ever holds a name, an id or a token."""
 
 from __future__ import annotations
 

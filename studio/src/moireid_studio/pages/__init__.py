@@ -7,5 +7,4 @@ issue_pages.py     one person, or an event
 materials.py       what to buy for badges, and how to cut it
 first_badge.py     a first badge, from the sheet to the measured badge
 enroll.py          a capture, measured, then kept
-preview_law.py     what static/fringes.js draws
 """

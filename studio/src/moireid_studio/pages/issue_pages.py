@@ -5,6 +5,8 @@ Pictures come with a form once: what is read of them is kept, and when the form 
 
 from __future__ import annotations
 
+import base64
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
@@ -17,6 +19,8 @@ from moireid.designer.formats import FORMATS
 from moireid.designer.list_table import decoded
 from moireid.designer.reach import verdict_reach_m
 from moireid.errors import MoireIdError, SpecError
+from moireid.fabrication.page.preview import draw_preview
+from moireid.issuing import IssuePlan
 from moireid.names import line_of
 from moireid_studio.auth.guard import Visitor, require
 from moireid_studio.forms import Fields, picture_fields
@@ -24,7 +28,6 @@ from moireid_studio.issue_jobs import MODELS, start_badge, start_event
 from moireid_studio.jobs.lists import FOR_ALL, MOST_AT_AN_EVENT, picture_key, understood
 from moireid_studio.jobs.orders import BadgeOrder, CheckedOrder, Wish, checked, read_fields
 from moireid_studio.pages.home import render
-from moireid_studio.pages.preview_law import preview_law
 from moireid_studio.pictures import at_hand, keep_pictures, kept_pictures, read_pictures
 from moireid_studio.store.stored_pictures import StoredPicture
 from moireid_studio.studio import Studio, studio_of
@@ -106,6 +109,8 @@ def _chance(probability: float) -> str:
     return "in hardly any film"
 
 
+#: Longer side of the picture of a badge, px.
+PICTURE_PX = 900
 router = APIRouter(include_in_schema=False)
 Issuer = Annotated[Visitor, require("issuer")]
 #: The fields of the forms that hold pictures, and how many each may have: of a list two for each person.
@@ -139,13 +144,24 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
             if sent.texts.get("do") == "issue" and was_shown:
                 job = start_badge(studio, order.of(found.plan.badge), visitor, chosen.pictures)
                 return RedirectResponse(f"/issue/jobs/{job.id}", 303)
-            law = preview_law(found.plan.badge, found.plan.look)
+            seen = _picture(found.plan)
     except MoireIdError as error:
         problem = studio.sentence(error)
         return _page(request, sent.texts, status=422, chosen=chosen.shown(), problem=problem)
     words = sentences(found, order.format)
     line, kept, held_up = line_of(found.plan.badge.print), chosen.shown(), sent.texts.get("do") == "issue"
-    return _page(request, sent.texts, chosen=kept, checked=found, law=law, line=line, sentences=words, held_up=held_up)
+    return _page(
+        request, sent.texts, chosen=kept, checked=found, seen=seen, line=line, sentences=words, held_up=held_up
+    )
+
+
+def _picture(plan: IssuePlan) -> str:
+    """The badge with all that it wears, as the address of a picture."""
+    made = io.BytesIO()
+    picture = draw_preview(plan.badge, plan.look)
+    picture.thumbnail((PICTURE_PX, PICTURE_PX))
+    picture.save(made, format="WEBP", quality=80)
+    return "data:image/webp;base64," + base64.b64encode(made.getvalue()).decode()
 
 
 @router.get("/issue/event")

@@ -130,15 +130,14 @@ class Verdicts:
             about = {"film_sha256": job.film_sha256, "claim": job.claimed_id, "claim_source": job.claim_source}
             self.note_result(job.owner, job.kind, job.result, **about, standing=job.standing, job=job.id)
 
-    def given(self, limit: int, before: int | None = None, since: str | None = None) -> list[StoredVerdict]:
-        """The newest first; before: only those of a lower number; since: only from that time on."""
+    def given(self, limit: int, before: int | None = None) -> list[StoredVerdict]:
+        """The newest first; before: only those of a lower number."""
         query = (
             select(*(verdicts.c[name] for name in StoredVerdict.__annotations__))
             .order_by(verdicts.c.number.desc())
             .limit(limit)
         )
         query = query if before is None else query.where(verdicts.c.number < before)
-        query = query if since is None else query.where(verdicts.c.at >= since)
         return [StoredVerdict(**row) for row in self._database.rows(query)]
 
     def _remove_old(self, connection: Connection) -> None:
