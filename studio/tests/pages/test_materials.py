@@ -51,29 +51,6 @@ def test_each_file_is_of_the_list_on_the_page(visit: Visit) -> None:
         assert words in text, name
 
 
-def test_acrylic_is_listed_where_it_is_wished(visit: Visit) -> None:
-    """Catches: a wish for acrylic that ends in a printed mount or in a holder from the shop."""
-    page = visit.ask("GET", "/issue/materials?format=a6&people=3&mount=acrylic", "issuer").text
-    assert "acrylic" in words_of(page[page.index('id="result"') :]) and "PLA" not in page
-
-
-@pytest.mark.parametrize(
-    ("query", "words"),
-    [
-        ("format=a6&people=0", "number of badges '0' cannot be used"),
-        ("format=a6&people=10001", "number of badges '10001' cannot be used"),
-        ("format=a6&people=some", "it is no number"),
-        ("format=a6&across_mm=30&along_mm=30", "does not fit a sheet of 30 x 30 mm"),
-        ("format=poster", "format 'poster' cannot be used"),
-    ],
-)
-def test_a_fault_is_a_sentence_above_the_form(visit: Visit, query: str, words: str) -> None:
-    """Catches: a bare error for a number that no event has; what was typed lost; a file of such a list."""
-    page = visit.ask("GET", f"/issue/materials?{query}", "issuer")
-    assert page.status_code == 422 and words in words_of(page.text), words_of(page.text)
-    assert visit.ask("GET", f"/issue/materials/shopping-list.csv?{query}", "issuer").status_code == 422
-
-
 def test_it_is_found_from_issue_and_is_for_issuers(visit: Visit) -> None:
     """Catches: a page that no other names; one that is open to all, who could keep the machine busy by it."""
     assert 'href="/issue/materials"' in visit.ask("GET", "/issue", "issuer").text
