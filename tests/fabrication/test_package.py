@@ -63,7 +63,7 @@ def test_what_cannot_be_made_is_left_out_and_reported(tmp_path: Path) -> None:
     words = words_of(out / "assembly.pdf")
     assert "mount.stl" in words and "acrylic.dxf" not in words and "M3" not in words
     # The same spacer with a kerf: somebody wants the stack, and it cannot be.
-    refused = run("Ada", "--out", tmp_path / "new", "--front", "mask", "--gap", "6", "--kerf", "0.2")
+    refused = run("Ada", "--out", tmp_path / "new", "--front", "mask", "--gap", "6", "--mount-figure", "kerf_mm=0.2")
     assert refused.exit_code == 2 and "give a spacer (--gap) of 4.9 mm or less" in refused.stderr
     assert not (tmp_path / "new").exists()
 
@@ -229,9 +229,6 @@ def test_a_folder_must_be_named(out: str, tmp_path: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--kerf", "-0.1"], "--kerf"),
-        (["--acrylic", "25"], "--acrylic"),
-        (["--acrylic", "nan"], "--acrylic"),
         (["--mount-figure", "clearance_mm=3"], "at most 1 mm"),
         (["--mount-figure", "thickness=3"], "is not known; give NAME=MM"),
         (["--mount-figure", "card_mm=1e400"], "card_mm"),

@@ -16,6 +16,8 @@ REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
     "render": "preview.png next to badge.json shows the badge, and simulate --scene worn films it as it is worn",
+    "print --acrylic": "give --mount-figure base_mm=MM",
+    "print --kerf": "give --mount-figure kerf_mm=MM",
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "film-set": "it is `moireid lab film-set`",
     "generator-kit": "it is `moireid lab generator-kit`",

@@ -305,12 +305,6 @@ def solid_of(shape: Any, what: str = "mesh") -> Any:
     return solid
 
 
-def cuboid(rect: tuple[float, float, float, float], low: float, high: float) -> Any:
-    """A Manifold box over a rectangle (x0, y0, x1, y1), from one height to another, mm."""
-    cube = cad_package("manifold3d").Manifold.cube
-    return cube((rect[2] - rect[0], rect[3] - rect[1], high - low)).translate((rect[0], rect[1], low))
-
-
 def overlap_mm3(one: Any, other: Any) -> float:
     """Volume that two Manifolds share."""
     return float((one ^ other).volume())

@@ -161,8 +161,6 @@ class MountWish:
     """The options as they were given; None for an option that was not given."""
 
     mount: str | None
-    kerf_mm: float | None
-    base_mm: float | None
     mount_pairs: tuple[str, ...]
 
     def figures(self, *, for_many: bool) -> MountFigures:
@@ -172,16 +170,14 @@ class MountWish:
         """
         from moireid.fabrication.process_figures import mount_figures
 
-        given = {"kerf_mm": self.kerf_mm, "base_mm": self.base_mm}
-        pairs = [*self.mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)]
         without = self.mount == "none" or (self.mount is None and for_many)
         # Without a mount, an adhesive holds page and sheet together.
-        if without and any(not pair.strip().startswith("adhesive_mm") for pair in pairs):
+        if without and any(not pair.strip().startswith("adhesive_mm") for pair in self.mount_pairs):
             raise SpecError(
-                "--kerf, --acrylic and --mount-figure are figures of a mount; give --mount lanyard, clip, stand or "
-                "holder with them, or leave them out (adhesive_mm alone goes without a mount)"
+                "--mount-figure is a figure of a mount; give --mount lanyard, clip, stand or holder with it, or leave "
+                "it out (adhesive_mm alone goes without a mount)"
             )
-        return mount_figures(pairs)
+        return mount_figures(self.mount_pairs)
 
 
 mount_options = gathered(
@@ -196,27 +192,12 @@ mount_options = gathered(
             "holder a finished badge is pressed.",
         ),
         click.option(
-            "--kerf",
-            "kerf_mm",
-            type=FiniteRange(0, 1),
-            show_default="0.15",
-            metavar="MM",
-            help="Width of the laser's cut; 0 if the shop corrects for it.",
-        ),
-        click.option(
-            "--acrylic",
-            "base_mm",
-            type=FiniteRange(2, 10),
-            show_default="3",
-            metavar="MM",
-            help="Thickness of the acrylic base plate.",
-        ),
-        click.option(
             "--mount-figure",
             "mount_pairs",
             multiple=True,
             metavar="NAME=MM",
-            help="Another dimension of the mount, such as card_mm=0.5; may be given several times.",
+            help="A dimension of the mount or of the laser, such as card_mm=0.5, kerf_mm=0.15 (0 if the shop corrects "
+            "for it) or base_mm=3 of the acrylic plate; may be given several times.",
         ),
     ],
 )

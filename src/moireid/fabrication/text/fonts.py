@@ -103,12 +103,6 @@ def find_font(letters: frozenset[int], typeface: str, bold: bool) -> Path | None
 _found: dict[tuple[frozenset[int], str, bool], Path | None] = {}
 
 
-def forget_fonts() -> None:
-    """Look for fonts anew, after some were installed."""
-    _found.clear()
-    system_fonts.cache_clear()
-
-
 @cache
 def system_fonts(bold: bool) -> tuple[Path, ...]:
     """The fonts of this machine, those fit for a name of that weight first, then by file name."""
