@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,12 +14,11 @@ from moireid.artwork.content import Artwork, clean_lines, lines_of, with_lines
 from moireid.artwork.pictures import modules_of
 from moireid.artwork.placing import ArtPiece, Look, pieces_of
 from moireid.artwork.template import TEMPLATES, BadgeTemplate, template_named, template_of
-from moireid.badge import Badge, CodedFrame, Rect
+from moireid.badge import Badge, Rect
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
 from moireid.designer.request import FringeBorder
 from moireid.errors import SpecError
-from moireid.fabrication.page.marks import check_look
 from moireid.fabrication.page.page_words import set_words
 from moireid.verifier.tracking.borders import REACH_MM
 from moireid.verifier.tracking.print_template import FREE_MODULES
@@ -74,15 +72,6 @@ def test_what_must_stay_clear_is_what_the_verifier_reads() -> None:
     assert (MARKER_MODULES, GRATING_MM) == (FREE_MODULES, REACH_MM)
 
 
-def test_a_long_identity_and_a_long_name_have_room(content: Artwork) -> None:
-    """Catches: 128 bits that run into the marker, a name of many words that is cut off."""
-    for name in ("cr80", "a6"):
-        known = template_named("newsroom")
-        badge = with_lines(replace(badge_for(known, name, "portrait"), id="7097c67b0fafc59b" * 2), LINES)
-        badge = replace(badge, name="Maria Magdalena von Hohenstein-Wittgenstein")
-        check_look(badge, Look(known, content))
-
-
 @pytest.mark.parametrize(
     ("rect", "message"),
     [
@@ -104,24 +93,6 @@ def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: 
     # What the message offers works.
     allowed = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
     assert pieces_of(badge_for(allowed, "a6", "landscape"), Look(allowed, Artwork()))
-
-
-def test_a_board_without_room_for_a_template_says_what_works() -> None:
-    """Catches: advice that ends in nothing, or names areas that this board lacks."""
-    known = template_named("plain")
-    side = known.side(*turned(FORMATS["cr80"].size_mm, "landscape"))
-    wish = replace(Request("Ada Lovelace", markers="frame"), frame=FringeBorder(head=side.head, foot=side.foot))
-    badge = design_badge(in_format(wish, "cr80", orientation="landscape"), PAYLOAD)
-    assert isinstance(badge.markers, CodedFrame)
-    x0, _, x1, y1 = badge.markers.rect_mm
-    # Every format leaves a frame room; a frame up to the board's edge, made by hand, does not.
-    high = replace(badge.markers, rect_mm=(x0, badge.outline_mm[1] + 4, x1, y1))
-    words = (
-        r"no area head; .*, or take --markers squares, which leave room next to them, or name another area .foot, .*$"
-    )
-    with pytest.raises(SpecError, match=words):
-        pieces_of(replace(badge, markers=high), Look(known, Artwork()))
-    assert pieces_of(badge_for(known, "cr80", "landscape"), Look(known, Artwork()))
 
 
 @pytest.mark.parametrize("what", [["qr"] * 60, ["name", *["qr"] * 9], ["name"] * 40])
@@ -146,22 +117,6 @@ def test_a_qr_code_on_a_colour_has_white_around_it(apart: bool) -> None:
     assert [sign * (b - a) / module for sign, a, b in zip(signs, drawn.rect_mm, white.rect_mm, strict=True)] == (
         pytest.approx([4.0] * 4)
     )
-
-
-def test_words_that_would_be_too_small_are_refused() -> None:
-    """Catches: a line in letters that no one can read."""
-    known = template_named("plain")
-    badge = badge_for(known, "cr80", "landscape")
-    with pytest.raises(SpecError, match=r"has no room on this badge.*give fewer or shorter lines"):
-        check_look(with_lines(badge, ["Senior " * 11] * 4), Look(known, Artwork()))
-    known = template_named("conference")
-    badge = badge_for(known, "cr80", "landscape")
-    line = "MEMBERS OF THE MANAGEMENT COMMITTEE FOR MOMENTUM AND MAGNETISM MEASUREMENTS"
-    with pytest.raises(SpecError, match=r"shorten it to at most (\d+) letters") as refused:
-        check_look(with_lines(badge, [line, "Example News"]), Look(known, Artwork()))
-    found = re.search(r"at most (\d+) letters", str(refused.value))
-    assert found is not None and 20 < int(found[1]) < len(line)
-    check_look(with_lines(badge, [line[: int(found[1])], "Example News"]), Look(known, Artwork()))
 
 
 def test_lines_are_checked_and_kept_in_the_badge() -> None:

@@ -62,17 +62,3 @@ def test_a_frame_leaves_room_for_name_and_id_in_every_format(name: str) -> None:
     badge = design_badge(in_format(Request("Ada", markers="frame"), name), bytes(16))
     areas = areas_of(badge)
     assert all(areas[area][3] - areas[area][1] >= least for area, least in (("head", 7 - 1e-6), ("foot", 6.5 - 1e-6)))
-
-
-@pytest.mark.parametrize(("size_mm", "range_m"), [((146.0, 160.0), (0.3, 0.4)), ((180.0, 270.0), (0.4, 0.7))])
-def test_a_frame_that_is_designed_is_one_that_is_read(size_mm, range_m):
-    """Catches: a line so thin, for a near camera, that readers refuse the badge."""
-    badge = design_badge(Request("Ada", markers="frame", size_mm=size_mm, range_m=range_m), bytes(8))
-    assert badge_from_json(badge.to_json()) == badge
-
-
-@pytest.mark.parametrize("axes", ["xy", "hex"])
-def test_the_pitch_code_is_of_one_field(axes):
-    """Catches: an error from within where a second field has no code."""
-    with pytest.raises(DesignError, match="carried by one field"):
-        design_badge(Request("Ada", axes=axes, family="pitch", range_m=(0.8, 1.5)), bytes(3))

@@ -15,18 +15,16 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.cli.printing import print_options
 from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned, within_reach
+from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, within_reach
 from moireid.designer.reach import CALL, PHONE, read_of, verdict_reach_m
 from moireid.designer.request import FringeBorder
-from moireid.errors import DesignError, SpecError
+from moireid.errors import DesignError
 from moireid.fabrication.event import places_mm
 from moireid.issuing import Wear
 from moireid.profiles import PAPERS_MM
 from moireid.sheets import DEFAULT_LENS
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
-#: A laptop's camera has 720 lines where designs count on 1080.
-WEBCAM_SHARE = 720 / 1080
 EACH = list(itertools.product(FORMATS, ORIENTATIONS, PAPERS_MM))
 
 
@@ -87,27 +85,11 @@ def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() ->
     assert within_reach(Request("A")) == Request("A")
 
 
-def test_a_user_may_choose_lens_and_range_of_a_format() -> None:
-    """Catches: a format that overrules what the user gave."""
-    wish = in_format(Request("A"), "a6", lens="50lpi", range_m=(0.5, 1.0))
-    assert (wish.lens, wish.range_m, wish.size_mm) == ("50lpi", (0.5, 1.0), (148.0, 105.0))
-    assert in_format(Request("A"), "A7").lens == FORMATS["a7"].lens
-
-
 def test_the_board_is_todays_default() -> None:
     """Catches: a format of the default's name that is another badge; one of no format on a sheet that is not sold."""
     wish = Wear(None, None, None, None, None, None, (), None, None, None).fit(Request("A"))
     assert design_badge(in_format(Request("A"), "board"), PAYLOAD) == design_badge(wish, PAYLOAD)
     assert wish.lens == DEFAULT_LENS and replace(wish, lens="50lpi") == Request("A")
-
-
-def test_what_is_no_format_is_refused_with_those_that_are() -> None:
-    with pytest.raises(SpecError, match="'a4' is not known; choose one of cr80, a7"):
-        in_format(Request("A"), "a4")
-    with pytest.raises(SpecError, match="choose landscape or portrait"):
-        turned((1.0, 2.0), "upright")
-    with pytest.raises(DesignError, match=r"at most 186 x 273 mm, or 273 x 186 on the paper turned"):
-        design_badge(Request("A", size_mm=(280.0, 100.0)), PAYLOAD)
 
 
 @pytest.mark.slow

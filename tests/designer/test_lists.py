@@ -26,21 +26,6 @@ def test_encodings_and_separators_of_spreadsheets_are_read(encoding: str, mark: 
     assert listed.note is None
 
 
-def test_a_line_that_names_the_separator_is_no_row() -> None:
-    """Catches: Excel's own first line read as the columns, or counted as a row of the sheet."""
-    assert [row for row, _ in read_list(b"sep=;\r\nname;line\r\nAda;Speaker\r\n").rows] == [2]
-
-
-def test_windows_1252_is_accepted_with_a_note() -> None:
-    """Catches: a guess without a note; a note without a name to judge it by."""
-    listed = read_list(ROWS.encode("cp1252"), source="people.csv")
-    assert listed.rows[0][1]["name"] == "Zoë Müller"
-    assert listed.note and "Windows-1252" in listed.note and "row 2 has 'Zoë Müller'" in listed.note
-    names = "".join(f"Zo{letter}\n" for letter in "ëêéèïîíìöôó")
-    note = read_list(f"name\nAda\n{names}".encode("cp1252")).note
-    assert note and all(f"row {row} has 'Zo" in note for row in range(3, 13)) and "and 1 more" in note
-
-
 @pytest.mark.parametrize("name", ["Łukasz", "Miłosz", "Kaźmierczak", "Święcki", "Jaś", "Żak", "ŁUKASZ", "Anna Kość"])
 def test_a_list_of_central_europe_is_not_taken_for_a_western_one(name: str) -> None:
     """Catches: £ukasz and Œwiêcki on a badge, when the note shows another row's good name."""

@@ -14,9 +14,8 @@ import pytest
 import trimesh
 
 from moireid.badge import Badge
-from moireid.cli.printing.print_cmd import print_command
 from moireid.errors import FabricationError, SpecError
-from moireid.fabrication import assembly_files, mount_parts, package, solid_parts
+from moireid.fabrication import assembly_files, package, solid_parts
 from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
 from moireid.fabrication.part_colours import COLOURS, kind_of
 from moireid.fabrication.printed.mount import KINDS
@@ -222,25 +221,6 @@ def test_damaged_glb_is_refused(folder: tuple[Path, package.PrintResult, list[st
         assembly_files.check_glb(cut, volumes)
 
 
-def test_assembly_sheet_lists_what_the_mount_needs(ada: Badge, tmp_path: Path) -> None:
-    """Catches: a lanyard for a clip, plates or screws of another badge, a line that runs off the page."""
-    import pypdfium2 as pdfium
-
-    figures = mount_figures(["kerf_mm=0.2", "base_mm=4"])
-    parts = mount_parts.plan_parts(ada, "clip", figures)
-    package.write_assembly_pdf(ada, tmp_path / "a.pdf", mount="clip", acrylic=parts.acrylic, figures=figures)
-    document = pdfium.PdfDocument(tmp_path / "a.pdf")
-    text = document[0].get_textpage()
-    words = " ".join(text.get_text_range().split())
-    right = max(text.get_charbox(k)[2] for k in range(text.count_chars()))
-    width = document[0].get_size()[0]
-    document.close()
-    assert "with its clip" in words and "lanyard" not in words
-    assert "base 4 mm, frame 2 mm, cover 2 mm" in words and "6 button-head screws M3 × 12" in words
-    assert "0.14 mm of air" in words and right < width - 40
-    assert "3 more pieces of the card, cut as the badge, below it" in words
-
-
 @pytest.mark.slow
 def test_a_mount_that_fails_leaves_no_file(ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a badge.pdf next to a mount that does not fit it, and a late refusal of what could be known at once."""
@@ -262,16 +242,3 @@ def test_a_mount_that_fails_leaves_no_file(ada: Badge, tmp_path: Path, monkeypat
     (tmp_path / "here" / "acrylic.svg").write_text("mine")
     with pytest.raises(SpecError, match=r"acrylic\.svg exists already"):
         package.print_badge(ada, tmp_path / "here")
-
-
-def test_mount_that_is_none_of_ours_is_named(ada: Badge, tmp_path: Path) -> None:
-    """Catches: an unknown word taken for a lanyard, or a KeyError."""
-    kinds = "lanyard, clip, stand, holder, none"
-    with pytest.raises(FabricationError, match=f"mount 'magnet' is not known; choose one of {kinds}"):
-        package.print_badge(ada, tmp_path, mount="magnet")
-
-
-def test_command_line_workshop_and_package_know_the_same_mounts() -> None:
-    """Catches: a mount that --mount does not offer, or offers and no one can make (the list is written three times)."""
-    option = next(entry for entry in print_command.params if entry.name == "mount")
-    assert tuple(option.type.choices) == mount_parts.MOUNTS == (*KINDS, "none")

@@ -18,10 +18,9 @@ from kit.payloads import payload_for_name
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
-from moireid.designer.people import read_people
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import event
-from moireid.fabrication.event import GUTTER_MM, folder_name, places_mm, write_sheets_pdf
+from moireid.fabrication.event import GUTTER_MM, places_mm, write_sheets_pdf
 from moireid.registry import open_registry
 
 SMALL = Request("Somebody", size_mm=(90.0, 110.0), range_m=(0.5, 0.9))
@@ -160,43 +159,6 @@ def test_two_people_of_one_name_get_two_badges(tmp_path):
     assert "rows 2 and 3 bear the name 'Ada'" in outcome.stderr and "rows 2 and 3" in document["notes"][-1]
 
 
-def test_folder_names_are_plain_and_sort_as_the_list_does():
-    """Catches: a slash or a dot that leaves the folder; a name of nothing; names longer than a file system takes."""
-    badge = design_badge(SMALL, bytes(8))
-    named = [
-        folder_name(k, replace(badge, name=name)) for k, name in enumerate(("Zoë B.", "../..", "李", "a" * 300), 1)
-    ]
-    assert named[:3] == ["001-zoe-b", f"002-{badge.id}", f"003-{badge.id}"] and len(named[3]) < 60
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "no column name"),
-        ("who\nAda\n", "no column name"),
-        ("name\n", "names 0 people"),
-        ("name,payload\nAda,0f5ac3962d784be1\nBob,0f5ac3962d784be1\n", "rows 2 and 3"),
-        ("name,payload\nAda,xyz\n", "row 2"),
-        ("name\n\x07\n", "row 2"),
-        ('name\n"Ada\n', "check its quotes"),
-        ("name\nLovelace, Ada\n", "quotes"),
-        ("name,payload\nGrace,,x\n", "row 2"),
-        ("name,name\nAda,Grace\n", "2 columns name"),
-    ],
-)
-def test_lists_that_cannot_be_used_are_refused_whole(text, words, tmp_path):
-    """Catches: a traceback, a row that is passed over, folders of the people before the bad row."""
-    outcome = run(listed(tmp_path / "people.csv", text), tmp_path / "event")
-    assert outcome.exit_code == 2 and words in outcome.stderr and outcome.stderr.count("error:") == 1
-    assert not (tmp_path / "event").exists() or not list((tmp_path / "event").iterdir())
-
-
-def test_cells_that_are_empty_are_no_part_of_a_name(tmp_path):
-    """Catches: a list refused for the empty columns that a spreadsheet writes behind the last one."""
-    people = listed(tmp_path / "people.csv", 'name\n"Lovelace, Ada",,\n,,\nGrace,\n')
-    assert [person.name for person in read_people(people).people] == ["Lovelace, Ada", "Grace"]
-
-
 def test_the_mask_of_an_event_is_no_single_badges(tmp_path):
     """Catches: one person's id on the film that all get, and an organiser who prints one film for many."""
     people = listed(tmp_path / "people.csv", "name\nAda\nGrace\nEve\n")
@@ -206,16 +168,6 @@ def test_the_mask_of_an_event_is_no_single_badges(tmp_path):
     assert "Mask of 3 badges: print 3 times" in words and "page 1" not in words
     alone = pdfium.PdfDocument(tmp_path / "event" / "001-ada" / "badge.pdf")[1].get_textpage().get_text_bounded()
     assert "Mask of moiré badge" in alone and "page 1" in alone
-
-
-def test_one_person_or_many(tmp_path):
-    """Catches: a NAME that is dropped in silence where a list is given too."""
-    people = listed(tmp_path / "people.csv", "name\nAda\n")
-    for arguments in (["Ada", "--people", str(people)], [], ["--people", str(people), "--payload", "00" * 8]):
-        outcome = CliRunner().invoke(moireid, ["print", *arguments, "--out", str(tmp_path / "o")])
-        assert outcome.exit_code == 2 and "error:" in outcome.stderr
-    absent = run(tmp_path / "absent.csv", tmp_path / "o")
-    assert absent.exit_code == 2 and "absent.csv" in absent.stderr
 
 
 @pytest.mark.slow

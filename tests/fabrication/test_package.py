@@ -23,7 +23,6 @@ from moireid.errors import SpecError
 from moireid.fabrication import package
 from moireid.fabrication.mount_parts import ACRYLIC_FILES, PRINTED_FILES
 from moireid.fabrication.process_figures import MountFigures, MountProcess
-from moireid.files import move_together, tidy_folders
 
 SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}
 
@@ -89,12 +88,12 @@ def json_badge(folder: Path) -> Path:
 
 def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
     """Catches: an old mount next to a new badge that it does not fit, and a stranger's file taken for an old one."""
-    for name in (*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb", "stack.glb", "badge.json", "holiday.jpg", "mount.obj"):
+    for name in (*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb", "badge.json", "holiday.jpg", "mount.obj"):
         (tmp_path / name).write_text("older")
     outcome = run("Ada", "--out", tmp_path, "--mount", "none", "--overwrite", "--json")
     assert outcome.exit_code == 0, outcome.output
     assert names(tmp_path) == SHEETS | {"holiday.jpg", "mount.obj"}
-    removed = {*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb", "stack.glb"}
+    removed = {*PRINTED_FILES, *ACRYLIC_FILES, "mount.glb"}
     assert {Path(path).name for path in json.loads(outcome.stdout)["removed"]} == removed
     assert all(f"{name} was removed" in outcome.stderr for name in removed)
 
@@ -157,36 +156,6 @@ def test_a_failure_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert {(tmp_path / name).read_text() for name in names(tmp_path)} == {"older"}
 
 
-def test_folders_that_were_made_go_again_and_others_stay(tmp_path: Path) -> None:
-    """Catches: a folder of somebody else's removed, or one with a file in it."""
-    (tmp_path / "old").mkdir()
-    folders = [tmp_path / "old" / "x" / "y", tmp_path / "new", tmp_path / "kept"]
-    with pytest.raises(ValueError, match="late"), tidy_folders(folders):
-        for folder in folders:
-            folder.mkdir(parents=True)
-        (tmp_path / "kept" / "file").write_text("here")
-        raise ValueError("late")
-    assert names(tmp_path) == {"old", "kept"} and not list((tmp_path / "old").iterdir())
-    with tidy_folders([tmp_path / "new"]):
-        (tmp_path / "new").mkdir()
-    assert (tmp_path / "new").is_dir()
-
-
-def test_files_move_together_or_not_at_all(tmp_path: Path) -> None:
-    """Catches: an old file that is lost where a later one cannot be moved."""
-    aside = tmp_path / "aside"
-    aside.mkdir()
-    (aside / "a").write_text("new a")
-    (tmp_path / "a").write_text("old a")
-    (tmp_path / "gone").write_text("gone")
-    moves = [(aside / "a", tmp_path / "a"), (aside / "absent", tmp_path / "b")]
-    with pytest.raises(FileNotFoundError):
-        move_together(moves, [tmp_path / "gone"])
-    assert (tmp_path / "a").read_text() == "old a" and (tmp_path / "gone").exists()
-    move_together(moves[:1], [tmp_path / "gone"])
-    assert (tmp_path / "a").read_text() == "new a" and not (tmp_path / "gone").exists()
-
-
 def limited(kilobytes: int) -> Callable[[], None]:
     """For a child process: no file may grow beyond this, which every writer meets as it would a full disk."""
 
@@ -216,34 +185,6 @@ def test_a_disk_that_fills_up_is_reported_in_one_sentence(kilobytes: int, tmp_pa
     assert len(errors) == 1 and "Traceback" not in done.stderr
     assert any(words in errors[0] for words in ("File too large", "check the disk", "nothing was kept")), errors
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("out", ["", "  "])
-def test_a_folder_must_be_named(out: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: files strewn about the present folder by an empty variable of a shell."""
-    monkeypatch.chdir(tmp_path)
-    outcome = run("Ada", "--out", out, "--mount", "none")
-    assert outcome.exit_code == 2 and "no folder is named" in outcome.stderr and not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--mount-figure", "clearance_mm=3"], "at most 1 mm"),
-        (["--mount-figure", "thickness=3"], "is not known; give NAME=MM"),
-        (["--mount-figure", "card_mm=1e400"], "card_mm"),
-        (
-            ["--mount", "stand", "--mount-figure", "printed.seat_mm=0.5"],
-            "give a smaller seat_mm (--mount-figure) or a wider board",
-        ),
-        (["--lens", "40lpi", "--mount-figure", "acrylic.clearance_mm=0.4"], "give a clearance_mm of"),
-    ],
-)
-def test_impossible_figures_leave_no_folder(options: list[str], words: str, tmp_path: Path) -> None:
-    """Catches: a figure refused after a minute's work, a folder that is left, a traceback."""
-    outcome = run("Ada", "--out", tmp_path / "new", *options)
-    assert outcome.exit_code == 2 and words in outcome.stderr and "Traceback" not in outcome.stderr
-    assert outcome.stderr.lower().count("error:") == 1 and not list(tmp_path.iterdir())
 
 
 # Events.

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from dataclasses import replace
 
 import manifold3d
 import pytest
 
 from moireid.designer import Request, design_badge
-from moireid.errors import FabricationError
 from moireid.fabrication import mount_solids
 from moireid.fabrication.acrylic.plates import plan_acrylic
 from moireid.fabrication.printed.mount import mount_bodies
@@ -52,21 +49,3 @@ def test_printed_solids_are_in_their_place_in_use() -> None:
         less = 4 * 1.2 * 3 * 0.25 if name == "tray" else 0.0
         assert solids[name].volume == pytest.approx(solid.volume - less, abs=0.2 * less + 1e-6)
         assert tuple(solids[name].center()) == pytest.approx(tuple(solid.center()), abs=0.01)
-
-
-@pytest.mark.parametrize("name", ["none", "magnet"])
-def test_a_mount_that_is_none_is_refused(name: str) -> None:
-    """Catches: no parts for a word that is no mount."""
-    with pytest.raises(FabricationError, match="choose one of lanyard, clip, stand, holder, acrylic"):
-        mount_solids(BADGE, name)
-
-
-def test_a_mount_does_not_wait_for_what_it_does_not_need() -> None:
-    """Catches: sympy loaded for a mount, which takes two seconds; a sympy that cannot be used afterwards."""
-    code = (
-        "import sys; from moireid.fabrication.solids import cad_package; cad_package('build123d');"
-        "assert 'sympy.core' not in sys.modules; import sympy; assert sympy.sqrt(16) == 4;"
-        "from sympy.geometry import Point; assert Point(0, 3).distance(Point(4, 0)) == 5"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr

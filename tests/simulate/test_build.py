@@ -6,7 +6,6 @@ import csv
 import io
 import math
 from dataclasses import fields
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -58,20 +57,6 @@ def test_an_option_overrides_one_quantity():
     assert build.haze == 0.3 and build.lens_offset_mm == Build.typical(1).lens_offset_mm
 
 
-@pytest.mark.parametrize("text", ["air", "air=", "air=x", "air=nan", "air=-0.1", "air=3", "wind=1", "=1", "bow=0.1"])
-def test_no_other_flaw_is_taken(text):
-    """Catches: a value that the tracer cannot follow, or nan that passes both bounds."""
-    with pytest.raises(SpecError, match="flaw"):
-        read_flaw(text)
-
-
-@pytest.mark.parametrize("text", ["usual:", "usual:-1", "usual:1.5", "usual:99999999999", "good", "", "usual:٣"])
-def test_no_other_build_is_taken(text):
-    """Catches: a traceback of int() or of the generator."""
-    with pytest.raises(SpecError, match=r"usual:7.*truth\.csv"):
-        build_named(text, 0)
-
-
 def truth_text(prototype, build: Build) -> str:
     stream, place = io.StringIO(), np.array([50.0, 0.0, -1000.0])
     Truth(stream, Scene(prototype, build), "genuine").add(
@@ -88,23 +73,6 @@ def test_the_truth_holds_the_build_whole(prototype, tmp_path, name):
     assert build_of_truth(path) == build_named(str(path), 0) == build
     row = next(csv.DictReader(path.open(encoding="utf-8")))
     assert {key: float(value) for key, value in row.items() if key != "label"}["build_haze"] == build.haze
-
-
-def test_a_file_without_a_build_is_refused(prototype, tmp_path):
-    """Catches: a traceback for another CSV file; figures of a file that the options would refuse."""
-    good = truth_text(prototype, Build())
-    bad = {"empty": "", "other": "a,b\n1,2\n", "huge": good.replace("0.0\n", "1e400\n"), "nul": "a\0b\n"}
-    for name, text in bad.items():
-        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
-        with pytest.raises(SpecError, match="no build"):
-            build_of_truth(tmp_path / f"{name}.csv")
-    with pytest.raises(SpecError, match="cannot be read"):
-        build_named(str(tmp_path / "none.csv"), 0)
-    lines = list(csv.reader(good.splitlines()))
-    lines[1][lines[0].index("build_air_gap_mm")] = "-5"
-    (tmp_path / "odd.csv").write_text("\n".join(",".join(line) for line in lines), encoding="utf-8")
-    with pytest.raises(SpecError, match="air=-5"):
-        build_of_truth(tmp_path / "odd.csv")
 
 
 def test_a_lamp_of_the_build_lights_a_scene_without_a_light(prototype):
@@ -126,13 +94,3 @@ def test_mitsuba_refuses_what_it_does_not_build(prototype):
         else:
             with pytest.raises(SpecError, match=f"builds no {name};"):
                 _check_backend(scene, "mitsuba", None)
-
-
-def test_lenses_that_do_not_meet_are_refused_in_words(prototype, tmp_path: Path):
-    """Catches: a root of a negative number in place of a sentence."""
-    from moireid.simulate.analytic.traced_sheet import sheet_as_built
-
-    with pytest.raises(SpecError, match="radius"):
-        _ = Scene(prototype, Build(focus_ratio=0.7)).lens
-    with pytest.raises(SpecError, match="conic constant"):
-        sheet_as_built(Scene(prototype, Build(conic=1.2)))

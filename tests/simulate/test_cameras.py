@@ -8,9 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from moireid.errors import SpecError
 from moireid.simulate.analytic.analytic_renderer import AnalyticRenderer, BoardRadiance
-from moireid.simulate.cameras import CAMERAS, Camera, camera_named, undistorted
+from moireid.simulate.cameras import CAMERAS, Camera, undistorted
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.recording.sensor import SHARPEN_PX, Sensor, averaged, opened
 from moireid.simulate.scene import Build, Instant, Scene
@@ -238,33 +237,6 @@ def test_noise_has_the_spread_that_was_asked_for():
 
 
 # What is refused.
-
-
-@pytest.mark.parametrize(
-    ("changes", "word"),
-    [
-        ({"focal_px": 0.0}, "focal_px"),
-        ({"exposure_s": -0.01}, "exposure_s"),
-        ({"noise_counts": np.nan}, "noise"),
-        ({"distortion": (0.1, 0.0)}, "four"),
-        ({"distortion": (float("inf"), 0.0, 0.0, 0.0)}, "finite"),
-        ({"focal_px": 300.0, "distortion": (-0.4, 0.0, 0.0, 0.0)}, "folds"),
-        ({"width": 1}, "width"),
-    ],
-)
-def test_impossible_cameras_are_refused(changes, word):
-    """Catches: a film of NaN; a lens that shows one place twice."""
-    with pytest.raises(SpecError, match=word):
-        replace(Camera(), **changes)
-
-
-def test_cameras_are_found_by_name():
-    """Catches: a mistyped camera filmed with the default; a preset's own blur lost."""
-    assert camera_named("phone") == Camera()
-    assert camera_named("webcam").focus_blur_px > 0 and camera_named("webcam", focus_blur_px=0.0).focus_blur_px == 0
-    assert camera_named("dim", mirror=True).mirror and not CAMERAS["dim"].mirror
-    with pytest.raises(SpecError, match="phone, sharpened"):
-        camera_named("telephone")
 
 
 def test_the_background_turns_with_the_camera():

@@ -306,17 +306,6 @@ def test_nothing_is_overwritten_unasked(prototype, tmp_path, there):
     assert len(pictures(tmp_path / "a.mp4")) == 6
 
 
-def test_no_film_is_refused(prototype, tmp_path):
-    """Catches: a film of one frame, which has no speed; a rate of zero or of a million."""
-    course = motion_named("static", distance_mm=600.0, seed=0)
-    for frames, fps in ((1, 30.0), (0, 30.0), (10, 0.5), (10, 1e6), (10, math.nan)):
-        with pytest.raises(SpecError):
-            film(Scene(prototype, camera=SMALL), course, tmp_path / "a.mp4", frames=frames, fps=fps)
-    with pytest.raises(SpecError, match="forgery"):
-        shoot(prototype, tmp_path / "a.mp4", forge="magic")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_camera_behind_the_badge_is_refused(prototype, tmp_path):
     """Catches: a truth that gives a camera behind the badge as one before it, and nan as it passes through."""
 

@@ -139,22 +139,6 @@ def test_without_a_light_nothing_is_added(prototype: Badge):
     assert 0.01 < np.abs(none.radiance - even.radiance).max() < 0.2
 
 
-@pytest.mark.parametrize(
-    "figures",
-    [
-        ((0, 0, 100.0), 10, 0.5),
-        ((0, 0, -1000.0), 0, 0.5),
-        ((0, 0, -1000.0), 2000, 0.5),
-        ((0, 0, -1000.0), 10, 1.5),
-        ((0, math.nan, -1000.0), 10, 0.5),
-    ],
-)
-def test_what_is_no_light_is_refused(figures):
-    """Catches: a light behind the badge, one without size, NaN."""
-    with pytest.raises(SpecError, match="no light"):
-        DiscLight(*figures)
-
-
 def test_the_command_line_offers_the_same_lights():
     """Catches: one list grown without the other."""
     assert tuple(LIGHTS) == LIGHT_NAMES

@@ -29,8 +29,6 @@ MOUNTS = ("lanyard", "clip", "stand", "holder", "none")
 PRINTED_FILES = ("mount.step", "mount.stl", "mount.3mf")
 ACRYLIC_FILES = ("acrylic.dxf", "acrylic.svg", "acrylic.step")
 GLB_FILE = "mount.glb"
-#: What the file of that name was called in older versions.
-OLDER_GLB_FILE = "stack.glb"
 
 
 @dataclass(frozen=True)

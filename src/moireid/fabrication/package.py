@@ -18,7 +18,6 @@ from moireid.fabrication.assembly.guide import DrawnMounts, write_assembly_pdf
 from moireid.fabrication.mount_parts import (
     ACRYLIC_FILES,
     GLB_FILE,
-    OLDER_GLB_FILE,
     PRINTED_FILES,
     Parts,
     plan_parts,
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
 MOVING = "preview.webp"
 _SHEETS = ("badge.pdf", "preview.png", MOVING, "assembly.pdf")
 #: Files that a badge's folder has only with some mounts.
-PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE, OLDER_GLB_FILE)
+PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,6 @@ from click.testing import CliRunner, Result
 from PIL import Image
 
 from moireid.cli.printing.print_cmd import print_command
-from moireid.fabrication.page import lettering
-from moireid.fabrication.text import fonts
 
 
 @pytest.fixture
@@ -42,45 +40,6 @@ def test_a_portrait_that_the_template_does_not_show_is_told(tmp_path: Path) -> N
     (tmp_path / "people.csv").write_text("name\nAda\nBo\n", encoding="utf-8")
     many = notes(printed("--people", str(tmp_path / "people.csv"), *wear, out=tmp_path / "b"))
     assert sum("webcam shows no portrait" in note for note in many) == 2 and many[0].startswith("row 2: ")
-
-
-def test_a_line_that_is_printed_in_part_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: signs that no font has, left out of a line without a word."""
-    monkeypatch.setattr(fonts, "system_fonts", lambda bold: ())
-    monkeypatch.setattr(fonts, "_found", {})
-    monkeypatch.setattr(fonts, "shipped_fonts", lambda typeface, bold: (fonts.own_font("NotoSans", bold=bold),))
-    lettering.set_name.cache_clear()
-    found = notes(printed("Ada", "--format", "a6", "--line", "Guest \N{MICROPHONE}", out=tmp_path / "a"))
-    shown = "(microphone), and shows 'Guest'; to print all of it, install Noto Emoji"
-    assert any("leaves out of 'Guest" in note and shown in note for note in found)
-
-
-@pytest.mark.slow
-def test_a_namesake_with_the_same_line_is_told(registry: str, tmp_path: Path) -> None:
-    """Catches: a second person of one name and line, whom no claim by name finds; a warning about another line."""
-    first = printed("Ada Lovelace", "--line", "Keynote", "--registry", registry, out=tmp_path / "a")
-    assert not any("Lovelace" in note for note in notes(first))
-    other = notes(printed("Ada Lovelace", "--line", "Guest", "--registry", registry, out=tmp_path / "b"))
-    assert not any("claim must give the id" in note for note in other)
-    same = notes(printed("Ada Lovelace", "--line", "Keynote", "--registry", registry, out=tmp_path / "c"))
-    assert any(json.loads(first.stdout)["id"] in note and "claim must give the id" in note for note in same)
-
-
-@pytest.mark.slow
-def test_people_who_get_one_line_from_the_options_are_told_apart_or_told(tmp_path: Path) -> None:
-    """Catches: two people of one name who bear one line, of which only one is in the list."""
-    (tmp_path / "people.csv").write_text("name,line\nAda,Speaker\nAda,\n", encoding="utf-8")
-    command = ["--people", str(tmp_path / "people.csv"), "--format", "a7", "--line"]
-    output = notes(printed(*command, "Speaker", out=tmp_path / "a"))
-    assert any("rows 2 and 3 bear the name 'Ada' and the line 'Speaker'" in note for note in output)
-    assert not any("rows 2 and 3" in note for note in notes(printed(*command, "Guest", out=tmp_path / "b")))
-
-
-def test_figures_are_shown_for_a_list_too(tmp_path: Path) -> None:
-    """Catches: --explain that is taken and does nothing."""
-    (tmp_path / "people.csv").write_text("name\nAda\nBo\n", encoding="utf-8")
-    document = json.loads(printed("--people", str(tmp_path / "people.csv"), out=tmp_path / "a").stdout)
-    assert document["measured_scale"] == [1.0, 1.0] and any("marker" in what for what in document["explain"])
 
 
 def test_no_file_that_was_read_is_replaced_and_no_registry_made_in_vain(registry: str, tmp_path: Path) -> None:

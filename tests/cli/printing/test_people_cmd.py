@@ -8,7 +8,6 @@ from pathlib import Path
 from click.testing import CliRunner, Result
 
 from moireid.cli.main import moireid
-from moireid.cli.printing.people_cmd import SHOWN
 
 FAULTY = "name,portrait,payload\nAda,,\nBo,nothere.png,\n,b.png,\nCy,,zz\nDi,,,more\nEve,,\n"
 
@@ -29,16 +28,6 @@ def test_all_rows_are_checked_and_all_faults_listed_before_any_is_made(tmp_path:
     assert [fault.split()[2] for fault in faults] == ["3", "4", "5", "6"]
     assert "nothere.png" in faults[0] and "name is empty" in faults[1] and "'zz'" in faults[2] and "cells" in faults[3]
     assert "4 rows of people.csv cannot be printed, and nothing was made" in done.stderr and "--skip-bad" in done.stderr
-
-
-def test_of_many_faults_the_first_are_shown_and_the_others_counted(tmp_path: Path) -> None:
-    """Catches: a screen of ten thousand lines; faults of which no one hears."""
-    done = printed(tmp_path, "name,payload\n" + "Ada,zz\n" * (SHOWN + 3))
-    assert done.exit_code == 2 and done.stderr.count("fault: row ") == SHOWN
-    assert "fault: and 3 rows more" in done.stderr and f"{SHOWN + 3} rows of" in done.stderr
-    # Nothing would be left.
-    assert "--skip-bad" not in done.stderr
-    assert printed(tmp_path, "name,payload\nAda,zz\nBo,yy\n", "--skip-bad").exit_code == 2
 
 
 def test_bad_rows_are_skipped_only_when_asked_and_by_name(tmp_path: Path) -> None:
@@ -99,10 +88,3 @@ def test_unknown_columns_are_named_with_the_nearest_known_one(tmp_path: Path) ->
     (note,) = json.loads(done.stdout)["notes"]
     assert "columns 'titel', 'lien' (did you mean line?), 'portait' (did you mean portrait?); " in note
     assert "colour'" not in note and note in done.stderr
-
-
-def test_a_refused_list_still_names_its_unknown_columns(tmp_path: Path) -> None:
-    """Catches: a list that is refused for cells of a misspelt column, whose name no message mentions."""
-    done = printed(tmp_path, "name,portait,payload\nAda,a.png,zz\n")
-    assert done.exit_code == 2
-    assert done.stderr.index("did you mean portrait?") < done.stderr.index("'zz'")

@@ -290,26 +290,6 @@ def test_two_axes_have_two_sheets_that_meet(badge: Badge) -> None:
     assert np.array(sheet_rects(badge)) == pytest.approx(np.array([(-73.0, -41.44, 73.0, 47.44)]), abs=0.02)
 
 
-@pytest.mark.parametrize(
-    ("figures", "words"),
-    [
-        ({"kerf_mm": -0.1}, r"kerf_mm=-0\.1 is no laser's kerf, allowed is 0 to 1"),
-        ({"kerf_mm": math.nan}, r"kerf_mm=nan"),
-        ({"kerf_mm": 2.0}, r"kerf_mm=2 is no laser's kerf, allowed is 0 to 1 mm; cut a square"),
-        ({"lips_mm": 0.8}, r"lips_mm=0\.8 is more than any mount has use for; give at most 0\.5"),
-        ({"base_mm": 0.0}, r"base_mm=0\.0 must be positive"),
-        ({"base_mm": 25.0}, r"base_mm=25 is no base plate, allowed is 2 to 10 mm"),
-        ({"clearance_mm": -1.0}, r"clearance_mm=-1"),
-        ({"hole_mm": 2.5}, r"hole_mm=2\.5 lets no M3 screw through; give 3\.1 or more"),
-        ({"lip_reach_mm": 4.5}, r"film's lip leaves 0\.36 mm next to grating 0, but 0\.43 mm"),
-    ],
-)
-def test_impossible_figures_are_named(figures: dict[str, float], words: str, badge: Badge) -> None:
-    """Catches: a figure that ends in a traceback, or in a drawing that cannot be cut."""
-    with pytest.raises(FabricationError, match=words):
-        plan_acrylic(badge, AcrylicProcess(**figures))
-
-
 def cutting_paths(document: Any) -> list[Any]:
     return [e for e in document.modelspace() if e.dxf.layer == "CUT-FRAME-2MM"]
 

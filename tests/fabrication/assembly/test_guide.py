@@ -21,7 +21,7 @@ from moireid.fabrication.assembly.guide import SheetPiece, _draw_steps, pieces, 
 from moireid.fabrication.assembly.sketches import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
 from moireid.fabrication.page.canvas import PdfPage
 from moireid.fabrication.printed.mount import plan_mount
-from moireid.fabrication.process_figures import MountFigures, MountProcess, mount_figures
+from moireid.fabrication.process_figures import MountFigures, mount_figures
 
 PT_PER_MM = 72 / 25.4
 
@@ -43,49 +43,12 @@ def written(badge: Badge, path: Path, mount: str = "lanyard", maker: str = "comm
     return text_of(path)
 
 
-def test_the_sheet_names_the_person_and_ends_with_a_check(badge: Badge, tmp_path: Path) -> None:
-    """Catches: a sheet among many that does not say whose it is; print settings of another printer; no check."""
-    lists, steps, *_ = written(badge, tmp_path / "a.pdf")
-    assert lists.startswith("Ada Lovelace") and "50 lines per inch" in lists and "1200 dpi" in lists
-    assert "Never “fit to page”" in lists and "manual tray" in lists and "lanyard with two hooks" in lists
-    assert "9. Film it and check" in steps and "moireid verify FILM --badge badge.json" in steps
-    assert "--measured-scale" in steps and "from both slots" in steps
-
-
 def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -> None:
     """Catches: options and commands for somebody who has a page in a browser."""
     for kind in ("lanyard", "clip", "stand", "holder", "none"):
         whole = " ".join(written(badge, tmp_path / f"{kind}.pdf", kind, "studio"))
         assert "--" not in whole and "moireid verify" not in whole and "pitch-test" not in whole
         assert "open Enroll in the studio" in whole
-
-
-def test_an_adhesive_changes_what_is_bought_and_done(badge: Badge, tmp_path: Path) -> None:
-    """Catches: tape together with glue, no word of what it does to the fringes, or of a glue that is not there."""
-    lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none", "command", "adhesive_mm=0.05")
-    assert "Clear adhesive film, 0.05 mm" in lists and "0.034 mm of air" in lists and "Peel" in steps
-    assert "adhesive" not in " ".join(written(badge, tmp_path / "b.pdf", "none"))
-
-
-def test_a_snap_in_holder_takes_a_taped_badge(badge: Badge, tmp_path: Path) -> None:
-    """Catches: a badge that is slid into a tray that is not there, or pressed in untaped; no way out of the holder."""
-    lists, steps, *_ = written(badge, tmp_path / "a.pdf", "holder")
-    assert "The snap-in holder, 3D-printed" in lists and "lanyard with two hooks" in lists and "clear tape" in lists
-    assert steps.index("clear tape") < steps.index("Press it into the holder") < steps.index("Hang it")
-    assert "push a thumb through the back" in steps and "Slide" not in steps
-
-
-def test_a_narrow_badge_s_one_slot_is_mentioned(badge: Badge, tmp_path: Path) -> None:
-    """Catches: two slots promised where there is one, and no warning of its turning."""
-    small = replace(badge, board_mm=(60.0, 60.0, 96.0, 146.0))
-    centers = ((66.0, 66.0), (90.0, 66.0), (90.0, 140.0), (66.0, 140.0))
-    field = (66.0, 76.0, 90.0, 130.0)
-    grating = replace(badge.gratings[0], rect_mm=field, cells=(replace(badge.gratings[0].cells[0], rect_mm=field),))
-    small = replace(
-        small, markers=replace(badge.markers, size_mm=6.0, centers_mm=centers), gratings=(replace(grating, code=None),)
-    )
-    lists, steps, *_ = written(small, tmp_path / "a.pdf")
-    assert "hold it for a check" in steps and "two hooks" not in lists
 
 
 @pytest.mark.parametrize("paper", ["a4", "letter"])
@@ -188,20 +151,6 @@ def test_any_rectangle_is_drawn_upright_and_pages_follow() -> None:
         assert len(set(spots)) == len(spots) and all(x + 40 <= 180 and y + 25 <= 200 for x, y in spots)
 
 
-def test_the_figures_of_a_stand_reach_the_words(badge: Badge, tmp_path: Path) -> None:
-    """Catches: the default's angle for somebody's own."""
-    figures = MountFigures(printed=MountProcess(stand_deg=25.0))
-    write_assembly_pdf(badge, tmp_path / "a.pdf", mount="stand", figures=figures)
-    assert "leans back by 25°" in text_of(tmp_path / "a.pdf")[1]
-
-
-def test_a_frame_is_left_free_and_no_squares_are_spoken_of(tmp_path: Path) -> None:
-    """Catches: squares on the sheet of a badge that has none."""
-    badge = design_badge(Request("A", markers="frame"), bytes(8))
-    _, steps, *_ = written(badge, tmp_path / "a.pdf", "none", "studio")
-    assert "Only the frame's left and right side may lie below it" in steps and "squares" not in steps
-
-
 @pytest.mark.parametrize("paper", ["a4", "letter"])
 @pytest.mark.parametrize("form", FORMATS)
 def test_every_piece_lies_whole_on_its_page(form: str, paper: str, tmp_path: Path) -> None:
@@ -216,15 +165,6 @@ def test_every_piece_lies_whole_on_its_page(form: str, paper: str, tmp_path: Pat
         assert edge.min() > 200
     way = "lying" if badge.page_mm[0] > badge.page_mm[1] else "upright"
     assert f", {way} (" in texts[0]
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_the_badge_is_looked_at_from_where_it_is_read(form: str) -> None:
-    """Catches: a distance that is rounded beyond the range."""
-    badge = design_badge(in_format(Request("A"), form), bytes(8))
-    near, far = badge.range_m or (0.0, 0.0)
-    look_m = BuildPlan(badge, "none", None, MountFigures(), "command").look_m
-    assert near <= look_m <= far and look_m > min(1.0, far) - 0.1
 
 
 @pytest.mark.parametrize("count", [8, 10])

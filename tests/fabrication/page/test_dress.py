@@ -26,7 +26,7 @@ from moireid.errors import SpecError
 from moireid.fabrication.event import write_sheets_pdf
 from moireid.fabrication.page.marks import check_look, qr_rects
 from moireid.fabrication.page.pdf import write_badge_pdf
-from moireid.fabrication.page.preview import draw_fringes, draw_preview, draw_worn, write_worn
+from moireid.fabrication.page.preview import draw_preview
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 DPI = 150
@@ -155,19 +155,3 @@ def test_the_sheets_of_an_event_carry_each_persons_own(tmp_path: Path) -> None:
     )
     assert len(pictures) == 2
     document.close()
-
-
-def test_the_moving_preview_moves_the_fringes_alone(tmp_path: Path) -> None:
-    """Catches: a still picture, artwork that moves along, fringes that do not come back to where they began."""
-    badge, look = dressed("conference", tmp_path)
-    frames = [np.asarray(frame, float) for frame in draw_worn(badge, look, frames=4)]
-    moved = np.abs(frames[1] - frames[3]).max(axis=2) > 40
-    assert np.array_equal(frames[0], frames[2]) and moved.mean() > 0.02
-    rows = np.flatnonzero(moved.any(axis=1))
-    # They lie in the board's lower half, below a band that stays.
-    assert rows.min() > 0.45 * len(moved)
-    write_worn(badge, tmp_path / "preview.webp", look)
-    with Image.open(tmp_path / "preview.webp") as moving:
-        assert moving.format == "WEBP" and getattr(moving, "n_frames", 1) > 8
-    aside = [np.asarray(picture) for picture in draw_fringes(badge, [(0.0, 0.0), (50.0, 0.0)])]
-    assert not np.array_equal(*aside)

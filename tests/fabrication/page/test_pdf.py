@@ -16,18 +16,13 @@ import numpy as np
 import pypdfium2 as pdfium
 import pypdfium2.raw as raw
 import pytest
-from PIL import Image
 
 from kit.drawn import PT_PER_MM, Drawn, geometry
-from moireid.badge import Badge, Cell, Grating, Rect, load_badge
+from moireid.badge import Badge, Cell, Grating, Rect
 from moireid.designer import Request, design_badge
-from moireid.designer.formats import FORMATS, in_format
-from moireid.errors import SpecError
-from moireid.fabrication import package
-from moireid.fabrication.page import canvas, preview
 from moireid.fabrication.page import pdf as page
-from moireid.fabrication.page.marks import marker_squares
-from moireid.fabrication.page.pdf import SCALE_BAR_MM, bar_places, crop_marks, dark_lines
+from moireid.fabrication.page import preview
+from moireid.fabrication.page.pdf import crop_marks, dark_lines
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 #: Boards at the corners of what the designer accepts on each paper, and one in between.
@@ -145,15 +140,6 @@ def test_ink_growth_narrows_lines_about_their_middles(badge: Badge, tmp_path: Pa
     assert abs(begun.mean() - ended.mean()) * 25400 / 2400 < 6
 
 
-@pytest.mark.parametrize("growth", [-1, 300, "abc", None, [1]])
-def test_an_ink_growth_that_no_printer_has_is_refused(badge: Badge, tmp_path: Path, growth: object) -> None:
-    """Catches: a file with any value, which drew an empty page or ended in a traceback."""
-    made = replace(badge, print=dict(badge.print or {}) | {"ink_growth_um": growth})
-    with pytest.raises(SpecError, match="must be a number from 0 to 150"):
-        page.write_badge_pdf(made, tmp_path / "badge.pdf")
-    assert not (tmp_path / "badge.pdf").exists()
-
-
 def test_every_edge_on_the_page_is_where_the_badge_says(badge: Badge, drawn: Drawn) -> None:
     """Catches: points rounded to hundredths (3.5 um), y turned over, a page scaled or shifted.
 
@@ -241,23 +227,6 @@ def test_markers_are_read_on_the_page_where_the_badge_says(badge: Badge, pdf: Pa
         assert found[identity] * 25.4 / dpi == pytest.approx(centre, abs=0.06)
 
 
-@pytest.mark.parametrize(("dictionary", "identity"), [("DICT_4X4_50", 7), ("DICT_6X6_250", 203)])
-def test_modules_of_a_marker_are_opencvs(badge: Badge, dictionary: str, identity: int) -> None:
-    """Catches: rows counted from below, runs of white a module short."""
-    markers = replace(badge.markers, dictionary=dictionary, ids=(identity, 1, 2, 3), size_mm=16.0)
-    square, white = marker_squares(replace(badge, markers=markers))[0]
-    side = int(dictionary[5]) + 2
-    drawn = np.zeros((side, side), np.uint8)
-    for x0, y0, x1, y1 in white:
-        edges = np.array([x0 - square[0], y0 - square[1], x1 - square[0], y1 - square[1]]) / 16.0 * side
-        assert edges == pytest.approx(np.round(edges), abs=1e-9)
-        left, top, right, bottom = np.round(edges).astype(int)
-        drawn[top:bottom, left:right] += 255
-    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
-    assert drawn.tolist() == np.asarray(cv2.aruco.generateImageMarker(known, identity, side)).tolist()
-    assert square == pytest.approx((42.0, 78.5, 58.0, 94.5))
-
-
 def test_crop_marks_point_at_the_boards_corners_from_outside(badge: Badge, drawn: Drawn) -> None:
     """Catches: marks within the board, or along the wrong edge."""
     x0, y0, x1, y1 = badge.outline_mm
@@ -327,21 +296,6 @@ def test_name_is_between_the_upper_markers_and_id_between_the_lower(badge: Badge
 
 
 # The assembly sheet and the preview.
-
-
-def test_assembly_sheet_lists_this_badges_parts(badge: Badge, tmp_path: Path) -> None:
-    """Catches: figures of the default badge, and a mount that was not ordered."""
-    fine = design_badge(Request("A", lens="75lpi", paper="letter", size_mm=(120.0, 150.0), range_m=(0.5, 1.5)), PAYLOAD)
-    texts = []
-    for mount in ("none", "lanyard"):
-        package.write_assembly_pdf(fine, tmp_path / f"{mount}.pdf", mount=mount)
-        document = pdfium.PdfDocument(tmp_path / f"{mount}.pdf")
-        assert document[0].get_size() == pytest.approx((215.9 * PT_PER_MM, 279.4 * PT_PER_MM), abs=1e-3)
-        texts.append(document[0].get_textpage().get_text_range())
-        document.close()
-    for text in texts:
-        assert "75 lines per inch (LPI), 0.67 mm" in text and "120 × 150 mm" in text and PAYLOAD.hex() in text
-    assert "mount" not in texts[0] and "mount.stl" in texts[1]
 
 
 @pytest.fixture(scope="module")
@@ -432,67 +386,3 @@ def test_preview_of_a_mask_lets_through_what_its_openings_do(badge: Badge, proto
 
 
 # All files of one badge.
-
-
-def test_printed_folder_holds_what_was_promised_and_the_badge_as_issued(badge: Badge, tmp_path: Path) -> None:
-    """Catches: a badge.json of other figures than the page, files under other names, things left lying about."""
-    steps: list[str] = []
-    printed = package.print_badge(badge, tmp_path / "new/folder", mount="none", progress=steps.append)
-    assert sorted(p.name for p in (tmp_path / "new/folder").iterdir()) == sorted(printed.files)
-    assert set(printed.files) == {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}
-    assert steps == ["badge.pdf", "preview.png", "preview.webp", "assembly.pdf"]
-    assert load_badge(printed.files["badge.json"]) == badge
-    assert np.array(Image.open(printed.files["preview.png"])).shape == (960, 876)
-
-
-def test_files_in_the_way_stop_everything_before_it_starts(badge: Badge, tmp_path: Path) -> None:
-    """Catches: a late or partial check, after which some files are new and some old."""
-    (tmp_path / "assembly.pdf").write_bytes(b"mine")
-    with pytest.raises(SpecError, match="exists already"):
-        package.print_badge(badge, tmp_path, mount="none", progress=lambda name: pytest.fail(name))
-    assert [p.name for p in tmp_path.iterdir()] == ["assembly.pdf"]
-    package.print_badge(badge, tmp_path, mount="none", overwrite=True)
-    assert (tmp_path / "assembly.pdf").read_bytes().startswith(b"%PDF")
-
-
-def test_no_file_appears_where_issuing_fails(badge: Badge, tmp_path: Path) -> None:
-    """Catches: a badge on paper whose identity somebody else holds."""
-    seen: list[list[str]] = []
-
-    def refuse() -> None:
-        seen.append(sorted(p.name for p in tmp_path.iterdir() if not p.name.startswith(".")))
-        raise SpecError("taken")
-
-    with pytest.raises(SpecError, match="taken"):
-        package.print_badge(badge, tmp_path, mount="none", before_moving=refuse)
-    assert seen == [[]]
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_writer_that_fails_leaves_no_file(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: half a PDF under its final name."""
-
-    def broken(*arguments: object) -> list:
-        raise RuntimeError("no ink")
-
-    monkeypatch.setattr(page, "crop_marks", broken)
-    with pytest.raises(RuntimeError):
-        page.write_badge_pdf(badge, tmp_path / "badge.pdf")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_fonts_are_found_without_loading_the_plotting_library() -> None:
-    """Catches: a quarter of a second for `import matplotlib`, and a bold face that is not one."""
-    assert canvas.font_file(bold=True).name == "DejaVuSans-Bold.ttf"
-    assert canvas.font_file().is_file() and canvas.font_file(bold=True).is_file()
-
-
-@pytest.mark.parametrize("orientation", ["landscape", "portrait"])
-@pytest.mark.parametrize("form", FORMATS)
-def test_scale_bars_do_not_cross(form: str, orientation: str) -> None:
-    """Catches: a small board, about which the two bars of 150 mm meet, so that no ruler can be put on them."""
-    badge = design_badge(in_format(Request("A"), form, orientation=orientation), bytes(8))
-    x, y = bar_places(badge.page_mm, badge.outline_mm)
-    across, down = (side / 2 for side in badge.page_mm)
-    assert x < across - SCALE_BAR_MM / 2 - 5.0 or y > down + SCALE_BAR_MM / 2 + 3.0
-    assert 7.0 <= x < badge.outline_mm[0] and badge.outline_mm[3] < y <= badge.page_mm[1] - 10.0

@@ -7,8 +7,6 @@ in the middle, and held against the STL with manifold3d.
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 import xml.etree.ElementTree as ElementTree
 import zipfile
 from collections.abc import Callable
@@ -25,9 +23,8 @@ from kit.mounting import board_of, box, framed, sight_volume
 from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.errors import FabricationError, MissingExtraError, SpecError
+from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import solids
-from moireid.fabrication.part_colours import COLOURS
 from moireid.fabrication.printed import mount
 from moireid.fabrication.printed.mount import MountProcess, MountReport, lanyard_mount, write_mount
 from moireid.fabrication.printed.tray import tab_outline
@@ -185,16 +182,6 @@ def test_report_and_files_agree(report: MountReport) -> None:
     assert {path.name for path in report.stl.parent.iterdir()} == {"mount.stl", "mount.3mf"}
 
 
-def test_mount_follows_size_and_sheet_of_another_badge() -> None:
-    request = Request("Grace Hopper", lens="40lpi", size_mm=(110.0, 130.0), range_m=(0.8, 1.2))
-    other = design_badge(request, payload_for_name("Grace Hopper"))
-    part = lanyard_mount(other, MountProcess(wall_mm=3.0, slot_mm=(20.0, 5.0)))
-    box_ = part.bounding_box()
-    assert tuple(box_.min) == pytest.approx((-58.3, -68.3, -1.6), abs=1e-4)
-    assert tuple(box_.max) == pytest.approx((58.3, 65 + 17, 0.3 + 1.25 + 0.1 + 1.6), abs=1e-4)
-    assert len(part.solids()) == 1 and part.is_valid
-
-
 def one_triangle_gone(mesh: Any) -> None:
     mesh.update_faces(np.arange(len(mesh.faces)) != 7)
 
@@ -245,24 +232,6 @@ def test_damaged_mesh_is_refused(
         solids.check_stl(tmp_path / "damaged.stl", expected)
 
 
-def test_manifold3d_refuses_on_its_own(report: MountReport) -> None:
-    mesh = trimesh.load_mesh(report.stl)
-    with pytest.raises(FabricationError, match=r"as manifold3d reads it holds"):
-        solids._check_manifold(mesh, 1.01 * mesh.volume)
-    one_triangle_gone(mesh)
-    with pytest.raises(FabricationError, match=r"no manifold \(NotManifold\)"):
-        solids._check_manifold(mesh, mesh.volume)
-
-
-def test_file_that_breaks_off_is_refused(report: MountReport, tmp_path: Path) -> None:
-    expected = solids.ExpectedSolid(report.volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 3.0))
-    for share in (0.0, 0.5):
-        cut = tmp_path / report.stl.name
-        cut.write_bytes(report.stl.read_bytes()[: int(share * report.stl.stat().st_size)])
-        with pytest.raises(FabricationError, match=r"allowed is"):
-            solids.check_stl(cut, expected)
-
-
 @pytest.mark.slow
 def test_nothing_is_left_of_a_failure(badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     export = solids.export_stl
@@ -291,29 +260,6 @@ def test_same_badge_gives_the_same_bytes(badge: Badge, report: MountReport, tmp_
     again = write_mount(badge, tmp_path)
     assert again.stl.read_bytes() == report.stl.read_bytes()
     assert again.three_mf.read_bytes() == report.three_mf.read_bytes()
-
-
-@pytest.mark.parametrize("package", ["build123d", "trimesh", "manifold3d", "lib3mf"])
-def test_missing_package_says_what_to_install(
-    package: str, badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(MissingExtraError, match=rf"needs {package}, which is not .*install it with: .*\[cad\]"):
-        write_mount(badge, tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_importing_the_mount_costs_no_cad_package() -> None:
-    heavy = "{'build123d', 'OCP', 'trimesh', 'manifold3d'}"
-    code = f"import sys, moireid.fabrication.printed.mount; print(sorted({heavy} & set(sys.modules)))"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
-
-
-def test_impossible_figures_are_named() -> None:
-    with pytest.raises(FabricationError, match="wall_mm=-2"):
-        MountProcess(wall_mm=-2.0)
-    with pytest.raises(FabricationError, match="slot_mm"):
-        MountProcess(slot_mm=(16.0, math.nan))
 
 
 # What presses page and lens on each other, and keeps them from turning.
@@ -506,14 +452,6 @@ def test_a_stand_leans_as_far_as_is_asked(badge: Badge) -> None:
         MountProcess(stand_deg=4.0)
 
 
-def test_an_adhesive_lifts_the_sheet(badge: Badge) -> None:
-    """Catches: a slot too low for page, adhesive and sheet, and one that grows for nothing."""
-    plain, glued = (mount.plan_mount(badge, "lanyard", MountProcess(adhesive_mm=mm))[0] for mm in (0.0, 0.1))
-    assert (glued.rim_top - plain.rim_top, glued.sheet_top - plain.sheet_top) == pytest.approx((0.1, 0.1))
-    with pytest.raises(FabricationError, match=r"adhesive_mm=-0\.1"):
-        MountProcess(adhesive_mm=-0.1)
-
-
 # The extremes.
 
 
@@ -540,18 +478,6 @@ def test_thin_and_thick_sheets(badge: Badge) -> None:
     assert top_mm == pytest.approx(0.3 + 6.0 + 0.1 + 0.7 + 0.4, abs=1e-4)
     with pytest.raises(FabricationError, match=r"lip leaves .* next to marker .*; take a smaller lip_reach_mm"):
         lanyard_mount(board_of(badge, 60.0, 40.0, lens_mm=6.0))
-
-
-def test_what_no_printer_can_make_is_refused(badge: Badge) -> None:
-    """Catches: walls thinner than a nozzle, a pocket that rattles, a part larger than any bed, a spring too short."""
-    with pytest.raises(FabricationError, match=r"back_mm=0\.4 is thinner than a printed wall; give 0\.8 mm or more"):
-        MountProcess(back_mm=0.4)
-    with pytest.raises(FabricationError, match=r"clearance_mm=3\.0 .* at most 1 mm"):
-        MountProcess(clearance_mm=3.0)
-    with pytest.raises(FabricationError, match=r"tray is 372 mm long, and common printers reach 350 mm"):
-        lanyard_mount(board_of(badge, 300.0, 358.0 - 0.3))
-    with pytest.raises(FabricationError, match=r"springs of 5\.2 mm, and 6 mm are needed"):
-        lanyard_mount(board_of(badge, 60.0, 34.0))
 
 
 def test_thin_wall_in_a_mesh_is_found() -> None:
@@ -593,21 +519,6 @@ def test_3mf_holds_the_same_bodies_as_the_stl(held: dict[str, MountReport]) -> N
         assert mesh.is_watertight, name
         assert mesh.volume == pytest.approx(piece.volume, rel=1e-5)
         assert mesh.bounds == pytest.approx(piece.bounds, abs=1e-3)
-
-
-def test_3mf_has_each_body_in_its_colour(held: dict[str, MountReport], tmp_path: Path) -> None:
-    """Catches: bodies without colours, which a slicer shows as one grey lump; colours of other bodies; a check that
-    reads none.
-    """
-    report = held["clip"]
-    with zipfile.ZipFile(report.three_mf) as archive:
-        root = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
-    shades = [one.get("displaycolor") for one in root.iter(f"{CORE}base")]
-    found = {one.get("name"): shades[int(one.get("pindex", "-1"))] for one in root.iter(f"{CORE}object")}
-    assert found == {name: f"#{bytes(COLOURS[name]).hex().upper()}" for name in ("tray", "clip")}
-    wanted, colours = [body.expected for body in report.bodies], [COLOURS["clip"], COLOURS["tray"]]
-    with pytest.raises(FabricationError, match="3MF file holds the colours"):
-        solids.check_3mf(report.three_mf, wanted, colours)
 
 
 def test_damaged_3mf_is_refused(held: dict[str, MountReport], tmp_path: Path) -> None:

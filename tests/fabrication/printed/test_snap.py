@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from kit.mounting import board_of, box, framed, sight_volume
+from kit.mounting import box, framed, sight_volume
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import in_format
@@ -130,12 +130,6 @@ def test_every_format_has_a_holder(form: str, orientation: str, markers: str) ->
     wish = in_format(Request("Ada Lovelace", markers=markers), form, orientation=orientation)
     plan, second = plan_mount(design_badge(wish, bytes(8)), "holder", MountProcess())
     assert second is None and len(plan.slots) == 2
-
-
-def test_a_board_too_low_for_catches_is_refused(badge: Badge) -> None:
-    """Catches: a catch whose root is beyond the holder's edge."""
-    with pytest.raises(FabricationError, match=r"25 mm high has no room for the holder's catches"):
-        plan_snap(board_of(badge, 60.0, 25.0, margin=7.0), MountProcess())
 
 
 def test_a_holder_that_lets_a_badge_fall_out_is_refused(badge: Badge, printed: Any) -> None:

@@ -59,17 +59,6 @@ def test_another_program_copies_the_names(typeface: str, tmp_path: Path) -> None
     ]
 
 
-def test_a_second_reader_copies_them_too(tmp_path: Path) -> None:
-    """Catches: text that is right for one program's habits alone."""
-    write(tmp_path / "a.pdf", NAMES, "sans")
-    document = pdfium.PdfDocument(tmp_path / "a.pdf")
-    said = document[0].get_textpage().get_text_range().splitlines()
-    document.close()
-    assert [unicodedata.normalize("NFC", line.strip()) for line in said] == [
-        unicodedata.normalize("NFC", name) for name in NAMES
-    ]
-
-
 @pytest.mark.parametrize("name", ["Ada", "محمد", "مُحَمَّدٌ", "नरेन्द्र"])
 @pytest.mark.parametrize("typeface", TYPEFACES)
 def test_the_page_shows_what_the_preview_shows(name: str, typeface: str, tmp_path: Path) -> None:

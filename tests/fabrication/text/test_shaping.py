@@ -46,11 +46,6 @@ def test_each_typeface_has_every_shipped_script(script: str, typeface: str, bold
     assert sorted("".join(g.letters for run in line.runs for g in run.glyphs)) == sorted(SHIPPED[script])
 
 
-def test_typefaces_differ(only_shipped: None) -> None:
-    """Catches: a choice that changes nothing."""
-    assert len({shape_line("Ada Lovelace", typeface).width_em for typeface in fonts.TYPEFACES}) == 3
-
-
 def test_arabic_is_joined_and_runs_from_right_to_left() -> None:
     """Catches: letters that are not joined (one by itself reaches lower), or set from left to right."""
     joined, apart = (shape_line(words, bold=True) for words in ("محمد", "\u200c".join("محمد")))
@@ -101,12 +96,6 @@ def test_a_picture_shows_letters_at_their_place_and_size() -> None:
     last = wide[:, columns[-1] - 5 : columns[-1]]
     assert last[83:89].mean() > 200 and last[40:60].mean() < 20
     assert line_mask(shape_line(" "), 80.0, 0.0, 0.0) is None
-
-
-def test_what_to_install_is_said_by_script() -> None:
-    """Catches: advice to install a font that has no such letters."""
-    assert "fonts-noto-cjk" in fonts.advice_for("山") and "fonts-noto-cjk" in fonts.advice_for("김")
-    assert "Emoji" in fonts.advice_for("🚀") and "fonts-noto-core" in fonts.advice_for("ꦗ")
 
 
 def test_a_broken_font_of_the_machine_is_passed_over(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

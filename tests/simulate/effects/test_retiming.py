@@ -9,7 +9,6 @@ import av
 import numpy as np
 import pytest
 
-from moireid.errors import SpecError
 from moireid.simulate.effects.effect import Timing, timing_of
 from moireid.simulate.effects.table import KINDS, STRENGTHS, effect_named
 from moireid.simulate.filming import film, truth_path
@@ -79,12 +78,6 @@ def test_lost_frames_are_closed_up_and_jitter_is_as_large_as_told():
 def test_slow_motion_films_faster_than_it_plays():
     """Catches: a film that runs faster."""
     assert times("slow-motion") == pytest.approx(np.arange(FRAMES) / FPS / 4)
-
-
-def test_two_changes_of_time_are_refused():
-    """Catches: one of two that is dropped without a word."""
-    with pytest.raises(SpecError, match="2 effects change the times"):
-        timing("blend", "freeze")
 
 
 def test_a_film_shows_its_mixed_and_repeated_frames_and_the_truth_tells_them(prototype, tmp_path: Path):

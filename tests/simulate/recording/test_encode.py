@@ -16,10 +16,8 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge
-from moireid.errors import MediaError, SpecError
 from moireid.simulate.filming import FilmReport, film, truth_path
 from moireid.simulate.motion import motion_named
-from moireid.simulate.recording import encode
 from moireid.simulate.recording.encode import CODECS, RECIPES, FilmWriter, Pass, Recipe, kept_frames, recipe_for, scaled
 from moireid.simulate.scene import Build, Camera, Scene
 
@@ -79,39 +77,6 @@ def test_filming_in_av1_leaves_the_scheduling_as_it_was(prototype, tmp_path):
             with contextlib.suppress(ProcessLookupError):
                 assert os.sched_getscheduler(int(name)) == os.SCHED_OTHER, name
     assert os.sched_getscheduler(0) == os.SCHED_OTHER
-
-
-def test_a_missing_encoder_is_told_in_a_sentence(prototype, tmp_path, monkeypatch):
-    """Catches: PyAV's own error; a broken file left; H.264 in place of what was asked for."""
-    monkeypatch.setitem(encode.ENCODERS, "av1", (("libnone", 35, {}), ("libneither", 35, {})))
-    with pytest.raises(MediaError, match=r"needs the encoder libnone or libneither.*try h264, h265"):
-        shoot(prototype, tmp_path / "a.mp4", codec="av1")
-    monkeypatch.setitem(encode.ENCODERS, "av1", (("libnone", 35, {}), ("libsvtav1", 35, {"preset": "9"})))
-    shoot(prototype, tmp_path / "b.mp4", codec="av1", frames=2)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["b.mp4", "b.mp4.truth.csv"]
-
-
-@pytest.mark.parametrize("name", ["film.avi.txt", "film", "film.png", "film.webm"])
-def test_a_name_that_no_film_can_have_is_refused(prototype, tmp_path, name):
-    """Catches: a container that cannot hold the codec, found out after the film is made; a temporary file left."""
-    with pytest.raises(MediaError, match=r"\.mp4 or \.mkv"):
-        shoot(prototype, tmp_path / name, frames=2)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_odd_sizes_and_unknown_names_are_refused(prototype, tmp_path):
-    """Catches: NumPy's error of an odd picture; a mistyped recipe or codec filmed with the usual one."""
-    with pytest.raises(SpecError, match="even size"):
-        shoot(prototype, tmp_path / "a.mp4", camera=Camera(width=321, height=200, focal_px=200.0))
-    for options, word in (
-        ({"codec": "vp9"}, "h264, h265, av1"),
-        ({"recipe": "fax"}, "chat, call"),
-        ({"crf": 60}, "quality"),
-        ({"recipe": "chat", "crf": 20}, "leave out"),
-    ):
-        with pytest.raises(SpecError, match=word):
-            shoot(prototype, tmp_path / "a.mp4", **options)
-    assert list(tmp_path.iterdir()) == []
 
 
 # Recipes.
