@@ -15,7 +15,7 @@ from moireid.badge import Badge, load_badge
 from moireid.calibration import load_pictures
 from moireid.calibration.camera_fit import camera_from_film
 from moireid.calibration.thickness import thickness_from_film
-from moireid.designer import Request, design_badge, payload_from_key
+from moireid.designer import Request, design_badge
 from moireid.designer.people import read_people
 from moireid.errors import MoireIdError, SpecError
 from moireid.fabrication import print_badge, print_event, write_badge_pdf
@@ -60,7 +60,6 @@ READERS: dict[str, Callable[[Any], object]] = {
     "load_pictures": load_pictures,
     "camera_from_film": camera_from_film,
     "thickness_from_film": lambda path: thickness_from_film(path, BADGE),
-    "payload_from_key": payload_from_key,
     "read_people": read_people,
     "content_of": content_of,
     "load_picture": lambda path: load_picture(path, "logo"),

@@ -36,7 +36,6 @@ COMMANDS = {
     "print --people": ["print", "--people", "IT", "--out", "out"],
     "print --logo": ["print", "Ada", "--out", "out", "--logo", "IT"],
     "print --portrait": ["print", "Ada", "--out", "out", "--format", "cr80", "--portrait", "IT"],
-    "print --key": ["print", "Ada", "--out", "out", "--key", "IT"],
     "print --template": ["print", "Ada", "--out", "out", "--template", "IT"],
     "print --lens": ["print", "Ada", "--out", "out", "--lens", "IT"],
     "print --printer": ["print", "Ada", "--out", "out", "--printer", "IT"],

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import itertools
 import math
 import random
 import re
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
-from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
 
 from kit.payloads import payload_for_name
 from moireid.badge import Badge, Cell, Code, Grating, badge_from_json
@@ -22,7 +17,6 @@ from moireid.designer import (
     Request,
     design_badge,
     payload_from_hex,
-    payload_from_key,
     random_payload,
 )
 from moireid.designer.drawn import drawn_badge
@@ -422,25 +416,6 @@ def test_what_is_no_payload_is_refused(family: str, text: str) -> None:
     """Catches: bytes.fromhex, which overlooks spaces and so makes two bytes of six characters."""
     with pytest.raises(CodeError, match="6 hex digits" if family == "pitch" else "16 or 32 hex digits"):
         payload_from_hex(text, family=family)
-
-
-def test_a_key_names_its_badge_by_its_fingerprint(tmp_path: Path) -> None:
-    """Catches: the fingerprint of the file, which line ends and comments change, or of the private key.
-
-    Second route: openssl's text form of the key, stripped of its armour, is the DER that is hashed.
-    """
-    key = Ed25519PrivateKey.generate()
-    pem = key.public_key().public_bytes(Encoding.PEM, PublicFormat.SubjectPublicKeyInfo)
-    body = base64.b64decode(b"".join(pem.splitlines()[1:-1]))
-    expected = hashlib.sha256(body).digest()[:16]
-    (tmp_path / "a.pem").write_bytes(pem)
-    (tmp_path / "b.pem").write_bytes(pem.replace(b"\n", b"\r\n"))
-    assert payload_from_key(tmp_path / "a.pem") == payload_from_key(tmp_path / "b.pem") == expected
-    (tmp_path / "c.pem").write_bytes(key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()))
-    (tmp_path / "d.pem").write_bytes(b"no key")
-    for name in ("c.pem", "d.pem", "none.pem"):
-        with pytest.raises(SpecError, match=f"{name} is no public key"):
-            payload_from_key(tmp_path / name)
 
 
 @pytest.mark.parametrize(

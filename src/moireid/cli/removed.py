@@ -17,6 +17,7 @@ REMOVED = {
     "signatures checked",
     "render": "preview.png next to badge.json shows the badge, and simulate --scene worn films it as it is worn",
     "print --acrylic": "give --mount-figure base_mm=MM",
+    "print --key": "give --payload: 32 hex digits of the key's SHA-256 fingerprint",
     "print --kerf": "give --mount-figure kerf_mm=MM",
     "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
     "film-set": "it is `moireid lab film-set`",

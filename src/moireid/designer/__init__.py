@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from moireid.designer.design import design_badge
 from moireid.designer.explain import explain
-from moireid.designer.request import Request, payload_from_hex, payload_from_key, random_payload
+from moireid.designer.request import Request, payload_from_hex, random_payload
 from moireid.lazy import lazy
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ __all__ = [
     "design_chart",
     "explain",
     "payload_from_hex",
-    "payload_from_key",
     "random_payload",
 ]
 

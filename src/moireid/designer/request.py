@@ -13,7 +13,6 @@ import unicodedata
 from dataclasses import dataclass, field
 
 from moireid.errors import CodeError, SpecError
-from moireid.files import AnyPath, read_regular
 from moireid.names import NAME_LIMIT, hidden_words, unprintable
 
 #: The focal length, px, of the camera that a design must suffice for: 1080p with the angle of view of a phone's main
@@ -163,7 +162,6 @@ def _two_numbers(text: str, separator: str, what: str, form: str, *, rising: boo
     return low, high
 
 
-KEY_FILE_LIMIT = 65536
 #: Payload bytes of each code family, the usual one first.
 FAMILY_BYTES = {"spacing": (8, 16), "pitch": (3,)}
 
@@ -235,35 +233,3 @@ def payload_from_hex(text: str, *, family: str = "spacing") -> bytes:
             f"{hashlib.sha256(b'example').hexdigest()[: allowed[0]]}"
         )
     return payload
-
-
-def payload_from_key(path: AnyPath) -> bytes:
-    """Make the fingerprint of a public key a payload, so that the badge names its key.
-
-    Parameters
-    ----------
-    path : str or Path
-        A public key in PEM.
-
-    Returns
-    -------
-    bytes
-        16 bytes.
-
-    Raises
-    ------
-    SpecError
-        Where the file is no public key in PEM.
-
-    Notes
-    -----
-    Convention: only the spacing family carries so many bytes.
-    Source: first 16 bytes of SHA-256 over the key's DER SubjectPublicKeyInfo (RFC 5280, section 4.1).
-    """
-    from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat, load_pem_public_key
-
-    try:
-        key = load_pem_public_key(read_regular(path, KEY_FILE_LIMIT))
-    except (OSError, ValueError) as error:
-        raise SpecError(f"{path} is no public key in PEM; make one with: openssl pkey -in KEY.pem -pubout") from error
-    return hashlib.sha256(key.public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)).digest()[:16]

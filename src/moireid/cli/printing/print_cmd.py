@@ -59,12 +59,6 @@ if TYPE_CHECKING:
     "because of MOIREID_REGISTRY or moireid config.",
 )
 @click.option("--payload", metavar="HEX", help="The identity: 16 or 32 hex digits; default: drawn at random.")
-@click.option(
-    "--key",
-    "key_file",
-    type=click.Path(path_type=Path),
-    help="Use the fingerprint of this public key (PEM file) as the identity.",
-)
 @wear_options
 @printer_option
 @design_options
@@ -83,7 +77,6 @@ def print_command(
     folder: Path,
     registry_url: str | None,
     payload: str | None,
-    key_file: Path | None,
     scale_text: str | None,
     explain: bool,
     expires: str | None,
@@ -119,22 +112,22 @@ def print_command(
     The published prototype's shape, which no one sells, at four pitches:
     40lpi 1.25 mm, 50lpi 1.00 mm, 60lpi 0.84 mm, 75lpi 0.67 mm
     """
-    from moireid.designer.request import parse_scale
+    from moireid.designer.request import parse_scale, payload_from_hex
 
     if (name is None) == (people_csv is None):
         raise SpecError("give either the NAME of one person, or --people with a CSV file of many")
-    if payload is not None and key_file is not None:
-        raise SpecError("give --payload or --key, not both")
     if expires is not None:
         _check_expiry(expires, registry_url)
-    chosen = _payload(payload, key_file, design.code) if people_csv is None else None
+    if payload is not None and people_csv is not None:
+        raise SpecError("--payload is for one person; give the payloads in a column of the CSV file")
+    chosen = None if payload is None else payload_from_hex(payload, family=design.code)
     request = design.request("Everybody" if name is None else name)
     request = wear.fit(request, payload_bytes=None if chosen is None else len(chosen))
     order = PrintOrder(
         IssueOrder(request, wear, wish.mount, wish.figures(for_many=people_csv is not None), chosen),
         parse_scale(scale_text) if scale_text else (1.0, 1.0),
         folder,
-        tuple(path for path in (key_file, *wear.files) if path is not None),
+        tuple(wear.files),
         registry_url,
         actor,
         expires,
@@ -148,20 +141,9 @@ def print_command(
             raise SpecError("--skip-bad is about the rows of a list; give it with --people")
         print_one(order)
         return
-    if payload is not None or key_file is not None:
-        raise SpecError("--payload and --key are for one person; give the payloads in a column of the CSV file")
     from moireid.cli.printing.people_cmd import print_people
 
     print_people(order, people_csv)
-
-
-def _payload(payload: str | None, key_file: Path | None, code: str) -> bytes | None:
-    """The identity that was given; None to draw one."""
-    from moireid.designer import payload_from_hex, payload_from_key
-
-    if payload is not None:
-        return payload_from_hex(payload, family=code)
-    return payload_from_key(key_file) if key_file is not None else None
 
 
 def _check_expiry(expires: str, registry_url: str | None) -> None:
