@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, OF_LAB, OWN, SECTIONS, moireid
 from moireid.cli.removed import REMOVED
 from moireid.cli.simulate_cmd import FORGERIES, LIGHT_NAMES, simulate_command
-from moireid.cli.simulate_values import EFFECTS
+from moireid.simulate.effects.table import KINDS
 
 
 def commands(group: click.Group = moireid, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
@@ -77,4 +77,4 @@ def test_an_option_that_never_was_is_said_as_before() -> None:
 def test_the_kinds_of_forgeries_effects_and_lights_are_explained() -> None:
     """Catches: a kind that was added to the option and not to the table above the options."""
     words = (simulate_command.help or "").replace(",", " ").split()
-    assert set(FORGERIES) | set(LIGHT_NAMES) | set(EFFECTS) <= set(words)
+    assert set(FORGERIES) | set(LIGHT_NAMES) | set(KINDS) <= set(words)

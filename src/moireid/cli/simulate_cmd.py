@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import FiniteRange, echo, friendly, json_option, overwrite_option, progress_bar, show_json
-from moireid.cli.simulate_values import EffectName, FlawValue, LensFile
+from moireid.cli.simulate_values import EFFECT, FLAW, LensFile
 from moireid.simulate.flaw_table import BUILDS, flaw_lines
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ PARTS = ("background", "page", "shutter", "glare")
 @click.option(
     "--flaw",
     "flaws",
-    type=FlawValue(),
+    type=FLAW,
     multiple=True,
     metavar="NAME=VALUE",
     help="One quantity of the build; may be given several times; the names are listed above.",
@@ -158,7 +158,7 @@ PARTS = ("background", "page", "shutter", "glare")
 @click.option(
     "--effect",
     "effects",
-    type=EffectName(),
+    type=EFFECT,
     multiple=True,
     metavar="NAME[:STRENGTH]",
     help="What the world does to the film: light, ordinary (default) or strong; may be given several times.",

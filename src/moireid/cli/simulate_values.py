@@ -2,81 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.flaw_table import read_flaw
 
-if TYPE_CHECKING:
-    pass
 
-EFFECTS = (
-    "zoom",
-    "zoom-step",
-    "autoframe",
-    "autoframe-zoom",
-    "breathing",
-    "crop",
-    "tile",
-    "stretch",
-    "anamorphic",
-    "eis",
-    "jello",
-    "shutter",
-    "shutter-up",
-    "tnr",
-    "tnr-mc",
-    "blend",
-    "mix",
-    "repeat",
-    "freeze",
-    "skip",
-    "jitter",
-    "slow-motion",
-    "clahe",
-    "tone-map",
-    "halos",
-    "exposure",
-    "glare",
-    "backdrop",
-    "hlg",
-    "pq",
-    "call",
-    "crf",
-)
-STRENGTHS = ("light", "ordinary", "strong")
+class CheckedText(click.ParamType[str]):
+    """A text that another function checks, by raising SpecError."""
 
-
-class EffectName(click.ParamType[str]):
-    """NAME or NAME:STRENGTH."""
-
-    name = "effect"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """The name as it was given.  Raises: click.BadParameter."""
-        kind, colon, strength = str(value).partition(":")
-        if kind not in EFFECTS:
-            self.fail(f"{kind!r} is not one of {', '.join(EFFECTS)}.", param, ctx)
-        if colon and strength not in STRENGTHS:
-            self.fail(f"{strength!r} is no strength; choose {', '.join(STRENGTHS)}.", param, ctx)
-        return str(value)
-
-
-class FlawValue(click.ParamType[str]):
-    """NAME=VALUE."""
-
-    name = "flaw"
+    def __init__(self, name: str, check: Callable[[str], object]) -> None:
+        self.name, self._check = name, check
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """The text as it was given.  Raises: click.BadParameter."""
         try:
-            read_flaw(str(value))
+            self._check(str(value))
         except SpecError as error:
             self.fail(f"{error}.", param, ctx)
         return str(value)
+
+
+def _check_effect(text: str) -> None:
+    """Importing the effects takes a second, so that only a film that has one waits for it."""
+    from moireid.simulate.effects.table import effect_named
+
+    effect_named(text)
+
+
+EFFECT, FLAW = CheckedText("effect", _check_effect), CheckedText("flaw", read_flaw)
 
 
 class LensFile(click.ParamType[tuple[float, ...]]):

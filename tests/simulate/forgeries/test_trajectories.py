@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.cli import simulate_cmd, simulate_values
+from moireid.cli import simulate_cmd
 from moireid.cli.simulate_cmd import FORGERIES
 from moireid.simulate.cameras import CAMERAS, FORMATS
 from moireid.simulate.effects import table
@@ -166,5 +166,4 @@ def test_the_command_line_offers_the_same_names():
     assert simulate_cmd.CODECS == CODECS
     assert tuple(RECIPES) == simulate_cmd.RECIPES
     assert set(simulate_cmd.MOTIONS) == set(NAMED)
-    assert tuple(table.KINDS) == simulate_values.EFFECTS and table.STRENGTHS == simulate_values.STRENGTHS
     assert tuple(table.CAMERAS) == simulate_cmd.EFFECT_CAMERAS

@@ -1,6 +1,6 @@
 """All effects by name and strength, collected from the files of this folder.
 
-A new effect is a `Kind` in the file of its theme; its name also goes to `EFFECTS` of `cli/simulate_values.py`.
+A new effect is a `Kind` in the file of its theme, and a line of the help of `cli/simulate_cmd.py`.
 """
 
 from __future__ import annotations
