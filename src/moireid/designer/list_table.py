@@ -1,7 +1,7 @@
 """A table of people as spreadsheets save it: its encoding, its separator, its rows.
 
-If the encoding is a guess, the list is read with a note that says so.  Text that fits no known encoding is refused with
-its row: a name in the wrong letters would be printed and enrolled, and no one could claim it.
+Text that is not Unicode is refused with its row, because its encoding would be a guess: a name in the wrong letters
+would be printed and enrolled, and no one could claim it.
 
 Convention: rows are counted as a spreadsheet does, so the first line is row 1 and the first person is in row 2.
 """
@@ -20,14 +20,6 @@ from moireid.errors import SpecError
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 #: How files begin that are no text, though a spreadsheet opens them.
 WORKBOOKS = {b"PK\x03\x04": "a workbook (such as .xlsx or .ods)", b"\xd0\xcf\x11\xe0": "an Excel workbook (.xls)"}
-#: Taken where a list is not Unicode: Excel saves "CSV" so in western Europe and America.
-WESTERN = "cp1252"
-#: Signs within and at the end of words that names and offices do have.
-GOOD_SIGNS, CLOSING, OPENING = "’‘´·–—®™©", "”“»…", "“„‚«‹¡¿…•"
-#: Polish ś before w and ć and at a word's end, read as Windows-1252; no word of its own languages has them.
-WRONG_PAIRS = ("œw", "œæ", "œ ")
-#: So many cells are shown in which a guess matters.
-SHOWN = 10
 SAVE_AS = "save it as “CSV UTF-8”"
 
 #: What is wrong with the rows of a list, by their numbers.
@@ -38,13 +30,11 @@ RowFaults = dict[int, SpecError]
 class ListTable:
     """The cells of a list.
 
-    columns: the first line's cells, in lower case; rows: each person's row number and cells, by column; note: a
-    sentence about what was guessed because the file does not state it, None where nothing was guessed.
+    columns: the first line's cells, in lower case; rows: each person's row number and cells, by column.
     """
 
     columns: tuple[str, ...]
     rows: tuple[tuple[int, Mapping[str, str]], ...]
-    note: str | None = None
 
 
 def read_list(
@@ -55,8 +45,7 @@ def read_list(
     Parameters: faults: takes the rows that do not fit, which are then left out; None to raise the first one's.
     Raises: SpecError with the row, where it is no such list, has a column twice, or holds a row that does not fit.
     """
-    text, note = decoded(data, source)
-    rows, separator = _rows(text, source, needed)
+    rows, separator = _rows(decoded(data, source), source, needed)
     columns = tuple(cell.strip().lower() for cell in rows[0])
     for column in columns:
         if column and columns.count(column) > 1:
@@ -73,36 +62,21 @@ def read_list(
                 continue
             cells = [cell.strip() for cell in row] + [""] * (len(columns) - len(row))
             people.append((number, {column: cells[k] for k, column in enumerate(columns)}))
-    return ListTable(columns, tuple(people), _with_examples(note, people, needed))
+    return ListTable(columns, tuple(people))
 
 
-def decoded(data: bytes, source: str = "the list") -> tuple[str, str | None]:
-    """The text of a list's bytes, and what to say where its encoding is a guess.
-
-    Raises: SpecError where it is a workbook, or no encoding that is known here.
-    """
+def decoded(data: bytes, source: str = "the list") -> str:
+    """The text of a list's bytes.  Raises: SpecError where it is a workbook, or not Unicode."""
     for begin, what in WORKBOOKS.items():
         if data.startswith(begin):
             raise unreadable(source, f"it is {what}, no text; {SAVE_AS}")
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:200]:
-        return _utf16(data, source), None
+        return _utf16(data, source)
     try:
-        return data.decode("utf-8-sig"), None
-    except UnicodeDecodeError:
-        pass
-    try:
-        text = data.decode(WESTERN)
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         row = data[: error.start].count(b"\n") + 1
-        raise unreadable(source, f"row {row} is neither UTF-8 nor Windows-1252; {SAVE_AS}") from error
-    for row, line in enumerate(text.splitlines(), start=1):
-        if strange := _strange(line):
-            raise unreadable(
-                source,
-                f"row {row} is not UTF-8, and as Windows-1252 it has {strange!r} within a word, which no name "
-                f"has; {SAVE_AS}",
-            )
-    return text, f"{source} is not UTF-8 and was read as Windows-1252"
+        raise unreadable(source, f"row {row} is not UTF-8, as of a plain CSV of Excel; {SAVE_AS}") from error
 
 
 def _utf16(data: bytes, source: str) -> str:
@@ -113,35 +87,6 @@ def _utf16(data: bytes, source: str) -> str:
         return data.decode(encoding)
     except UnicodeDecodeError as error:
         raise unreadable(source, f"it begins as UTF-16 and is cut or damaged; {SAVE_AS}") from error
-
-
-def _strange(line: str) -> str | None:
-    """A letter that no Windows-1252 word has: another encoding's letter read as a sign, or as a capital in a word."""
-    for before, sign, after in zip(" " + line, line, line[1:] + " ", strict=False):
-        wrong = _odd_sign if not sign.isalpha() else _odd_letter
-        if ord(sign) > 127 and wrong(before, sign, after):
-            return sign
-    return None
-
-
-def _odd_sign(before: str, sign: str, after: str) -> bool:
-    """Whether a sign is within a word, at its end or at its beginning, where real words have none."""
-    if sign in GOOD_SIGNS:
-        return False
-    if before.isalpha():
-        return after.isalpha() or (_parts(after) and sign not in CLOSING)
-    return after.isalpha() and _parts(before) and sign not in OPENING and not sign.isspace()
-
-
-def _odd_letter(before: str, letter: str, after: str) -> bool:
-    """Whether no word has a letter there: a capital after a small letter, or before a letter that never follows it."""
-    pair = (letter + (" " if _parts(after) else after)).lower()
-    return (before.islower() and letter.isupper()) or pair in WRONG_PAIRS
-
-
-def _parts(letter: str) -> bool:
-    """Whether a sign separates words or cells."""
-    return letter.isspace() or letter == '"' or letter in SEPARATORS
 
 
 def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:
@@ -195,17 +140,6 @@ def _check_row(row: list[str], number: int, columns: tuple[str, ...], separator:
             f"{where} is split by {SEPARATORS[other]}, and the first line is one column; name its columns too, as in "
             f"'name{other}line'"
         )
-
-
-def _with_examples(note: str | None, people: list[tuple[int, dict[str, str]]], needed: str) -> str | None:
-    """A note with the rows in which the guess shows, the cells of the column `needed` first."""
-    cells = [(number, column, cell) for number, row in people for column, cell in row.items() if not cell.isascii()]
-    if note is None or not cells:
-        return note
-    cells.sort(key=lambda one: one[1] != needed)
-    shown = ", ".join(f"row {number} has {cell[:60]!r}" for number, _, cell in cells[:SHOWN])
-    more = f" and {len(cells) - SHOWN} more" if len(cells) > SHOWN else ""
-    return f"{note}: {shown}{more}; if a letter is wrong there, {SAVE_AS}"
 
 
 def unreadable(source: str, why: str | None) -> SpecError:

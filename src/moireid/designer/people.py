@@ -12,7 +12,7 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.designer.drawn import DrawnBadge, HolderOf, drawn_badge
-from moireid.designer.list_table import SHOWN, RowFaults, read_list, unreadable
+from moireid.designer.list_table import RowFaults, read_list, unreadable
 from moireid.designer.request import Request, clean_name, payload_from_hex
 from moireid.errors import MoireIdError, SpecError
 from moireid.files import MOST_TABLE_BYTES, AnyPath, read_regular
@@ -20,6 +20,8 @@ from moireid.names import LINE_COLUMNS, PICTURE_COLUMNS, line_of
 from moireid.user_settings import nearest
 
 MOST_PEOPLE = 10_000
+#: So many columns are named of which nothing is printed.
+SHOWN = 10
 #: Checks a name against the fonts: returns None if they print all of it, else what they leave out; raises if nothing
 #: is left.
 NameNote = Callable[[str], str | None]
@@ -42,7 +44,7 @@ class PersonRow:
 
 @dataclass(frozen=True)
 class PeopleList:
-    """The people of a list; notes: what was guessed on reading it, and which columns are not used."""
+    """The people of a list; notes: which columns are not used."""
 
     people: tuple[PersonRow, ...]
     notes: tuple[str, ...] = ()
@@ -83,8 +85,8 @@ def parse_people(data: bytes, *, source: str = "the list", faults: RowFaults | N
     people = [PersonRow(row, cells["name"], cells.get("payload", ""), cells) for row, cells in listed.rows]
     if not 1 <= len(people) + len(faults or ()) <= MOST_PEOPLE:
         raise SpecError(f"{source} names {len(people)} people; 1 to {MOST_PEOPLE} can be printed at once")
-    notes = (listed.note, _unused(listed.columns, source))
-    return PeopleList(tuple(people), tuple(note for note in notes if note))
+    note = _unused(listed.columns, source)
+    return PeopleList(tuple(people), (note,) if note else ())
 
 
 def _unused(columns: Iterable[str], source: str) -> str | None:

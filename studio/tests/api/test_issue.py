@@ -267,10 +267,7 @@ def test_a_list_comes_as_a_file_too_and_a_large_one_is_refused(visit: Visit) -> 
 
     outcome = send("\ufeffname\r\nZoë\r\n".encode())
     assert outcome.status_code == 200 and "<bdi>Zoë</bdi>" in outcome.text
-    guessed = html.unescape(send("name;line\nZoë;Édition\n".encode("cp1252")).text)
-    # What is sent again is the text shown, so it must be the one that was understood.
-    assert "was read as Windows-1252" in guessed and guessed.count("Zoë") == 3 and guessed.count("Édition") == 3
-    assert "row 2 is neither" in send(b"name\n\x81\n").text
+    assert "row 2 is not UTF-8" in send("name;line\nZoë;Édition\n".encode("cp1252")).text
     assert send(b"name\n" + b"x" * 300_000).status_code == 413
     pieces = (b"name=" + b"x" * 1000 for _ in range(400))
     kind = {"Content-Type": "application/x-www-form-urlencoded"}

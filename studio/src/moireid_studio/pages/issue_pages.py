@@ -184,7 +184,7 @@ def _event(request: Request, sent: Fields, visitor: Visitor) -> Response:
     try:
         if not data.strip():
             raise SpecError("no list was given; choose a file, or type a name on each line below a first line “name”")
-        text, _ = decoded(data)
+        text = decoded(data)
         chosen.read({"logo": FOR_ALL, "pictures": None})
         wish: Wish = read_fields(Wish, _texts(sent))
         with at_hand(chosen.pictures) as files:
