@@ -161,7 +161,9 @@ def _audit_kept(
         elif one.size > size and head is None:
             tally.report("log_cut", f"{noted}: its end was cut off", one.size)
         elif one.size > size:
-            tally.report("rolled_back", f"{noted}: the registry was rolled back to an earlier state", one.size)
+            tally.report(
+                "rolled_back", f"{noted}: the registry was rolled back, an earlier state was put back", one.size
+            )
     if expected is None:
         return
     if expected.seq > size:

@@ -44,7 +44,7 @@ def receipt_for(studio: Studio, link: OneTimeLink) -> LiveReceipt:
         link.ended_at or "",
         event["verdict"],
         link.report_sha256 or "",
-        event.get("challenged"),
+        event["challenged"],
         link.claim if link.ids else None,
         title=(headline_for(studio, link) or {}).get("title"),
         film=link.film,

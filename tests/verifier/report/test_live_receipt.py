@@ -89,13 +89,12 @@ def test_a_receipt_of_another_matter_is_not_attached(
         check_belongs(own, found, tmp_path / "none.mp4")
 
 
-def test_a_receipt_of_an_older_version_is_read() -> None:
-    """Catches: receipts that people keep, and that are refused once the program is newer; words that make of what an
-    older version did not say that prompts were left out."""
-    older = {name: PASSED.to_json()[name] for name in ("format", "claim", "ended_at", "verdict", "report_sha256")}
-    asked = {"link": "0123456789abcdef", "asked_as": "Sam", "made_at": "2026-05-07T14:00:00Z", "pictures_kept": 0}
-    words = receipt_of(older | asked | {"kind": "one-time link", "title": "Genuine", "registry": None}).words
-    assert "was passed" in words and "prompts" not in words
+def test_a_receipt_says_whether_prompts_were_drawn() -> None:
+    """Catches: words that make of what a receipt does not say that prompts were drawn."""
+    silent = {name: value for name, value in PASSED.to_json().items() if name != "challenged"}
+    with pytest.raises(SpecError, match="challenged"):
+        receipt_of(silent)
+    assert "prompts" not in PASSED.words
     assert "without prompts" in msgspec.structs.replace(PASSED, challenged=False).words
 
 

@@ -51,12 +51,12 @@ FIGURES = (
     ("twist", "rad/mm", "twist_rad_per_mm", "twist_sd"),
     ("gain", "", "gain_ratio", "gain_sd"),
 )
-#: What a figure is of, in words.  The gain is left out: `judge` compares it.
+#: Codes of a figure's comparison, and what it is of in words.  The gain is left out: `judge` compares it.
 WORDS = {
-    "beat": "the spacing of the fringes",
-    "offset": "the place of the lens sheet",
-    "twist": "the turn of the lens sheet",
-    "map": "the pattern of the lens sheet's own errors",
+    "as_built_beat": "the spacing of the fringes",
+    "as_built_offset": "the place of the lens sheet",
+    "as_built_twist": "the turn of the lens sheet",
+    "as_built_map": "the pattern of the lens sheet's own errors",
 }
 
 
@@ -271,11 +271,11 @@ def compare_built(
     """
     pairs = agree(found, enrolled, badge)
     reasons, levels = [], []
-    for name, words in WORDS.items():
-        if (pair := pairs.get(name)) is not None:
+    for code, words in WORDS.items():
+        if (pair := pairs.get(code.removeprefix("as_built_"))) is not None:
             levels.append(pair.level)
             text = f"Compared with its enrolment, {words} {SEEN[pair.level]}."
-            reasons.append(Reason(f"as_built_{name}", "note", pair.difference, pair.limit, pair.unit, text))
+            reasons.append(Reason(code, "note", pair.difference, pair.limit, pair.unit, text))
     if apart_rad > measuring.AGREES_SDS * apart_sd:
         levels.append("not_known")
         limit = measuring.AGREES_SDS * apart_sd

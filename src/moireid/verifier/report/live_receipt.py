@@ -53,11 +53,11 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is kept of a live check.
 
     kind: where it was made; claim: whose badge was asked for; ended_at: when it was over; report_sha256: of its
-    report, a JSON text; challenged: whether prompts were drawn, None where an older version did not say; claim_id:
-    the badge's id, None where the asker may not know it; film: None where the person was asked about none; registry:
-    that was asked; asked_as: how the asker was named to the other person; link, made_at, opened_at, used_at,
-    pictures_kept: of a one-time link; sealed: the parts of the seal that held for the process that read the pictures,
-    as in a film's report, and decoder: the program that decoded them; None where an older version did not say.
+    report, a JSON text; challenged: whether prompts were drawn; claim_id: the badge's id, None where the asker may not
+    know it; film: None where the person was asked about none; registry: that was asked; asked_as: how the asker was
+    named to the other person; link, made_at, opened_at, used_at, pictures_kept: of a one-time link; sealed: the parts
+    of the seal that held for the process that read the pictures, as in a film's report, and decoder: the program that
+    decoded them; None where that is not known.
     """
 
     kind: Literal["one-time link", "watch"]
@@ -65,7 +65,7 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     ended_at: Moment
     verdict: Verdict
     report_sha256: Digest
-    challenged: bool | None = None
+    challenged: bool
     claim_id: Line | None = None
     format: int = FORMAT
     title: Line | None = None
@@ -92,13 +92,13 @@ class LiveReceipt(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """What it says, in a sentence."""
         about = "about this film" if self.film else "about no film in particular"
         out = {"accept": "was passed", "reject": "failed"}.get(self.verdict, "stayed inconclusive")
-        live = ", without prompts," if self.challenged is False else ""
+        live = ", without prompts," if not self.challenged else ""
         ended = self.ended_at[:16].replace("T", " ")
         return f"A live check of {self.claim} {about}{live} {out}; it ended on {ended} UTC.{self._how_read}"
 
     @property
     def _how_read(self) -> str:
-        """How its pictures were read, as a further sentence; nothing where an older version did not say."""
+        """How its pictures were read, as a further sentence; nothing where that is not known."""
         if self.sealed is None:
             return ""
         seal = f"with these parts of a seal: {', '.join(self.sealed)}" if self.sealed else "without a seal"
