@@ -154,10 +154,16 @@ def built_counts(rows: list[Row]) -> dict[str, dict[str, int]]:
     return counts
 
 
-COLUMNS = {"clips": "name <18", "read": "of >9", "wrong": "wrong_payloads >7", "accepted": ">10"}
+COLUMNS = {
+    "clips": "name <18",
+    "clips cut short": "cut <18",
+    "read": "of >9",
+    "wrong": "wrong_payloads >7",
+    "accepted": ">10",
+}
 COLUMNS |= {"cell errors": "wrong_cells >13.5f", "phase rms": "phase_rms_rad >12.4f"}
 COLUMNS |= {"beat error": "beat_error_worst >12.5f", "decode s": "identity_s >12.3f"}
-COLUMNS |= {"clips cut short": "cut <18", "frames": ">7", "wrong cells": "cells_wrong >13.5f"}
+COLUMNS |= {"frames": ">7", "wrong cells": "cells_wrong >13.5f"}
 COLUMNS |= {"whole": "soft_read >7.2f", "measure ms": "measure_ms >12.0f"}
 COLUMNS |= {"decode ms": "identity_ms >12.0f"}
 
