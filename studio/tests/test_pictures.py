@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from PIL import Image, PngImagePlugin
 
-from kit.webbing import OpenStudio, Visit, studio
+from kit.webbing import OpenStudio, Visit
 from moireid.artwork.pictures import load_picture
 from moireid.errors import SpecError
 from moireid.sandbox.process import sealed_here
@@ -198,11 +198,3 @@ def test_what_all_pictures_of_a_form_take_is_limited(visit: Visit, monkeypatch: 
     large = {"files": {"picture": ("a.jpg", made.getvalue() + b"\0" * 300_000)}}
     result = visit.ask("POST", "/api/badges/pictures", "issuer", **large)
     assert result.status_code == 503 and result.headers["retry-after"] == "60"
-
-
-def test_the_disk_s_share_holds_for_pictures_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: pictures that fill the disk next to the films."""
-    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
-    with studio(tmp_path, form_bytes=1000, disk_bytes=1_000_000) as visit:
-        result = visit.ask("POST", "/api/badges/pictures", "issuer", files={"picture": ("a", b"\0" * 1_200_000)})
-        assert result.status_code == 503 and result.json()["code"] == "disk" and visit.left() == []

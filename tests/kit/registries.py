@@ -7,8 +7,7 @@ import pwd
 import shutil
 import subprocess
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -102,15 +101,8 @@ def state_of(url: str) -> dict[str, list[dict[str, object]]]:
 class Server:
     """A PostgreSQL server that somebody started; each call of `fresh` gives the URL of an empty schema."""
 
-    def __init__(self, socket: Path, run: Callable[..., None] = lambda *_: None) -> None:
-        self._url = f"postgresql+psycopg://moireid@/postgres?host={socket}"
-        self._made, self._run = 0, run
-
-    def away(self, seconds: float) -> None:
-        """Stop the server, with all its connections, and start it again."""
-        self._run("-m", "immediate", "stop")
-        time.sleep(seconds)
-        self._run("start")
+    def __init__(self, socket: Path) -> None:
+        self._url, self._made = f"postgresql+psycopg://moireid@/postgres?host={socket}", 0
 
     def fresh(self) -> str:
         # A schema, because a database of its own takes twenty times as long.
@@ -140,7 +132,7 @@ def running_server() -> Iterator[Server]:
         control = (*control, "-o", options)
         _run(prefix, *control, "start", folder=folder)
         try:
-            yield Server(folder, lambda *words: _run(prefix, *control, *words, folder=folder))
+            yield Server(folder)
         finally:
             _run(prefix, *control, "-m", "immediate", "stop", folder=folder)
     finally:

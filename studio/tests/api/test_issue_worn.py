@@ -24,7 +24,7 @@ from moireid.artwork.template import TEMPLATES, TYPEFACES
 from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer.formats import FORMATS
-from moireid_studio.jobs.orders import BadgeOrder, FormatName, TemplateName, Wish, read_fields
+from moireid_studio.jobs.orders import FormatName, TemplateName, Wish
 from moireid_studio.pages.issue_pages import CHOICES
 
 MAGENTA, GREEN = (255, 0, 255), (0, 160, 0)
@@ -136,38 +136,6 @@ def test_pictures_lines_and_colour_reach_the_print_from_the_form(visit: Visit) -
         assert visit.ask("GET", path, "admin").status_code == 404 and visit.ask("GET", path, None).status_code == 401
 
 
-def test_letters_are_those_that_were_chosen_and_stay_chosen(visit: Visit) -> None:
-    """Catches: a field that is shown and not sent on; one that is forgotten when the form comes again."""
-    page = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", "format": "a6", "typeface": "serif"})
-    assert page.status_code == 200 and fields_of(page.text)["typeface"] == "serif"
-    order = read_fields(BadgeOrder, fields_of(page.text))
-    look = order.wear().look("x")
-    assert look is not None and look.typeface == "serif"
-    other = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", "typeface": "gothic"})
-    assert problem_of(other).startswith("typeface 'gothic' cannot be used")
-
-
-@pytest.mark.slow
-def test_pictures_and_looks_reach_the_print_from_the_api(visit: Visit) -> None:
-    """Catches: fields of the API that are taken and forgotten; an old request that is now another badge."""
-    ids = {}
-    for what, data in (("logo", LOGO), ("portrait", portrait())):
-        sent = visit.ask("POST", "/api/badges/pictures", "issuer", files={"picture": ("x", data)})
-        ids[what] = sent.json()["id"]
-    order = {"name": "Ada", "format": "cr80", "orientation": "portrait", "lines": ["Guest"], "colour": "teal", **ids}
-    begun = visit.ask("POST", "/api/badges", "issuer", json=order | {"template": "newsroom", "mount": "none"})
-    assert begun.status_code == 202, begun.text
-    result, found = made(visit, begun.json()["id"])
-    preview = Image.open(io.BytesIO(found[f"badge-{result['id']}/preview.png"]))
-    assert preview.height > preview.width and min(share(preview, MAGENTA), share(preview, GREEN)) > 0.003
-    old = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Ada", "payload": "7097c67b0fafc59b"})
-    new = {"name": "Ada", "payload": "7097c67b0fafc59b", "format": "board", "markers": "squares", "mount": "lanyard"}
-    same = visit.ask("POST", "/api/badges/check", "issuer", json=new)
-    assert old.json()["badge"] == same.json()["badge"] and old.json()["files"] == same.json()["files"]
-    x0, y0, x1, y1 = badge_from_json(json.dumps(old.json()["badge"])).outline_mm
-    assert (x1 - x0, y1 - y0) == pytest.approx((146, 160)) and old.json()["badge"]["range_m"] == [0.8, 2.5]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("fields", "arguments"),
@@ -248,12 +216,3 @@ def test_a_fault_is_the_command_s_sentence_and_nothing_is_lost(
     # And one that is not wanted any more can be left out.
     without = visit.ask("POST", "/issue", "issuer", data=again | {"without_logo": "yes", "colour": "x"})
     assert "kept" not in fields_of(without.text)
-
-
-def test_a_card_gets_its_holder_in_the_place_of_a_mount(visit: Visit) -> None:
-    """Catches: a card that is refused since no lanyard's mount fits it, which nobody has asked for."""
-    wish = {"name": "Ada", "format": "cr80", "template": "plain"}
-    found = visit.ask("POST", "/api/badges/check", "issuer", json=wish).json()
-    assert found["files"] or "goes into a card holder" in found["note"]
-    page = visit.ask("POST", "/issue", "issuer", data=wish | {"do": "check"})
-    assert page.status_code == 200 and (found["files"] or "goes into a card holder" in page.text)

@@ -14,7 +14,6 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from kit.browsing import look, served
 from kit.programs import needs
-from kit.webbing import tiny_film
 from moireid.badge import Badge
 from moireid_studio.settings import Limits
 
@@ -114,24 +113,6 @@ def test_pages_at_every_width(page: Page, pictures: Path, path: str) -> None:
 def test_other_pages_at_every_width(page: Page, pictures: Path, path: str) -> None:
     """Catches: as above."""
     test_pages_at_every_width(page, pictures, path)
-
-
-def test_several_films_are_judged_one_by_one(page: Page, films: Path, tmp_path: Path, pictures: Path) -> None:
-    """Catches: films of which one alone is sent; one bad film that takes the others along."""
-    (tmp_path / "text.mp4").write_text("no film")
-    (tmp_path / "long.mp4").write_bytes(bytes(2 << 20))
-    given = [tiny_film(films / "genuine_1.0m.mp4", tmp_path / f"{k}.mp4") for k in range(2)]
-    page.goto("/verify")
-    page.get_by_label("The film", exact=True).set_input_files([*given, tmp_path / "text.mp4", tmp_path / "long.mp4"])
-    page.get_by_label("Name or id").fill("Ada Lovelace")
-    page.get_by_role("button", name="Verify").click()
-    rows = page.locator("#batch-rows tr")
-    expect(rows).to_have_count(4)
-    for number, words in enumerate(["? inconclusive", "? inconclusive", "none of the films", "at most 1 MB"]):
-        expect(rows.nth(number)).to_contain_text(words, timeout=120_000)
-    look(page, pictures, "batch")
-    rows.first.get_by_role("link").click()
-    expect(page.get_by_role("heading", level=1)).to_contain_text("Cannot tell")
 
 
 def test_a_slow_camera_is_named_and_another_can_be_chosen(page: Page, pictures: Path) -> None:

@@ -16,8 +16,7 @@ from PIL import Image
 
 from kit.webbing import OpenStudio, Visit, film_form
 from moireid.badge import badge_from_json
-from moireid_studio.jobs.lists import FOR_ALL, dress_people, picture_key
-from moireid_studio.jobs.orders import Wish
+from moireid_studio.jobs.lists import FOR_ALL
 
 COLOURS = {"red.png": (220, 0, 0), "green.png": (0, 160, 0), "blue.png": (0, 0, 220)}
 WISH = {"format": "a7", "template": "newsroom"}
@@ -125,45 +124,3 @@ def test_a_row_that_names_no_chosen_picture_is_refused_with_its_row(visit: Visit
     assert visit.studio.registry.count() == count
     # A part of a path finds the file of that name among those that were chosen, as no other folder is known.
     assert sent(visit, f"name,portrait\nGood,{tmp_path}/red.png\n", PICTURES).status_code == 200
-
-
-def test_pictures_of_one_name_or_of_no_row_are_reported(visit: Visit) -> None:
-    """Catches: one of two pictures taken by chance, a picture that is passed over, the list lost by a bad picture."""
-    twice = [("pictures", ("a/red.png", picture((1, 1, 1)))), *PICTURES]
-    page = sent(visit, "name,portrait\nAda,red.png\n", twice)
-    assert page.status_code == 422 and "two pictures are called 'red.png'" in html.unescape(page.text)
-    page = sent(visit, "name,portrait\nAda,red.png\n", PICTURES)
-    assert "No row names green.png, blue.png" in page.text
-    bad = [("pictures", ("bad.svg", b"<svg><script/></svg>")), *PICTURES]
-    page = sent(visit, "name,portrait\nAda,red.png\n", bad)
-    assert page.status_code == 422 and "picture bad.svg holds a script; save it without" in html.unescape(page.text)
-    assert "Ada,red.png" in page.text and "3 pictures are kept" in page.text
-
-
-def test_colours_and_pictures_of_a_plain_board_get_room(tmp_path: Path) -> None:
-    """Catches: a list refused in the words of the command since no template was chosen; a logo for all that is lost
-    where a row has a portrait of its own."""
-    from moireid.designer.people import parse_people
-
-    files = {}
-    for key, name in ((FOR_ALL, "0.png"), ("red.png", "1.png")):
-        files[key] = tmp_path / name
-        files[key].write_bytes(picture((9, 9, 9)))
-    people = parse_people(b"name,portrait,colour\nAda,red.png,teal\nBob,,\nEve,,blurple\n").people
-    *good, bad = dress_people(people, Wish(), {"red.png": files["red.png"]}, lambda badge_id: None)
-    assert [row.fault for row in good] == [None, None] and all(row.look is not None for row in good)
-    assert bad.badge is None and bad.fault is not None and bad.fault.startswith("row 4 of the list ('Eve'): colour")
-    ada, bob, _ = dress_people(people, Wish(format="a7"), files, lambda badge_id: None)
-    assert ada.look is not None and bob.look is not None
-    assert ada.look.content.logo == bob.look.content.logo == files[FOR_ALL]
-    assert ada.look.content.portrait == files["red.png"] and bob.look.content.portrait is None
-    assert picture_key("C:\\faces\\Zoe\u0308.png") == "Zo\u00eb.png"
-
-
-def test_a_row_says_what_its_badge_does_not_show(visit: Visit) -> None:
-    """Catches: a page that says a badge comes with a portrait which the template does not show."""
-    people = "name,portrait\nAda,red.png\n"
-    page = sent(visit, people, PICTURES[:1], template="conference")
-    assert page.status_code == 200 and "with its own portrait" not in page.text
-    assert "the template conference shows no portrait" in html.unescape(page.text)
-    assert "with its own portrait" in sent(visit, people, PICTURES[:1], template="newsroom").text

@@ -6,13 +6,16 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.error import URLError
 
 import pytest
 import uvicorn
 from click.testing import CliRunner
+from distributed import KilledWorker
 
 from kit.spoilt_films import Spoilt, hang
 from kit.webbing import Visit, film_form, studio, tiny_film
@@ -20,7 +23,11 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.scheduler import scheduler_client
+from moireid_studio.api.work_api import taken
+from moireid_studio.jobs.child import JobFailure, Unusable
 from moireid_studio.jobs.claims import PreparedJob
+from moireid_studio.jobs.cluster import Cluster, RemoteEnd, Run
+from moireid_studio.problems import Refusal
 from moireid_studio.settings import listening
 
 
@@ -115,6 +122,54 @@ def test_workers_of_a_scheduler_judge_the_films(tmp_path: Path, ada: Badge, form
             given = {"Authorization": f"Bearer {token}"}
             assert visit.ask("GET", "/work/film", None, headers=given).status_code == 404
             assert visit.ask("POST", "/work/message", None, headers=given, json={}).status_code == 404
+
+
+class Ended:
+    """A future of Dask that has ended, with an error or with what a worker returned."""
+
+    def __init__(self, came: Exception | RemoteEnd) -> None:
+        self._came = came
+
+    def done(self) -> bool:
+        return True
+
+    def result(self) -> RemoteEnd:
+        if isinstance(self._came, Exception):
+            raise self._came
+        return self._came
+
+
+@pytest.mark.parametrize(
+    ("came", "code"),
+    [
+        (KilledWorker("film", None, 3), "crash"),
+        # The scheduler went away: the job waits again.
+        (CancelledError(), "stopped"),
+        (URLError("refused"), "system"),
+    ],
+)
+def test_what_is_lost_with_a_cluster_has_its_own_end(came: Exception, code: str, tmp_path: Path) -> None:
+    """Catches: a film that is given up with its scheduler; one that kills workers and is sent out for ever."""
+    cluster, run = object.__new__(Cluster), Run(tmp_path, lambda: None, lambda message: None)
+    with pytest.raises(JobFailure) as lost:
+        cluster._end(Ended(came), run, lambda: False)
+    assert lost.value.code == code
+    with pytest.raises(JobFailure, match="stopped"):
+        cluster._end(Ended(RemoteEnd(None)), run, lambda: True)
+
+
+def test_a_worker_s_message_is_checked_as_any_other(tmp_path: Path) -> None:
+    """Catches: a worker whose word counts unchecked; one that goes on with a job that was ended by what it said."""
+
+    def handle(message: dict[str, Any]) -> None:
+        raise Unusable("no honest process says that")
+
+    cluster, run = object.__new__(Cluster), Run(tmp_path, lambda: None, handle)
+    with pytest.raises(Refusal) as refused:
+        taken(run, b'{"result": {}}')
+    assert refused.value.status == 410
+    with pytest.raises(Unusable):
+        cluster._end(Ended(RemoteEnd(None)), run, lambda: False)
 
 
 @pytest.mark.parametrize("address", ["tcp://192.0.2.7:8786", "tcp://example.org:8786", "ucx://192.0.2.7:1"])

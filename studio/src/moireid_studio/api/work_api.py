@@ -45,10 +45,11 @@ async def message(request: Request) -> JSONResponse:
     """Take what a film's process says; the answer is what it gets back, or null."""
     run = _run_of(request)
     body = await within(request, MOST_BYTES).body()
-    return JSONResponse(await run_in_threadpool(_taken, run, body))
+    return JSONResponse(await run_in_threadpool(taken, run, body))
 
 
-def _taken(run: Run, body: bytes) -> Any:
+def taken(run: Run, body: bytes) -> Any:
+    """What a message gets back.  Raises: Refusal 410 where it ends the job."""
     with run.lock:
         try:
             return run.handle(json.loads(body))

@@ -3,7 +3,6 @@
 challenge.py      random prompts are drawn, and checked: were they followed?
 chance.py         the chance that an older film follows; the tile of a call
 clock.py          when a live frame was taken, and how fast a challenge goes
-load.py           whether the machine or the pictures are too slow
 session.py        a live session, of frames and events
 stream.py         a live check of any stream, with a film's report
 witnessed.py      figures of a badge that followed prompts, to enroll it by

@@ -14,7 +14,6 @@ from typing import Any
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.finding_words import RIVALS, SHOW, Findings, sorted_findings
 from moireid.verifier.report.headline import Headline, headline_of
-from moireid_studio.challenge.load import load_advice
 
 AGAIN = "Begin again, with the badge and the face in good light. If the result is the same, do not take it for live."
 MOVE = "Begin again, and move the badge sideways by 20 cm or more, several times."
@@ -70,8 +69,6 @@ def live_headline_of(event: Mapping[str, Any], name: str, known: Circumstances) 
         if poor is not None:
             return replace(film, title=f"Cannot tell: {TILE[poor['code']]}", text=poor["text"], advice=PIN)
         advice = ADVICE.get(found.open[0]["code"] if found.open else "", SHOW)
-        if advice == SLOWLY:
-            advice = " ".join(filter(None, (SLOWLY, load_advice(event.get("load")))))
         return replace(film, text="This check neither proves nor disproves the badge.", advice=advice)
     return _refused_prompt(film, found)
 

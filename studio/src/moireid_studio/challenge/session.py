@@ -49,7 +49,6 @@ from moireid_studio.challenge.challenge import (
 )
 from moireid_studio.challenge.chance import TileWatch, likeliest_chance
 from moireid_studio.challenge.clock import CALL_SLACK_S, HERE, MOST_LATE, REST_WAIT_S, BoundedClock, Pace, StreamClock
-from moireid_studio.challenge.load import Load, load_advice
 from moireid_studio.challenge.witnessed import witnessed_figures
 
 Event = dict[str, Any]
@@ -106,7 +105,6 @@ class LiveCheck:
         self._tile = TileWatch() if pace.in_call else None
         self._aside, self._required = aside, required
         self._verifier = Verifier(claim, aside=aside)
-        self.load = Load()
         self._index = 0
         self._asked_s: float | None = None
         self._prompts: list[Prompt] | None = None
@@ -130,10 +128,6 @@ class LiveCheck:
         claimed_s, arrival_s
             As `BoundedClock.place`.
         """
-        with self.load.judging():
-            return self._pushed(luma, claimed_s, arrival_s)
-
-    def _pushed(self, luma: NDArray[np.uint8] | Picture, claimed_s: float, arrival_s: float) -> list[Event]:
         if self._tile is not None and self._tile.repeated(as_picture(luma).whole, arrival_s):
             return []
         time_s = self._clock.place(claimed_s, arrival_s)
@@ -188,7 +182,6 @@ class LiveCheck:
             "identity": identity.to_json(),
             "overlap": overlap.to_json() if overlap else None,
             "frames": {"read": self._index, "tracked": tracked},
-            "load": self.load.to_json(),
         } | ({} if figures is None else {"as_built": figures})
 
     def _status(self, running: Running) -> Event:
@@ -318,12 +311,11 @@ class LiveCheck:
         if share <= MOST_LATE:
             text = f"{share:.0%} of the frames came later than their time stamps say; up to {MOST_LATE:.0%} may."
             return Reason("clock", "pass", share, MOST_LATE, "share", text)
-        # Measured, where it can be: pictures are late also where the judge takes too long for each.
-        why = load_advice(self.load.to_json()) or (
-            "The connection is too slow for a live check, or the sender's clock is wrong; use a faster connection, or "
-            "a smaller picture."
+        text = (
+            f"{share:.0%} of the frames came later than their time stamps say; up to {MOST_LATE:.0%} may. The "
+            "connection or the machine that judges is too slow for a live check, or the sender's clock is wrong; use a "
+            "faster connection, or a smaller picture."
         )
-        text = f"{share:.0%} of the frames came later than their time stamps say; up to {MOST_LATE:.0%} may. {why}"
         # In a call the sender is the one who asks, and has nothing to gain from a lie about times.
         return Reason("clock", "undecided" if self._pace.in_call else "fail", share, MOST_LATE, "share", text)
 

@@ -136,8 +136,6 @@ class StreamCheck(LiveCheck):
         Convention: a verdict without prompts is of as much of the stream as the claim asks (`cover`), as of a film.
         """
         event = super().finish()
-        # Of pictures that come, and not of the stream: no part of a film's report.
-        event.pop("load", None)
         report = self._report(event)
         reasons = [self._weighed(one) for one in event["reasons"] if one["code"] not in self._replaced()]
         reasons += [reason.to_json() for reason in report.reasons]
