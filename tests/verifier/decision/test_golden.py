@@ -25,8 +25,10 @@ def golden(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def test_no_verdict_and_no_finding_moves(golden: Any, capsys: pytest.CaptureFixture[str]) -> None:
-    """Catches: a change of the judge that was meant to change no verdict, and does."""
+    """Catches: a change of the judge that was meant to change no verdict, and does; a film that is no longer judged."""
     assert golden.main(["--signals", "--against", str(ROWS)]) == 0, capsys.readouterr().out
+    cases = {row["case"] for row in golden.read_rows(ROWS)}
+    assert {path.stem for path in golden.SIGNALS.glob("*.signals")} == cases
 
 
 def test_what_moves_is_printed_and_a_verdict_counts(golden: Any) -> None:
