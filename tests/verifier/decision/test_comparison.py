@@ -28,10 +28,10 @@ from moireid.verifier.decision.judge import judge_signals
 from moireid.verifier.decision.sheet_gain import DESIGNED, to_measure
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.limits import (
+    LEAST_STRENGTH,
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,
     MAX_RIVAL_LOG10,
-    MAX_RIVAL_SHARE,
     MIN_EXCITATION_RAD,
     POSSIBLE_RESIDUAL_RATIO,
     REJECTED_LOG10,
@@ -47,8 +47,8 @@ def true_film(law: np.ndarray = LAW, **how) -> GratingSignal:
 
 
 def row(name: str, odds: float | None = None, share: float | None = None) -> Explanation:
-    remains = (odds is not None and odds < -MAX_RIVAL_LOG10) or (share is not None and share > MAX_RIVAL_SHARE)
-    return Explanation(name, odds, {}, share, remains)
+    remains = (odds is not None and odds < -MAX_RIVAL_LOG10) or (share is not None and share > 1 / LEAST_STRENGTH)
+    return Explanation(name, odds, {}, share, remains, share)
 
 
 def grating(*rows: Explanation, information: float = 1.0, residual: float = 0.0) -> GratingComparison:
@@ -75,7 +75,7 @@ def test_shares_are_asked_only_where_the_law_fits_and_where_they_are_wanted():
     def shares(found: GratingComparison) -> list[float]:
         return [one.share for one in found.rivals if one.share is not None]
 
-    assert len(shares(compare(true_film(), DESIGNED))) == 6
+    assert len(shares(compare(true_film(), DESIGNED))) == 4
     assert shares(compare(true_film(), DESIGNED, shares=False)) == []
     assert shares(compare(fringe_signal(LAW, 0.2 * LAW), DESIGNED)) == []
 
@@ -200,6 +200,7 @@ def test_rows_go_to_json():
         "log10_odds": None,
         "fits": False,
         "share": None,
+        "share_at_most": None,
         "parameters": {"late_s": 0.2},
     }
 
@@ -341,7 +342,7 @@ def test_parts_are_named_first_and_reject_where_no_other_motion_explains_the_fil
     wander, rows, places = row("wander", -12.7), row("rows", -4.0), row("places", -15.1)
 
     def found(*table: Explanation) -> list[tuple[str, str]]:
-        return [(one.code, one.level) for one in rivals(table, 1.0, law_fits=False)]
+        return [(one.code, one.level) for one in rivals(table, 1.0, law_fits=False, allowed_share=0.02)]
 
     assert cause_of([drift, wander, rows, places]) is places
     assert found(drift, wander, rows, places) == [("places", "undecided")]

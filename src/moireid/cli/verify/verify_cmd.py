@@ -74,7 +74,7 @@ class Outcome:
 def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
     """What the film is checked against."""
     from moireid.verifier import Claim
-    from moireid.verifier.limits import MIN_COVER_SHARE
+    from moireid.verifier.limits import LEAST_STRENGTH, MIN_COVER_SHARE
 
     return Claim.of(
         found,
@@ -83,6 +83,7 @@ def claim_held(wish: VerifyOptions, found: ClaimedBadge) -> Claim:
         require_original=wish.require_original,
         cover_share=MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
         level=wish.level,
+        strength=LEAST_STRENGTH if wish.strength is None else wish.strength,
     )
 
 

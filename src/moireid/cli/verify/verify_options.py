@@ -99,6 +99,13 @@ OPTIONS = (
     ),
     level_option,
     click.option(
+        "--strength",
+        type=click.IntRange(2, 500),
+        metavar="N",
+        help="Accept only if at most 1 in N forgeries that know nothing of the law would look as the film does; with "
+        "more the film is inconclusive.  [default: 50]",
+    ),
+    click.option(
         "--live-check",
         "receipt_files",
         type=click.Path(path_type=Path),
@@ -168,6 +175,7 @@ class VerifyOptions(ClaimWish):
     overlap: bool
     cover_share: float | None
     level: CheckLevel
+    strength: int | None
     receipt_files: tuple[Path, ...]
     pipeline: str
     corners_given: str | None
@@ -202,6 +210,7 @@ def _check_pipeline(wish: VerifyOptions) -> None:
         "--overlap": wish.overlap or None,
         "--cover": wish.cover_share,
         "--track": wish.track,
+        "--strength": wish.strength,
     }
     wanted["--level"] = None if wish.level == "record" else wish.level
     for name, value in wanted.items():

@@ -13,7 +13,7 @@ from moireid.provenance import ClaimedBadge, Provenance, Seal
 from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.decision.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.limits import MIN_COVER_SHARE
+from moireid.verifier.limits import LEAST_STRENGTH, MIN_COVER_SHARE
 from moireid.verifier.reasons import Reason
 from moireid.verifier.session.check_level import CheckLevel
 
@@ -52,6 +52,9 @@ class Claim:
         Least share of the film, 0 to 1, that must be judged; with less the verdict is inconclusive.
     level : {"record", "enrolled", "live"}
         Least level that must be reached (`check_level`); below it the verdict is inconclusive.
+    strength : int
+        An acceptance needs that at most 1 in so many forgeries that know nothing of the law would look as the film does
+        (`explanations.strength`); never less than the default.
     enrolling : bool
         Measure the gain of the badge's sheet: accept any gain with which a badge can be enrolled.
     """
@@ -67,6 +70,7 @@ class Claim:
     provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
     level: CheckLevel = "record"
+    strength: int = LEAST_STRENGTH
     enrolling: bool = False
     seal: Seal | None = None
     camera: KnownCamera | None = None

@@ -14,6 +14,7 @@ from moireid.lazy import from_room
 from moireid.names import line_of
 from moireid.provenance import Source, Standing
 from moireid.verifier.decision.judge import Invariant, Segment
+from moireid.verifier.explanations.strength import strength_json
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason, Verdict, json_number, worst
@@ -222,6 +223,7 @@ class Report:
             "level": self.level,
             "reasons": [reason.to_json() for reason in self.reasons],
             "invariant": self.invariant.to_json() | {"gratings": self._gratings()},
+            "strength": strength_json(self.invariant.strength),
             "explanations": [one.to_json() for one in self.invariant.table],
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
