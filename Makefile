@@ -20,7 +20,7 @@ UV_VERSION := 0.13.8
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n 3 --dist worksteal --durations 10
 PROJECTS := pyproject.toml studio/pyproject.toml lab/pyproject.toml
 # What a server of a studio needs; the rest is for those who develop moireid.
-SERVER := cad postgres face c2pa cluster s3
+SERVER := cad postgres face c2pa cluster
 # For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
 RESOLVE := $(BIN)/uv pip compile --generate-hashes --no-emit-index-url --no-emit-find-links --no-emit-package moireid --universal --python-version 3.11
 
@@ -80,7 +80,7 @@ lock:
 	$(RESOLVE) pyproject.toml studio/pyproject.toml $(SERVER:%=--extra %) --constraint requirements.lock --output-file requirements-server.lock
 	$(MAKE) --no-print-directory parts OF=pyproject.toml EXTRAS="cad postgres face c2pa simulate" TO=moireid.cdx.json
 	mkdir -p build && sed '/"moireid==/d; /tool.uv.sources/,/^$$/d' studio/pyproject.toml > build/pyproject.toml
-	$(MAKE) --no-print-directory parts OF=build/pyproject.toml EXTRAS="cluster s3" TO=studio/moireid-studio.cdx.json
+	$(MAKE) --no-print-directory parts OF=build/pyproject.toml EXTRAS="cluster" TO=studio/moireid-studio.cdx.json
 
 # parts OF=pyproject.toml EXTRAS="..." TO=FILE: a list of the parts of one distribution; the studio's leaves out moireid's.
 parts:

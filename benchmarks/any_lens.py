@@ -1,4 +1,4 @@
-"""Lenses and builds that no limit may reject: run `.venv/bin/python benchmarks/any_lens.py [--only REGEX] [--clips N]`.
+"""Lenses and builds that no limit may reject: run `moireid lab bench lenses [--only REGEX] [--clips N]`.
 
 A board is filmed by `outside`, which shares nothing with `moireid.simulate`, through lenses of 0.5 to 8 times the
 picture's long side, drawn at random, from so far that it is 420 px wide: a badge that is moved flat before a still
@@ -27,7 +27,7 @@ from outside.page import load_page
 
 from moireid.badge import load_badge
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
 from moireid_lab.bench.verdicts import why_not
 
 FRAMES, FPS = 150, 30
@@ -161,6 +161,3 @@ COLUMNS = {"case": "<26", "verdict": "<12", "gain": ">7.3f", "error": ">6.3f", "
 COLUMNS |= {"shown": ">6.2f", "why": "<1", "films of": "<18", "films": ">5", "accept": ">6", "inconclusive": ">12"}
 COLUMNS |= {"reject": ">6", "reasons": "<1"}
 BENCH = Bench(rows, COLUMNS)
-
-if __name__ == "__main__":
-    run_script(__file__)

@@ -1,4 +1,4 @@
-"""Does artwork change what is read?  Run `.venv/bin/python benchmarks/artwork.py [--only cr80]`.
+"""Does artwork change what is read?  Run `moireid lab bench artwork [--only cr80]`.
 
 It needs pdftoppm (poppler).
 
@@ -41,7 +41,7 @@ from moireid.simulate.analytic.traced_page import TEXTURE_PX_PER_MM
 from moireid.verifier import Claim, verify
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.track import Track
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
@@ -148,6 +148,3 @@ def rows(wish: Wish) -> Iterator[Row]:
 
 COLUMNS = {"template": "<11", "format": "<9", "orientation": "<11", "dots": ">5", "strip rad": ">10.5f"}
 BENCH = Bench(rows, COLUMNS | {"frame rad": ">10.5f", "identities": "<1"})
-
-if __name__ == "__main__":
-    run_script(__file__)

@@ -1,4 +1,4 @@
-"""Badges as people build them, by an outside tracer: run `.venv/bin/python benchmarks/builds.py [--only REGEX]`.
+"""Badges as people build them, by an outside tracer: run `moireid lab bench builds [--only REGEX]`.
 
 Each badge is printed by the command `print-your-badge` and traced by `outside`, which shares nothing with
 `moireid.simulate`, with one flaw of print, sheet, shape or light, or with all that is usual (`outside.flaws`,
@@ -37,7 +37,7 @@ from moireid.badge import Badge, load_badge
 from moireid.errors import MediaError
 from moireid.verifier import Claim, verify
 from moireid.verifier.session.capture import capture_as_built
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.verdicts import why_not
 
 FRAMES, FPS, DISTANCE_MM = 240, 30, 1000.0
@@ -221,6 +221,3 @@ COLUMNS |= {"kind": "<19", "builds": ">6", "enrolled": ">8", "accept": ">6", "in
 COLUMNS |= {"most bars off": ">13.1f", "copy accepted": ">13", "half gain accepted": ">18", "reasons": "<1"}
 OPTIONS = {"--seeds": {"type": int, "default": 1, "metavar": "N", "help": "builds of each kind"}}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
-
-if __name__ == "__main__":
-    run_script(__file__)

@@ -1,4 +1,4 @@
-"""A badge on a board that is held before real webcams: run `.venv/bin/python benchmarks/half_real.py --data DIR`.
+"""A badge on a board that is held before real webcams: run `moireid lab bench half-real --data DIR`.
 
 DIR holds clips of a ChArUco board, `hold_N.mp4`, the board's `charuco.toml`, and each camera's matrix and distortion in
 `camera_array.toml`, as caliscope records them.  The board's pose in each frame follows from its corners and the known
@@ -35,7 +35,7 @@ from outside.page import PAPER, Lens, load_page
 from moireid.badge import Badge, load_badge
 from moireid.verifier import Claim, verify
 from moireid.verifier.camera.known_camera import KnownCamera, load_camera
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.verdicts import why_not
 
 Array = NDArray[np.float64]
@@ -333,6 +333,3 @@ COLUMNS = {"camera": ">6", "looks": "<1", "film": "<9", "verdict": "<12", "gain"
 COLUMNS |= {"tracked": ">7", "frames": ">6", "read": ">5", "f": ">6.0f", "true f": ">6.0f", "k1": ">6.2f"}
 COLUMNS |= {"true k1": ">7.2f", "axis off, px": ">12.0f", "why": "<1"}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
-
-if __name__ == "__main__":
-    run_script(__file__)

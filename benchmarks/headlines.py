@@ -1,4 +1,4 @@
-"""Does each headline name what the forger did?  Run `.venv/bin/python benchmarks/headlines.py [--quick] [--keep DIR]`.
+"""Does each headline name what the forger did?  Run `moireid lab bench headlines [--quick] [--keep DIR]`.
 
 Every forgery of `simulate --forge`, and a true film, on three motions, at two distances, with two seeds: 5 s at 30
 frames a second, 720p.  A headline is misleading if it names a cause that is not among those that are true of the kind
@@ -32,7 +32,7 @@ from moireid.verifier.identity.cell_slip import RowsApart
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.headline import headline_of
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script, temporary_film
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
 
 FRAMES, FPS, SEEDS = 150, 30.0, 2
 MOTIONS, DISTANCES_M = ("sway", "linear", "handheld"), (0.6, 1.0)
@@ -247,6 +247,3 @@ BENCH = Bench(
     },
     notes,
 )
-
-if __name__ == "__main__":
-    run_script(__file__)

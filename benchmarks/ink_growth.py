@@ -1,4 +1,4 @@
-"""How exactly ink growth is read from a photograph: run `.venv/bin/python benchmarks/ink_growth.py [--clips N]`.
+"""How exactly ink growth is read from a photograph: run `moireid lab bench ink-growth [--clips N]`.
 
 The strip is drawn edge by edge for a growth between 0 and 90 um, and photographed by cameras that are drawn at random:
 tone curves, blur, noise, uneven light, scale; a third of them sharpen.  One row a printer and kind of camera: pictures
@@ -15,7 +15,7 @@ import numpy as np
 
 from moireid.calibration.ink_reading import ink_growth
 from moireid.designer.chart import ChartRequest, design_chart
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.fabricate.strip_photographs import any_camera, photographed_strip
 
 CASES = {f"{dpi} dpi, {kind}": (dpi, kind == "sharpens") for dpi in (600, 1200) for kind in ("plain", "sharpens")}
@@ -57,6 +57,3 @@ COLUMNS = {
     "beyond 3": ">9.3f",
 }
 BENCH = Bench(rows_of, COLUMNS)
-
-if __name__ == "__main__":
-    run_script(__file__)

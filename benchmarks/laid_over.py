@@ -1,4 +1,4 @@
-"""A few true photographs of a badge, superposed: run `.venv/bin/python benchmarks/laid_over.py`.
+"""A few true photographs of a badge, superposed: run `moireid lab bench laid-over`.
 
 N photographs are taken evenly over one turn of the fringes.  Each frame shows all of them, each as strongly as the
 fringes' place asks: (1 + 2 a cos(place - its own)) / N.  Then the fundamental is right in any place, over any number of
@@ -24,7 +24,7 @@ from moireid.simulate.forgeries.rear_layer import ShownViews, SquaredUp
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script, temporary_film
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 from moireid_lab.bench.verdicts import why_not
 
@@ -149,6 +149,3 @@ def rows(wish: Wish) -> Iterator[Row]:
 
 
 BENCH = Bench(rows, {"film": "<58", "seed": ">4", "verdict": "<12", "why": "<1"})
-
-if __name__ == "__main__":
-    run_script(__file__)

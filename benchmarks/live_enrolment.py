@@ -1,6 +1,6 @@
-"""Enrolment by a live check, and live checks by its figures: run `.venv/bin/python benchmarks/live_enrolment.py`.
+"""Enrolment by a live check, and live checks by its figures: run `moireid lab bench live-enrolment`.
 
-A person before a webcam follows prompts with a true badge, as in `benchmarks/live_replays.py`: 720p, 24 pictures a
+A person before a webcam follows prompts with a true badge, as in `moireid lab bench live`: 720p, 24 pictures a
 second.  The first session measures the badge (`witnessed_figures`).  Then, each with new prompts and by these figures:
 the same badge answers; a copy of the same files, whose sheet was put on anew, answers; and the first session's film is
 played again.  Printed are the figures' error bars, each verdict and what decided it, and sums.
@@ -15,13 +15,12 @@ from typing import Any
 
 import numpy as np
 from live_replays import FPS, SEEN_S, WAY_S, badge_of
-from live_speed import FACE_MM, portrait
 
 from moireid.simulate.scene import Build
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.known_figures import checked_figures
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
-from moireid_lab.bench.live import answer, frames
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
+from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
 from moireid_studio.challenge.session import READY_S, LiveCheck
 
@@ -92,6 +91,3 @@ for _kind in ("again", "copy", "replay"):
     COLUMNS |= {_kind: "<12", f"{_kind}: figures": "<16", f"{_kind}: why": "<24"}
 COLUMNS |= {"all of": "<18", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
 BENCH = Bench(rows, COLUMNS)
-
-if __name__ == "__main__":
-    run_script(__file__)

@@ -1,4 +1,4 @@
-"""Answers, calls and replays against the live check: run `.venv/bin/python benchmarks/live_replays.py [--only call]`.
+"""Answers, calls and replays against the live check: run `moireid lab bench live [--only call]`.
 
 film: a person before a webcam follows a challenge with a true badge: traced fringes, a photographed face, tremor,
     noise, 720p at 24 frames a second, coded as JPEG as the page codes them.  `--controls` go through `LiveCheck` with
@@ -30,20 +30,31 @@ from typing import Any
 
 import cv2
 import numpy as np
-from live_speed import FACE_MM, FPS, portrait
 from true_films.morph import Morph, stills
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
-from moireid_lab.bench.live import REST_MM, Caller, PausingPlayer, answer, coded, course_of, frames, passes_in_order
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
+from moireid_lab.bench.live import (
+    FACE_MM,
+    REST_MM,
+    Caller,
+    PausingPlayer,
+    answer,
+    coded,
+    course_of,
+    frames,
+    passes_in_order,
+    portrait,
+)
 from moireid_studio.challenge.challenge import draw_prompts
-from moireid_studio.challenge.chance import likeliest_chance, same_moves_chance
-from moireid_studio.challenge.clock import CALL
+from moireid_studio.challenge.chance import likeliest_chance, replay_chance, same_moves_chance
+from moireid_studio.challenge.clock import CALL, SLACK_S
 from moireid_studio.challenge.session import READY_S, LiveCheck
 
+FPS = 24.0
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
 SEEN_S = 1.5
 #: The page's own limit of pictures on their way, and how long one is on its way.
@@ -217,7 +228,11 @@ def rows(wish: Wish) -> Iterator[Row]:
 
 
 def chances(found: list[Row]) -> Iterator[str]:
-    """The computed chance of a paused replay."""
+    """The computed chances of replays."""
+    yield (
+        f"computed chance of one replay {replay_chance():.1e}, of one with the most lies about time "
+        f"{replay_chance(slack_s=SLACK_S):.1e}"
+    )
     yield (
         f"computed chance of one paused replay in a call {same_moves_chance(CALL):.1e}, of the likeliest one "
         f"{likeliest_chance(CALL):.1e}"
@@ -235,6 +250,3 @@ OPTIONS = {
 COLUMNS = {"film": "<20", "kind": "<18", "delay": ">5.2f", "verdict": "<12", "prompts": ">7", "s": ">5.0f", "why": "<1"}
 COLUMNS |= {"all of": "<18", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
 BENCH = Bench(rows, COLUMNS, chances, OPTIONS)
-
-if __name__ == "__main__":
-    run_script(__file__)

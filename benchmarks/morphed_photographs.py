@@ -1,4 +1,4 @@
-"""Few stills of a badge, morphed by optical flow: run `.venv/bin/python benchmarks/morphed_photographs.py`.
+"""Few stills of a badge, morphed by optical flow: run `moireid lab bench morphed`.
 
 flow: two to six stills of a true film, evenly over 0.3 of parallax, morphed into each other by the camera's place
     (`true_films.morph`), over another film that goes sideways to and fro within these views, nearer and farther.
@@ -40,7 +40,7 @@ from moireid.simulate.recording.encode import RECIPES, FilmWriter, kept_frames
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid.verifier.measuring import CELLS_MOST_RATIO, CELLS_MOVE_RATIO
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.verdicts import why_not
 
 Kind = Literal["flow", "alone", "minterpolate", "true", "outside"]
@@ -217,6 +217,3 @@ ACCEPTED = {"accepted before": "was", "accepted": "verdict"}
 COLUMNS = {"film": "<44", "seed": ">4", "was": "<12", "verdict": "<12", "cells": ">6.3f", "error bar": ">9.3f"}
 COLUMNS |= {"why": "<1", "all of": "<24", "films": ">5", "accepted before": ">15", "accepted": ">8"}
 BENCH = Bench(rows, COLUMNS)
-
-if __name__ == "__main__":
-    run_script(__file__)

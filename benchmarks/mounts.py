@@ -1,4 +1,4 @@
-"""What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--only KIND] [--pictures FOLDER]`.
+"""What it takes to print each mount: run `moireid lab bench mounts [--only KIND] [--pictures FOLDER]`.
 
 Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
 once with supports wherever the slicer asks for them below 44 degrees from level.  Printed are the time, the plastic,
@@ -25,7 +25,7 @@ from moireid.designer import Request, design_badge
 from moireid.errors import MoireIdError
 from moireid.fabrication.printed.mount import KINDS, write_mount
 from moireid.fabrication.solids import overhang_mm2
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 
 #: Width and height in mm, sheet, range in m.
 FORMATS = {
@@ -125,6 +125,3 @@ COLUMNS = {
 }
 COLUMNS |= {"hangs, mm2": ">13.2f", "strain, %": ">11.2f", "out, N": ">8.1f", "refused": "<1"}
 BENCH = Bench(rows, COLUMNS, options={"--pictures": {"type": Path, "help": "folder for a picture of each mount"}})
-
-if __name__ == "__main__":
-    run_script(__file__)

@@ -1,4 +1,4 @@
-"""Natural motion by an outside tracer: run `.venv/bin/python benchmarks/natural_films.py [--films N] [--filmed N]`.
+"""Natural motion by an outside tracer: run `moireid lab bench natural-outside [--films N] [--filmed N]`.
 
 A printed badge is filmed by `outside`, which shares nothing with `moireid.simulate`, with measured motions (a hand's
 run, a phone carried about a room) at 1 m and 2 m for 24 s.  Each film is tracked once; its parts of 4, 10 and 24 s are
@@ -8,11 +8,12 @@ nested pairs the longer part's verdict is the worse one.
 
 Then the measured phase of each accepted part of 10 s is forged on its own trajectory, with its own errors kept: each
 rival at its best (`KINDS`).  With `--filmed N`, N such trajectories are also filmed with each forgery of
-`outside.rivals`.  `--table FILE` writes the figures of all parts, true and forged, which `benchmarks/priors.py` reads.
+`outside.rivals`.  `--table FILE` writes the figures of all parts, true and forged, which the bench `priors` reads.
 """
 
 from __future__ import annotations
 
+import csv
 import pickle
 import subprocess
 import sys
@@ -37,7 +38,7 @@ from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.track import Track
 from moireid_lab.bench import natural
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, run_script, write_csv
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
 from moireid_lab.bench.natural import cut_track, pairs_sentence, part_figures, part_starts
 
 FPS, SECONDS, LENGTHS_S, FORGED_S = 30, 24, (4, 10, 24), 10
@@ -205,7 +206,10 @@ def rows(wish: Wish) -> Iterator[Row]:
         ]
         parts = [part for film in wish.each(judged, {task.name: task for task in tasks}) for part in film["parts"]]
     if wish.own.table:
-        write_csv(parts, wish.own.table)
+        with wish.own.table.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, list(dict.fromkeys(name for part in parts for name in part)))
+            writer.writeheader()
+            writer.writerows(parts)
     true, lies = ([part for part in parts if (part["kind"] == "true") == kind] for kind in (True, False))
     shown = [part | {"seconds": part["length_s"], "why": part["why"].split()} for part in true]
     for (metres, seconds), own in sorted(grouped(shown, "distance_m", "seconds").items()):
@@ -227,6 +231,3 @@ OPTIONS = {
     "--table": {"type": Path, "metavar": "FILE", "help": "write the figures of all parts as CSV"},
 }
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
-
-if __name__ == "__main__":
-    run_script(__file__)

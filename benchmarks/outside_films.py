@@ -1,4 +1,4 @@
-"""Films by an outside tracer, judged: run `.venv/bin/python benchmarks/outside_films.py [--formats a7,a6] [--clips N]`.
+"""Films by an outside tracer, judged: run `moireid lab bench outside [--formats a7,a6] [--clips N]`.
 
 Badges are made by the command `print-your-badge`, in each format, landscape and portrait, plain and with all that
 templates wear, with squares and with a thin frame; each is filmed twice by `outside`, which shares nothing with
@@ -37,7 +37,7 @@ from outside.page import load_page
 
 from moireid.badge import load_badge
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 
 FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
 FRAMES, FPS, PER_BADGE = 240, 30, 2
@@ -55,11 +55,10 @@ WEAR: tuple[tuple[str, ...], ...] = (
     ("--orientation", "landscape", "--template", "conference", "--markers", "frame", *LINES[:2]),
     ("--orientation", "landscape", "--template", "webcam", *LINES[:2]),
 )
-#: Fronts that are asked for by `--fronts`: three turned fields, an array of round lenses, and a sheet over the sides of
+#: Fronts that are asked for by `--fronts`: three turned fields, and a sheet over the sides of
 #: a frame, as mounts hold it at the board's edges.
 FRONTS: dict[str, tuple[str, ...]] = {
     "hex": ("--axes", "hex"),
-    "array": ("--front", "array"),
     "edge": ("--markers", "frame"),
 }
 PROGRAM = Path(sys.executable).with_name("print-your-badge")
@@ -263,7 +262,7 @@ def spread(films: list[Row]) -> Iterator[Row]:
 OPTIONS: dict[str, dict[str, Any]] = {
     "--formats": {"type": lambda text: text.split(","), "default": list(FORMATS), "metavar": "F,…"},
     "--forgeries": {"action": "store_true", "help": "thirteen lies about each format instead"},
-    "--fronts": {"type": lambda text: text.split(","), "default": [], "metavar": "F,…", "help": "hex, array, edge"},
+    "--fronts": {"type": lambda text: text.split(","), "default": [], "metavar": "F,…", "help": "hex, edge"},
 }
 COLUMNS = {"films of": "<12", "films": ">5", "read": ">5", "wrong": ">5", "film": "<22", "accept": ">8"}
 COLUMNS |= {"inconclusive": ">13", "reject": ">8", "worst gain": ">11.3f", "film s": ">7.1f", "verify s": ">9.1f"}
@@ -272,6 +271,3 @@ COLUMNS |= {"wear": "<40", "reasons": "<1"}
 COLUMNS |= {"true films": ">10", "|rho|": ">7.4f", "sd": ">7.4f", "least": ">7.4f", "over 30 frames": ">14.3f"}
 COLUMNS |= {"its sd": ">6.3f", "gain off": ">8.4f"}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
-
-if __name__ == "__main__":
-    run_script(__file__)

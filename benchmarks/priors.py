@@ -1,6 +1,6 @@
-"""Fits the priors of the decision and calibrates its score: run `.venv/bin/python benchmarks/priors.py`.
+"""Fits the priors of the decision and calibrates its score: run `moireid lab bench priors`.
 
-Films are those of `benchmarks/natural_films.py --table FILE`, true and forged; without `--table FILE`, those of
+Films are those of `moireid lab bench natural-outside --table FILE`, true and forged; without `--table FILE`, those of
 `tests/data/explanations/films.csv`.  A film's half is drawn from its name: one half fits, the other is judged.
 
 Printed are: mean and standard deviation of what the law leaves, and of rows and places, on true films
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from moireid.verifier.decision.figures import calibrated_log10
 from moireid.verifier.explanations.residuals import scale_rad
 from moireid.verifier.limits import CALIBRATION_CAP_LOG10, CALIBRATION_OFFSET_LOG10, CALIBRATION_SLOPE, EXPECTED
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 
 FILMS = Path(__file__).parents[1] / "tests/data/explanations/films.csv"
 COLUMNS_OF = {"wander": "residual_rad", "rows": "strip_wander_rad", "places": "place_wander_rad"}
@@ -120,6 +120,3 @@ COLUMNS |= {"Cllr on the other half": ">22.3f", "calibrated log10 odds": "<24", 
 COLUMNS |= {"true, as many of each": ">24.3f", "expected": ">10.3f"}
 OPTIONS = {"--table": {"type": Path, "default": FILMS, "metavar": "FILE", "help": "of films; default: the project's"}}
 BENCH = Bench(rows, COLUMNS, options=OPTIONS)
-
-if __name__ == "__main__":
-    run_script(__file__)

@@ -1,4 +1,4 @@
-"""Claims, look-ups and proofs among many: `.venv/bin/python benchmarks/registry_scale.py [--only claim|identify|log]`.
+"""Claims, look-ups and proofs among many: `moireid lab bench registry [--only claim|identify|log]`.
 
 Registries of ten and of 100,000 (`--full`: a million) are built the normal way, unless they lie in `--keep`; a million
 take ten minutes of processor time and 5 GB.  Badges are made by putting other ids, names and spacings into a designed
@@ -28,7 +28,6 @@ from hashlib import sha256
 from pathlib import Path
 
 from sqlalchemy import select
-from verify_cost import BADGE, SEED, Kind, filmed
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
@@ -39,11 +38,14 @@ from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint
 from moireid.registry.checkpoints.note import signed_note
 from moireid.registry.merkle import Tree, leaf_hash
 from moireid.registry.schema import log
+from moireid.simulate.cameras import camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 
+SEED, FRAMES, FPS = 3, 120, 30.0
+BADGE = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
 OTHER = design_badge(Request("Grace Hopper"), payload_from_hex("0123456789abcdef"))
 FEW, QUICK, MANY, FULL = 10, 1_000, 100_000, 1_000_000
 #: What a new process does from its first import to the badge of a claim.
@@ -98,13 +100,12 @@ def built(folder: Path, count: int) -> str:
     return url
 
 
-def filmed_other(folder: Path) -> Path:
-    """A film of a badge of the same layout that is not enrolled there."""
-    path, kind = folder / "other.mp4", Kind()
+def filmed(badge: Badge, folder: Path) -> Path:
+    """A film of the badge that is enrolled there, or of one of the same layout that is not."""
+    path = folder / f"{badge.id}.mp4"
     if not path.exists():
-        scene = Scene(OTHER, Build(), kind.camera())
-        motion = motion_named("sway", distance_mm=1000.0, seed=SEED)
-        film(scene, motion, path, frames=round(kind.fps * kind.length_s), fps=float(kind.fps), seed=SEED)
+        scene, motion = Scene(badge, Build(), camera_named("phone")), motion_named("sway", distance_mm=1e3, seed=SEED)
+        film(scene, motion, path, frames=FRAMES, fps=FPS, seed=SEED)
     return path
 
 
@@ -136,7 +137,7 @@ def claim_rows(folder: Path, count: int, runs: int) -> Iterator[Row]:
 def identify_rows(folder: Path, counts: tuple[int, int], runs: int) -> Iterator[Row]:
     """Cold processes among few and among many."""
     urls, program = {count: built(folder, count) for count in counts}, str(Path(sys.executable).with_name("moireid"))
-    for what, path in (("enrolled", filmed(Kind(), folder)), ("not enrolled", filmed_other(folder))):
+    for what, path in (("enrolled", filmed(BADGE, folder)), ("not enrolled", filmed(OTHER, folder))):
         found: dict[int, list[list[str]]] = {count: [] for count in counts}
         for _ in range(runs):
             for count, url in urls.items():
@@ -229,6 +230,3 @@ COLUMNS |= {"consistency ms": ">14.1f"}
 BENCH = Bench(
     rows, COLUMNS, options={"--full": {"action": "store_true", "help": f"{FULL:,} people in place of {MANY:,}"}}
 )
-
-if __name__ == "__main__":
-    run_script(__file__)

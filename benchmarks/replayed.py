@@ -1,4 +1,4 @@
-"""Forgeries made from true films, on one axis and two: run `.venv/bin/python benchmarks/replayed.py [--kept FILE]`.
+"""Forgeries made from true films, on one axis and two: run `moireid lab bench replayed [--kept FILE]`.
 
 clip: a public film of the badge, 1 to 8 s of a hand's measured motion, is put over another trajectory, which stays
     within the parallaxes that the clip shows: the badge whole by the nearest view, or field by field, each field by its
@@ -42,7 +42,7 @@ from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid.verifier.session.capture import capture_as_built
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped
 from moireid_lab.bench.verdicts import why_not
 
 Kind = Literal["clip", "photographs", "slid", "re-badged", "true"]
@@ -297,6 +297,3 @@ def summed(name: str, own: list[Row]) -> Row:
 COLUMNS: dict[str, str] = {"film": "<62", "films": ">5", "accept": ">6", "inconclusive": ">12", "reject": ">6"}
 COLUMNS |= {"figures agree": ">13", "differ": ">6", "reasons": "<1"}
 BENCH = Bench(rows, COLUMNS)
-
-if __name__ == "__main__":
-    run_script(__file__)

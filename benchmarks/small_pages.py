@@ -1,4 +1,4 @@
-"""True films of badges that are small in the picture: run `.venv/bin/python benchmarks/small_pages.py [--films N]`.
+"""True films of badges that are small in the picture: run `moireid lab bench small-pages [--films N]`.
 
 A page of 60 x 66 mm, whose markers are then 10 to 16 px wide, and the default board at 2 m, with markers of 19 px, are
 filmed in ordinary and in poor quality, swaying and moved against the camera in turns.  Poses are the weak part there.
@@ -18,7 +18,7 @@ from moireid.designer import Request, design_badge
 from moireid.simulate import Build, Camera, Scene, motion_named
 from moireid.simulate.filming import truth_path
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script, temporary_film
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
 
 PAGES = {
     "60 x 66": Request("Bench", lens="75lpi", size_mm=(60, 66), range_m=(0.5, 1.0)),
@@ -75,6 +75,3 @@ def rows(wish: Wish) -> Iterator[Row]:
 
 COLUMNS = {"page, mm": "<10", "m": ">4g", "crf": ">4", "accept": ">8", "inconclusive": ">13", "reject": ">8"}
 BENCH = Bench(rows, COLUMNS | {"median": ">8.2f", "worst": ">6.2f"})
-
-if __name__ == "__main__":
-    run_script(__file__)

@@ -1,4 +1,4 @@
-"""What a command costs in addition to its work: run `.venv/bin/python benchmarks/start_up.py [--clips N]`.
+"""What a command costs in addition to its work: run `moireid lab bench commands [--clips N]`.
 
 Each command runs in a process of its own, cold but for the disk's cache.  CPU seconds are those of all threads; of both
 figures the best run is printed, as others only show what else the machine did, with the median.  The film is
@@ -22,11 +22,12 @@ from pathlib import Path
 
 import av
 
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"
 FILM_S = 2.0
 MOST_PACKAGES = 8
+SIMULATED = ("--frames", "120", "--overwrite", "--json")
 #: `prctl`: processes whose parent has ended become children of this one (linux/prctl.h).
 PR_SET_CHILD_SUBREAPER = 36
 
@@ -83,6 +84,8 @@ def rows(wish: Wish) -> Iterator[Row]:
         commands = {
             "--help": ["--help"],
             f"verify of {FILM_S:g} s": verify,
+            "the same, unsealed": [*verify, "--unsealed"],
+            "simulate 120 frames": ["simulate", str(FILMS / "badge.json"), "--out", f"{folder}/made.mp4", *SIMULATED],
             "print without a mount": [*printed, "--mount", "none"],
             "print with a mount": printed,
         }
@@ -97,6 +100,3 @@ def rows(wish: Wish) -> Iterator[Row]:
 
 COLUMNS = {"command": "<22", "CPU s": ">7.2f", "median": ">7.2f", "wall s": ">7.2f", "median wall": ">12.2f"}
 BENCH = Bench(rows, COLUMNS | {"loaded by verify": "<22", "ms": ">7.0f"})
-
-if __name__ == "__main__":
-    run_script(__file__)

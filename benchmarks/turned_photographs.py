@@ -1,5 +1,5 @@
 """A few true photographs of a badge turned on the spot, shown over and over: run
-`.venv/bin/python benchmarks/turned_photographs.py`.
+`moireid lab bench turned`.
 
 Each picture is true in itself, the page hardly moves in the picture, and a few values correlate with anything that
 takes as many; where they are held for long, one cross-faded frame at each turn shows a view between.  Printed is what
@@ -25,7 +25,7 @@ from moireid.simulate.motion import Poses
 from moireid.simulate.recording.encode import TO_VIDEO
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.forgers.forgers_suite import CAMERA, badge_of
 from moireid_lab.bench.verdicts import why_not
 
@@ -153,6 +153,3 @@ def rows(wish: Wish) -> Iterator[Row]:
 
 
 BENCH = Bench(rows, {"film": "<42", "seed": ">4", "verdict": "<12", "why": "<1"})
-
-if __name__ == "__main__":
-    run_script(__file__)

@@ -1,4 +1,4 @@
-"""Processor time of a verify over that of decoding: run `.venv/bin/python benchmarks/verify_speed.py --keep DIR`.
+"""Processor time of a verify over that of decoding: run `moireid lab bench speed --keep DIR`.
 
 The films are those of `speed_films.py`; `--keep` keeps them, as writing them takes half an hour of processor time;
 with `--quick` they have 20 s instead of a minute.
@@ -27,12 +27,11 @@ from unittest.mock import patch
 
 import av
 import cv2
-from one_verify import memory_mb
 from speed_films import QUICK_SECONDS, SECONDS, SHORT, SpeedFilm, speed_films
 
 from moireid.badge import Badge
 from moireid.verifier import Claim, Report, verify
-from moireid_lab.bench.bench_frame import Bench, Row, Wish, run_script
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.bench_rows import Where
 
 #: Threads of FFmpeg in the decoding that a verify is compared with.
@@ -61,6 +60,11 @@ def looped(film: Path, loops: int, out: Path) -> Path:
                     made.mux(packet)
             offset += last
     return out
+
+
+def peak_mb() -> float:
+    """Peak of this process's resident memory, MB; `resource` would count from its parent's."""
+    return int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]) / 1e3
 
 
 def decode_cpu_s(film: Path, threads: int) -> float:
@@ -116,7 +120,7 @@ def measured(job: tuple[str, list[str], int]) -> Row:
         | {
             "wall s": costs[0].wall_s,
             "tracked": report.frames["tracked"] / report.frames["read"],
-            "peak MB": memory_mb("VmHWM"),
+            "peak MB": peak_mb(),
             "verdict": report.verdict,
             "gain": report.invariant.gain_ratio,
         }
@@ -172,6 +176,3 @@ COLUMNS = {"film": "<26", "frames": ">6", "decode ms": ">9.2f", "by one": ">6.2f
 COLUMNS |= {"ratio": ">5.2f", "to one": ">6.2f", "wall s": ">6.1f", "tracked": ">7.3f", "peak MB": ">7.0f"}
 COLUMNS |= {"verdict": "<12", "gain": ">7.4f", "stages": "<1"}
 BENCH = Bench(rows, COLUMNS, worst)
-
-if __name__ == "__main__":
-    run_script(__file__)

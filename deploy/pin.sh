@@ -2,9 +2,8 @@
 # pin.sh IMAGE: write by which digests the images are run, so that no tag can be moved under a deployment.
 #
 # It pulls Caddy and PostgreSQL, and IMAGE if its name begins with a registry's, by $ENGINE (docker, or podman), and writes
-#   images.env               for compose
-#   kubernetes.pinned.yaml   kubernetes.yaml with IMAGE's digest; only if IMAGE comes from a registry
-# An image that was built here has no digest of a registry: compose runs it by its id, which names its content too.
+# images.env, for compose.  An image that was built here has no digest of a registry: it is run by its id, which names
+# its content too.
 set -eu
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -28,11 +27,4 @@ caddy=$(pinned docker.io/library/caddy:2)
 postgres=$(pinned docker.io/library/postgres:17)
 printf 'MOIREID_IMAGE=%s\nCADDY_IMAGE=%s\nPOSTGRES_IMAGE=%s\n' "$moireid" "$caddy" "$postgres" > "$here/images.env.new"
 mv "$here/images.env.new" "$here/images.env"
-case $moireid in
-    sha256:*) echo "images.env is written; for a cluster, push $image to a registry and run this again with its name there" ;;
-    *)
-        sed "s|registry.example.org/moireid@sha256:DIGEST|$moireid|" "$here/kubernetes.yaml" > "$here/kubernetes.pinned.yaml.new"
-        mv "$here/kubernetes.pinned.yaml.new" "$here/kubernetes.pinned.yaml"
-        echo "images.env and kubernetes.pinned.yaml are written"
-        ;;
-esac
+echo "images.env is written"

@@ -1,18 +1,17 @@
 """What mkdocs asks as it builds: the reference pages that are made from the code, so that they are never stale.
 
 commands.md     every command, from click's own help
-python/         written by hand; `{{ names MODULE }}` becomes what that module exports, from the docstrings, and
-                `{{ names MODULE: A, B }}` these names of it
+simulation.md   builds, flaws and effects, from the tables of `simulate`
+python/         a page of each room, from the docstrings of what it exports
 badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report, and
                 capture-record.md of a capture record
-reason-codes.md written by hand; `{{ module.NAME }}` in it becomes the value of that constant
 """
 
 from __future__ import annotations
 
 import importlib
+import inspect
 import json
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,10 +19,11 @@ from typing import Any
 import click
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
-from mkdocs.structure.pages import Page
 
 import moireid
 from moireid.cli.main import moireid as program
+from moireid.simulate.effects.table import KINDS, STRENGTHS
+from moireid.simulate.flaw_table import FLAWS, PRESETS
 
 HOUSE = Path(moireid.__file__).parent
 WIDTH = 84
@@ -50,24 +50,17 @@ measured."""
 RECORD_TEXT = """What `moireid first-badge FOLDER --record FILE` writes: films of a badge that somebody built, as
 signals and crops of the fringes. [What it reveals](../first-physical-film.md#what-a-record-reveals) is said with the
 first film. Phases are in radians, positive where the fringe is ahead, with mean 0 in each stretch."""
-#: `{{ verifier.decision.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
-LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
-#: `{{ names moireid.designer }}`: what the module exports; `{{ names moireid: design, verify }}`: these of it.
-NAMES = re.compile(r"^\{\{ names ([\w.]+)(?:: ([\w, ]+))? \}\}$", re.MULTILINE)
+ROOMS = (
+    *("moireid", "moireid.designer", "moireid.fabrication", "moireid.simulate", "moireid.verifier", "moireid.registry"),
+    *("moireid.calibration", "moireid.attest", "moireid.idcodes", "moireid.errors", "moireid_studio.challenge"),
+)
+SIMULATION = """# What is simulated
+
+This page is made from the tables of `moireid simulate`. What the verifier makes of each effect is in
+[accuracy](../accuracy.md#what-the-world-does-to-a-film).
+"""
 #: The function; `moireid.simulate` is a package as well.
 SIMULATE = "moireid.simulate.film_badge.simulate"
-
-
-def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Put the decisions into the navigation, in the groups of their own first page."""
-    groups: list[dict[str, list[str]]] = []
-    for line in (Path(config.docs_dir) / "decisions" / "index.md").read_text(encoding="utf-8").splitlines():
-        if line.startswith("## "):
-            groups.append({line[3:]: []})
-        elif found := re.match(r"- \[.+\]\((.+\.md)\)", line):
-            next(iter(groups[-1].values())).append(f"decisions/{found[1]}")
-    config.nav = [*(config.nav or []), {"Decisions": ["decisions/index.md", *groups]}]
-    return config
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -79,28 +72,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "capture-record": _fields(
             "capture-record", "The capture record", RECORD_TEXT, "`src/moireid/schema/capture-record.schema.json`"
         ),
-    }
+        "simulation": "".join(_simulation()),
+    } | {f"python/{module.rpartition('.')[2]}": "".join(_room(module)) for module in ROOMS}
     for name, text in made.items():
         files.append(File.generated(config, f"reference/{name}.md", content=text))
     return files
-
-
-def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Put the verifier's limits and the rooms' names in their places."""
-    if page.file.src_uri.startswith("reference/python/"):
-        return NAMES.sub(lambda found: "".join(_names(found[1], found[2])), markdown)
-    return with_limits(markdown) if page.file.src_uri == "reference/reason-codes.md" else markdown
-
-
-def with_limits(text: str) -> str:
-    """A text with the value of each constant that it names.  Raises: ImportError, AttributeError where one is gone."""
-    return LIMIT.sub(lambda found: f"{_constant(found[1], found[2]):.4g}", text)
-
-
-def _constant(module: str, name: str) -> float:
-    dotted = module if module.startswith(("moireid_studio.", "moireid_lab.")) else f"moireid.{module}"
-    value = getattr(importlib.import_module(dotted), name)
-    return float(value)
 
 
 def _sections(command: click.Command, name: str, parent: click.Context | None) -> Iterator[str]:
@@ -115,14 +91,31 @@ def _sections(command: click.Command, name: str, parent: click.Context | None) -
                 yield from _sections(found, each, context)
 
 
-def _names(module: str, some: str | None) -> Iterator[str]:
-    """One section for each name that a module exports, or for some of them, by its docstring; errors have a page of
-    their own.
+def _room(module: str) -> Iterator[str]:
+    """The page of a room: what it is for, and each name that it exports, by its docstring; errors have a page of their
+    own.
     """
-    for name in some.split(", ") if some else importlib.import_module(module).__all__:
+    room = importlib.import_module(module)
+    purpose, _, _ = inspect.cleandoc(room.__doc__ or "").partition("\n\n")
+    yield f"# {module}\n\n{purpose}\n"
+    for name in room.__all__:
         where = SIMULATE if (module, name) == ("moireid", "simulate") else f"{module}.{name}"
         if module != "moireid" or not (name.endswith("Error") or name.startswith("__")):
-            yield f"\n::: {where}\n    options:\n      heading_level: 3\n"
+            yield f"\n::: {where}\n    options:\n      heading_level: 2\n"
+
+
+def _simulation() -> Iterator[str]:
+    """The page of builds, flaws and effects."""
+    yield f"{SIMULATION}\n## Builds\n\n| `--build` | its flaws |\n|---|---|\n| `ideal` | as designed |\n"
+    for name, flaws in PRESETS.items():
+        listed = ", ".join(f"{flaw} {value:g} {FLAWS[flaw].unit}".rstrip() for flaw, value in flaws.items())
+        yield f"| `{name}` | {listed or 'only place, turn and scales are off'} |\n"
+    yield "\n## Flaws\n\n| `--flaw` | unit | range | meaning |\n|---|---|---|---|\n"
+    for name, flaw in FLAWS.items():
+        yield f"| `{name}` | {flaw.unit} | {flaw.low:g} to {flaw.high:g} | {flaw.meaning} |\n"
+    yield f"\n## Effects\n\n| `--effect` | {', '.join(STRENGTHS)} | figure | source |\n|---|---|---|---|\n"
+    for name, kind in KINDS.items():
+        yield f"| `{name}` | {', '.join(f'{one:g}' for one in kind.figures)} | {kind.what} | {kind.source} |\n"
 
 
 def _fields(schema: str, title: str, text: str, where: str) -> str:

@@ -1,7 +1,8 @@
 """Make the pictures of README and guides again, `make gallery`: badges, films and verdicts by the commands, the law by
 the library.
 
-What comes out is kept with the project, small enough for that; `gallery/gallery.md` holds the words between pictures.
+What comes out is kept with the project, small enough for that.  Badges are those of `gallery.md`: a command
+and below it `gallery/NAME.png`.  Each has a given identity, so that its picture stays the same.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Any
 
 import av
 import numpy as np
+from photograph import photograph
 from PIL import Image
 from skimage import data
 
@@ -32,39 +34,10 @@ DOCS = Path(__file__).parent
 OUT = DOCS / "gallery"
 FILMS = "tests/data/films"
 INK, RAYS = "#1f2a37", ("#0f766e", "#b45309", "#7c3aed")
-#: With given identities, so that the pictures stay the same.
-PRINTED = {
-    "ada": ('"Ada Lovelace" --payload 7097c67b0fafc59b', "The default size, 64 bits, for cameras 0.8 to 2.5 m away."),
-    "cells": (
-        '"Annie Easley" --payload 2b7e151628aed2a6 --pattern cells',
-        "Lines that end at the border of each cell, as badges had before.",
-    ),
-    "xy": ('"Grace Hopper" --payload cdbbf82898d52ed1 --axes xy', "Fringes for motion sideways, and up and down."),
-    "hex": ('"Maria Sibylla Merian" --payload 3a91c05e77d2b846 --axes hex', "Three fields: motion in any direction."),
-    "array": (
-        '"Katherine Johnson" --payload 84d1f06b92c37ae5 --front array',
-        "Round lenses over crossed lines: both directions at every point.",
-    ),
-    "frame": (
-        '"Rosalind Franklin" --payload c26e19d85b03f74a --markers frame',
-        "A thin notched frame in place of the squares.",
-    ),
-    "long": ('"Emmy Noether" --payload 00112233445566778899aabbccddeeff', "An identity of 128 bits."),
-    "far": (
-        '"Mary Somerville" --payload 5d171902d4d237dc --lens 40lpi --range 1-2.5',
-        "A coarser sheet, for cameras farther away.",
-    ),
-    "pitch": ('"Sofja Kowalewskaja" --payload 308628 --code pitch', "The identity in the spacing of bands: 24 bits."),
-    "mask": ('"Hedy Lamarr" --payload f002052e53c33d71 --front mask', "No lens sheet: a line mask on clear film."),
-}
-VERDICTS = {
-    "genuine_1.0m": "True, filmed by an independent ray tracer on the motion of a real hand.",
-    "forged_drift_1.0m": "Forged: the fringes drift at a constant speed.",
-    "forged_gain_low_1.0m": "Forged: the fringes go half as far as they should, at the right times; so do those "
-    "under a thin sheet.",
-    "forged_reversed_1.0m": "Forged: the fringes go as far as they should, the wrong way.",
-}
-MOVING = {"film": ("", "true"), "fake": (" --forge gain_low", "forged: half as far")}
+#: In `gallery.md`: a badge's command without the program, and the name of its picture.
+PRINTED = re.compile(r"`print-your-badge ([^`]+)`\n\n!.+\(gallery/(\w+)\.png\)")
+VERDICTS = ("genuine_1.0m", "forged_drift_1.0m", "forged_gain_low_1.0m", "forged_reversed_1.0m")
+MOVING = {"film": "", "fake": " --forge gain_low"}
 #: The two films of `make demo`: names, titles, and how they are forged.
 SHOWN = {"true": ("Real badge", ""), "forged": ("Forged: a still picture of the badge", " --forge frozen")}
 #: Badges to wear, one a template: options in addition to the logo and the portrait.
@@ -99,50 +72,41 @@ PAGE = {"width": 960, "height": 800}
 
 
 def main() -> None:
-    """Write all pictures, and the words between them."""
-    OUT.mkdir(exist_ok=True)
-    words = ["## Badges\n", '<div class="pair" markdown>']
+    """Write all pictures."""
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        words += [_badge(work, name, *entry) for name, entry in PRINTED.items()]
-        words += ["</div>\n", "## Moving\n", _moving(work)]
-        words += ["## Where it is worn\n", SCENE_WORDS, PHOTOGRAPH_WORDS]
-        words += ["## Verdicts\n", "Thick: where the law puts the fringes. Thin: where they were seen.\n"]
-        words += [_verdict(work, name, text) for name, text in VERDICTS.items()]
+        for wish, name in PRINTED.findall((DOCS / "gallery.md").read_text(encoding="utf-8")):
+            _badge(work, name, wish)
+        _moving(work)
+        for name in VERDICTS:
+            _verdict(work, name)
         _side_by_side(work)
         _report(work)
         _worn(work)
         _scenes(work)
         _photograph(work)
-    (OUT / "gallery.md").write_text("\n".join(words) + "\n", encoding="utf-8")
     _rays()
     _law()
     _travel()
 
 
-def _run(command: str, *, codes: tuple[int, ...] = (0,)) -> str:
-    """What a command of ours prints."""
+def _run(command: str, *, codes: tuple[int, ...] = (0,)) -> None:
+    """A command of ours.  Raises: SystemExit if it ends with another exit code."""
     program, *arguments = shlex.split(command)
     start = "print_your_badge" if program == "print-your-badge" else "main"
     code = f"from moireid.cli.main import {start} as start; start()"
     done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
     if done.returncode not in codes:
         raise SystemExit(f"{command}: {done.stderr}")
-    return done.stdout
 
 
-def _badge(work: Path, name: str, wish: str, text: str) -> str:
+def _badge(work: Path, name: str, wish: str) -> None:
     _run(f"print-your-badge {wish} --out {work / name} --mount none")
     with Image.open(work / name / "preview.png") as picture:
         small = picture.convert("L").resize(
             (420, round(420 * picture.height / picture.width)), Image.Resampling.LANCZOS
         )
     small.quantize(12).save(OUT / f"{name}.png", optimize=True)
-    whose = shlex.split(wish)[0]
-    return (
-        f"<figure markdown>![The badge of {whose}](gallery/{name}.png){{ loading=lazy }}"
-        f"<figcaption markdown>{text}<br>`print-your-badge {wish}`</figcaption></figure>"
-    )
 
 
 def _worn(work: Path) -> None:
@@ -175,35 +139,10 @@ def _worn(work: Path) -> None:
     shutil.copyfile(work / "worn-conference" / "preview.webp", OUT / "worn.webp")
 
 
-SCENE_WORDS = """The badge of a speaker, simulated: worn in an office, at a lectern, in a call, on a desk. The
-background is drawn by the project. In the first picture the badge is built as usual, not as designed: with bled ink,
-air beneath the sheet, haze, and a lamp in its ribs. Such films are accepted.
-
-![Four simulated pictures of a badge in its holder: worn, behind a lectern, in a study, on a desk](gallery/scenes.webp)
-
-```text
-moireid simulate ada/badge.json --out film.mp4 --scene worn --build usual:3 --motion sway --distance 0.8
-```
-"""
-
-
-PHOTOGRAPH_WORDS = """Light followed through every lens, from a lamp to the print and back to the camera; holder, cord
-and jumper are modelled. `--rays` and `--error` choose between time and noise.
-
-![A badge in a holder on a red cord, before a blue knitted jumper](gallery/photograph.webp)
-
-```text
-moireid render ada/badge.json --out photograph.png --rays 512
-```
-"""
-
-
 def _photograph(work: Path) -> None:
     """The badge of a speaker as it is worn, path-traced: some minutes of work."""
-    badge_json, picture = work / "worn-conference" / "badge.json", work / "photograph.png"
-    _run(f"moireid render {badge_json} --out {picture} --rays 512")
-    with Image.open(picture) as made:
-        made.save(OUT / "photograph.webp", quality=80, method=6)
+    made = photograph(work / "worn-conference" / "badge.json", rays=512)
+    made.save(OUT / "photograph.webp", quality=80, method=6)
 
 
 def _scenes(work: Path) -> None:
@@ -224,10 +163,10 @@ def _scenes(work: Path) -> None:
     shown.save(OUT / "scenes.webp", quality=72, method=6)
 
 
-def _moving(work: Path) -> str:
+def _moving(work: Path) -> None:
     """A true and a forged film of the same motion side by side, as one moving picture."""
     shown = []
-    for name, (forge, _) in MOVING.items():
+    for name, forge in MOVING.items():
         film = work / f"{name}.mp4"
         _run(
             f"moireid simulate {work / 'ada' / 'badge.json'} --out {film} --scene worn --camera webcam --motion sway "
@@ -246,27 +185,15 @@ def _moving(work: Path) -> str:
     pictures[0].save(
         OUT / "moving.webp", save_all=True, append_images=pictures[1:], duration=100, loop=0, quality=25, method=6
     )
-    return (
-        "The same motion before a simulated webcam, twice. Left a true badge; right a forged one, whose fringes go "
-        "half as far. Can you see it?\n\n![Two films of a badge that sways: the fringes of the left one travel further]"
-        "(gallery/moving.webp){ loading=lazy }\n"
-    )
 
 
-def _verdict(work: Path, name: str, text: str) -> str:
-    command = f"moireid verify {FILMS}/{name}.mp4 --badge {FILMS}/badge.json"
-    said = _run(f"{command} --report {work / name}", codes=(0, 1, 3))
+def _verdict(work: Path, name: str) -> None:
+    _run(f"moireid verify {FILMS}/{name}.mp4 --badge {FILMS}/badge.json --report {work / name}", codes=(0, 1, 3))
     page = (work / name / "report.html").read_text(encoding="utf-8")
     found = re.search(r'<img class="plot" src="data:image/svg\+xml;base64,([^"]+)"', page)
     if found is None:
         raise SystemExit(f"the report on {name} has no plot")
     _write_svg(f"{name}.svg", _by_day(base64.b64decode(found[1]).decode()))
-    words = {"ACCEPT": "Accepted", "REJECT": "Rejected", "INCONCLUSIVE": "Inconclusive"}
-    verdict = words[said.split(":")[0]]
-    return (
-        f"### {verdict}: {name}.mp4\n\n{text}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
-        f"\n\n```text\n{command}\n{said}```\n"
-    )
 
 
 def _by_day(svg: str) -> str:

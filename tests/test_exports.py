@@ -14,7 +14,7 @@ EXPORTED = {
     ),
     "moireid.idcodes": (
         "WRONG_PERSON CellReading CodeFamily DecodeResult PartialWord PitchFamily SpacingFamily family_named "
-        "is_name_derived specimen_of spells_its_id"
+        "specimen_of spells_its_id"
     ),
     "moireid.designer": (
         "ChartRequest Request design_badge design_chart explain payload_from_hex payload_from_key random_payload"

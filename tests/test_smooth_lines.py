@@ -112,11 +112,11 @@ def test_a_silk_badge_is_format_2_and_others_stay_format_1(badge):
     ("wish", "bytes_", "bends"),
     [
         *(({}, 8, True), ({}, 16, True), ({"front": "mask"}, 8, False), ({"axes": "xy"}, 8, True)),
-        *(({"front": "array"}, 8, False), ({"axes": "hex"}, 8, False), ({}, 3, False)),
+        *(({"axes": "hex"}, 8, False), ({}, 3, False)),
     ],
 )
 def test_new_badges_are_silk_where_lines_may_bend(wish, bytes_, bends):
-    """Catches: a default that refuses a lens array or the pitch code; hard cells where none are asked for."""
+    """Catches: a default that refuses turned fields or the pitch code; hard cells where none are asked for."""
     badge = design_badge(Request("Ada", range_m=(0.8, 2.0), **wish), PAYLOAD[:1] * bytes_)
     assert [is_smooth(grating) for grating in badge.gratings] == [bends] * len(badge.gratings)
 
@@ -133,9 +133,9 @@ def test_cells_that_cannot_blend_are_refused(badge, change):
         badge_from_json(replace(badge, gratings=(replace(grating, cells=changed),)).to_json())
 
 
-@pytest.mark.parametrize("wish", [{"family": "pitch"}, {"front": "array"}, {"pattern": "velvet"}])
+@pytest.mark.parametrize("wish", [{"family": "pitch"}, {"pattern": "velvet"}])
 def test_what_cannot_be_silk_says_so(wish):
-    """Catches: a pitch code or crossed lines that are bent; a pattern that is taken for the usual one."""
+    """Catches: a pitch code that is bent; a pattern that is taken for the usual one."""
     payload = PAYLOAD[:3] if wish.get("family") else PAYLOAD
     with pytest.raises(MoireIdError, match=r"silk|pattern"):
         design_badge(replace(Request("Ada Lovelace", pattern="silk"), **wish), payload)

@@ -9,7 +9,7 @@ page.py      the page as a raster, and the sheets placed on it
 build.py     what goes wrong when a badge is printed and put together
 flaws.py     what printers, sheets and wearers do to a badge
 bend.py      a badge bent to a cylinder, or twisted
-lens.py      one ray through a cylinder lens or a round lens, by Snell's law
+lens.py      one ray through a cylinder lens, by Snell's law
 motion.py    where badge and camera are: a wearer who sways, a camera that walks, a measured hand
 camera.py    a phone's or laptop's camera: rays of its pixels, shutter, noise
 trace.py     one frame in linear light

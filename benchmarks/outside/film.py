@@ -100,7 +100,7 @@ class Tracer:
             patches = self.lie.true_at
         lens, sheets, bend, lamps = self.page.lens, self.build.sheets, self.page.bend.figures, self.shoot.lamps
         trace(
-            self.light, box, self.rays, figures, places, turns, sheets, lens.figures, lens.round, self.fine,
+            self.light, box, self.rays, figures, places, turns, sheets, lens.figures, self.fine,
             self.page.coarse, self.size, self.sets, eyes, lie, patches, self.shoot.seed * 1009 + number, bend,
             self.page.air_mm,
         )  # fmt: skip

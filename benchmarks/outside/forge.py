@@ -133,7 +133,7 @@ def flat_page(kind: str, page: Page, build: Build, distance_mm: float, footprint
     half = page.size_mm[0] * build.scale[0] / 2, page.size_mm[1] * build.scale[1] / 2
     scale = page.px_per_mm[0] / build.scale[0], page.px_per_mm[1] / build.scale[1]
     lens = page.lens
-    picture = _picture(shape, distance_mm, build.sheets, lens.figures, lens.round, page.fine.T, (*scale, *half))
+    picture = _picture(shape, distance_mm, build.sheets, lens.figures, page.fine.T, (*scale, *half))
     # The paper's or the display's own black and white.
     grey = np.clip(255 * (picture - INK) / (PAPER - INK), 0, 255).astype(np.uint8)
     dots = 8 if kind == "screen" else 4
@@ -152,7 +152,7 @@ def flat_page(kind: str, page: Page, build: Build, distance_mm: float, footprint
 
 
 @njit(cache=True)
-def _picture(shape, distance, sheets, lens, is_round, fine, size):
+def _picture(shape, distance, sheets, lens, fine, size):
     """What a camera straight before the badge sees in each small square of it, 16 samples each."""
     px, py, half_x, half_y = size
     out = np.zeros(shape)
@@ -163,9 +163,7 @@ def _picture(shape, distance, sheets, lens, is_round, fine, size):
                 y = ((i + (k * 7 % 16 + 0.5) / 16) / shape[0] * 2 - 1) * half_y
                 found = _sheet_at(x, y, sheets, 0.0)
                 if found >= 0:
-                    out[i, j] += seen_through(
-                        x, y, x / distance, y / distance, sheets, found, lens, is_round, fine, size
-                    )
+                    out[i, j] += seen_through(x, y, x / distance, y / distance, sheets, found, lens, fine, size)
                 else:
                     out[i, j] += _lookup(fine, (y + half_y) * py, (x + half_x) * px) / 255.0
     return out / 16

@@ -1,8 +1,8 @@
-"""One ray through a cylinder lens or a round lens, by Snell's law.
+"""One ray through a cylinder lens, by Snell's law.
 
 Convention: s runs across the lenses, t along them, both in mm; z runs into the sheet from the plane of its crowns, so
 the flat back is at z = thickness.  A ray is given by where it crosses z = 0 and by ds/dz and dt/dz in air.
-Source: intersection of a line with a circle (a sphere), Snell's law as vectors, Fresnel's equations.  No phase law and
+Source: intersection of a line with a circle, Snell's law as vectors, Fresnel's equations.  No phase law and
 no small angle enters.
 """
 
@@ -68,35 +68,6 @@ def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness
         s[k], t[k], share[k] = _refract(
             s[k], t[k], ds[k], dt[k], z, x / length, 0.0, deep / length, thickness, index, air
         )
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
-def through_sphere(s, t, ds, dt, edge, pitch, radius, thickness, index, air=0.0):
-    """As `through_cylinder`, for round lenses on a square grid with its corner at (edge, edge)."""
-    i, j = math.floor((s - edge) / pitch), math.floor((t - edge) / pitch)
-    z, x, y = 0.0, 0.0, 0.0
-    for _ in range(MOST_LENSES):
-        x, y = s - edge - (i + 0.5) * pitch, t - edge - (j + 0.5) * pitch
-        x0, y0 = x, y
-        b = ds * x + dt * y - radius
-        c = x * x + y * y
-        disc = b * b - (1.0 + ds * ds + dt * dt) * c
-        if disc >= 0.0:
-            z = c / (math.sqrt(disc) - b)
-            x, y = x + ds * z, y + dt * z
-            if abs(x) <= 0.5 * pitch and abs(y) <= 0.5 * pitch:
-                break
-        # The wall by which the ray leaves this cell.
-        out_s = (math.copysign(0.5 * pitch, ds) - x0) / ds if ds != 0 else math.inf
-        out_t = (math.copysign(0.5 * pitch, dt) - y0) / dt if dt != 0 else math.inf
-        if out_s < out_t:
-            i += 1 if ds > 0 else -1
-        else:
-            j += 1 if dt > 0 else -1
-    landed_s, landed_t, share = _refract(
-        s, t, ds, dt, z, x / radius, y / radius, (z - radius) / radius, thickness, index, air
-    )
-    return landed_s, landed_t, share
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", inline="always")

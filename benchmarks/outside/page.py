@@ -31,14 +31,13 @@ UNBENT = Bend()
 
 @dataclass(frozen=True)
 class Lens:
-    """What is known of a sheet: sizes in mm; `round` for an array of round lenses; air_mm between its back and
-    the print; conic: constant of a cylinder's profile, 0 for a circle, -1 / index^2 for the ellipse that focuses."""
+    """What is known of a sheet: sizes in mm; air_mm between its back and the print; conic: constant of the profile, 0
+    for a circle, -1 / index^2 for the ellipse that focuses."""
 
     pitch_mm: float
     thickness_mm: float
     index: float
     radius_mm: float
-    round: bool
     air_mm: float = 0.0
     conic: float = 0.0
 
@@ -138,21 +137,18 @@ def _lens(entry: dict[str, object]) -> Lens:
     """The sheet as bought; its lenses focus on the flat back where nothing else is said."""
     pitch, thickness, index = (float(entry[k]) for k in ("pitch_mm", "thickness_mm", "refractive_index"))  # type: ignore[arg-type]
     radius = float(entry.get("radius_mm") or thickness * (index - 1.0) / index)  # type: ignore[arg-type]
-    if entry["kind"] not in ("lenticular", "array"):
+    if entry["kind"] != "lenticular":
         raise ValueError(f"a front of kind {entry['kind']} is not traced here; give lenses")
-    return Lens(pitch, thickness, index, radius, entry["kind"] == "array")
+    return Lens(pitch, thickness, index, radius)
 
 
 def _sheets(document: dict[str, object], rect: list[float], page: tuple[float, float]) -> tuple[Sheet, ...]:
-    """One sheet a field; an array of round lenses lies once over the two fields of a place."""
+    """One sheet a field."""
     center = (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
     found: list[Sheet] = []
     for grating in document["gratings"]:  # type: ignore[attr-defined]
         x0, y0, x1, y1 = grating["rect_mm"]
         half, middle, angle = ((x1 - x0) / 2, (y1 - y0) / 2), ((x0 + x1) / 2, (y0 + y1) / 2), 0.0
-        if document["lens"]["kind"] == "array":  # type: ignore[index]
-            found = [Sheet((middle[0] - center[0], middle[1] - center[1]), half, 0.0)]
-            continue
         if grating["axis"] == "y":
             half, angle = half[::-1], math.pi / 2
         elif grating["axis"] != "x":

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from outside.bend import in_space, onto_plane, plane_under, slopes_on
-from outside.lens import through_cylinder, through_cylinders, through_sphere
+from outside.lens import through_cylinder, through_cylinders
 
 #: Samples of a pixel on a sheet, of one that shows less than `NEAR` of a lens, and of one on plain paper.
 LENS_SAMPLES, NEAR_SAMPLES, NEAR, PAPER_SAMPLES = 12, 8, 0.7, 12
@@ -52,7 +52,7 @@ def offsets(count: int, blur_px: float, rng: np.random.Generator) -> NDArray[np.
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def seen_through(x, y, ex, ey, sheets, k, lens, is_round, raster, size):
+def seen_through(x, y, ex, ey, sheets, k, lens, raster, size):
     """Light from the sheet at (x, y) of its crown plane, along a ray of slopes ex = dx/dz, ey = dy/dz.
 
     lens: of `Lens.figures`; raster: the page, transposed, as rays through one lens land along its lines;
@@ -62,15 +62,10 @@ def seen_through(x, y, ex, ey, sheets, k, lens, is_round, raster, size):
     dx, dy = x - sheets[k, 0], y - sheets[k, 1]
     across, along = dx * c + dy * s, dy * c - dx * s
     ds, dt = ex * c + ey * s, ey * c - ex * s
-    if is_round:
-        across, along, share = through_sphere(
-            across, along, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3]
-        )
-    else:
-        across, off, share = through_cylinder(
-            across, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3], lens[4]
-        )
-        along += off
+    across, off, share = through_cylinder(
+        across, ds, dt, sheets[k, 6], sheets[k, 7], lens[2], lens[0], lens[1], lens[3], lens[4]
+    )
+    along += off
     x, y = sheets[k, 0] + across * c - along * s, sheets[k, 1] + across * s + along * c
     return share * _lookup(raster, (y + size[3]) * size[1], (x + size[2]) * size[0]) / 255.0 + (1.0 - share) * ROOM
 
@@ -89,8 +84,7 @@ def _sheet_at(x, y, sheets, spare):
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def trace(
-    light, box, rays, camera, places, turns, sheets, lens, is_round, fine, coarse, size, sets, eyes, lie, patches, seed,
-    bend, air
+    light, box, rays, camera, places, turns, sheets, lens, fine, coarse, size, sets, eyes, lie, patches, seed, bend, air
 ):  # fmt: skip
     """Draw the badge into `light`, within `box` (left, top, right, bottom).
 
@@ -140,12 +134,10 @@ def trace(
                     if _sheet_at(x[k], y[k], sheets, 0.0) >= 0:
                         place = x[k], y[k], ex[k], ey[k], lens[0]
                         ex[k], ey[k] = _false_slopes(*place, eyes, at, lie, patches, size, bend)
-            if not is_round and covered >= 0 and _sheet_at(hx, hy, sheets, -wide - lens[0]) == covered:
+            if covered >= 0 and _sheet_at(hx, hy, sheets, -wide - lens[0]) == covered:
                 total = _seen_through_all(count, work, sheets, covered, lens, fine, size)
             else:
-                total = _seen(
-                    count, work, covered, above, sheets, lens, is_round, fine, coarse, size, light[row, column]
-                )
+                total = _seen(count, work, covered, above, sheets, lens, fine, coarse, size, light[row, column])
             light[row, column] = total / count
 
 
@@ -191,7 +183,7 @@ def _pose(places, turns, at, out):
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _seen(count, work, covered, above, sheets, lens, is_round, fine, coarse, size, behind):
+def _seen(count, work, covered, above, sheets, lens, fine, coarse, size, behind):
     """The sum over samples on a sheet, on paper or outside the badge, where they see what is behind."""
     x, y, ex, ey = work[0], work[1], work[2], work[3]
     half_x, half_y = size[2], size[3]
@@ -200,7 +192,7 @@ def _seen(count, work, covered, above, sheets, lens, is_round, fine, coarse, siz
     for k in range(count):
         found = _sheet_at(x[k], y[k], sheets, 0.0) if covered >= 0 else -1
         if found >= 0:
-            total += seen_through(x[k], y[k], ex[k], ey[k], sheets, found, lens, is_round, fine, size)
+            total += seen_through(x[k], y[k], ex[k], ey[k], sheets, found, lens, fine, size)
             continue
         px, py = x[k] + above * ex[k], y[k] + above * ey[k]
         if abs(px) > half_x or abs(py) > half_y:

@@ -20,8 +20,8 @@ from moireid.errors import SpecError
 from moireid.models import check_format, parse_json, read_model
 
 FORMAT = 1
-#: The model by which this version measures.  1: one term of radial distortion, a flat page, no map of places.  2: two
-#: terms, a page that may be twisted, and the map.
+#: Of the camera and the page by which figures are measured: two terms of radial distortion, a page that may be twisted,
+#: and a map of places.
 MODEL = 2
 #: Bounds of a map of places and of its standard deviation, rad: beyond, a film shows none.
 MOST_MAP_RAD, MOST_MAP_SD_RAD = 10.0, 1.0
@@ -39,7 +39,7 @@ class AsBuilt:
     of films used; measured_scale: a ruler's reading over the printed length, or None; third_harmonic: how much of the
     fringes' third harmonic turns with them, contrasts, seen from the front; None where it was not measured; place_maps:
     for each grating, how far the fringes are ahead of the law at its knots (`fringes.place_map`), rad; none where they
-    were not measured; place_map_sd: standard deviation of a knot; model: as `MODEL`, of the version that measured;
+    were not measured; place_map_sd: standard deviation of a knot;
     witnessed: whether they were measured in live checks alone, in which the badge followed prompts drawn at random, or
     one of those agreed with them.
     """
@@ -58,7 +58,6 @@ class AsBuilt:
     third_harmonic: float | None = None
     place_maps: tuple[tuple[Annotated[float, Meta(ge=-MOST_MAP_RAD, le=MOST_MAP_RAD)], ...], ...] = ()
     place_map_sd: Annotated[float, Meta(gt=0, le=MOST_MAP_SD_RAD)] | None = None
-    model: int = 1
     witnessed: bool = False
 
     def __repr__(self) -> str:
@@ -73,8 +72,8 @@ class AsBuilt:
         return 1.0 / abs(self.beat_frequency_per_mm)
 
     def to_json(self) -> str:
-        """As JSON text, with its format number."""
-        return json.dumps({"format": FORMAT} | asdict(self))
+        """As JSON text, with the numbers of format and model."""
+        return json.dumps({"format": FORMAT, "model": MODEL} | asdict(self))
 
 
 def as_built_from_json(text: str) -> AsBuilt:
@@ -83,6 +82,8 @@ def as_built_from_json(text: str) -> AsBuilt:
     document = parse_json(text, source, advice)
     check_format(document, FORMAT, source)
     found = read_model(document, AsBuilt, source, advice)
+    if document.get("model") != MODEL:
+        raise SpecError(f"{source}: model {document.get('model')} is not that of this version, {MODEL}; {advice}")
     if bool(found.place_maps) != (found.place_map_sd is not None):
         raise SpecError(f"{source}: place_maps and place_map_sd must be both there or both absent; {advice}")
     if found.beat_frequency_per_mm == 0:
@@ -136,7 +137,6 @@ def merge(parts: list[AsBuilt]) -> AsBuilt:
         captures=sum(part.captures for part in parts),
         measured_scale=scale,
         third_harmonic=sharp,
-        model=min(part.model for part in parts),
         witnessed=all(part.witnessed for part in parts),
         **_merged_maps(parts),
     )

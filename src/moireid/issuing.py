@@ -139,11 +139,11 @@ class Wear:
             name = self.format_name or "board"
             chosen: dict[str, Any] = {"orientation": self.orientation, "lens": self.lens, "range_m": range_m}
             return in_format(request, name, payload_bytes=payload_bytes, **chosen)
-        # A mask is of any pitch, and no array is a product.
+        # A mask is of any pitch.
         usual = DEFAULT_LENS if request.front == "lens" else request.lens
         request = replace(request, size_mm=size_mm, lens=self.lens or usual, range_m=range_m or request.range_m)
-        # Each of three fields is smaller than one over the whole board, and an array's fringes are finer.
-        smaller = look is not None or request.axes == "hex" or request.front == "array"
+        # Each of three fields is smaller than one over the whole board.
+        smaller = look is not None or request.axes == "hex"
         return within_reach(request, payload_bytes) if smaller and range_m is None else request
 
     def look(self, axes: str) -> Look | None:

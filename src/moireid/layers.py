@@ -23,10 +23,10 @@ Bits = Annotated[int, Meta(ge=1, le=128)]
 
 @dataclass(frozen=True)
 class Lens:
-    """The front layer: a lenticular sheet, an array of round lenses (fly's-eye sheet), or a line mask on clear film."""
+    """The front layer: a lenticular sheet, or a line mask on clear film."""
 
-    kind: Annotated[Literal["lenticular", "array", "mask"], Meta(description="which of the three")]
-    pitch_mm: Annotated[Pitch, Meta(description="from one lens (of an array, both ways) or line of a mask to the next")]
+    kind: Annotated[Literal["lenticular", "mask"], Meta(description="which of the two")]
+    pitch_mm: Annotated[Pitch, Meta(description="from one lens, or line of a mask, to the next")]
     thickness_mm: Annotated[Thickness, Meta(description="from the top of the lenses, or from the mask, to the page")]
     refractive_index: Annotated[float, Meta(ge=1, le=3, description="of the sheet; 1 for air")]
     radius_mm: Annotated[
@@ -50,15 +50,13 @@ class Lens:
             focus_on_back_mm = self.thickness_mm * (self.refractive_index - 1.0) / self.refractive_index
             object.__setattr__(self, "radius_mm", focus_on_back_mm)
         assert self.radius_mm is not None
-        # Round lenses on a square array meet where four of them do, half a diagonal from their axes.
-        least_mm = self.pitch_mm / 2 * (math.sqrt(2) if self.kind == "array" else 1)
+        least_mm = self.pitch_mm / 2
         if self.radius_mm < least_mm:
             thicker_mm = self.thickness_mm * least_mm / self.radius_mm
             finer_mm = math.floor(1e4 * self.radius_mm * self.pitch_mm / least_mm) / 1e4
-            half = "half the diagonal of the pitch" if self.kind == "array" else "half the pitch"
             raise SpecError(
-                f"lens radius_mm={self.radius_mm:.4g} is below {half} ({least_mm:.4g} mm), so the lenses would not "
-                f"meet; raise thickness_mm to {math.ceil(1e3 * thicker_mm) / 1e3:g} or more, or "
+                f"lens radius_mm={self.radius_mm:.4g} is below half the pitch ({least_mm:.4g} mm), so the lenses would "
+                f"not meet; raise thickness_mm to {math.ceil(1e3 * thicker_mm) / 1e3:g} or more, or "
                 f"give a pitch of {finer_mm:g} mm or less",
                 most_pitch_mm=finer_mm,
             )

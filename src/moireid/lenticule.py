@@ -3,17 +3,14 @@
 A pixel that covers many lenses sees the mean of the printed lines over all rays through one lens. For lines of pitch
 p_r that mean turns the fringe phase by arg H and dims the fringe by |H|, where H = <exp(2 pi i s / p_r)> and s is how
 far along x from the lens's axis each ray lands.  `view_response` traces H; `ViewLaw` tabulates it over view directions,
-because a verifier needs it at every frame.  Rays are traced by `trace_mm` through a lenticule, and by `landed_mm`
-through a lens of a fly's-eye sheet, a square array of spherical lenses.  A lenticule shifts the page with one parallax,
-a round lens with both; so each point of the picture then depends on both parallaxes.
+because a verifier needs it at every frame.  Rays are traced by `trace_mm`.
 Less light passes a lens's flank than its top (Fresnel's equations), so rays are weighted by the share that passes: this
 changes the phase by 0.003 rad at a view tangent of 0.3 and by 0.02 at 0.7, and makes the law 1 % flatter beyond.
 Not modelled here: light that leaves a lenticule through its neighbour's flank after refraction (beyond 65 degrees), and
 the directions of the lamp.
 
-Convention: the apex plane is z = 0, z into the page; lens 0 has its axis at x = 0, a round one at (0, 0); a round lens
-is the square of one pitch around its axis.
-Source: intersection with a cylinder or sphere and Snell's law in three dimensions.
+Convention: the apex plane is z = 0, z into the page; lens 0 has its axis at x = 0.
+Source: intersection with a cylinder and Snell's law in three dimensions.
 """
 
 from __future__ import annotations
@@ -27,66 +24,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from moireid import optics
 from moireid.badge import Lens
-from moireid.optics import passed_share
 
 Array = NDArray[np.float64]
-#: Rays across one lens, each way.
-AXIS_RAYS = 48
-#: Lenses that an oblique ray may pass over before it meets one.
-TRIES = 4
-
-
-def landed_mm(lens: Lens, start_x: Array, start_y: Array, tan_x: Array, tan_y: Array) -> tuple[Array, Array, Array]:
-    """Where rays that cross the apex plane at the start land on the page, x and y, and the cosine of their incidence.
-
-    Parameters: arrays that broadcast together; mm and tangents.
-    Convention: module docstring; NaN for a ray that misses every lens that it may meet.
-    Returns: mm, mm and cosine, each of the broadcast shape.
-    Source: module docstring; the nearer root as in `trace_mm`.
-    """
-    assert lens.radius_mm is not None
-    x, y, tx, ty = (np.array(part, float) for part in np.broadcast_arrays(start_x, start_y, tan_x, tan_y))
-    radius, pitch, n = lens.radius_mm, lens.pitch_mm, lens.refractive_index
-    axis_x, axis_y = np.round(x / pitch) * pitch, np.round(y / pitch) * pitch
-    a = 1.0 + tx**2 + ty**2
-    for _ in range(TRIES):
-        off_x, off_y = x - axis_x, y - axis_y
-        b, c = off_x * tx + off_y * ty - radius, off_x**2 + off_y**2
-        root = b**2 - a * c
-        depth = c / (-b + np.sqrt(np.maximum(root, 0.0)))
-        hit_x, hit_y = off_x + tx * depth, off_y + ty * depth
-        # A ray that has left its own square meets the neighbour on that side.
-        over_x, over_y = (np.sign(hit) * (np.abs(hit) > pitch / 2 * (1 + 1e-12)) for hit in (hit_x, hit_y))
-        axis_x, axis_y = axis_x + over_x * pitch, axis_y + over_y * pitch
-    missed = (root < 0) | (over_x != 0) | (over_y != 0)
-    normal = [hit_x / radius, hit_y / radius, (depth - radius) / radius]
-    length = np.sqrt(a)
-    cosine = -(tx * normal[0] + ty * normal[1] + normal[2]) / length
-    bend = cosine / n - np.sqrt(np.maximum(1.0 - (1.0 - cosine**2) / n**2, 0.0))
-    down = (1.0 / length / n + bend * normal[2]) / (lens.thickness_mm - depth)
-    landed_x = axis_x + hit_x + (tx / length / n + bend * normal[0]) / down
-    landed_y = axis_y + hit_y + (ty / length / n + bend * normal[1]) / down
-    return tuple(np.where(missed | (cosine <= 0), np.nan, part) for part in (landed_x, landed_y, cosine))  # type: ignore[return-value]
-
-
-def array_response(lens: Lens, rear_pitch_mm: float, tan_x: Array, tan_y: Array) -> NDArray[np.complex128]:
-    """Complex response of an array to lines across x of that pitch, as `view_response`.
-
-    Parameters: tan_x, tan_y of one shape.
-    Source: average over the rays of one lens, uniform on the apex plane, weighted by `optics.passed_share`.
-    """
-    across = ((np.arange(AXIS_RAYS) + 0.5) / AXIS_RAYS - 0.5) * lens.pitch_mm
-    start_x, start_y = (part.ravel() for part in np.meshgrid(across, across))
-    response = np.empty(tan_x.shape, complex)
-    for place in np.ndindex(tan_x.shape):
-        landed, _, cosine = landed_mm(lens, start_x, start_y, tan_x[place], tan_y[place])
-        seen = np.isfinite(landed)
-        passed = passed_share(lens.refractive_index, cosine[seen])
-        turned = np.exp(2j * math.pi * landed[seen] / rear_pitch_mm)
-        response[place] = (passed * turned).sum() / passed.sum()
-    return response
-
-
 #: Rays across one lenticule.  The flanks make the response a step function of the ray, so the error falls as one over
 #: the number of rays: 1e-3 rad at 512 (a test checks it).
 RAYS = 512
@@ -170,8 +109,6 @@ def view_response(
         shift = optics.slab_shift_mm(lens.thickness_mm, lens.refractive_index, tan_x, tan_y)
         # numpy's sinc is sin(pi x)/(pi x): the first Fourier coefficient of the openings over their mean.
         return np.asarray(np.exp(2j * math.pi * shift / rear_pitch_mm) * np.sinc(lens.open_fraction))
-    if lens.kind == "array":
-        return array_response(lens, rear_pitch_mm, *np.broadcast_arrays(tan_x, tan_y))
     across = ((np.arange(rays) + 0.5) / rays - 0.5) * lens.pitch_mm
     landed, cosine = trace_mm(lens, across, tan_x[..., None], tan_y[..., None])
     passed = optics.passed_share(lens.refractive_index, cosine) if fresnel else np.ones_like(cosine)

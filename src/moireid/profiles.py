@@ -9,12 +9,12 @@ how much it widens lines, and its scale.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, TypeVar
 
+import msgspec
 from msgspec import Meta, Struct
 
 from moireid.badge import Badge, Lens
@@ -33,8 +33,9 @@ MAX_PITCH_SD_SHARE = 0.02
 DEFAULT_DPI, DPI_RANGE = 1200, (72, 9600)
 #: How lines are put on a page; see `fabrication.page`.
 FORMS = ("dots", "vector")
-Profile = TypeVar("Profile")
-Written = TypeVar("Written", "LensProfile", "PrinterProfile")
+Profile = TypeVar("Profile", "LensProfile", "PrinterProfile")
+#: Pitch, mm, thickness, mm, and refractive index of sheets of glass or plastic, least and most.
+SHEET_RANGES = ((0.127, 2.54), (0.05, 20.0), (1.2, 2.0))
 #: Paper sizes, width by height, mm (ISO 216; ANSI A).
 PAPERS_MM = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 
@@ -63,44 +64,28 @@ def find_printer(badge: Badge) -> Printer:
     return Printer(int(dpi))
 
 
-class SheetFigures(Struct):
-    """The measured sheet of a lens profile: 10 to 200 lines per inch, of glass or plastic."""
-
-    pitch_mm: Annotated[float, Meta(ge=0.127, le=2.54)]
-    thickness_mm: Annotated[float, Meta(ge=0.05, le=20)]
-    refractive_index: Annotated[float, Meta(ge=1.2, le=2)]
-    kind: Literal["lenticular"]
-
-
-class ProfileFile(Struct, rename={"found": "from"}):
-    """What the file of a lens profile holds.  Raises: ValueError for a pitch that is known no better than a label's."""
-
-    format: Literal[1]
-    kind: Literal["lens-profile"]
-    name: str
-    lens: SheetFigures
-    pitch_sd_mm: Annotated[float, Meta(ge=0)]
-    found: dict[str, Any] = {}
-
-    def __post_init__(self) -> None:
-        most_mm = MAX_PITCH_SD_SHARE * self.lens.pitch_mm
-        if self.pitch_sd_mm > most_mm:
-            raise ValueError(f"pitch_sd_mm={self.pitch_sd_mm:g} must be a number from 0 to {most_mm:g}")
-
-
-@dataclass(frozen=True)
-class LensProfile:
+class LensProfile(Struct, frozen=True, tag_field="kind", tag="lens-profile", rename={"found": "from"}):
     """One measured lens sheet; pitch_sd_mm: standard deviation of its pitch; found: how it was measured, for people."""
 
     name: str
     lens: Lens
-    pitch_sd_mm: float
-    found: dict[str, Any] = field(default_factory=dict, hash=False)
+    pitch_sd_mm: Annotated[float, Meta(ge=0)]
+    found: dict[str, Any] = {}
+
+    def __post_init__(self) -> None:
+        """Raises: ValueError for what is no sheet of 10 to 200 lenses to the inch, or no better known than a label."""
+        lens, most_mm = self.lens, MAX_PITCH_SD_SHARE * self.lens.pitch_mm
+        figures = (lens.pitch_mm, lens.thickness_mm, lens.refractive_index)
+        if lens.kind != "lenticular" or any(
+            not low <= value <= high for value, (low, high) in zip(figures, SHEET_RANGES, strict=True)
+        ):
+            raise ValueError(f"holds a lens that no lens sheet has: {figures}; allowed are {SHEET_RANGES}")
+        if self.pitch_sd_mm > most_mm:
+            raise ValueError(f"pitch_sd_mm={self.pitch_sd_mm:g} must be a number from 0 to {most_mm:g}")
 
     def to_json(self) -> str:
-        """The text of a lens profile's file, with a final newline."""
-        lens = {key: getattr(self.lens, key) for key in ("kind", "pitch_mm", "thickness_mm", "refractive_index")}
-        return _profile_text("lens-profile", asdict(self) | {"lens": lens})
+        """The text of the file, with a final newline."""
+        return _profile_text(self)
 
 
 def lens_named(label: str) -> Lens:
@@ -110,13 +95,12 @@ def lens_named(label: str) -> Lens:
     """
     if label.lower().endswith(".json"):
         return load_lens_profile(Path(label)).lens
-    product = PRODUCTS.get(label.lower())
-    if product is None:
+    if label.lower() not in PRODUCTS:
         raise SpecError(
             f"lens {label!r} is not known; choose one of {', '.join(PRODUCTS)}, or give the .json file of a lens "
             "profile"
         )
-    return sheet_lens(product.pitch_mm, product.thickness_mm, product.refractive_index)
+    return PRODUCTS[label.lower()]
 
 
 def sheet_of_thickness(lens: Lens, thickness_mm: float) -> Lens:
@@ -144,27 +128,9 @@ def mask_named(label: str, gap_mm: float) -> Lens:
     return Lens("mask", lens_named(label).pitch_mm, gap_mm, ACRYLIC_INDEX)
 
 
-#: An array's lenses are this much flatter than they must be to meet; half spheres would lose the light of the corners.
-ARRAY_RADIUS_RATIO = 1.2
-
-
-def array_named(label: str) -> Lens:
-    """An array of round lenses (fly's-eye sheet) of a lens sheet's pitch, focused on its back.
-
-    Convention: as thick as the sheet of that label, or thicker, as round lenses of a thin sheet would not meet.
-    Raises: SpecError for an unknown label.
-    """
-    sheet = lens_named(label)
-    least_mm = ARRAY_RADIUS_RATIO * math.sqrt(0.5) * sheet.pitch_mm
-    thinnest_mm = least_mm * sheet.refractive_index / (sheet.refractive_index - 1)
-    return Lens("array", sheet.pitch_mm, max(sheet.thickness_mm, round(thinnest_mm, 2)), sheet.refractive_index)
-
-
 def load_lens_profile(path: AnyPath) -> LensProfile:
     """Read a lens profile.  Raises: SpecError if the file is missing or no lens profile, or has impossible figures."""
-    file = _read_profile(path, f"lens profile {path}", ProfileFile)
-    sheet = sheet_lens(file.lens.pitch_mm, file.lens.thickness_mm, file.lens.refractive_index)
-    return LensProfile(file.name, sheet, file.pitch_sd_mm, file.found)
+    return _read_profile(path, f"lens profile {path}", LensProfile)
 
 
 def _read_profile(path: AnyPath, source: str, model: type[Profile]) -> Profile:
@@ -180,14 +146,13 @@ def _read_profile(path: AnyPath, source: str, model: type[Profile]) -> Profile:
     return read_model(document, model, source, advice)
 
 
-def _profile_text(kind: str, figures: dict[str, Any]) -> str:
-    """The text of a profile's file: its figures, and how they were measured as "from"."""
-    noted = {"from": figures.pop("found")}
-    document = {"format": PROFILE_FORMAT, "kind": kind} | figures | noted
+def _profile_text(profile: LensProfile | PrinterProfile) -> str:
+    # Figures may be numpy's.
+    document = {"format": PROFILE_FORMAT} | msgspec.to_builtins(profile, enc_hook=float)
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _save_profile(profile: Written, path: AnyPath, load: Callable[[AnyPath], Written]) -> None:
+def _save_profile(profile: Profile, path: AnyPath, load: Callable[[AnyPath], Profile]) -> None:
     """Write a profile, whole or not at all.  Raises: SpecError if it could not be read back."""
     with whole_file(path) as temporary:
         temporary.write_text(profile.to_json(), encoding="utf-8")
@@ -200,21 +165,7 @@ def save_lens_profile(profile: LensProfile, path: AnyPath) -> None:
     _save_profile(profile, path, load_lens_profile)
 
 
-class PrinterFile(Struct, rename={"found": "from"}):
-    """What the file of a printer profile holds."""
-
-    format: Literal[1]
-    kind: Literal["printer-profile"]
-    name: str
-    dpi: Annotated[int, Meta(ge=DPI_RANGE[0], le=DPI_RANGE[1])]
-    ink_growth_um: Annotated[float, Meta(ge=-100, le=150)] | None = None
-    ink_growth_sd_um: Annotated[float, Meta(ge=0, le=100)] | None = None
-    measured_scale: tuple[Annotated[float, Meta(ge=0.9, le=1.1)], Annotated[float, Meta(ge=0.9, le=1.1)]] | None = None
-    found: dict[str, Any] = {}
-
-
-@dataclass(frozen=True)
-class PrinterProfile:
+class PrinterProfile(Struct, frozen=True, tag_field="kind", tag="printer-profile", rename={"found": "from"}):
     """One printer with its paper.
 
     ink_growth_um, ink_growth_sd_um: by how much it widens a line, both edges together, and its standard deviation; None
@@ -223,11 +174,11 @@ class PrinterProfile:
     """
 
     name: str
-    dpi: int
-    ink_growth_um: float | None = None
-    ink_growth_sd_um: float | None = None
-    measured_scale: tuple[float, float] | None = None
-    found: dict[str, Any] = field(default_factory=dict, hash=False)
+    dpi: Annotated[int, Meta(ge=DPI_RANGE[0], le=DPI_RANGE[1])]
+    ink_growth_um: Annotated[float, Meta(ge=-100, le=150)] | None = None
+    ink_growth_sd_um: Annotated[float, Meta(ge=0, le=100)] | None = None
+    measured_scale: tuple[Annotated[float, Meta(ge=0.9, le=1.1)], Annotated[float, Meta(ge=0.9, le=1.1)]] | None = None
+    found: dict[str, Any] = {}
 
     @property
     def drawn_growth_um(self) -> float:
@@ -235,16 +186,13 @@ class PrinterProfile:
         return max(self.ink_growth_um or 0.0, 0.0)
 
     def to_json(self) -> str:
-        """The text of a printer profile's file, with a final newline."""
-        return _profile_text("printer-profile", asdict(self))
+        """The text of the file, with a final newline."""
+        return _profile_text(self)
 
 
 def load_printer_profile(path: AnyPath) -> PrinterProfile:
     """Read a printer profile.  Raises: SpecError if it is missing or none, or has impossible figures."""
-    file = _read_profile(path, f"printer profile {path}", PrinterFile)
-    return PrinterProfile(
-        file.name, file.dpi, file.ink_growth_um, file.ink_growth_sd_um, file.measured_scale, file.found
-    )
+    return _read_profile(path, f"printer profile {path}", PrinterProfile)
 
 
 def save_printer_profile(profile: PrinterProfile, path: AnyPath) -> None:

@@ -7,16 +7,13 @@ What sellers do not list is the radius of the lenses.  A sheet for print focuses
 thinnest sheets of a pitch would need cylinders of less than half a circle's width for that, and are taken as half
 circles.
 
-Source of the table: `materials.toml` has each sheet with its source.  Four labels without a thickness in their name are
-the published prototype's sheet (Qing et al., Moiré Video Authentication, 2026) and its shape scaled to other pitches;
-they are no products, and stay what they were, since badges were printed for them.  Sheets of PET, PETG and acrylic have
-indices of 1.49 to 1.60 (Weissman, Lenticular Imaging: Theory and Practice); the index of each is that of its plastic.
+Source of the table: `materials.toml` has each sheet with its source.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -24,51 +21,16 @@ from numpy.typing import NDArray
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
-from moireid.lenticule import RAYS, trace_mm, view_law
+from moireid.lenticule import RAYS, trace_mm
 from moireid.materials import Material, materials
 from moireid.optics import passed_share, slab_shift_mm
 
 MM_PER_INCH = 25.4
 #: Half circles meet at a right angle to the sheet; their radius is half a pitch, and a little more, as sheets stretch.
 LEAST_RADIUS_RATIO = 0.5025
-#: Refractive indices: PET and PETG sheet as their makers list it; PMMA.
-PET_INDEX, PETG_INDEX, ACRYLIC_INDEX = 1.575, 1.57, 1.49
-PLASTICS = {"PET": PET_INDEX, "PETG": PETG_INDEX, "acrylic": ACRYLIC_INDEX}
-
-
-@dataclass(frozen=True)
-class Product:
-    """One sheet as sold: lines per inch, thickness from the lenses' tops to the back, refractive index, material.
-
-    angle_deg: the viewing angle that the seller states, None if none; source: where the figures come from; sold:
-    whether it is a product, not the shape of the published prototype.
-    """
-
-    lines_per_inch: float
-    thickness_mm: float
-    refractive_index: float
-    material: str
-    angle_deg: float | None
-    source: str
-    sold: bool
-
-    @property
-    def pitch_mm(self) -> float:
-        """Width of one lens."""
-        return MM_PER_INCH / self.lines_per_inch
-
-
-def _product(row: Material) -> Product:
-    """The optics of a row that has a label.  Raises: SpecError where the index of its plastic is not known."""
-    index = row.refractive_index or PLASTICS.get(row.plastic or "")
-    if row.lines_per_inch is None or row.thick_mm is None or row.plastic is None or index is None:
-        raise SpecError(f"lens sheet {row.label} lacks the plastic's index; add it to the table of materials")
-    return Product(row.lines_per_inch, row.thick_mm, index, row.plastic, row.angle_deg, row.source, row.sold)
-
-
-#: Lens sheets by their labels: all rows of the table of materials that have one.
-PRODUCTS = {one.label: _product(one) for one in materials() if one.label is not None}
-#: The sheet of boards, and of what is printed or measured where none is named (docs/decisions/default-sheets.md).
+#: Refractive index of PMMA, of which a mask's spacer is.
+ACRYLIC_INDEX = 1.49
+#: The sheet of boards, and of what is printed or measured where none is named (docs/decisions/printing.md).
 DEFAULT_LENS = "62lpi-27mil"
 
 
@@ -92,6 +54,15 @@ def sheet_lens(pitch_mm: float, thickness_mm: float, refractive_index: float) ->
         )
     radius_mm = None if focused_mm >= least_mm else least_mm
     return Lens("lenticular", pitch_mm, thickness_mm, refractive_index, radius_mm)
+
+
+def _lens_sold(row: Material) -> Lens:
+    assert row.lines_per_inch is not None and row.thick_mm is not None and row.refractive_index is not None
+    return sheet_lens(MM_PER_INCH / row.lines_per_inch, row.thick_mm, row.refractive_index)
+
+
+#: Lens sheets by their labels: all rows of the table of materials that have one.
+PRODUCTS = {row.label: _lens_sold(row) for row in materials() if row.label is not None}
 
 
 # --- How far can fringes move under a sheet as sold? -----------------------------------------------------------------
@@ -120,9 +91,6 @@ def effective_gap_mm(lens: Lens, rear_pitch_mm: float, gap_mm: float = 0.0) -> f
     if lens.kind == "mask":
         shift = slab_shift_mm(lens.thickness_mm, lens.refractive_index, NEAR) / NEAR
         return float(shift) + gap_mm
-    if lens.kind == "array":
-        # Behind a flat back the ray has the slope again that it had in front.
-        return view_law(lens, rear_pitch_mm).effective_gap_mm(rear_pitch_mm) + gap_mm
     across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
     turned = np.angle(_response(lens, rear_pitch_mm, gap_mm, across) ** 2)
     return float(turned) * rear_pitch_mm / (2 * math.pi * 2 * NEAR)
@@ -156,16 +124,13 @@ def possible_gains(lens: Lens, rear_pitch_mm: float) -> tuple[float, float]:
     if lens.kind == "lenticular":
         index, pitch = lens.refractive_index, lens.pitch_mm
         thinnest_mm = LEAST_RADIUS_RATIO * pitch * index / (index - 1.0)
-        sold = [(p.thickness_mm, p.refractive_index) for p in PRODUCTS.values() if _same_pitch(p.pitch_mm, pitch)]
+        alike = [one for one in PRODUCTS.values() if abs(one.pitch_mm / pitch - 1) <= SAME_PITCH_SHARE]
+        sold = [(one.thickness_mm, one.refractive_index) for one in alike]
         focused = [sheet_lens(pitch, *figures) for figures in [*sold, (thinnest_mm, index)]]
         sheets += [replace(one, radius_mm=ratio * (one.radius_mm or 0)) for one in focused for ratio in RADIUS_RATIOS]
     bare = [effective_gap_mm(sheet, rear_pitch_mm) for sheet in sheets]
     apart = [effective_gap_mm(sheet, rear_pitch_mm, MOST_GAP_MM) for sheet in sheets]
     return min(bare) / own, max(apart) / own
-
-
-def _same_pitch(one_mm: float, other_mm: float) -> bool:
-    return abs(one_mm / other_mm - 1) <= SAME_PITCH_SHARE
 
 
 def air_mm_per_gain(lens: Lens, pitch_mm: float) -> float:

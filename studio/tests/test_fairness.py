@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import csv
 import io
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -149,11 +150,11 @@ def test_results_are_counted_by_owner(tmp_path: Path) -> None:
     one, *many = [kept.admit("verify", owner) for owner in ("one", "many", "many", "many", "many")]
     for place, job in enumerate([one, *many]):
         with kept.ledger.database.writing() as connection:
-            ended = {"state": "done", "ended": kept.ledger.database.now - 100 + place}
+            ended = {"state": "done", "ended": time.time() - 100 + place}
             connection.execute(update(table).where(table.c.id == job.id).values(ended))
     kept.workers.sweep()
     assert kept.find(one.id, "one").id == one.id
-    assert [job.id in kept.ledger.states([job.id]) for job in many] == [False, False, True, True]
+    assert [kept.ledger.find(job.id) is not None for job in many] == [False, False, True, True]
 
 
 def test_what_is_not_ours_stays_in_the_folder(tmp_path: Path) -> None:

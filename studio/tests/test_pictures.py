@@ -24,7 +24,7 @@ from moireid_studio.auth.guard import Visitor
 from moireid_studio.picture_work import MOST_BYTES, MOST_SIDE_PX, encoded
 from moireid_studio.pictures import Reader, read_picture, read_pictures
 from moireid_studio.settings import Limits
-from moireid_studio.store.storage import StoredPicture
+from moireid_studio.store.stored_pictures import StoredPicture
 
 LIMITS = Limits()
 NS = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'

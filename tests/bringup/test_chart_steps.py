@@ -90,9 +90,8 @@ def test_the_printer_profile_has_what_was_measured_of_the_printer(folder: Path):
 
 def test_a_camera_that_was_calibrated_is_kept_with_its_figure(folder: Path, monkeypatch: pytest.MonkeyPatch):
     """Catches: figures that the state cannot hold, so that a whole calibration is lost; a file that is not read."""
-    found = CameraFound(
-        (1920, 1080), np.array([[1400.0, 0, 960], [0, 1400, 540], [0, 0, 1]]), np.zeros(5), 3.0, 0.2, 20, (1, 1)
-    )
+    rows = ((1400.0, 0.0, 960.0), (0.0, 1400.0, 540.0), (0.0, 0.0, 1.0))
+    found = CameraFound((1920, 1080), rows, (0.0, 0.0, 0.0, 0.0, 0.0), 3.0, 0.2, 20, (1, 1))
     monkeypatch.setattr(chart_steps, "camera_from_film", lambda *_, **__: found)
     (folder / "camera-film.mp4").write_text("a film")
     opened = open_folder(folder, {}, {})

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from kit.registries import run
-from moireid.asbuilt import MODEL, AsBuilt
+from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.reading.film_work import read
 from moireid.registry import Record, Registry
@@ -39,7 +39,7 @@ def enroll(tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch):
 
 @pytest.fixture
 def true(ada: Badge) -> AsBuilt:
-    return AsBuilt(str(ada.id), -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01, model=MODEL)
+    return AsBuilt(str(ada.id), -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
 
 
 def shown(enroll) -> dict:

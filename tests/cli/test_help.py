@@ -9,7 +9,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, OWN, SECTIONS, moireid
+from moireid.cli.main import ELSEWHERE, ENTRY_POINTS, OF_LAB, OWN, SECTIONS, moireid
 from moireid.cli.removed import REMOVED
 from moireid.cli.simulate_cmd import FORGERIES, LIGHT_NAMES, simulate_command
 from moireid.cli.simulate_values import EFFECTS
@@ -40,6 +40,14 @@ def test_every_command_is_in_one_section() -> None:
     assert sorted(listed) == sorted([*OWN, *ELSEWHERE]) and added <= set(ELSEWHERE)
 
 
+@pytest.mark.parametrize("name", OF_LAB)
+def test_commands_of_the_lab_are_also_called_without_its_name(name: str) -> None:
+    """Catches: `moireid bench` that is gone, or listed next to `moireid lab bench`."""
+    short, whole = (CliRunner().invoke(moireid, [*words, name, "--help"]).stdout for words in ((), ("lab",)))
+    assert short.partition("\n\n")[2] == whole.partition("\n\n")[2] != ""
+    assert name not in moireid.list_commands(click.Context(moireid))
+
+
 @pytest.mark.parametrize(("command", "distribution"), ELSEWHERE.items())
 def test_a_command_that_is_not_installed_names_what_to_install(
     command: str, distribution: str, monkeypatch: pytest.MonkeyPatch
@@ -55,7 +63,7 @@ def test_a_command_that_is_not_installed_names_what_to_install(
 @pytest.mark.parametrize(("words", "instead"), REMOVED.items())
 def test_what_was_removed_says_what_to_use_instead(words: str, instead: str) -> None:
     """Catches: 'no such command' or 'no such option' for what once was; an entry for what still works."""
-    done = CliRunner().invoke(moireid, [*words.split(), "value", "--more", "values"])
+    done = CliRunner().invoke(moireid, [*words.split(), "value"])
     assert done.exit_code == 2 and done.stderr == f"Error: 'moireid {words}' was removed: {instead}\n"
     assert words not in [" ".join(path) for path in commands()]
 

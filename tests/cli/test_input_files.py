@@ -43,14 +43,13 @@ COMMANDS = {
     "simulate BADGE": ["simulate", "IT", "--out", "f.mp4"],
     "simulate --motion": ["simulate", BADGE, "--out", "f.mp4", "--motion", "IT"],
     "simulate --build": ["simulate", BADGE, "--out", "f.mp4", "--build", "IT"],
-    "render BADGE": ["render", "IT", "--out", "p.png"],
     "calibrate --chart": ["calibrate", BADGE, "--chart", "IT", "--out", "lens.json"],
-    "calibrate-camera FILM": ["calibrate-camera", "IT", "--out", "camera.yaml"],
+    "calibrate FILM": ["calibrate", "IT", "--camera", "--out", "camera.yaml"],
     "registry import": ["registry", "import", "IT"],
     "registry check-proof": ["registry", "check-proof", "IT"],
     "registry audit --since": ["registry", "audit", "--since", "IT"],
-    "film-set PLAN": ["film-set", "IT", "--out", "out"],
-    "evaluate MANIFEST": ["evaluate", "IT", "--out", "out"],
+    "lab film-set PLAN": ["lab", "film-set", "IT", "--out", "out"],
+    "lab evaluate MANIFEST": ["lab", "evaluate", "IT", "--out", "out"],
 }
 NAMES = {
     "print --people": "it.csv",
@@ -60,8 +59,8 @@ NAMES = {
     "print --lens": "it.json",
     "simulate --motion": "it.csv",
     "simulate --build": "it.truth.csv",
-    "film-set PLAN": "it.csv",
-    "evaluate MANIFEST": "it.csv",
+    "lab film-set PLAN": "it.csv",
+    "lab evaluate MANIFEST": "it.csv",
 }
 #: Run one after the other in one process, with an alarm, as each start costs a second.
 RUN = """
@@ -97,7 +96,7 @@ def test_a_pipe_or_an_endless_file_is_refused_at_once(tmp_path: Path, kind: str)
         commands[name] = [str(path) if word == "IT" else word for word in words]
     if kind == "endless":
         # These are read as long as they are, and no further than they are understood.
-        for name in ("verify VIDEO", "attest check --film", "enroll --capture", "calibrate-camera FILM"):
+        for name in ("verify VIDEO", "attest check --film", "enroll --capture", "calibrate FILM"):
             del commands[name]
     limit = "import resource; resource.setrlimit(resource.RLIMIT_DATA, (4 << 30, 4 << 30))\n"
     environment = os.environ | {"MOIREID_KEYS": str(tmp_path / "keys"), "MOIREID_SEEN": str(tmp_path / "seen.sqlite3")}

@@ -84,7 +84,7 @@ def test_a_picture_without_the_chart_is_refused_in_a_sentence(chart_folder, tmp_
 @pytest.mark.slow
 def test_the_bench_photographs_are_read_within_a_fiftieth_of_a_percent():
     """Catches: errors that grow with distance, place or label; error bars that are empty words."""
-    found = calibration_figures(count=2, seed=3, progress=lambda: None)
+    found = calibration_figures(count=2, seed=3)
     assert found["read"] == 2 and found["worst_error_percent"] < 0.02
     assert max(abs(row["in_sd"]) for row in found["rows"]) < 3
 

@@ -5,29 +5,28 @@ from __future__ import annotations
 import json
 import re
 import subprocess
-import sys
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import dask
 import jsonschema
-import kubernetes_validate
 import pytest
 import yaml
+from click.testing import CliRunner
+from distributed import Security
+
+from moireid.cli.main import moireid
+from moireid.errors import SpecError
+from moireid.scheduler import scheduler_client
 
 ROOT = Path(__file__).parents[2]
 DEPLOY = ROOT / "deploy"
-#: The oldest release of Kubernetes for which the manifests are checked.
-KUBERNETES = "1.30"
 
 
 def compose() -> dict[str, Any]:
     found: dict[str, Any] = yaml.safe_load((DEPLOY / "compose.yaml").read_text(encoding="utf-8"))
     return found
-
-
-def manifests() -> list[dict[str, Any]]:
-    return list(yaml.safe_load_all((DEPLOY / "kubernetes.yaml").read_text(encoding="utf-8")))
 
 
 def options_of(command: list[str]) -> set[str]:
@@ -44,46 +43,36 @@ def test_the_compose_file_is_one() -> None:
         jsonschema.Draft202012Validator(schema).validate({"services": {"studio": {"comand": ["x"]}}})
 
 
-@pytest.mark.parametrize("manifest", manifests(), ids=lambda one: f"{one['kind']} {one['metadata']['name']}")
-def test_the_manifests_are_such(manifest: dict[str, Any]) -> None:
-    """Catches: a field that a cluster refuses, or drops without a word."""
-    kubernetes_validate.validate(manifest, KUBERNETES, strict=True)
-
-
-def commands() -> list[list[str]]:
-    services = [one["command"] for one in compose()["services"].values() if "command" in one]
-    specs = [one["spec"]["template"]["spec"] for one in manifests() if "template" in one.get("spec", {})]
-    return services + [
-        one["command"] for spec in specs for one in (*spec.get("initContainers", ()), *spec["containers"])
-    ]
-
-
 def test_commands_take_the_options_that_they_are_given() -> None:
-    """Catches: an option that was renamed, and studios that do not start after the next release."""
-    found = commands()
-    starts = {"serve": 2, "worker": 2, "registry init": 2, "registry signer": 3}
-    assert len(found) == sum(starts.values())
-    for words, count in starts.items():
+    """Catches: an option that was renamed, and a studio that does not start after the next release."""
+    found = [one["command"] for one in compose()["services"].values() if one.get("command", [""])[0] == "moireid"]
+    assert len(found) == 3
+    for words in ("serve", "registry init", "registry signer"):
         start = ["moireid", *words.split()]
-        some = [command for command in found if command[: len(start)] == start]
-        program = [
-            sys.executable,
-            "-c",
-            "from moireid.cli.main import main; main()",
-            *some[0][1 : len(start)],
-            "--help",
-        ]
-        output = subprocess.run(program, capture_output=True, text=True, check=True).stdout
-        assert len(some) == count and all(
-            options_of(command) <= set(re.findall(r"--[a-z-]+", output)) for command in some
+        (command,) = [command for command in found if command[: len(start)] == start]
+        output = CliRunner().invoke(moireid, [*start[1:], "--help"]).stdout
+        assert options_of(command) <= set(re.findall(r"--[a-z-]+", output))
+
+
+def test_no_one_reaches_the_scheduler_without_the_certificate(tmp_path: Path) -> None:
+    """Catches: a certificate that Dask does not take; a scheduler that takes a client, or code, without one."""
+    from distributed import LocalCluster
+
+    made = compose()["services"]["certificate"]["command"][-1].replace("/cluster", str(tmp_path))
+    subprocess.run(["sh", "-c", made], check=True, capture_output=True)
+    settings = yaml.safe_load((DEPLOY / "dask.yaml").read_text(encoding="utf-8").replace("/cluster", str(tmp_path)))
+    with (
+        dask.config.set({"distributed": dask.config.merge(dask.config.get("distributed"), settings["distributed"])}),
+        LocalCluster(1, processes=False, protocol="tls", security=Security(), dashboard_address=None) as cluster,
+    ):
+        address, none = (
+            cluster.scheduler_address,
+            {f"distributed.comm.tls.client.{name}": None for name in ("cert", "key")},
         )
-
-
-def test_studios_and_workers_agree_in_both() -> None:
-    """Catches: a compose file and manifests that say different things of the same service."""
-    studios = [options_of(command) for command in commands() if "serve" in command]
-    workers = [options_of(command) for command in commands() if "worker" in command]
-    assert studios[0] == studios[1] and workers[0] == workers[1]
+        with scheduler_client(address, ("", "")) as client:
+            assert address.startswith("tls://") and client.submit(sum, [1, 2]).result(60) == 3
+        with dask.config.set(none), pytest.raises(SpecError):
+            scheduler_client(address, ("", ""))
 
 
 def test_the_image_is_built_without_a_network() -> None:

@@ -30,10 +30,6 @@ STREAM = "04_judge_opencv_frames.py"
 SIDE_BY_SIDE = "side_by_side.py"
 
 
-def test_every_example_is_listed_here() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.py")} == {*LEAVES, *NOTEBOOKS, STREAM, SIDE_BY_SIDE}
-
-
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] if name.startswith("03") else []) for name in LEAVES]
 )
@@ -61,14 +57,6 @@ def run_notebook(name: str, folder: Path) -> str:
     for left in NOTEBOOKS[name]:
         assert (folder / left).stat().st_size > 0
     return done.stdout
-
-
-@pytest.mark.parametrize("name", NOTEBOOKS)
-def test_a_notebook_has_cells_of_text_and_of_code(name: str) -> None:
-    """Catches: a file that notebook programs open as one single cell, or with text among its code."""
-    kinds = re.findall(r"^# %%( \[markdown\])?$", (EXAMPLES / name).read_text(encoding="utf-8"), re.MULTILINE)
-    assert (EXAMPLES / name).read_text(encoding="utf-8").startswith("# %% [markdown]\n# # ")
-    assert min(kinds.count(""), kinds.count(" [markdown]")) >= 4
 
 
 @pytest.mark.slow

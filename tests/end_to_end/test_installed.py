@@ -32,7 +32,7 @@ NEEDS = {
     "face": f"verify {FILM} --badge {BADGE} --overlap",
     "postgres": "registry list --registry postgresql://nobody@127.0.0.1:9/none",
     "simulate": "simulate plain/badge.json --out film.mp4 --frames 3",
-    "moireid-lab": "evaluate films.csv --out scores",
+    "moireid-lab": "lab evaluate films.csv --out scores",
     "moireid-studio": "serve --no-auth --port 0",
 }
 

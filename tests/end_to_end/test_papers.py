@@ -1,43 +1,18 @@
-"""The project's papers for those outside: citation, security, promises.  Each test names what it catches."""
+"""What was promised to those outside.  Each test names what it catches."""
 
 from __future__ import annotations
 
 import json
-import tomllib
 from typing import Any
 
 import click
 import pytest
-import yaml
-from jsonschema import Draft7Validator
 
 from kit.places import ROOT, TESTS
 from moireid.cli.main import moireid
-from moireid.errors import MoireIdError
 
 SCHEMA = ROOT / "src" / "moireid" / "schema"
 PROMISED = json.loads((TESTS / "data" / "promised.json").read_text(encoding="utf-8"))
-
-
-def citation() -> dict[str, Any]:
-    # BaseLoader leaves each word a text, as the schema wants the version to be.
-    return dict(yaml.load((ROOT / "CITATION.cff").read_text(encoding="utf-8"), Loader=yaml.BaseLoader))
-
-
-def faults(document: dict[str, Any]) -> list[str]:
-    """What the schema of the Citation File Format says against it; years are numbers there."""
-    for one in document.get("references", []):
-        one["year"] = int(one["year"])
-    schema = json.loads((TESTS / "data" / "citation" / "schema.json").read_text(encoding="utf-8"))
-    return [f"{list(fault.path)}: {fault.message}" for fault in Draft7Validator(schema).iter_errors(document)]
-
-
-def test_the_citation_is_one_and_of_this_version() -> None:
-    """Catches: a CITATION.cff that no reader takes, and the version or licence of last year."""
-    assert faults(citation()) == []
-    assert faults(citation() | {"authors": "nobody"}) != []
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert (citation()["version"], citation()["license"]) == (project["version"], project["license"])
 
 
 def named(group: click.Group = moireid, path: str = "") -> dict[str, list[str]]:
@@ -83,11 +58,3 @@ def test_no_key_that_was_promised_is_gone(name: str) -> None:
     """Catches: a key that is renamed within a format, so that programs which read it fail."""
     schema = json.loads((SCHEMA / f"{name}.schema.json").read_text(encoding="utf-8"))
     assert set(PROMISED["keys"][name]) <= keys_of(schema), "a key goes only with a new format"
-
-
-def test_the_list_of_promises_is_one() -> None:
-    """Catches: a list so short that the two tests above hold for nothing."""
-    assert "--claim" in PROMISED["commands"]["verify"] and "--out" in PROMISED["commands"]["print"]
-    assert {"verdict", "reasons", "identity.decoded_id"} <= set(PROMISED["keys"]["report"])
-    assert {"id", "gratings", "lens.pitch_mm"} <= set(PROMISED["keys"]["badge"])
-    assert set(PROMISED["errors"]) <= {one.__name__ for one in MoireIdError.__subclasses__()}

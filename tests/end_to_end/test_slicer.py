@@ -16,7 +16,7 @@ from kit.programs import needs
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.fabrication.printed.mount import KINDS, MountReport, write_mount
-from moireid.fabrication.shopping.mount_times import mount_times
+from moireid.fabrication.shopping.shopping_list import mount_times
 
 #: A mount takes seconds to build and seconds to slice.
 pytestmark = pytest.mark.slow
@@ -107,4 +107,4 @@ def test_the_table_of_printing_times_is_true(slicer: str, tmp_path: Path) -> Non
     time = re.search(r"estimated printing time \(normal mode\) = (.+)", gcode.read_text())
     assert time is not None
     hours, minutes = (int(found[1]) if (found := re.search(rf"(\d+){unit}", time[1])) else 0 for unit in "hm")
-    assert hours + minutes / 60 == pytest.approx(mount_times()["cr80", "lanyard"].hours, abs=0.05)
+    assert hours + minutes / 60 == pytest.approx(mount_times()["cr80", "lanyard"][0], abs=0.05)

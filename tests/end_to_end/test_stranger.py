@@ -11,7 +11,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import ezdxf
 import numpy as np
 import pytest
 import trimesh
@@ -67,8 +66,7 @@ def test_a_stranger_gets_to_a_verdict_in_ten_commands(tmp_path: Path) -> None:
     shopping = desk / "shopping"
     rows = list(csv.DictReader((shopping / "shopping-list.csv").open(encoding="utf-8-sig")))
     amounts = {row["key"]: row["quantity"] for row in rows}
-    assert float(amounts["lens-sheet"]) >= 10 and {"paper", "holder", "lanyard", "total"} <= amounts.keys()
-    assert not ezdxf.readfile(shopping / "cutting-plan.dxf").audit().has_errors
+    assert float(amounts["lens-sheet"]) >= 10 and {"paper", "holder", "lanyard"} <= amounts.keys()
 
     for path, least in [
         (shopping / "shopping-list.pdf", 1),

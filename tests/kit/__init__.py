@@ -38,7 +38,6 @@ schemas.py          the shipped JSON Schemas, made of the models
 guiding.py          the blocks of a guide, typed
 signing.py          keys, certificates and a time authority
 payloads.py         a fixed payload for a name
-portrait.py         a person with a badge
 registries.py       registries on SQLite and PostgreSQL
 live_verdicts.py    verdicts of a live check, and their headlines
 witnesses.py        roots of logs, and witnesses who sign checkpoints

@@ -39,8 +39,6 @@ from moireid.registry.merge import checked_copy
 
 KINDS = {"error": 1, "short write": 2, "full disk": 3, "kill": 4, "torn write": 5}
 SOURCE = Path(__file__).with_name("faults.c")
-#: A registry from before the log's tree, and its key.
-OLD = Path(__file__).parents[1] / "data" / "registry"
 #: Exit codes of an operation's process: done, refused in a sentence; anything else but a kill is wrong.
 DONE, REFUSED, WRONG = 0, 3, 4
 FILES = ("out.json", "bundle", "checkpoint", "proof")
@@ -100,7 +98,6 @@ OPERATIONS: dict[str, Callable[[Path], None]] = {
     "init": with_registry(lambda registry, folder: registry.count(), create=True),
     "enroll": with_registry(lambda registry, folder: registry.enroll(badge_of("Di"))),
     "enroll_many": with_registry(lambda registry, folder: registry.enroll_many(people(badge_of("Di"), 40))),
-    "first_root": with_registry(lambda registry, folder: registry.enroll(badge_of("Di"))),
     "revoke": with_registry(lambda registry, folder: registry.revoke("Ada", "lost")),
     "erase": with_registry(lambda registry, folder: registry.erase("Ada")),
     "rotate_key": with_registry(lambda registry, folder: registry.rotate_key()),
@@ -116,11 +113,6 @@ def prepare(folder: Path, name: str) -> None:
     """The state in which an operation begins."""
     url = at_home(folder)
     if name == "init":
-        return
-    if name == "first_root":
-        (folder / "keys").mkdir()
-        shutil.copy(OLD / "version5.sqlite3", folder / "people.sqlite3")
-        shutil.copy(OLD / "version5.key.pem", folder / "keys" / "195014f7a2f4e437f1e5d05359ca4f51.pem")
         return
     with open_registry(url, create=True) as registry:
         for one in ("Ada", "Bo"):

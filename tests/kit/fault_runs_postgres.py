@@ -24,8 +24,6 @@ from kit.fault_runs import DONE, OPERATIONS, checked_point, forked, prepare, rep
 from kit.registries import Server, running_server, tamper
 
 KINDS = ("error", "lost before", "lost after", "kill after")
-#: No server holds a registry from before the tree here.
-NAMES = [name for name in OPERATIONS if name != "first_root"]
 
 
 class Driver:
@@ -144,7 +142,7 @@ def main(folder: str, step: str, *names: str) -> None:
     """Write the number of points, and each that does not hold."""
     with running_server() as server:
         found = {}
-        for name in names or NAMES:
+        for name in names or OPERATIONS:
             with tempfile.TemporaryDirectory(dir=folder) as own:
                 found[name] = list(points(name, Place(server, Path(own), name), int(step)))
             sys.stderr.write(f"{name}: {len(found[name])} points\n")

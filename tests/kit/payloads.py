@@ -9,6 +9,6 @@ import hashlib
 
 
 def payload_for_name(name: str, *, attempt: int = 0, family: str = "spacing") -> bytes:
-    """The payload that early versions derived from a name, 8 bytes, or 3 of the pitch family."""
+    """A payload of 8 bytes, or 3 of the pitch family."""
     digest = hashlib.sha256(f"moireid/{family}/{attempt}/{name}".encode()).digest()
     return digest[: {"spacing": 8, "pitch": 3}[family]]

@@ -29,7 +29,6 @@ from moireid_studio.settings import Limits, Settings
 from moireid_studio.store.database import database_of, jobs
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
-from moireid_studio.store.storage import Folder
 from moireid_studio.studio import Studio
 
 ROLES = ("issuer", "verifier", "monitor", "admin")
@@ -101,7 +100,8 @@ def studio(
     work: bool = True,
     data: str = "studio",
     state: str | None = None,
-    storage: str | None = None,
+    scheduler: str | None = None,
+    worker_url: str = "",
     public_url: str | None = None,
     **limits: Any,
 ) -> Iterator[Visit]:
@@ -111,7 +111,7 @@ def studio(
         for badge in badges:
             registry.enroll(badge)
     limits = {"stop_s": 0.5} | limits
-    more: dict[str, Any] = {"state": state, "storage": storage, "public_url": public_url}
+    more: dict[str, Any] = {"state": state, "scheduler": scheduler, "worker_url": worker_url, "public_url": public_url}
     given = Settings(url, folder / data, auth, replace(Limits(), **limits), **more)
     app = create_app(given)
     visit = Visit(app, folder / data)
@@ -128,7 +128,7 @@ def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], PreparedJob] 
     """Jobs without a studio, in a folder of their own."""
     folder.mkdir(parents=True, exist_ok=True)
     ledger = Ledger(database_of(folder.parent, f"{folder.name}.sqlite3", None, log=True), folder)
-    return Jobs(folder, Doer(ledger, Folder(folder), limits, prepare, lambda job: None))
+    return Jobs(folder, Doer(ledger, limits, prepare, lambda job: None))
 
 
 def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, int] = (640, 360)) -> Path:

@@ -10,18 +10,29 @@ from pathlib import Path
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from moireid.registry.merkle import ReadNodes, all_nodes, root_at
+from moireid.registry.merkle import Place, ReadNodes, Tree
+
+
+def nodes_over(leaves: Sequence[bytes]) -> dict[Place, bytes]:
+    """All nodes of the tree over these leaves."""
+    tree, found = Tree(), {(0, place): leaf for place, leaf in enumerate(leaves)}
+    for leaf in leaves:
+        found |= tree.add(leaf)
+    return found
 
 
 def reading(leaves: Sequence[bytes]) -> ReadNodes:
     """The nodes over these leaves, as `merkle` looks them up."""
-    nodes = all_nodes(leaves)
+    nodes = nodes_over(leaves)
     return lambda places: nodes
 
 
 def root_of(leaves: Sequence[bytes]) -> bytes:
     """The root of these leaves."""
-    return root_at(reading(leaves), len(leaves))
+    tree = Tree()
+    for leaf in leaves:
+        tree.add(leaf)
+    return tree.root()
 
 
 class Witness:

@@ -172,9 +172,3 @@ def test_a_node_that_is_there_too_early_is_replaced(own: Registry, url: str) -> 
     tamper(url, "INSERT INTO nodes (level, place, hash) VALUES (1, 1, 'zz')")
     own.revoke("Bo", "stolen")
     assert own.audit(None).sound
-
-
-def test_a_tree_is_audited_whatever_version_the_database_states(own: Registry, url: str) -> None:
-    """Catches: nodes that no audit looks at, as the database says that it is from before the tree."""
-    tamper(url, "UPDATE schema_version SET version = 5", "UPDATE nodes SET hash = '" + "00" * 32 + "'")
-    assert "tree_node" in {one.code for one in own.audit(None).findings}

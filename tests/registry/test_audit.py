@@ -79,7 +79,6 @@ LOG: list[tuple[str, set[tuple[str, str | None]]]] = [
     ("UPDATE log SET time = '2001-01-01T00:00:00Z' WHERE seq = 3", {("entry_hash", "3")}),
     ("UPDATE log SET record_sha256 = 'x' WHERE seq = 3", {("entry_hash", "3")}),
     ("UPDATE log SET record_sha256 = 'x' WHERE seq = 5", {("entry_hash", "5"), ("record_stale", "Bo")}),
-    ("UPDATE log SET previous = 'x' WHERE seq = 3", {("entry_chain", "3")}),
     ("UPDATE log SET signature = 'x' WHERE seq = 3", {("entry_signature", "3")}),
     ("UPDATE log SET hash = 'x' WHERE seq = 3", {("entry_hash", "3"), ("tree_node", "4"), ("head_hash", None)}),
     ("UPDATE log SET hash = 'x' WHERE seq = 5", {("entry_hash", "5"), ("head_hash", None)}),

@@ -13,12 +13,12 @@ import pytest
 from sqlalchemy import event
 
 from kit.registries import badge_of, code_of, rows_of, tamper
-from kit.witnesses import root_of
+from kit.witnesses import nodes_over, root_of
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, claimed
 from moireid.registry.log import Head, entry_hash, leaf_of
-from moireid.registry.merkle import all_nodes, consistent
+from moireid.registry.merkle import consistent
 
 BACK = "UPDATE badges SET revoked_at = NULL, revoked_reason = NULL, signature = :signature WHERE name_nfc = 'Ada'"
 
@@ -43,7 +43,7 @@ def nodes_anew(url: str) -> None:
     """The nodes that fit the entries as they are now: anyone can compute them."""
     hashes = [row["hash"] for row in rows_of(url, "SELECT hash FROM log ORDER BY seq")]
     tamper(url, "DELETE FROM nodes")
-    for (level, place), node in all_nodes(map(leaf_of, hashes)).items():
+    for (level, place), node in nodes_over([leaf_of(one) for one in hashes]).items():
         if level:
             insert = "INSERT INTO nodes (level, place, hash) VALUES (:level, :place, :node)"
             tamper(url, insert, level=level, place=place, node=node.hex())

@@ -18,7 +18,7 @@ from moireid.errors import RegistryError
 from moireid.registry import keys as keys_module
 from moireid.registry import open_registry
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
-from moireid.registry.keys import ENTRY, HEAD, RECORD, ROOT, new_key
+from moireid.registry.keys import ENTRY, RECORD, ROOT, new_key
 
 # Keys.
 
@@ -142,7 +142,7 @@ def test_signature_can_be_checked_without_moireid(url, registry):
 def test_signatures_of_one_kind_are_none_of_another():
     """Catches: signing without a domain, so that a log entry's signature could be shown for a record."""
     signer, _ = new_key()
-    domains = (RECORD, ENTRY, HEAD, ROOT)
+    domains = (RECORD, ENTRY, ROOT)
     for domain in domains:
         signature = signer.sign(domain, b"x")
         assert [signer.authority.signed(other, b"x", signature) for other in domains] == [

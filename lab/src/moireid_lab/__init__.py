@@ -4,5 +4,5 @@ baseline/    the published pipeline, to compare ours with
 archive/     many films, each by itself, on Dask; rows in Parquet
 evaluation/  labelled collections: scores, statistics, plots
 bench/       suites that print the project's figures
-commands/    bench, evaluate, film-set, generator-kit
+commands/    moireid lab bench, evaluate, film-set, generator-kit
 """

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ import pytest
 from kit.in_place import in_place
 from moireid.errors import SpecError
 from moireid_lab.bench import bench_rows
-from moireid_lab.bench.bench_frame import Bench, Wish, counted_verdicts, grouped, run_bench, table_lines
+from moireid_lab.bench.bench_frame import Wish, counted_verdicts, grouped, table_lines
 
 COLUMNS = {"film": "name <6", "gain": ">7.2f", "share": "fine.share >6.0%", "why": "<1", "sum": ">4"}
 
@@ -47,7 +46,8 @@ def test_seeds_and_names_are_those_that_are_asked_for():
 
 
 def test_each_gives_rows_by_name_and_keeps_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Catches: a kept row that is made again, rows of cases that were not wanted, progress that is not reported."""
+    """Catches: a kept row that is made again, or is of another program, seed or length; rows of cases that were not
+    wanted, progress that is not reported."""
     monkeypatch.setattr(bench_rows, "run_tasks", in_place)
     made, steps = list[int](), list[tuple[int, int | None]]()
     wish = Wish(only="[ab]", kept=tmp_path / "rows.jsonl", progress=lambda *step: steps.append(step))
@@ -59,6 +59,10 @@ def test_each_gives_rows_by_name_and_keeps_them(tmp_path: Path, monkeypatch: pyt
     for _ in range(2):
         assert [row["value"] for row in wish.each(work, {"a": 1, "b": 2, "c": 3})] == [1, 2]
     assert made == [1, 2] and steps == [(1, 2), (2, 2)] * 2
+    for other in (replace(wish, quick=True), replace(wish, seed=1)):
+        assert len(list(other.each(work, {"a": 1}))) == 1
+    monkeypatch.setattr(bench_rows, "sources_digest", lambda module: "another program")
+    assert len(list(wish.each(work, {"a": 1}))) == 1 and made == [1, 2, 1, 1, 1]
 
 
 def test_verdicts_are_counted_with_the_reasons_that_are_most_frequent():
@@ -66,20 +70,3 @@ def test_verdicts_are_counted_with_the_reasons_that_are_most_frequent():
     rows = [{"verdict": "reject", "why": ["b", "a"]}, {"verdict": "inconclusive", "why": ["a"]}]
     assert counted_verdicts(rows, 1) == {"accept": 0, "inconclusive": 1, "reject": 1, "reasons": "a"}
     assert grouped(rows, "verdict") == {"reject": rows[:1], "inconclusive": rows[1:]}
-
-
-def test_a_script_prints_its_rows_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """Catches: JSON that is not alone on stdout, an option that does not reach the bench, CSV without a column."""
-    bench = Bench(
-        lambda wish: ({"name": str(wish.own.size), "gain": 1.0} for _ in wish.seeds(2)),
-        COLUMNS,
-        lambda rows: [f"{len(rows)} films"],
-        {"--size": {"type": int}},
-    )
-    table = tmp_path / "rows.csv"
-    run_bench(bench, "", ["--json", "--size", "3", "--films", "1", "--csv", str(table)])
-    printed = capsys.readouterr()
-    assert json.loads(printed.out) == [{"name": "3", "gain": 1.0}] and "1 films" in printed.err
-    assert list(csv.DictReader(table.open())) == [{"name": "3", "gain": "1.0"}]
-    run_bench(bench, "", ["--size", "3"])
-    assert capsys.readouterr().out.splitlines() == ["film      gain", "3         1.00", "3         1.00", "2 films"]

@@ -47,7 +47,7 @@ def ran(*words: str | Path) -> Result:
 @pytest.mark.slow
 def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_reads(plan: Path, tmp_path: Path):
     """Catches: a column that is read and not handed on, a course that the worker cannot find, a label that is wrong."""
-    made = ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1", "--json")
+    made = ran("lab", "film-set", plan, "--out", tmp_path / "set", "--workers", "1", "--json")
     assert made.exit_code == 0, made.output
     one = ["--motion", tmp_path / "course.csv", "--distance", "1.0", "--frames", "3", "--seed", "4"]
     other = [
@@ -85,7 +85,7 @@ def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_r
 def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path, tmp_path: Path):
     """Catches: films made again that are there; films kept that the plan now asks for otherwise."""
     folder = tmp_path / "set"
-    command = ("film-set", plan, "--out", folder, "--workers", "1")
+    command = ("lab", "film-set", plan, "--out", folder, "--workers", "1")
     assert ran(*command).exit_code == 0
     before = {path.name: path.stat().st_ino for path in folder.glob("*.mp4")}
     (folder / "0002.mp4").unlink()
@@ -111,7 +111,7 @@ def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path,
 def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_path: Path):
     """Catches: half a film that is taken for one; a truth without its film that is in the way for ever."""
     folder = tmp_path / "set"
-    command = ("film-set", plan, "--out", folder, "--workers", "1")
+    command = ("lab", "film-set", plan, "--out", folder, "--workers", "1")
     assert ran(*command).exit_code == 0
     whole = (folder / "true.mp4").read_bytes()
     (folder / "true.mp4").unlink()
@@ -130,7 +130,7 @@ def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
     (tmp_path / "badge-1.json").write_text(ada.to_json().replace("Ada", "Eva"))
     (tmp_path / "badge-2.json").write_text(ada.to_json())
     plan.write_text("badge,frames\nbadge-2.json,2\nbadge-1.json,2\n")
-    assert ran("film-set", plan, "--out", tmp_path, "--workers", "1").exit_code == 0
+    assert ran("lab", "film-set", plan, "--out", tmp_path, "--workers", "1").exit_code == 0
     assert "Eva" in (tmp_path / "badge-1.json").read_text() and "Ada" in (tmp_path / "badge-2.json").read_text()
     names = [one.claimed.badge.name for one in read_manifest(tmp_path / "films.csv").entries]
     assert names == ["Ada Lovelace", "Eva Lovelace"]
@@ -145,12 +145,12 @@ def test_a_film_that_cannot_be_made_is_reported_and_the_others_are_kept(plan: Pa
     )
     through = "\n".join(f"{t / 4},0,0,{-1000 + 1500 * (t == 2)},0,0,0,1" for t in range(5))
     (tmp_path / "course.csv").write_text("t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n" + through)
-    done = ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1")
+    done = ran("lab", "film-set", plan, "--out", tmp_path / "set", "--workers", "1")
     assert done.exit_code == 2 and "1 of 3 films cannot be made, first 0002 (the camera touches" in done.output
     assert sorted(path.name for path in (tmp_path / "set").glob("*.mp4")) == ["0001.mp4", "0003.mp4"]
     assert not (tmp_path / "set" / "films.csv").exists()
     (tmp_path / "set" / "films.csv").write_text("an older list")
-    assert ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1").exit_code == 2
+    assert ran("lab", "film-set", plan, "--out", tmp_path / "set", "--workers", "1").exit_code == 2
     assert not (tmp_path / "set" / "films.csv").exists()
 
 

@@ -14,10 +14,9 @@ from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.simulate.motion import motion_named
 from moireid_lab.bench import published
+from moireid_lab.bench.bench_frame import table_text
 from moireid_lab.bench.published import COURSES, DISTANCES_M, FIGURES, SWEEP, _figures, _planned, conditions
-from moireid_lab.bench.suites import SUITES
 from moireid_lab.evaluation.collect import ScoredFilm
-from moireid_lab.evaluation.summary import PAPER
 
 
 def test_the_renderings_are_seven_distances_times_ten_courses():
@@ -51,7 +50,7 @@ def test_the_command_films_scores_and_goes_on(tmp_path: Path, monkeypatch: pytes
     """Catches: films of one row counted in another, a second run that films again, figures of the other pipeline."""
     rows = [replace(row, wish=replace(row.wish, frames=40)) for row in conditions(quick=True)][:2]
     monkeypatch.setattr(published, "conditions", lambda quick: rows)
-    command = ["bench", "published", "--clips", "1", "--workers", "1", "--out", str(tmp_path / "out"), "--json"]
+    command = ["bench", "published", "--clips", "1", "--workers", "1", "--keep", str(tmp_path / "out"), "--json"]
     ran = CliRunner().invoke(moireid, command)
     assert ran.exit_code == 0, ran.output
     found = json.loads(ran.stdout)["rows"]
@@ -61,7 +60,7 @@ def test_the_command_films_scores_and_goes_on(tmp_path: Path, monkeypatch: pytes
     assert near == found[0]["published"]["window_correlation_max"]["mean"] != far
     assert found[0]["moireid"]["window_correlation_max"]["mean"] is None
     made = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out" / "films").glob("*.mp4")}
-    assert CliRunner().invoke(moireid, [*command, "--overwrite"]).exit_code == 0 and len(made) == 2
+    assert CliRunner().invoke(moireid, command).exit_code == 0 and len(made) == 2
     assert made == {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out" / "films").glob("*.mp4")}
 
 
@@ -79,8 +78,6 @@ def test_films_without_a_published_score_are_counted_and_in_no_mean(tmp_path: Pa
         {"table": "rendering 1", "what": "two layers", "distance_m": 1.1, "paper": "0.72", "published": a, "moireid": b}
         for a, b in ((found, found), (nothing, nothing))
     ]
-    result = {"suite": "published", "courses": 3, "paper": PAPER, "rows": rows}
-    text = SUITES["published"].table(result)
+    text = table_text(published.BENCH, rows)
     assert "0.950 ± 0.071" in text and "1/1/1" in text and "(0 in the paper): 2;" in text and "nan" not in text
-    assert max(map(len, text.splitlines())) <= 125
-    SUITES["published"].plot(result).savefig(tmp_path / "plot.svg")
+    published.plot(rows).savefig(tmp_path / "plot.svg")

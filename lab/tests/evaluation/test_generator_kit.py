@@ -20,7 +20,7 @@ from moireid_lab.evaluation.manifest import read_manifest
 
 
 def ran(*words: str | Path) -> Result:
-    return CliRunner().invoke(moireid, ["generator-kit", *map(str, words)])
+    return CliRunner().invoke(moireid, ["lab", "generator-kit", *map(str, words)])
 
 
 @pytest.fixture

@@ -175,7 +175,7 @@ def people_of_registry(registry: Place, terms: AskingTerms) -> Iterator[SearchSc
             record = held.by_id(found_id)
             if record is None:
                 return document
-            return with_badge_notes(document, record.badge, measured=record.as_built is not None)
+            return with_badge_notes(document, measured=record.as_built is not None)
 
         yield SearchScope(
             standing, held.layouts(), people, people.name, note, lambda document: _known_by(held, standing, document)
@@ -198,9 +198,7 @@ def people_of_bundle(bundle: AnyPath, terms: AskingTerms) -> Iterator[SearchScop
             return holder.name if holder else None
 
         def note(document: dict[str, Any], found_id: str) -> dict[str, Any]:
-            found = held.claimed(found_id)
-            # The bundle seals its identities, but this one has been read.
-            return with_badge_notes(document, replace(found.badge, id=found_id), measured=found.as_built is not None)
+            return with_badge_notes(document, measured=held.claimed(found_id).as_built is not None)
 
         def look_up(document: Mapping[str, Any]) -> Circumstances:
             read = read_id(document)

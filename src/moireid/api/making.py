@@ -79,7 +79,7 @@ def design(
         The page.
     axes : {"x", "xy", "hex"}
         Directions of motion that the fringes sense.
-    front : {"lens", "array", "mask"}
+    front : {"lens", "mask"}
         What is on top of the print.
     markers : {"squares", "frame"}
         What a film finds the badge by.

@@ -242,7 +242,7 @@ def _statement(found: EnvelopeParts) -> dict[str, Any]:
     signer = document["predicate"]["attested"]["signer"]
     if signer["key_sha256"] != fingerprint(found.key):
         raise Broken("report", "The report says that another key signs it.")
-    if "ecdsa" in document["predicate"]["attested"] and not found.is_low_s:
+    if not found.is_low_s:
         raise Broken("signature", "The signature was changed into its other spelling, with the higher S.")
     try:
         _moment(document["predicate"]["attested"]["at"])

@@ -104,7 +104,7 @@ def _deeper_than(document: Any, depth: int) -> bool:
 
 
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
-#: With the number of the report's format; statements of format 1 are still checked.
+#: With the number of the report's format.
 PREDICATE_TYPE = "urn:moireid:predicate:verify-report:2"
 
 
@@ -116,7 +116,7 @@ def attested(report: dict[str, Any], key: SigningKey) -> dict[str, Any]:
     own = certificate_digest(key.chain[0]) if key.chain else None
     # Both are signed, so that no one can put another certificate of the same key next to the signature.
     signer = {"key_sha256": fingerprint(key.public), "certificate_sha256": own}
-    # Signed, so that the other spelling of the same signature does not count; older statements do not say so.
+    # Which of the two spellings of a signature counts.
     spelled = {} if isinstance(key.public, Ed25519PublicKey) else {"ecdsa": "low-S"}
     return report | {"attested": {"at": utc(datetime.now(UTC)), "signer": signer} | spelled}
 
@@ -145,8 +145,7 @@ def statement_schema() -> str:
 
 def statement_fault(document: dict[str, Any]) -> str | None:
     """The first way in which a statement breaks its schema, in words; None where it breaks none of its rules."""
-    reports = (_schema_text(name) for name in ("report.schema", "report.schema.1"))
-    if (fault := schema_fault(document, statement_schema(), *reports)) is not None:
+    if (fault := schema_fault(document, statement_schema(), _schema_text("report.schema"))) is not None:
         return fault
     subject, judged = document["subject"][0]["digest"]["sha256"], document["predicate"]["input"]["sha256"]
     return None if subject == judged else "its report is of another film than its subject"

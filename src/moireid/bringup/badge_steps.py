@@ -81,7 +81,7 @@ def read_films(folder: BuildFolder, progress: Progress | None) -> Reading:
         crops = field_crops(found.report)
         records.append(film_record(found.report, found.built, crops))
         pictures |= _film_pictures(folder, number, found, crops)
-    refused = _refused(films, paths)
+    refused = _refused(films, paths, badge)
     figures = film_figures(films, badge, _figure(folder, "Sheet thickness"))
     with whole_file(folder.at(FILMS)) as new:
         new.write_bytes(msgspec.json.encode(records))
@@ -101,13 +101,13 @@ def _judged(path: Path, badge: Badge, camera: KnownCamera | None, progress: Prog
     return FilmResult(path.name, report, built_in(report))
 
 
-def _refused(films: Sequence[FilmResult], paths: list[Path]) -> str | None:
+def _refused(films: Sequence[FilmResult], paths: list[Path], badge: Badge) -> str | None:
     """Why the films cannot enroll the badge; None if they can."""
     for film in films:
         if film.built is None:
             return f"{film.name} cannot be used: {why_refused(film.report)} Film the badge again, moving it sideways."
     try:
-        check_gains([film.built for film in films if film.built is not None], paths)
+        check_gains([film.built for film in films if film.built is not None], paths, badge)
     except MediaError as error:
         return str(error)
     return None

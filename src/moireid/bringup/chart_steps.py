@@ -174,8 +174,7 @@ def _camera(found: CameraFound) -> Figure:
         f"By the camera chart: corners fit within {found.error_px:.2f} px in {found.views} views; k1 "
         f"{found.distortion[0]:+.3f}."
     )
-    focal = float(found.matrix[0, 0]) / long_px
-    return Figure(BY_CHART, focal, found.focal_sd_px / long_px, LONG_SIDE, "good", words)
+    return Figure(BY_CHART, found.focal_px / long_px, found.focal_sd_px / long_px, LONG_SIDE, "good", words)
 
 
 #: Files that these steps write.

@@ -15,10 +15,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from moireid.camera_chart import chart_board
@@ -27,6 +28,9 @@ from moireid.files import AnyPath, whole_file
 from moireid.verifier.video import Film, Progress
 
 Array = NDArray[np.float64]
+Size = Annotated[int, Meta(ge=1, le=1 << 20)]
+Share = Annotated[float, Meta(ge=0, le=1)]
+Row = tuple[float, float, float]
 #: Frames looked at, at most; corners that a view must show; views that are solved, at most and at least.
 MOST_LOOKS, LEAST_CORNERS, VIEWS = 400, 20, (12, 60)
 #: A corner at rest moves by less, in pictures a second: with a shutter of 20 ms, a third of a pixel of 1920.
@@ -43,18 +47,23 @@ MODEL = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 class CameraFound:
     """A calibrated camera.
 
-    size_px: width and height; matrix (3, 3) and distortion (5,): as OpenCV has them; focal_sd_px: standard deviation
+    size_px: width and height; matrix and distortion: as OpenCV has them; focal_sd_px: standard deviation
     of the focal length; error_px: root mean square over corners; views: how many were solved; cover (2,): share of the
     picture's width and height that corners reach over.
     """
 
-    size_px: tuple[int, int]
-    matrix: Array
-    distortion: Array
-    focal_sd_px: float
-    error_px: float
-    views: int
-    cover: tuple[float, float]
+    size_px: tuple[Size, Size]
+    matrix: tuple[Row, Row, Row]
+    distortion: tuple[float, float, float, float, float]
+    focal_sd_px: Annotated[float, Meta(gt=0)]
+    error_px: Annotated[float, Meta(ge=0)]
+    views: Size
+    cover: tuple[Share, Share]
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length, px."""
+        return self.matrix[0][0]
 
 
 @dataclass(frozen=True)
@@ -114,7 +123,9 @@ def camera_from_film(path: AnyPath, *, progress: Progress | None = None) -> Came
             f"{path} shows the chart tilted by {math.degrees(tilt):.1f} degrees (standard deviation), needed are "
             f"{math.degrees(LEAST_TILT_RAD):.0f} both ways; tilt it to all four sides by 30 degrees while you film it"
         )
-    return CameraFound(size_px, matrix, strengths.ravel(), focal_sd, float(error_px), len(views), cover)
+    rows: Any = tuple(map(tuple, matrix.tolist()))
+    terms: Any = tuple(strengths.ravel().tolist())
+    return CameraFound(size_px, rows, terms, focal_sd, float(error_px), len(views), cover)
 
 
 def write_camera(camera: CameraFound, path: AnyPath) -> None:
@@ -122,8 +133,8 @@ def write_camera(camera: CameraFound, path: AnyPath) -> None:
     storage = cv2.FileStorage(".yaml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
     storage.write("image_width", camera.size_px[0])
     storage.write("image_height", camera.size_px[1])
-    storage.write("camera_matrix", camera.matrix)
-    storage.write("distortion_coefficients", camera.distortion.reshape(1, -1))
+    storage.write("camera_matrix", np.array(camera.matrix))
+    storage.write("distortion_coefficients", np.array([camera.distortion]))
     storage.write("avg_reprojection_error", camera.error_px)
     storage.write("nframes", camera.views)
     with whole_file(path) as new:

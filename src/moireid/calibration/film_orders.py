@@ -6,25 +6,21 @@ A sheet or a camera as that process answers it is checked for its types; what it
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TypeVar
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 
 from moireid.badge import Badge
-from moireid.calibration.camera_fit import CameraFound, camera_from_film
-from moireid.calibration.sheet_reading import SheetReading, read_sheet
+from moireid.calibration.camera_fit import camera_from_film
+from moireid.calibration.sheet_reading import read_sheet
 from moireid.reading.answers import FilmAnswer, checked
 from moireid.reading.film_orders import Ask, Progress, Send
 from moireid.reading.film_reader import Reader
 
-Size = Annotated[int, Meta(ge=1, le=1 << 20)]
-Share = Annotated[float, Meta(ge=0, le=1)]
-Positive = Annotated[float, Meta(gt=0)]
-Row = tuple[float, float, float]
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
@@ -52,35 +48,17 @@ class CameraOrder:
 
     def read(self, send: Send, ask: Ask, progress: Progress) -> None:
         """Send the camera."""
-        found = camera_from_film(self.film, progress=progress)
-        send({"result": asdict(found) | {"matrix": found.matrix.tolist(), "distortion": found.distortion.tolist()}})
+        send({"result": msgspec.to_builtins(camera_from_film(self.film, progress=progress))})
 
 
-class CameraAnswer(msgspec.Struct, forbid_unknown_fields=True):
-    """The fields of `CameraFound`."""
+def film_read(
+    order: SheetOrder | CameraOrder,
+    model: type[Found],
+    reader: Reader,
+    progress: Callable[[int, int | None], None],
+) -> Found:
+    """What a film of a chart shows: a `SheetReading` or a `CameraFound`, as the order asks.
 
-    size_px: tuple[Size, Size]
-    matrix: tuple[Row, Row, Row]
-    distortion: Annotated[list[float], Meta(min_length=5, max_length=5)]
-    focal_sd_px: Positive
-    error_px: Annotated[float, Meta(ge=0)]
-    views: Size
-    cover: tuple[Share, Share]
-
-
-def sheet_read(order: SheetOrder, reader: Reader, progress: Callable[[int, int | None], None]) -> SheetReading:
-    """What pictures of a pitch test show.  Raises: MoireIdError as `read_sheet`; MediaError where the reader fails."""
-    return checked(_result(order, reader, progress), SheetReading, order.film)
-
-
-def camera_read(order: CameraOrder, reader: Reader, progress: Callable[[int, int | None], None]) -> CameraFound:
-    """The camera of a film.  Raises: MoireIdError as `camera_from_film`; MediaError where the reader fails."""
-    found = checked(_result(order, reader, progress), CameraAnswer, order.film)
-    arrays = {"matrix": np.array(found.matrix), "distortion": np.array(found.distortion)}
-    return CameraFound(**msgspec.structs.asdict(found) | arrays)
-
-
-def _result(
-    order: SheetOrder | CameraOrder, reader: Reader, progress: Callable[[int, int | None], None]
-) -> dict[str, Any]:
-    return checked(reader.read(order, progress), FilmAnswer, order.film).result
+    Raises: MoireIdError as `read_sheet` or `camera_from_film`; MediaError where the reader fails.
+    """
+    return checked(checked(reader.read(order, progress), FilmAnswer, order.film).result, model, order.film)

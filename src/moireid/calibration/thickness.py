@@ -7,8 +7,9 @@ too, as it should for a badge that is built the same way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from moireid.badge import Badge
@@ -82,4 +83,4 @@ def with_thickness(profile: LensProfile, found: Thickness) -> LensProfile:
         return profile
     lens = sheet_lens(profile.lens.pitch_mm, round(found.mm, 4), profile.lens.refractive_index)
     noted = {"thickness_from": "a film of the chart", "thickness_sd_mm": round(found.sd_mm, 4)}
-    return replace(profile, lens=lens, found=profile.found | noted)
+    return msgspec.structs.replace(profile, lens=lens, found=profile.found | noted)

@@ -15,10 +15,8 @@ verify/          verify, identify
 attest/          verify --sign, and attest check
 simulate_cmd.py  simulate
 simulate_values.py  its effects, flaws and measured lenses as options
-render_cmd.py    render
 first_badge_cmd.py  first-badge
 pitch_cmd.py     pitch-test, calibrate
-camera_cmd.py    calibrate-camera
 config_cmd.py    config
 
 Heavy packages are imported inside the functions that need them, so that `--help` is quick.

@@ -100,7 +100,7 @@ def enroll_command(
     Figures that a forger cannot draw beforehand are measured in a live check: moireid watch --challenge --enroll.
     """
     from moireid.badge import load_badge
-    from moireid.cli.issue_notes import derived_notes, look_alike_notes
+    from moireid.cli.issue_notes import look_alike_notes
     from moireid.enrolment import keep_figures
     from moireid.registry import open_registry
     from moireid.registry.changes import checked_reason, expiry_day
@@ -120,7 +120,7 @@ def enroll_command(
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
         compared = None if as_built is None else show_compared(registry, badge, as_built, reason)
-        notes = derived_notes([badge]) + look_alike_notes([badge], registry)
+        notes = look_alike_notes([badge], registry)
         record = registry.enroll(badge, warned=True, expires=expires)
         if as_built is not None:
             record = keep_figures(registry, record, as_built, reason)

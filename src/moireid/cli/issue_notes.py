@@ -1,4 +1,4 @@
-"""Notes to the issuer of a badge about its identity and its name."""
+"""Notes to the issuer of a badge about its name."""
 
 from __future__ import annotations
 
@@ -11,19 +11,6 @@ if TYPE_CHECKING:
 
 #: At most this many entries of a list are named; the rest are counted.
 NAMED = 5
-
-
-def derived_notes(badges: Sequence[Badge]) -> list[str]:
-    """A sentence if identities were made from names, as early versions did."""
-    from moireid.idcodes import is_name_derived
-
-    names = [badge.name for badge in badges if is_name_derived(badge)]
-    if not names:
-        return []
-    return [
-        f"the identity of {_listed(names)} is made from the name, so anybody who knows the name can print this badge; "
-        "print one with an identity of chance (leave out --payload)"
-    ]
 
 
 def namesake_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:

@@ -22,15 +22,14 @@ if TYPE_CHECKING:
 #: The sections of `moireid --help`: names of commands, in the order in which people need them.
 SECTIONS: dict[str, tuple[str, ...]] = {
     "Commands that most people need": (
-        *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "render", "serve"),
+        *("print", "enroll", "verify", "identify", "watch", "attest", "simulate", "serve"),
     ),
     "Your first badge; what to buy; lens sheets, printers and cameras": (
-        *("first-badge", "materials", "pitch-test", "calibrate", "calibrate-camera"),
+        *("first-badge", "materials", "pitch-test", "calibrate"),
     ),
-    "The registry, and access to the studio": ("registry", "token", "verdicts", "worker"),
+    "The registry, and access to the studio": ("registry", "token", "verdicts"),
     "What you set once": ("config",),
-    "Many films at once": ("film-set", "generator-kit", "evaluate"),
-    "The figures that this project states": ("bench",),
+    "For researchers: many films at once, and the figures that this project states": ("lab",),
 }
 #: The commands of this package: each module is imported when its command is called, or its help is shown.
 OWN = {
@@ -40,20 +39,20 @@ OWN = {
     "identify": "moireid.cli.verify.identify_cmd:identify_command",
     "attest": "moireid.cli.attest.attest_cmd:attest_group",
     "simulate": "moireid.cli.simulate_cmd:simulate_command",
-    "render": "moireid.cli.render_cmd:render_command",
     "materials": "moireid.cli.printing.materials_cmd:materials_command",
     "first-badge": "moireid.cli.first_badge_cmd:first_badge_command",
     "pitch-test": "moireid.cli.pitch_cmd:pitch_test_command",
     "calibrate": "moireid.cli.pitch_cmd:calibrate_command",
-    "calibrate-camera": "moireid.cli.camera_cmd:calibrate_camera_command",
     "registry": "moireid.cli.registry:registry_group",
     "config": "moireid.cli.config_cmd:config_group",
 }
 #: Commands that another distribution of the project adds, by its entry points, and which that is.
 ELSEWHERE = {
-    **dict.fromkeys(("serve", "token", "verdicts", "watch", "worker"), "moireid-studio"),
-    **dict.fromkeys(("bench", "evaluate", "film-set", "generator-kit"), "moireid-lab"),
+    **dict.fromkeys(("serve", "token", "verdicts", "watch"), "moireid-studio"),
+    "lab": "moireid-lab",
 }
+#: Commands of the lab that are also called without its name; the help does not list them.
+OF_LAB = ("bench", "evaluate")
 ENTRY_POINTS = "moireid.commands"
 
 
@@ -70,6 +69,8 @@ class Sections(click.Group):
 
         Raises: MissingDistribution where its distribution is not installed; Removed if the command is gone.
         """
+        if name in OF_LAB and isinstance(lab := self.get_command(context, "lab"), click.Group):
+            return lab.get_command(context, name)
         if name in OWN:
             # Without a search for entry points, whose import alone takes longer than most commands' help.
             own: click.Command = pkgutil.resolve_name(OWN[name])

@@ -1,7 +1,8 @@
-"""pitch-test and calibrate: from a bought lens sheet to a lens profile for printing badges."""
+"""pitch-test and calibrate: from a bought lens sheet to a lens profile for printing badges; a camera by its chart."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -114,10 +115,14 @@ def pitch_test_command(
 
 
 @click.command("calibrate")
-@click.argument("photo", required=False, type=click.Path(path_type=Path))
+@click.argument("photo", metavar="[PHOTO|FILM]", required=False, type=click.Path(path_type=Path))
+@click.option("--chart", "chart_json", type=click.Path(path_type=Path), help="The pitch-test.json of the chart.")
 @click.option(
-    "--chart", "chart_json", required=True, type=click.Path(path_type=Path), help="The pitch-test.json of the chart."
+    "--camera",
+    is_flag=True,
+    help="Calibrate a camera: without FILM, --out chart.pdf is the chart to print; with it, --out camera.yaml.",
 )
+@paper_option
 @click.option(
     "--band",
     type=FiniteRange(0, 1000),
@@ -129,7 +134,7 @@ def pitch_test_command(
     "out",
     required=True,
     type=click.Path(path_type=Path, dir_okay=False),
-    help="The lens profile to write, .json.",
+    help="The lens profile to write, .json; with --camera chart or calibration.",
 )
 @click.option(
     "--printer-out",
@@ -157,7 +162,9 @@ def pitch_test_command(
 @friendly
 def calibrate_command(
     photo: Path | None,
-    chart_json: Path,
+    chart_json: Path | None,
+    camera: bool,
+    paper: str,
     band: float | None,
     out: Path,
     printer_out: Path | None,
@@ -168,17 +175,42 @@ def calibrate_command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Make a lens profile from a chart of `moireid pitch-test`.
+    """Make a lens profile from a chart of `moireid pitch-test`, or calibrate a camera.
 
     Give a PHOTO or a film of the chart with the sheet on it, or the number of the matching band as --band. A film that
     is moved sideways also measures the sheet's thickness; a photo from about 1 m also measures by how much the printer
     widens lines. Then print badges for that sheet and printer: print-your-badge NAME --lens my-lens.json
     --printer my-printer.json.
+
+    \b
+    A camera:
+    1. moireid calibrate --camera --out chart.pdf
+       Print it and glue it to something flat.
+    2. Film it for 20 seconds in the mode in which you film badges, from all
+       sides and in every corner of the picture; hold still each time.
+    3. moireid calibrate FILM --camera --out camera.yaml
+
+    Then `moireid verify VIDEO --camera camera.yaml` need not estimate the camera from the badge, and its error bars
+    are smaller, above all before wide lenses and in short films.
     """
+    if camera:
+        given: dict[str, object] = {
+            "--chart": chart_json,
+            "--band": band,
+            "--printer-out": printer_out,
+            "--distance": distance,
+        }
+        given |= {"--focal-px": focal_px, "--measured-scale": scale_text}
+        if wrong := [option for option, value in given.items() if value is not None]:
+            raise SpecError(f"{wrong[0]} belongs to a lens sheet; leave it out with --camera")
+        _camera(photo, out, paper, unsealed=unsealed, overwrite=overwrite, as_json=as_json)
+        return
+    if chart_json is None:
+        raise SpecError("give the pitch-test.json of the chart as --chart, or --camera to calibrate a camera")
     from moireid.badge import load_badge
-    from moireid.calibration.film_orders import SheetOrder, sheet_read
+    from moireid.calibration.film_orders import SheetOrder, film_read
     from moireid.calibration.lens_fit import lens_from_band
-    from moireid.calibration.sheet_reading import printer_profile
+    from moireid.calibration.sheet_reading import SheetReading, printer_profile
     from moireid.designer.request import parse_scale
     from moireid.files import planned
     from moireid.profiles import save_lens_profile, save_printer_profile
@@ -200,7 +232,7 @@ def calibrate_command(
     elif photo is not None:
         order = SheetOrder(photo, chart, distance, focal_px, scale)
         with sealed_reader([photo], unsealed=unsealed) as reader, progress_bar("reading the pitch test") as progress:
-            found = sheet_read(order, reader, progress)
+            found = film_read(order, SheetReading, reader, progress)
         made, ink = found.calibration, found.ink
         _say_notes(found)
     planned(outs, overwrite=overwrite, kept=[chart_json, photo])
@@ -208,6 +240,39 @@ def calibrate_command(
         save_printer_profile(printer_profile(chart, ink, scales), printer_out)
     save_lens_profile(made.profile, out)
     _show(made, ink, out, as_json=as_json)
+
+
+def _camera(film: Path | None, out: Path, paper: str, *, unsealed: bool, overwrite: bool, as_json: bool) -> None:
+    """Write the chart of a camera, or the calibration by a film of it."""
+    if (out.suffix.lower() == ".pdf") != (film is None):
+        raise SpecError("give --camera with --out chart.pdf for the chart to print, or with FILM and --out camera.yaml")
+    if film is None:
+        from moireid.fabrication.page.camera_page import print_camera_chart
+
+        print_camera_chart(out, paper, overwrite=overwrite)
+        if as_json:
+            show_json({"files": {"chart": str(out)}})
+        else:
+            echo(f"{out}: print it at true size, glue it to something flat, and film it from all sides")
+        return
+    from moireid.calibration.camera_fit import CameraFound, write_camera
+    from moireid.calibration.film_orders import CameraOrder, film_read
+    from moireid.files import planned
+
+    planned([out], overwrite=overwrite, kept=[film])
+    with sealed_reader([film], unsealed=unsealed) as reader, progress_bar("looking for the chart") as progress:
+        found = film_read(CameraOrder(film), CameraFound, reader, progress)
+    write_camera(found, out)
+    if as_json:
+        figures = asdict(found) | {"focal_px": found.focal_px}
+        show_json({"files": {"camera": str(out)}} | figures)
+        return
+    width, height = found.size_px
+    echo(f"{out}: focal length {found.focal_px:.1f} ± {found.focal_sd_px:.1f} px in pictures of {width} x {height} px")
+    echo(
+        f"corners fit within {found.error_px:.2f} px in {found.views} views over {100 * found.cover[0]:.0f} x "
+        f"{100 * found.cover[1]:.0f} % of the picture"
+    )
 
 
 def _say_notes(found: SheetReading) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from moireid.cli.common import BAD_INPUT
@@ -9,11 +11,25 @@ from moireid.cli.common import BAD_INPUT
 _COSIGN = "have a C2SP witness cosign the checkpoint file, and add its line to the file"
 _READERS = "readers give it, to `registry audit`, `verify`, `identify` and `attest check`, which check the signatures"
 
-#: By the words as one types them after `moireid`, a command or a command and its option: what to use instead.
+#: By the words as one types them after `moireid`, a command, its option and its value: what to use instead.
 REMOVED = {
     "witness": "run another program that is a C2SP witness (https://c2sp.org/tlog-witness); --witness-key has its "
     "signatures checked",
+    "render": "preview.png next to badge.json shows the badge, and simulate --scene worn films it as it is worn",
+    "print --front array": "--axes xy or --axes hex sense more directions under a lenticular sheet",
+    "film-set": "it is `moireid lab film-set`",
+    "generator-kit": "it is `moireid lab generator-kit`",
+    "worker": "run `dask worker` where moireid-studio[cluster] is installed, and serve --scheduler ADDRESS",
+    "serve --storage": "leave it out: films wait in the studio's folder, and workers of --scheduler fetch them there",
     "verify --photographs": "no film shows how many photographs it was made of; use --level live, or leave it out",
+    "calibrate-camera": "use calibrate --camera --out chart.pdf for the chart, and calibrate FILM --camera for its "
+    "film",
+    "materials --event": "give --badge with one badge.json of the event's folder, and --people",
+    "materials --made": "give --mount acrylic for one that is cut from acrylic",
+    "materials --orientation": "give --badge with a badge.json of that orientation",
+    "materials --price": "fill in the prices in shopping-list.csv",
+    "materials --trim": "3 mm are cut off at each edge; give a smaller --sheet-size to cut off more",
+    "materials --cut-width": "cut the sheets with a knife or a paper cutter, which takes nothing away",
     "watch --token-file": "addresses are not opened here; let FFmpeg write into a pipe, and watch -",
     "registry checkpoint --witness": _COSIGN,
     "registry checkpoint --witness-key": _READERS,
@@ -40,3 +56,13 @@ def removed_option(error: click.NoSuchOption) -> Removed | None:
     path = error.ctx.command_path if error.ctx else ""
     words = f"{path.partition(' ')[2]} {error.option_name}"
     return Removed(words) if words in REMOVED else None
+
+
+class RemainingChoice(click.Choice[str]):
+    """A choice of values; one that is gone ends in its sentence."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The value.  Raises: Removed, or click.BadParameter for one that never was."""
+        if param and ctx and (words := f"{ctx.command.name} {param.opts[0]} {value}") in REMOVED:
+            raise Removed(words)
+        return super().convert(value, param, ctx)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 #: Commands that read films, and the option without which they read none.
-READS_FILMS = {"verify": "", "identify": "", "enroll": "--capture", "calibrate": "", "calibrate-camera": ""}
+READS_FILMS = {"verify": "", "identify": "", "enroll": "--capture", "calibrate": ""}
 
 
 def main() -> None:

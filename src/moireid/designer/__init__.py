@@ -2,7 +2,7 @@
 
 request.py  the request for a badge, checked; its payload, given or drawn at random
 layout.py   the places of markers, or of the coded frame, and of gratings on the page
-grid.py     how a grating is cut into rows and cells, also under a lens array
+grid.py     how a grating is cut into rows and cells
 reach.py    the distances at which a board can be read, and a film judged; the link budget of each receiver
 design.py   the choice of beat frequencies, and the Badge
 formats.py  sizes that holders are made for, each with its sheet and range

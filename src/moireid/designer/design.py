@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
-from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid, crossed_grids, periods_mm
+from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
 from moireid.designer.reach import (
     MIN_FRINGES,
     MIN_PX_PER_FRINGE,
-    MIN_STEP_FRINGES,
     PITCH_TOLERANCE,
     check_range,
     fringe_length_mm,
@@ -30,7 +29,7 @@ from moireid.idcodes.pitch import BANDS
 from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import PHASE_LEVELS
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import Printer, array_named, lens_named, mask_named, sheet_of_thickness
+from moireid.profiles import Printer, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH
 
 #: More spacing of levels than this many fringes across the grating only shortens the fringes.
@@ -97,14 +96,11 @@ def design_badge(request: Request, payload: bytes) -> Badge:
             f"the pitch code is carried by one field, and axes {request.axes} has {count}; take axes x, or the spacing "
             "code"
         )
-    if request.front == "array":
-        grids, beats = _crossed(request, layout, family.name, len(payload))
-    else:
-        grids = (choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS),) * count
-        beats = (choose_beats(layout, request.range_m[1], lens.pitch_mm, levels),) * count
-    check_range(request, layout, grids, lens.pitch_mm, levels, len(payload))
+    grid = choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS)
+    beats = choose_beats(layout, request.range_m[1], lens.pitch_mm, levels)
+    check_range(request, layout, grid, lens.pitch_mm, levels, len(payload))
     blank = tuple(
-        _blank_grating(family.name, lens.pitch_mm, layout, k, grids[k], beats[k], len(payload), silk=silk)
+        _blank_grating(family.name, lens.pitch_mm, layout, k, grid, beats, len(payload), silk=silk)
         for k in range(count)
     )
     _check_printer(request, blank[0].pitch_mm)
@@ -132,45 +128,15 @@ def design_badge(request: Request, payload: bytes) -> Badge:
 
 def _is_silk(request: Request, family: str) -> bool:
     """Whether the fields are smooth.  Raises: DesignError where they cannot be."""
-    bends = family == "spacing" and request.front != "array"
+    bends = family == "spacing"
     if request.pattern is None:
         # Turned fields and masks are left as they were: more cells of silk were misread, and a film was inconclusive.
         return bends and request.axes != "hex" and request.front == "lens"
     if request.pattern not in PATTERNS:
         raise DesignError(f"the pattern {request.pattern!r} is not known; choose {' or '.join(PATTERNS)}")
     if request.pattern == "silk" and not bends:
-        raise DesignError(
-            "silk bends the lines of a spacing code under a lens sheet or a mask; leave out --code and --front array, "
-            "or take cells"
-        )
+        raise DesignError("silk bends the lines of a spacing code; leave out --code, or take cells")
     return request.pattern == "silk"
-
-
-def _crossed(
-    request: Request, layout: Layout, family: str, payload_bytes: int
-) -> tuple[tuple[Grid, ...], tuple[Beats, ...]]:
-    """Grids and beats under a lens array; the levels are centred on the period that cancels the other grating.
-
-    Raises: DesignError for a family or axes that cross no lines, or a range beyond its fine fringes.
-    """
-    if family != "spacing" or request.axes == "hex":
-        raise DesignError("a lens array senses x and y in one field, by places of lines; leave out --code and --axes")
-    grids = crossed_grids(layout, payload_bytes)
-    periods = periods_mm(grids)
-    _, (x0, y0, x1, y1) = layout.fields_mm[0]
-    far_m = DESIGN_FOCAL_PX * min(periods) / MIN_PX_PER_FRINGE / 1000.0
-    if request.range_m[1] > far_m:
-        raise DesignError(
-            f"fringes of {min(periods):.1f} mm are too fine beyond {far_m:.2f} m under a lens array; choose a range "
-            f"within {request.range_m[0]:g}-{math.floor(100 * far_m) / 100:g} m",
-            near_m=request.range_m[0],
-            far_m=math.floor(100 * far_m) / 100,
-        )
-    steps = [MIN_STEP_FRINGES / length for length in (x1 - x0, y1 - y0)]
-    middle = (SPACING_LEVELS - 1) / 2
-    return grids, tuple(
-        Beats(1 / period - middle * step, step, SPACING_LEVELS) for period, step in zip(periods, steps, strict=True)
-    )
 
 
 def _front(request: Request) -> Lens:
@@ -178,13 +144,10 @@ def _front(request: Request) -> Lens:
     if request.front == "lens":
         lens, thickness_mm = lens_named(request.lens), request.lens_thickness_mm
         return lens if thickness_mm is None else sheet_of_thickness(lens, thickness_mm)
-    if request.front not in ("mask", "array"):
-        raise SpecError(f"front {request.front!r} is not known; choose lens, array or mask")
+    if request.front != "mask":
+        raise SpecError(f"front {request.front!r} is not known; choose lens or mask")
     if request.lens_thickness_mm is not None:
-        advice = "give its thickness as the gap" if request.front == "mask" else "leave its thickness out"
-        raise SpecError(f"a {request.front} has no lenticular sheet; {advice}")
-    if request.front == "array":
-        return array_named(request.lens)
+        raise SpecError("a mask has no lenticular sheet; give its thickness as the gap")
     return mask_named(request.lens, request.gap_mm)
 
 

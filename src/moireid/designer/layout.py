@@ -4,7 +4,7 @@ The board is in the middle of the page, so the page's centre is also the badge's
 the paper, the paper is turned.  Four markers are in its corners, and the name is between the upper ones.  The gratings
 fill the field between the upper and the lower pair, from edge to edge, because a wider grating separates beat
 frequencies better; a template may leave more room above and below it.  On a badge of two axes the left half of the
-field senses x, and the right half y.  Those of a lens array share one field.  In place of the markers a coded frame may
+field senses x, and the right half y.  In place of the markers a coded frame may
 be around the fields: a thin line, with notches that show its orientation.
 
 Three fields sense 0, 60 and 120 degrees, between the markers of a board (`three_fields`).  The free room of a board is
@@ -42,7 +42,7 @@ NOTCHED: tuple[tuple[int, ...], ...] = ((0, 1, 2), (0, 2), (1,), ())
 #: A notch's length as a share of its slot, and its depth as a share of the line.  It is open to the inside, so that the
 #: frame's outer border is whole.
 NOTCH_LENGTH, NOTCH_DEPTH = 0.3, 0.6
-#: Width of the line at the far end, px.  Source: docs/decisions/fiducials.md.
+#: Width of the line at the far end, px.  Source: docs/decisions/tracking.md.
 MIN_LINE_PX = 2.0
 #: Squares are promised down to 9.1 px (`reach`), so a line of 1 mm is followed as far as squares of so many.
 LINE_AS_MARKER = 9.1 / MIN_LINE_PX
@@ -273,9 +273,7 @@ def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, flo
 
 
 def _fields(field: Rect, request: Request) -> tuple[tuple[Axis, Rect], ...]:
-    """The field as one grating, as two that share it under a lens array, or as two halves of either axis."""
-    if request.front == "array":
-        return ("x", field), ("y", field)
+    """The field as one grating, or as two halves of either axis."""
     if request.axes == "x":
         return (("x", field),)
     if request.axes != "xy":

@@ -10,7 +10,7 @@ depend steeply on pixels: markers are lost below some 8 pixels, whatever the cel
 
 Convention: eight seconds of swaying, or of camera and badge moved against each other; a badge within the tolerances of
 print and sheet.  Pixels are those of the film's file.
-Source of the figures: films of docs/decisions/link-budget.md, promise and rate side by side; the power is that of
+Source of the figures: 189 films of seven formats, promise and rate side by side; the power is that of
 all receivers together.
 """
 
@@ -50,7 +50,7 @@ class Receiver:
     `AT_RAD`, px; marker_px: size of a marker that half of the films find, px; marker_spread: spread of that size over
     films, as the standard deviation of its logarithm.
 
-    Source of the markers' figures: the likeliest for 63 films each of all formats (docs/decisions/link-budget.md).
+    Source of the markers' figures: the likeliest for 63 films each of all formats.
     """
 
     words: str
@@ -144,7 +144,7 @@ MIN_STEP_FRINGES = 0.40
 MIN_BAND_PX = 4.0
 #: Poses err by the square of the distance over that of the page, so a verdict needs so much more motion.  Eight seconds
 #: of swaying, in a film of crf 28, are accepted up to this distance, m, for a millimetre of the markers' extent (root
-#: of width by height).  Source: the formats' far ends in docs/decisions/link-budget.md; the board at 1.5 m was
+#: of width by height).  Source: films at the formats' far ends; the board at 1.5 m was
 #: accepted, at 1.75 m in four films of six.
 VERDICT_M_PER_MM = 0.0098
 
@@ -156,16 +156,15 @@ def fringe_length_mm(layout: Layout) -> float:
 
 
 def check_range(
-    request: Request, layout: Layout, grids: tuple[Grid, ...], lens_pitch_mm: float, levels: int, payload_bytes: int
+    request: Request, layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int, payload_bytes: int
 ) -> None:
     """The whole board must be in the picture at the near end, and everything large enough at the far end.
 
-    Parameters: grids: one a field.
     Raises: DesignError that names the range that this board has, or a board that has one.
     """
     board = (layout.board_mm[2] - layout.board_mm[0], layout.board_mm[3] - layout.board_mm[1])
     near = max(side * DESIGN_FOCAL_PX / image for side, image in zip(board, DESIGN_IMAGE_PX, strict=True)) / 1000.0
-    reaches = _reach_m(layout, grids, lens_pitch_mm, levels, payload_bytes)
+    reaches = _reach_m(layout, grid, lens_pitch_mm, levels, payload_bytes)
     what = min(reaches, key=lambda name: reaches[name])
     near_m, far_m = math.ceil(100 * near) / 100, math.floor(100 * reaches[what]) / 100
     words = f"a board of {board[0]:g} x {board[1]:g} mm"
@@ -187,9 +186,7 @@ def check_range(
         )
 
 
-def _reach_m(
-    layout: Layout, grids: tuple[Grid, ...], lens_pitch_mm: float, levels: int, payload_bytes: int
-) -> dict[str, float]:
+def _reach_m(layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int, payload_bytes: int) -> dict[str, float]:
     """How far each part of the board can be read, metres."""
     width_mm, tolerance = fringe_length_mm(layout), PITCH_TOLERANCE / lens_pitch_mm
     fastest = 2 * tolerance + (MIN_FRINGES + (levels - 1) * MIN_STEP_FRINGES) / width_mm
@@ -198,14 +195,13 @@ def _reach_m(
         "markers": found_reach_m(marker_mm),
         "fringes": DESIGN_FOCAL_PX / (fastest * MIN_PX_PER_FRINGE) / 1000,
     }
-    cells = sum((grid.rows - UNIFORM_ROWS) * grid.columns[field] for field, grid in enumerate(grids))
-    if not grids[0].columns[0]:
-        return reaches | {"rows": DESIGN_FOCAL_PX * grids[0].row_mm / MIN_BAND_PX / 1000}
-    smallest_mm = min(grid.cell_mm for grid in grids)
-    if smallest_mm <= 0:
+    cells = (grid.rows - UNIFORM_ROWS) * sum(grid.columns)
+    if not grid.columns[0]:
+        return reaches | {"rows": DESIGN_FOCAL_PX * grid.row_mm / MIN_BAND_PX / 1000}
+    if grid.cell_mm <= 0:
         # Markers and margins alone are wider than the board.
         return reaches | {"cells": 0.0}
-    return reaches | {"cells": Read(smallest_mm, math.inf, _word(payload_bytes, cells)).reach_m()}
+    return reaches | {"cells": Read(grid.cell_mm, math.inf, _word(payload_bytes, cells)).reach_m()}
 
 
 def _word(payload_bytes: int, cells: int) -> WordCode:

@@ -91,8 +91,7 @@ def sheet_rects(badge: Badge) -> tuple[Rect, ...]:
         return tuple((-half_x, low, half_x, high) for low, high in sheet_spans(badge))
     pieces: list[Rect] = []
     for low, high in sheet_spans(badge):
-        # Gratings that cross on one field, under an array of lenses, share its piece.
-        here = sorted({rect for g in badge.gratings if low <= (rect := in_frame(g.rect_mm, badge))[1] < high})
+        here = sorted(rect for g in badge.gratings if low <= (rect := in_frame(g.rect_mm, badge))[1] < high)
         seams = [(one[2] + other[0]) / 2 for one, other in itertools.pairwise(here)]
         lefts = [-half_x, *(seam + SEAM_MM / 2 for seam in seams)]
         rights = [*(seam - SEAM_MM / 2 for seam in seams), half_x]

@@ -7,12 +7,10 @@ pitch.py         the beat-frequency identity: bands, each with its own pitch; 24
 spacing.py       non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 families.py      both families by name
 specimen.py      a badge without a holder, with the layout of another
-name_derived.py  identities that early versions made from a name
 """
 
 from moireid.idcodes.families import family_named, spells_its_id
 from moireid.idcodes.family import CellReading, CodeFamily, DecodeResult
-from moireid.idcodes.name_derived import is_name_derived
 from moireid.idcodes.partial import WRONG_PERSON, PartialWord
 from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily
@@ -27,7 +25,6 @@ __all__ = [
     "PitchFamily",
     "SpacingFamily",
     "family_named",
-    "is_name_derived",
     "specimen_of",
     "spells_its_id",
 ]

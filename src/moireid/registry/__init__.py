@@ -23,7 +23,7 @@ queries.py      the Registry's methods that only read: find, list, search, the l
 changes.py      the Registry's methods that change a badge after its issue, or erase a person or an actor
 public_view.py  the Registry's methods for outsiders: standing, checkpoints, proofs, bundles
 batch.py        many badges at once
-opening.py      makes the tables, checks them, and migrates those of an older version
+opening.py      makes the tables, and checks them
 export_file.py  the export, a JSON file with records, log and public key: written, and read in little memory
 merge.py        import: checks an export and merges it into a registry; notes on names that look alike
 rotate.py       changes the authority's key

@@ -43,13 +43,11 @@ from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.keys import Authority, commitment
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import (
-    BEGINNING,
     ERASE,
     ERASE_ACTOR,
     REFINED,
     REPLACED,
     Head,
-    Link,
     authority_after,
     check_entry,
     check_head,
@@ -62,14 +60,12 @@ from moireid.registry.opening import check_tables
 from moireid.registry.record import Fault, record_of
 from moireid.registry.rollback import CODES
 from moireid.registry.schema import (
-    CHAINED_VERSION,
     actors,
     authority,
     badges,
     last_entry,
     log,
     nodes,
-    schema_version,
     select_nodes,
     select_records,
 )
@@ -145,19 +141,19 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: Tally
 
     Returns: the head, or None if the head is not valid.
     """
-    last, tree, stored, passed = BEGINNING, Tree(), _NodeCheck(ledger), expected is None
+    last, tree, wrong, passed = 0, Tree(), set[Place](), expected is None
     for rows in _pages(ledger, tally):
         made = dict[Place, bytes]()
         for row in rows:
             made |= tree.add(leaf_of(row.hash))
             watch.entry(tree)
             try:
-                last = check_entry(row, last, then)
+                check_entry(row, last, then)
                 then = authority_after(row, then)
             except Fault as fault:
                 tally.report(fault.code, fault.text, row.seq)
-                # Go on from this entry's own number and hash, so that one fault gives only one finding.
-                last = Link(row.seq, row.hash)
+            # Go on from this entry's own number, so that one fault gives only one finding.
+            last = row.seq
             _note_actor(row, tally)
             tally.newest[row.subject], tally.last = row.record_sha256, row.seq
             if row.action in ("enroll", "import") and row.holder is None and not row.erased:
@@ -166,17 +162,16 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: Tally
                 )
             if expected is not None and row.seq == expected.seq:
                 passed = True
-                # A head from before the tree is the hash of an entry that contains the one before it.
-                if expected.hash not in (tree.root().hex(), row.previous and row.hash):
+                if expected.hash != tree.root().hex():
                     text = f"the log's first {row.seq} entries are not those that were noted elsewhere"
                     tally.report("head_expected", text, row.seq)
         # After a gap, which is reported, no node is at its place.
-        if last.seq == tree.size:
-            stored.check(made, tally)
+        if last == tree.size and made:
+            _check_nodes(ledger, made, wrong, tally)
     if expected is not None and not passed:
         tally.report(
             "rolled_back",
-            f"the log ends at entry {last.seq}, but entry {expected.seq} was noted elsewhere: an earlier state was put "
+            f"the log ends at entry {last}, but entry {expected.seq} was noted elsewhere: an earlier state was put "
             "back",
             expected.seq,
         )
@@ -185,63 +180,46 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: Tally
     with ledger.snapshot() as connection:
         try:
             head = _check_end(ledger, connection, last, tree)
-            stored.check_number(connection, tally)
+            size = connection.scalar(select(func.max(log.c.seq))) or 0
+            number = connection.scalar(select(func.count()).select_from(nodes)) or 0
+            # They would be in the way of those to come.
+            if number > sum(size >> level for level in range(1, size.bit_length())):
+                tally.report("tree_node", "the log's tree has stored nodes that no entry makes")
             return head
         except Fault as fault:
             tally.report(fault.code, fault.text)
             return None
 
 
-def _check_end(ledger: Ledger, connection: Connection, last: Link, tree: Tree) -> Head:
+def _check_end(ledger: Ledger, connection: Connection, last: int, tree: Tree) -> Head:
     """The signed head.  Raises: Fault if it is not valid, or not that of the entries that were looked at.
 
-    Parameters: last: of these; tree: over them.  Others may have written meanwhile.
+    Parameters: last: the number of the last of these; tree: over them.  Others may have written meanwhile.
     """
     top = connection.execute(select(authority)).first()
     end = connection.execute(last_entry()).first()
     if top is None or top.public_key != ledger.authority.public_hex:
         raise Fault("public_key", "the registry has come under another authority since it was opened")
-    head, chained = check_head(top, None if end is None else Link(end.seq, end.hash), ledger.authority)
-    signed = LogTree(connection, head, chained=chained)
-    if not chained and last.seq == tree.size and signed.consistency(tree.size, tree.root()) is None:
+    head = check_head(top, None if end is None else end.seq, ledger.authority)
+    if last == tree.size and LogTree(connection, head).consistency(tree.size, tree.root()) is None:
         raise Fault("head_hash", "the tree over the log's entries is not the one that the signed head names")
     return head
 
 
-class _NodeCheck:
-    """Compares the stored nodes of the log's tree with those that its entries give."""
+def _check_nodes(ledger: Ledger, made: Mapping[Place, bytes], wrong: set[Place], tally: Tally) -> None:
+    """Report each stored node that is not the one that the entries make; where one below it differs, that one alone.
 
-    def __init__(self, ledger: Ledger) -> None:
-        self._ledger = ledger
-        # A registry from before the tree has none until it is written to; its last entry contains the one before.
-        chained = ledger.rows(select(log.c.previous).order_by(log.c.seq.desc()).limit(1)) not in (
-            [],
-            [("",)],
-            [(None,)],
-        )
-        self._stored = not chained or ledger.rows(select(schema_version.c.version)) != [(CHAINED_VERSION,)]
-        self._wrong = set[Place]()
-
-    def check(self, made: Mapping[Place, bytes], tally: Tally) -> None:
-        """Report each node that differs; where one below it does, that one alone."""
-        if not self._stored or not made:
-            return
-        found = {(row.level, row.place): row.hash for row in self._ledger.rows(select_nodes(made))}
-        for (level, place), node in made.items():
-            if found.get((level, place)) == node.hex():
-                continue
-            self._wrong.add((level, place))
-            if not self._wrong & {(level - 1, 2 * place), (level - 1, 2 * place + 1)}:
-                first, end = (place << level) + 1, (place + 1) << level
-                text = f"the stored node of the log's tree over entries {first} to {end} is not the one that they give"
-                tally.report("tree_node", text, end)
-
-    def check_number(self, connection: Connection, tally: Tally) -> None:
-        """Report nodes that no entry makes: they would be in the way of those to come."""
-        size = connection.scalar(select(func.max(log.c.seq))) or 0
-        number = connection.scalar(select(func.count()).select_from(nodes)) if self._stored else 0
-        if number is not None and number > sum(size >> level for level in range(1, size.bit_length())):
-            tally.report("tree_node", "the log's tree has stored nodes that no entry makes")
+    Parameters: wrong: the nodes that differ, to which others are added.
+    """
+    found = {(row.level, row.place): row.hash for row in ledger.rows(select_nodes(made))}
+    for (level, place), node in made.items():
+        if found.get((level, place)) == node.hex():
+            continue
+        wrong.add((level, place))
+        if not wrong & {(level - 1, 2 * place), (level - 1, 2 * place + 1)}:
+            first, end = (place << level) + 1, (place + 1) << level
+            text = f"the stored node of the log's tree over entries {first} to {end} is not the one that they give"
+            tally.report("tree_node", text, end)
 
 
 def _note_actor(row: AnyRow, tally: Tally) -> None:
@@ -254,10 +232,7 @@ def _note_actor(row: AnyRow, tally: Tally) -> None:
         tally.report("erased_again", text, row.subject)
     if row.action == ERASE_ACTOR:
         tally.gone.add(row.subject)
-    if row.actor is None:
-        tally.counts["unnamed"] += 1
-    else:
-        tally.acted[row.actor] += 1
+    tally.acted[row.actor] += 1
 
 
 def _audit_actors(ledger: Ledger, tally: Tally) -> dict[str, int]:

@@ -49,7 +49,7 @@ class Audit:
     actors : mapping of str to int
         Number of entries by actor.
     unnamed : int
-        Entries without a name: they are of an older version, or their actor was erased.
+        Entries without a name: their actor was erased.
     head : str or None
         The log's head, SEQUENCE:HASH; None if it is not valid.
     findings : tuple of Finding

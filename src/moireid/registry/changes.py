@@ -12,12 +12,8 @@ For a person, the row is deleted: name, badge, reason of a revocation, measured 
 the badge's identity, which is a random number, and hashes against which no one can test names without that salt.  The
 signed entry `erase` stays as a marker.  The identity is never issued again.
 
-Records of schema version 2 had no salt.  A person who has the log and such an identity can still test a name against
-the hashes in its old entries, which cannot change without breaking every checkpoint.  `ErasureResult.guessable` says
-so.
-
 The data are also removed from the disk, because a database keeps old rows in unused pages.  SQLite overwrites what it
-deletes (`secure_delete`, set in engine.py), and VACUUM writes the file anew without what older versions left in it.
+deletes (`secure_delete`, set in engine.py), and VACUUM writes the file anew.
 PostgreSQL writes the tables anew, and its statistics, which hold values of columns.  Not removed: copies and backups,
 PostgreSQL's write-ahead log until it is recycled, and blocks that a disk keeps by itself.
 
@@ -33,7 +29,7 @@ from dataclasses import dataclass, replace
 from datetime import date
 from typing import Any
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, select
 
 from moireid.errors import RegistryError, SpecError
 from moireid.registry.canonical import utc_now
@@ -43,7 +39,7 @@ from moireid.registry.ledger import Transaction
 from moireid.registry.log import ERASE, ERASE_ACTOR, REFINED, REPLACED
 from moireid.registry.queries import RegistryQueries
 from moireid.registry.record import Record, storable, storable_json
-from moireid.registry.schema import actors, badges, log, select_records
+from moireid.registry.schema import actors, badges, select_records
 
 #: A reason is shown to everyone who checks the badge, so it must be short.
 LONGEST_REASON = 500
@@ -65,15 +61,12 @@ class ErasureResult:
         Whether it was erased before; then only the database was cleaned.
     cleaned : bool
         Whether the database was written anew, so that no page of it holds what was erased.
-    guessable : bool
-        Whether entries of an older version remain by which a guessed name can be confirmed.
     """
 
     subject: str
     erased_at: str
     again: bool
     cleaned: bool
-    guessable: bool
 
 
 class RegistryChanges(RegistryQueries):
@@ -259,10 +252,7 @@ class RegistryChanges(RegistryQueries):
                 locked(transaction, found)
                 transaction.connection.execute(delete(badges).where(badges.c.id == subject))
                 transaction.log(ERASE, subject)
-        # Entries of version 2 are those of records without a salt.
-        old = select(func.count()).select_from(log).where(log.c.subject == subject, log.c.actor.is_(None))
-        guessable = bool(self._ledger.rows(old)[0][0])
-        return ErasureResult(subject, before or utc_now(), before is not None, clean(self._ledger.engine), guessable)
+        return ErasureResult(subject, before or utc_now(), before is not None, clean(self._ledger.engine))
 
     def erase_actor(self, name: str) -> ErasureResult:
         """Erase the name of an actor: the log keeps what was done, and no longer by whom.
@@ -296,7 +286,7 @@ class RegistryChanges(RegistryQueries):
                 )
             transaction.connection.execute(delete(actors).where(actors.c.commitment == who))
             transaction.log(ERASE_ACTOR, who)
-        return ErasureResult(who, utc_now(), False, clean(self._ledger.engine), False)
+        return ErasureResult(who, utc_now(), False, clean(self._ledger.engine))
 
     def _decide(self, claim: str, action: str, change: Callable[[Record], Record]) -> Record:
         """Change a record in a transaction.  Raises: RegistryError if it is revoked already."""

@@ -2,11 +2,8 @@
 
 The file is one object: `format` and `version`, `authority` (public key, its fingerprint, the signed head), `records`
 (the columns of the table, with the badge and the measured figures as JSON), `log` (the entries from the first on),
-`actors` (the names of the entries' actors).  Version 1 had no actors and no salts; version 2 had no suspensions, days
-of expiry or days of compromise; version 3 had one set of measured figures; up to version 4 each entry contained the
-hash of the one before it, in `previous`, and the head was the last one's.  A badge is written in its canonical
-spelling.  If a tool spells the document differently, for example indented, it is still the same badge, and its
-signature stays valid.
+`actors` (the names of the entries' actors).  A badge is written in its canonical spelling.  If a tool spells the
+document differently, for example indented, it is still the same badge, and its signature stays valid.
 
 `walk` reads a JSON object of any size in little memory: it gives the items of its arrays one by one.  `load` reads an
 export into an empty registry, without checks of signatures: the audit makes them afterwards.
@@ -14,7 +11,7 @@ export into an empty registry, without checks of signatures: the audit makes the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
@@ -28,7 +25,7 @@ from moireid.registry.canonical import canonical_json, pack
 from moireid.registry.engine import AnyRow, sqlite_file, translated, writing
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
-from moireid.registry.log import BEGINNING, authority_after, check_entry, leaf_of
+from moireid.registry.log import authority_after, check_entry, leaf_of
 from moireid.registry.log_tree import grow
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.merkle import Tree
@@ -38,10 +35,6 @@ from moireid.registry.schema import actors, authority, badges, log, pages, selec
 FORMAT, VERSION = "moireid registry", 5
 #: Documents, which are copied as they are stored, and derived columns.
 NOT_FIELDS = ("badge", *DOCUMENTS, "newest", "skeleton", "folded")
-#: Columns that a version of the format did not have.
-_STATES = ("suspended_at", "suspended_reason", "expires", "compromised_since")
-_SETS = ("as_built_reason", "as_built_earlier")
-_ABSENT = {1: ("salt", "actor", *_STATES, *_SETS), 2: (*_STATES, *_SETS), 3: _SETS, 4: (), 5: ()}
 #: Number of records between two reports of progress.
 STEP = 500
 
@@ -90,19 +83,18 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
         yield (",\n" if number else "\n") + canonical_json(dict(row._mapping)), False
     yield '\n],\n"log":[', False
     former = ledger.rotations(connection)
-    last, tree, then = BEGINNING, Tree(), former[0].old if former else ledger.authority
+    tree, then = Tree(), former[0].old if former else ledger.authority
     stale = set[str]()
     for row in pages(connection, select(log), log.c.seq):
-        yield (",\n" if last.seq else "\n") + canonical_json(dict(row._mapping)), False
-        last = check_entry(row, last, then)
-        tree.add(leaf_of(last.hash))
+        yield (",\n" if tree.size else "\n") + canonical_json(dict(row._mapping)), False
+        tree.add(leaf_of(check_entry(row, tree.size, then)))
         then = authority_after(row, then)
         # The database's index may hide the newest entry, by which a record was compared.
         if row.subject in written:
             (stale.discard if row.record_sha256 == written[row.subject] else stale.add)(row.subject)
     if stale:
         raise Fault("record_stale", f"the record of id {min(stale)} is not the version that the log has last")
-    if not signed.is_over(last, tree):
+    if (tree.size, tree.root()) != (signed.size, signed.root):
         raise Fault("head_hash", "the log's entries are not those of its signed head")
     yield "\n]\n}\n", False
 
@@ -242,19 +234,14 @@ def _load(parts: Iterator[tuple[str, Any]], connection: Connection) -> ExportAut
     header: dict[str, Any] = {}
     waiting: dict[str, list[dict[str, Any]]] = {key: [] for key in TABLES}
     last: dict[str, Any] = {}
-    models: dict[str, type[msgspec.Struct]] = {}
+    models = {key: _model(table) for key, (table, _) in TABLES.items()}
     for key, value in parts:
         if key not in TABLES:
             if key in header:
                 raise ValueError(f"{key!r} is there twice")
             header[key] = value
             continue
-        if not models:
-            version = header.get("version")
-            if header.get("format") != FORMAT or version not in list(_ABSENT):
-                break
-            absent = _ABSENT[version]
-            models = {name: _model(table, absent) for name, (table, _) in TABLES.items()}
+        _check_format(header)
         table, order = TABLES[key]
         rows = waiting[key]
         rows.append(_row(table, msgspec.structs.asdict(msgspec.convert(value, models[key]))))
@@ -268,14 +255,23 @@ def _load(parts: Iterator[tuple[str, Any]], connection: Connection) -> ExportAut
     for key, rows in waiting.items():
         if rows:
             connection.execute(insert(TABLES[key][0]), rows)
-    if not models:
-        raise ValueError(f"it is no export of a moireid registry, version 1 to {VERSION}")
+    _check_format(header)
     return msgspec.convert(header.get("authority"), ExportAuthority)
 
 
-def _model(table: Table, absent: Iterable[str]) -> type[msgspec.Struct]:
-    """What an item of the file holds: the table's columns and no others, but for derived ones and those absent."""
-    names = [str(column.name) for column in table.c if column.name not in ("skeleton", "folded", *absent)]
+def _check_format(header: dict[str, Any]) -> None:
+    """Raise ValueError unless a file begins as an export of this version."""
+    version = header.get("version")
+    if header.get("format") != FORMAT or not isinstance(version, int):
+        raise ValueError("it is no export of a moireid registry")
+    if version != VERSION:
+        maker = "a newer one" if version > VERSION else "an unreleased version"
+        raise ValueError(f"{maker} made it, version {version}, and this moireid reads version {VERSION}")
+
+
+def _model(table: Table) -> type[msgspec.Struct]:
+    """What an item of the file holds: the table's columns and no others, but for derived ones."""
+    names = [str(column.name) for column in table.c if column.name not in ("skeleton", "folded")]
     types = {name: _TYPES.get(name, str) for name in names}
     of = [(name, kind | None if table.c[name].nullable else kind) for name, kind in types.items()]
     return msgspec.defstruct(table.name, of, forbid_unknown_fields=True)

@@ -37,11 +37,9 @@ SIGNER_VARIABLE = "MOIREID_SIGNER"
 
 RECORD = b"moireid registry record 1\n"
 ENTRY = b"moireid registry log entry 1\n"
-#: Precede the text of an entry that names its actor: with the hash of the entry before, and without.
-ACTED = b"moireid registry log entry 2\n"
-TREE_ENTRY = b"moireid registry log entry 3\n"
-#: Of heads: the hash of the last entry, which is signed no more, and the root over all entries.
-HEAD = b"moireid registry log head 1\n"
+#: Precedes the text of an entry that is hashed.
+ENTRY_TEXT = b"moireid registry log entry 3\n"
+#: Of heads: the root over all entries.
 ROOT = b"moireid registry log head 2\n"
 #: Notes (checkpoints, bundles) have a common format, in which nothing precedes the text.  Its first line, such as
 #: `moireid/registry/...`, does what a domain does.

@@ -34,7 +34,6 @@ from moireid.registry.log import (
     NO_RECORD,
     ROTATED,
     Head,
-    Link,
     Rotation,
     check_head,
     head_row,
@@ -45,7 +44,7 @@ from moireid.registry.log import (
 )
 from moireid.registry.log_tree import LogTree, store_nodes
 from moireid.registry.merkle import Place, Tree
-from moireid.registry.opening import add_nodes, prepare
+from moireid.registry.opening import prepare
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.rollback import LogState, check_successors, compared, standing_of
 from moireid.registry.seen import Memory, recall, remember
@@ -189,11 +188,9 @@ class Ledger:
             if last is not None and not isinstance(last.seq, int):
                 # The tables were exchanged since they were looked at; text is the last, so all others are numbers.
                 raise Fault("tables", "the numbers of the log's entries are none")
-            end = None if last is None else Link(last.seq, last.hash)
-            head, chained = check_head(row, end, self.authority)
-            tree = LogTree(connection, head, chained=chained)
-            if end is not None:
-                tree.check_end(end)
+            tree = LogTree(connection, check_head(row, None if last is None else last.seq, self.authority))
+            if last is not None and tree.inclusion(last.seq, last.hash) is None:
+                raise Fault("head_hash", f"the log's tree does not lead from entry {last.seq} to the signed head")
         return tree
 
     def rotations(self, connection: Connection | None = None) -> list[Rotation]:
@@ -261,8 +258,7 @@ class Ledger:
                     f"registry {self.shown} holds records of authority {self.authority.fingerprint}, and this export "
                     f"is of {successor.fingerprint}; import it into an empty registry"
                 )
-            add_nodes(connection)
-            for table in (schema.authority, schema.actors, schema.log, schema.badges):
+            for table in (schema.authority, schema.actors, schema.log, schema.nodes, schema.badges):
                 connection.execute(delete(table))
             yield connection
             state = after._state(connection)
@@ -347,12 +343,9 @@ class Transaction:
         return head
 
     def growing(self) -> Tree:
-        """The tree to which entries are added; its nodes are stored first, if the log is from before the tree."""
+        """The tree to which entries are added."""
         if self._growing is None:
             self._growing = self.tree.growing()
-            if self.tree.chained:
-                add_nodes(self.connection)
-                store_nodes(self.connection, self.tree.computed)
         return self._growing
 
     def committed(self) -> str:
@@ -368,7 +361,7 @@ class Transaction:
 
 
 def _salted(record: Record) -> Record:
-    """A record gets its salt as soon as it is signed; one of schema version 2 when it is signed anew."""
+    """A record gets its salt as soon as it is signed."""
     return record if record.salt is not None else replace(record, salt=new_salt())
 
 

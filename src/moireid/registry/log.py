@@ -5,13 +5,8 @@ is the number of entries and the root over them, signed: so no entry can be chan
 another root.  The head has its own kind of signature, so the log's end cannot be cut off without a trace.
 The table `authority` holds the head; every writer locks that row first, so writers take turns.
 
-Entries from before the tree (formats 1 and 2) also contain the hash of the entry before them; the head was then the
-hash of the last entry, under another kind of signature.  Such entries and heads are checked as they were.  The first
-write to such a log signs its root.
-
-An entry names its actor by a salted commitment (`keys.py`); entries of format 1 name none.  What an entry says of a
-record is the hash of its signed text, which holds a salt too: so a record and an actor can be erased, and the tree
-stays as it is.
+An entry names its actor by a salted commitment (`keys.py`).  What an entry says of a record is the hash of its signed
+text, which holds a salt too: so a record and an actor can be erased, and the tree stays as it is.
 
 An entry "rotate" gives the log another key: it names the old key and the new one, and is signed by both.  The entries
 before it stay as they are, signed by the old key.
@@ -32,14 +27,12 @@ from moireid.errors import RegistryError
 from moireid.provenance import AuthorityKey
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
-from moireid.registry.keys import ACTED, ENTRY, HEAD, ROOT, TREE_ENTRY, Authority, Signs
+from moireid.registry.keys import ENTRY, ENTRY_TEXT, ROOT, Authority, Signs
 from moireid.registry.merkle import leaf_hash
 from moireid.registry.record import Fault
 
-#: Used as the hash of the entry before the first one, in entries that contain it.
-GENESIS = "0" * 64
-#: What is hashed of an entry, whatever its format.
-HASHED = ("action", "record_sha256", "seq", "subject", "time")
+#: What is hashed of an entry.
+HASHED = ("action", "actor", "record_sha256", "seq", "subject", "time")
 #: The actions of entries that record an erasure; the subject is an id, or an actor's commitment.
 ERASE, ERASE_ACTOR = "erase", "erase_actor"
 #: The actions of entries that put figures in the place of others, which stay on record: for a reason, or as they agree
@@ -53,10 +46,7 @@ ROTATE, ROTATED = "rotate", "key:"
 
 @dataclass(frozen=True)
 class Head:
-    """The end of a log, and with it all before: the number of entries, and the root of the tree over them (hex).
-
-    A head from before the tree has the hash of its last entry, which contains that of the entry before, and so on.
-    """
+    """The end of a log, and with it all before: the number of entries, and the root of the tree over them (hex)."""
 
     seq: int
     hash: str
@@ -74,18 +64,6 @@ class Head:
                 "digits"
             )
         return cls(int(match[1]), match[2])
-
-
-@dataclass(frozen=True)
-class Link:
-    """An entry as the next one must follow it: its number and hash (hex); hash: None where it was not looked at."""
-
-    seq: int
-    hash: str | None
-
-
-#: Before the first entry.
-BEGINNING = Link(0, GENESIS)
 
 
 @dataclass(frozen=True)
@@ -107,22 +85,19 @@ Line = Annotated[str, msgspec.Meta(pattern=r"\A[^\x00-\x1f\x7f-\x9f]*\Z")]
 
 
 class LogEntry(msgspec.Struct):
-    """What is hashed of an entry, as others hand it over; previous: empty from format 3 on."""
+    """What is hashed of an entry, as others hand it over."""
 
     seq: Annotated[int, msgspec.Meta(ge=1, lt=10**18)]
     time: Line
     action: str
     subject: str
     record_sha256: str
-    previous: str = ""
-    actor: str | None = None
+    actor: str
 
 
 def entry_text(entry: Mapping[str, Any]) -> bytes:
     """The text of an entry that is hashed.  Raises: TypeError or ValueError if a field cannot be JSON."""
-    domain = ENTRY if entry["actor"] is None else ACTED if entry["previous"] else TREE_ENTRY
-    more = {key: entry[key] for key in ("actor", "previous") if entry[key] not in (None, "")}
-    return domain + canonical_json({key: entry[key] for key in HASHED} | more).encode()
+    return ENTRY_TEXT + canonical_json({key: entry[key] for key in HASHED}).encode()
 
 
 def entry_hash(entry: Mapping[str, Any]) -> str:
@@ -157,7 +132,6 @@ def next_rows(signer: Signs, size: int, done: Iterable[tuple[str, str, str]], ac
             "subject": subject,
             "record_sha256": digest,
             "actor": actor,
-            "previous": "",
         }
         text = entry_text(entry)
         rows.append(entry | {"hash": sha256_hex(text), "signature": signer.sign_entry(text)})
@@ -221,36 +195,24 @@ def authority_keys(authority: Authority, rotations: Sequence[Rotation]) -> tuple
     return (AuthorityKey(authority.fingerprint, authority.public_hex), *former)
 
 
-def check_entry(entry: AnyRow, before: Link, authority: Authority) -> Link:
-    """Check an entry against the one before it, and its signature; returns it as the next one must follow it.
+def check_entry(entry: AnyRow, before: int, authority: Authority) -> str:
+    """Check an entry that must follow entry number `before`, and its signature; returns its hash.
 
     Raises: Fault if its number, hash or signature is wrong, or the first one does not name the key.
     """
     row: dict[str, Any] = dict(entry._mapping)
-    _check_order(row, before)
+    check_order(row, before)
     right = check_signed(row, authority)
-    names_key = (row["action"], row["subject"], row["record_sha256"]) == (
-        "init",
-        authority.fingerprint,
-        key_digest(authority),
-    )
-    if before.seq == 0 and not names_key:
+    named = (row["action"], row["subject"], row["record_sha256"])
+    if before == 0 and named != ("init", authority.fingerprint, key_digest(authority)):
         raise Fault("first_entry", "the log does not begin with this authority's key")
-    return Link(row["seq"], right)
+    return right
 
 
-def followed(row: Mapping[str, Any], before: Link) -> Link:
-    """The entry as the next one must follow it, checked as `check_entry` does but for its signature.  Raises: Fault."""
-    _check_order(row, before)
-    return Link(row["seq"], check_hash(row))
-
-
-def _check_order(row: Mapping[str, Any], before: Link) -> None:
-    """Raise Fault unless an entry has the next number, and contains the hash before it if it is of an old format."""
-    if row["seq"] != before.seq + 1:
-        raise Fault("entry_missing", f"log entry {row['seq']} does not follow from entry {before.seq}")
-    if row["previous"] not in ("", before.hash) and before.hash is not None:
-        raise Fault("entry_chain", f"log entry {row['seq']} does not follow from the entry before it")
+def check_order(row: Mapping[str, Any], before: int) -> None:
+    """Raise Fault unless an entry has the number after `before`."""
+    if row["seq"] != before + 1:
+        raise Fault("entry_missing", f"log entry {row['seq']} does not follow from entry {before}")
 
 
 def check_hash(row: Mapping[str, Any]) -> str:
@@ -275,21 +237,18 @@ def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
     return right
 
 
-def check_head(row: AnyRow, last: Link | None, authority: Authority) -> tuple[Head, bool]:
-    """The head in the row of `authority`, checked against the log's last entry; and whether it is from before the tree.
+def check_head(row: AnyRow, last: int | None, authority: Authority) -> Head:
+    """The head in the row of `authority`, checked against the number of the log's last entry; None if it is empty.
 
     The root is not computed here (`log_tree.py`).
     Raises: Fault if its signature is wrong, or the log ends before or after it.
     """
     head = Head(row.head_seq, row.head_hash)
-    chained = not authority.signed(ROOT, str(head).encode(), row.head_signature)
-    if chained and not authority.signed(HEAD, str(head).encode(), row.head_signature):
+    if not authority.signed(ROOT, str(head).encode(), row.head_signature):
         raise Fault("head_signature", "the log's head does not bear the authority's signature")
-    if last is None or last.seq < head.seq:
-        ends = "is empty" if last is None else f"ends at entry {last.seq}"
+    if last is None or last < head.seq:
+        ends = "is empty" if last is None else f"ends at entry {last}"
         raise Fault("log_cut", f"the log {ends}, but its signed head is entry {head.seq}: its end was cut off")
-    if last.seq > head.seq:
-        raise Fault("log_longer", f"the log ends at entry {last.seq}, but its signed head is entry {head.seq}")
-    if chained and last.hash != head.hash:
-        raise Fault("head_hash", f"log entry {last.seq} is not the one that the signed head names")
-    return head, chained
+    if last > head.seq:
+        raise Fault("log_longer", f"the log ends at entry {last}, but its signed head is entry {head.seq}")
+    return head

@@ -5,9 +5,6 @@ with the entry that makes its subtree whole.  So head, proofs and a new entry ne
 
 Nodes are not signed.  They are believed only as far as they lead to the signed root: whoever changes one can make a
 registry unreadable, which they can do anyway, and can make nothing pass.  The audit computes them all anew.
-
-A log from before the tree has no nodes until it is written to; they are then computed from its entries, each of which
-is checked with the chain of hashes that such entries have.
 """
 
 from __future__ import annotations
@@ -19,16 +16,14 @@ from typing import Any
 from sqlalchemy import Connection, delete, func, insert, select
 
 from moireid.registry.engine import chunks
-from moireid.registry.log import BEGINNING, Head, Link, followed, leaf_of
+from moireid.registry.log import Head, check_hash, check_order, leaf_of
 from moireid.registry.merkle import (
     Place,
     Tree,
-    all_nodes,
     consistency_proof,
     consistent,
     included,
     inclusion_proof,
-    root_at,
     subtrees,
 )
 from moireid.registry.record import Fault
@@ -47,30 +42,21 @@ class LogTree:
         Of that transaction.
     head : Head
         Signed by the authority.
-    chained : bool
-        Whether the head is from before the tree.
     """
 
-    def __init__(self, connection: Connection, head: Head, *, chained: bool) -> None:
+    def __init__(self, connection: Connection, head: Head) -> None:
         self._connection = connection
-        self.head, self.size, self.chained = head, head.seq, chained
+        self.head, self.size = head, head.seq
 
     @cached_property
     def root(self) -> bytes:
-        """The root over all entries.  Raises: Fault if they do not lead to a head from before the tree."""
-        if self.chained:
-            return root_at(self._read, self.size)
+        """The root over all entries.  Raises: Fault if what was signed is none."""
         try:
             return bytes.fromhex(self.head.hash)
         except ValueError as error:
             raise Fault("head_signature", "the log's head is none") from error
 
-    def check_end(self, last: Link) -> None:
-        """Raise Fault unless the tree leads from the log's last entry to the root; a chained head names it itself."""
-        if not self.chained and self.inclusion(last.seq, last.hash) is None:
-            raise Fault("head_hash", f"the log's tree does not lead from entry {last.seq} to the signed head")
-
-    def inclusion(self, seq: int, entry_hash: str | None) -> list[bytes] | None:
+    def inclusion(self, seq: int, entry_hash: str) -> list[bytes] | None:
         """The proof that an entry is in the log at its number; None if it is not there."""
         proof = inclusion_proof(self._read, self.size, seq - 1)
         return proof if included(leaf_of(entry_hash), seq - 1, self.size, proof, self.root) else None
@@ -82,19 +68,18 @@ class LogTree:
         proof = consistency_proof(self._read, self.size, size)
         return proof if consistent(size, root, self.size, self.root, proof) else None
 
-    def is_over(self, last: Link, tree: Tree) -> bool:
-        """Whether these are the last entry of the log, and the tree over all of its entries."""
-        if self.chained:
-            return last == Link(self.head.seq, self.head.hash)
-        return (tree.size, tree.root()) == (self.size, self.root)
-
     def entries(self, begin: int = 1) -> Iterator[dict[str, Any]]:
         """The entries from the one of number `begin` to the head, each checked but for its signature.
 
         Raises: Fault if one was changed or taken out; at the end, if they are not those of the signed head.
         """
         tree = self._beginning(begin - 1)
-        yield from self._followed(tree, BEGINNING if begin == 1 else Link(begin - 1, None), self.size)
+        query = select(log).where(log.c.seq >= begin, log.c.seq <= self.size)
+        for row in pages(self._connection, query, log.c.seq):
+            entry = dict(row._mapping)
+            check_order(entry, tree.size)
+            tree.add(leaf_of(check_hash(entry)))
+            yield entry
         if tree.root() != self.root:
             raise Fault("log_cut", f"the log's entries from {begin} on are not those of its signed head")
 
@@ -113,31 +98,9 @@ class LogTree:
                 raise Fault("record_stale", f"the record of id {subject} is not the version that the log has last")
         return int(newest)
 
-    def versions(self) -> dict[str, str]:
-        """The hash of each record's newest version by its id, from all entries.  Raises: Fault as `entries`."""
-        return {entry["subject"]: entry["record_sha256"] for entry in self.entries()}
-
     def leads_from(self, seen: Head) -> bool:
-        """Whether the log goes on from an earlier head, entry by entry.
-
-        Raises: Fault if there is a gap, or an entry after the earlier head was changed.
-        """
-        if seen == self.head:
-            return True
-        if seen.seq > self.size:
-            return False
-        tree, last = self._beginning(seen.seq), Link(seen.seq, None)
-        if tree.root().hex() != seen.hash:
-            # A head from before the tree; or damaged nodes, without which it must do.
-            tree, row = Tree(), None
-            for row in self._followed(tree, BEGINNING, seen.seq):
-                last = Link(row["seq"], row["hash"])
-            ends = row is not None and row["previous"] and row["hash"] == seen.hash
-            if not ends and tree.root().hex() != seen.hash:
-                return False
-        for _ in self._followed(tree, last, self.size):
-            pass
-        return tree.root() == self.root
+        """Whether the log goes on from an earlier head."""
+        return seen == self.head or self.consistency(seen.seq, bytes.fromhex(seen.hash)) is not None
 
     def growing(self) -> Tree:
         """The tree as new entries are added to it.  Raises: Fault if the stored nodes do not lead to the root."""
@@ -153,35 +116,7 @@ class LogTree:
         return Tree(size, [found[place] for place in places])
 
     def _read(self, places: Sequence[Place]) -> Mapping[Place, bytes]:
-        return self.computed if self.chained else read_nodes(self._connection, places)
-
-    @cached_property
-    def computed(self) -> dict[Place, bytes]:
-        """All nodes of a log from before the tree, from its entries.  Raises: Fault if it does not lead to its head."""
-        last = BEGINNING
-
-        def leaves() -> Iterator[bytes]:
-            nonlocal last
-            for row in self._followed(Tree(), BEGINNING, self.size):
-                last = Link(row["seq"], row["hash"])
-                yield leaf_of(last.hash)
-
-        found = all_nodes(leaves())
-        if last != Link(self.head.seq, self.head.hash):
-            raise Fault("log_cut", "the log does not lead to its signed head")
-        return found
-
-    def _followed(self, tree: Tree, last: Link, end: int) -> Iterator[dict[str, Any]]:
-        """The entries after those of `tree` up to number `end`, each checked and added to it.
-
-        Parameters: last: the entry before them.
-        """
-        query = select(log).where(log.c.seq > tree.size, log.c.seq <= end)
-        for row in pages(self._connection, query, log.c.seq):
-            entry = dict(row._mapping)
-            last = followed(entry, last)
-            tree.add(leaf_of(last.hash))
-            yield entry
+        return read_nodes(self._connection, places)
 
 
 def read_nodes(connection: Connection, places: Sequence[Place]) -> dict[Place, bytes]:

@@ -4,8 +4,7 @@ Two names look alike if their skeletons are equal, or the skeletons of both in l
 Unicode Technical Standard 39, section 4, with the table of the package `confusable-homoglyphs` (Unicode 15.1); text
 that is written from right to left is not reordered first.  Deviation: a run of spaces counts as one space.
 
-The registry keeps both skeletons of each name in columns with an index.  They are derived: another table of look-alikes
-needs another schema version, whose step computes them anew (`opening.py`).
+The registry keeps both skeletons of each name in columns with an index.
 """
 
 from __future__ import annotations

@@ -6,20 +6,16 @@
    - the registry has no authority, or nothing in it but its own first entry: it becomes a copy of the export, with the
      export's authority and signatures.  Without the private key it can be read, and no more.
    - the export's log is a part of the registry's: there is nothing to do.
-   - the registry's log is a part of the export's: the entries that follow and their records are taken as signed.
-   - both have grown on their own under one key: records that differ are united and signed anew, with an entry
-     `import` for each.  A revocation stays, the earlier if there are two; so does a suspension, because it is unknown
-     whether it came after a reinstatement; of two days the earlier stays, and of measured figures the
-     newer, next to which all others of both stay on record.
-A person who was erased on either side is erased on both afterwards.
+   - the registry's log is a part of the export's: the entries that follow and their records are taken as signed; all
+     records, if the authority has changed its key since.
+   Else both have grown on their own, and one of them is a fork: nothing is imported.
+A person who was erased in the export is erased in the registry afterwards.
 """
 
 from __future__ import annotations
 
-import json
 import tempfile
 import unicodedata
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -33,18 +29,14 @@ from moireid.errors import RegistryError
 from moireid.names import hidden_words
 from moireid.registry import schema
 from moireid.registry.audit import audit
-from moireid.registry.batch import same_or_conflict
-from moireid.registry.canonical import canonical_json
 from moireid.registry.engine import chunks, clean
-from moireid.registry.erased import erased_among
 from moireid.registry.export_file import load
 from moireid.registry.keys import account
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
-from moireid.registry.log import ERASE, NO_RECORD
+from moireid.registry.log import ERASE
 from moireid.registry.log_tree import grow
 from moireid.registry.merkle import Tree
-from moireid.registry.record import REVOKED, SUSPENDED, Fault, Record
-from moireid.registry.schema import actors, badges, log, pages, select_records
+from moireid.registry.schema import actors, badges, log, pages
 
 
 @dataclass(frozen=True)
@@ -117,18 +109,25 @@ def _refused(target: Ledger) -> list[str]:
 
 def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
     with source.snapshot() as there:
-        if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
-            former = [one.old.public_hex for one in source.rotations()]
-            if target.has_authority and target.authority.public_hex in former:
-                return _follow(there, source, target, actor)
+        own = target.authority.public_hex if target.has_authority else None
+        if own not in (source.authority.public_hex, *(one.old.public_hex for one in source.rotations())):
             return _adopt(there, source, target)
         with target.writing(actor, older=True) as transaction:
             theirs, ours = source.tree_in(there), transaction.tree
             if ours.consistency(theirs.size, theirs.root) is not None:
                 return Import(0, 0, _count(there))
-            if theirs.consistency(ours.size, ours.root) is not None:
-                return _catch_up(there, transaction, resigned=False)
-            return _unite(there, source, transaction)
+            if theirs.consistency(ours.size, ours.root) is None:
+                raise RegistryError(
+                    f"registry {target.shown} holds log entries that this export lacks, and lacks others of it: one of "
+                    "the two is a fork; import the export into an empty registry, and enroll and revoke there what is "
+                    "missing",
+                    code="forked",
+                )
+            resigned = own != source.authority.public_hex
+            done = _catch_up(there, transaction, resigned=resigned)
+            if resigned:
+                transaction.successor = source.authority.public_hex
+            return done
 
 
 def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
@@ -138,20 +137,6 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
         grow(here, Tree())
         added = _copy(there, here, badges, badges.c.id)
     return Import(added, 0, 0)
-
-
-def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Import:
-    """Take in the later entries of an authority that has changed its key and so has signed all records anew."""
-    with target.writing(actor, older=True) as transaction:
-        ours = transaction.tree
-        if source.tree_in(there).consistency(ours.size, ours.root) is None:
-            raise RegistryError(
-                f"registry {target.shown} holds log entries that this export lacks, and its authority has changed its "
-                "key since; import the export into an empty registry, and enter what is missing there"
-            )
-        done = _catch_up(there, transaction, resigned=True)
-        transaction.successor = source.authority.public_hex
-    return done
 
 
 def _catch_up(there: Connection, transaction: Transaction, *, resigned: bool) -> Import:
@@ -178,85 +163,9 @@ def _held(here: Connection, ids: Iterable[str]) -> list[str]:
     return list(here.scalars(select(badges.c.id).where(badges.c.id.in_(ids))))
 
 
-def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Import:
-    """Enter the source's records that we lack, and unite those that both hold and that differ."""
-    added = changed = unchanged = erased = 0
-    # What is changed is signed anew, so it must be the newest version, whatever the database's index shows.
-    versions = transaction.tree.versions()
-    for badge_id in _erased_in(there):
-        if transaction.connection.execute(delete(badges).where(badges.c.id == badge_id)).rowcount:
-            transaction.log(ERASE, badge_id)
-            erased += 1
-    for rows in chunks(pages(there, select_records(), badges.c.id)):
-        ids = [row.id for row in rows]
-        held = {record.id: record for record in transaction.records(select_records().where(badges.c.id.in_(ids)))}
-        new, gone = [], set(erased_among(transaction.connection, ids))
-        gone |= {one for one in ids if versions.get(one) == NO_RECORD}
-        for theirs in map(source.record, (row for row in rows if row.id not in gone)):
-            ours = held.get(theirs.id)
-            united = None if ours is None else _united(ours, theirs)
-            if united is None:
-                new.append(theirs)
-            elif united == ours:
-                unchanged += 1
-            else:
-                if ours is not None and versions.get(ours.id) != ours.digest():
-                    raise Fault("record_stale", f"the record of id {ours.id} is not the version that the log has last")
-                transaction.change(united, "import")
-                changed += 1
-        transaction.enter(new, "import")
-        added += len(new)
-    return Import(added, changed, unchanged, erased)
-
-
 def _erased_in(there: Connection) -> list[str]:
     """The ids of badges whose holders were erased in the source."""
     return list(there.scalars(select(log.c.subject).where(log.c.action == ERASE).distinct()))
-
-
-def _united(ours: Record, theirs: Record) -> Record:
-    """One record of two of the same badge: the same whichever is ours, and again the same when united again.
-
-    Raises: RegistryError if they hold one id for different badges.
-    """
-    if ours == theirs:
-        return ours
-    same_or_conflict(replace(theirs, expires=None), ours)
-    # Between equal ones the text decides, so that every registry that unites them gets the same record.
-    first, second = sorted((ours, theirs), key=_order)
-    revoked, suspended = _first_of(REVOKED, first, second), _first_of(SUSPENDED, first, second)
-    sets = _all_figures(first, second)
-    return replace(
-        first.with_figure_sets(sets) if sets else first,
-        salt=first.salt or second.salt,
-        compromised_since=_earlier(first.compromised_since, second.compromised_since),
-        expires=_earlier(first.expires, second.expires),
-        **revoked,
-        **suspended,
-    )
-
-
-def _all_figures(*records: Record) -> list[dict[str, Any]]:
-    """All sets of measured figures of some records, the newest last."""
-    sets: Counter[tuple[str, str]] = Counter()
-    for record in records:
-        # What both have is had once, and what one of them has twice, twice.
-        sets |= Counter((one["as_built_at"] or "", canonical_json(one)) for one in record.figure_sets)
-    return [json.loads(text) for _, text in sorted(sets.elements())]
-
-
-def _first_of(names: tuple[str, str], *records: Record) -> dict[str, Any]:
-    """Day and reason of what was done to one of these records first, as fields; None of both if it was done to none."""
-    done = [(getattr(one, names[0]), getattr(one, names[1])) for one in records if getattr(one, names[0]) is not None]
-    return dict(zip(names, min(done, key=lambda pair: (pair[0], pair[1] or ""), default=(None, None)), strict=True))
-
-
-def _earlier(one: str | None, other: str | None) -> str | None:
-    return min((day for day in (one, other) if day is not None), default=None)
-
-
-def _order(record: Record) -> tuple[str, str, str]:
-    return record.issued_at, record.badge_json, record.salt or ""
 
 
 def _copy(

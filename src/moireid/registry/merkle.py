@@ -67,15 +67,6 @@ def _joined(peaks: Sequence[bytes]) -> bytes:
     return root
 
 
-def all_nodes(leaves: Iterable[bytes]) -> dict[Place, bytes]:
-    """All nodes of the tree over these leaves' hashes."""
-    tree, found = Tree(), dict[Place, bytes]()
-    for place, leaf in enumerate(leaves):
-        found[0, place] = leaf
-        found |= tree.add(leaf)
-    return found
-
-
 def subtrees(begin: int, end: int) -> list[Place]:
     """The nodes of the leaves from `begin` to before `end`, where the tree splits off such a range; largest first."""
     found = []
@@ -84,11 +75,6 @@ def subtrees(begin: int, end: int) -> list[Place]:
         found.append((level, begin >> level))
         begin += 1 << level
     return found
-
-
-def root_at(read: ReadNodes, size: int) -> bytes:
-    """The root of the first `size` leaves."""
-    return _hashes(read, [(0, size)])[0]
 
 
 def inclusion_proof(read: ReadNodes, size: int, place: int) -> list[bytes]:

@@ -1,19 +1,11 @@
-"""Opening a registry: its tables are made if they are absent, migrated from an older schema version, and checked.
-
-A migration runs in one transaction: all of it or nothing.  A step changes tables and derived columns.  It touches no
-signed text, no entry and no signature, so it needs no key, and checkpoints from before stay valid.  A record whose
-signed text would be different in this version stays as it is until it changes.  The last step is taken by the first
-write, which signs the tree's root: until then a registry of the version before can be read where it cannot be written.
-"""
+"""Opening a registry: its tables are made if they are absent, and checked."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
-from sqlalchemy import Column, Connection, Engine, Table, bindparam, delete, insert, inspect, select, text, update
-from sqlalchemy.exc import IntegrityError, ProgrammingError, SQLAlchemyError
-from sqlalchemy.schema import CreateColumn
+from sqlalchemy import Connection, Engine, insert, inspect, select
+from sqlalchemy.exc import IntegrityError, ProgrammingError
 from sqlalchemy.types import TypeEngine
 
 from moireid.errors import RegistryError
@@ -21,78 +13,9 @@ from moireid.registry import schema
 from moireid.registry.engine import writing
 from moireid.registry.keys import actor_row
 from moireid.registry.log import first_rows
-from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.signing.client import make_key
 
-#: Names whose skeletons are written at a time.
-CHUNK = 1000
-
-
-def migrate(engine: Engine) -> None:
-    """Take the steps from the version that is found to ours; another process may have taken them meanwhile."""
-    with writing(engine) as connection:
-        if engine.dialect.name == "postgresql":
-            connection.execute(text(f"LOCK TABLE {schema.schema_version.name} IN ACCESS EXCLUSIVE MODE"))
-        while step := STEPS.get(version := connection.scalars(select(schema.schema_version.c.version)).one()):
-            step(connection)
-            connection.execute(update(schema.schema_version).values(version=version + 1))
-
-
-def _to_3(connection: Connection) -> None:
-    """Salts of records, skeletons of names, and who did what."""
-    new = schema.badges.c.salt, schema.badges.c.skeleton, schema.badges.c.folded, schema.log.c.actor
-    for column in new:
-        _add(connection, column)
-    schema.actors.create(connection)
-    write_skeletons(connection)
-    for index in sorted(schema.badges.indexes, key=lambda one: str(one.name)):
-        if index.name in ("badges_by_skeleton", "badges_by_folded"):
-            index.create(connection)
-
-
-def _to_4(connection: Connection) -> None:
-    """Suspensions, days of expiry, and since when a revoked badge is compromised."""
-    badges = schema.badges.c
-    for column in (badges.suspended_at, badges.suspended_reason, badges.expires, badges.compromised_since):
-        _add(connection, column)
-
-
-def _to_5(connection: Connection) -> None:
-    """Why measured figures took the place of others, and those others."""
-    for column in (schema.badges.c.as_built_reason, schema.badges.c.as_built_earlier):
-        _add(connection, column)
-
-
-def add_nodes(connection: Connection) -> None:
-    """The table of the tree's nodes, empty; the caller fills it."""
-    schema.nodes.create(connection, checkfirst=True)
-    connection.execute(delete(schema.nodes))
-    connection.execute(update(schema.schema_version).values(version=schema.SCHEMA_VERSION))
-
-
-def _add(connection: Connection, column: Column[object]) -> None:
-    table = column.table
-    assert isinstance(table, Table)
-    words = CreateColumn(column).compile(dialect=connection.dialect)
-    connection.execute(text(f"ALTER TABLE {table.name} ADD COLUMN {words}"))
-
-
-def write_skeletons(connection: Connection) -> None:
-    """Compute what every name looks like."""
-    badges = schema.badges
-    known = connection.execute(select(badges.c.id, badges.c.name_nfc)).all()
-    change = update(badges).where(badges.c.id == bindparam("of_id"))
-    change = change.values(skeleton=bindparam("seen"), folded=bindparam("plain"))
-    for begin in range(0, len(known), CHUNK):
-        rows = known[begin : begin + CHUNK]
-        looks = [{"of_id": r.id, "seen": skeleton(r.name_nfc), "plain": folded_skeleton(r.name_nfc)} for r in rows]
-        connection.execute(change, looks)
-
-
-#: The tables without which a registry cannot be read.
-NEEDED = set(schema.metadata.tables) - {schema.nodes.name}
-#: The step that leads on from a version.
-STEPS: dict[int, Callable[[Connection], None]] = {2: _to_3, 3: _to_4, 4: _to_5}
+TABLES = set(schema.metadata.tables)
 
 
 def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, actor: str) -> tuple[str | None, bool]:
@@ -102,60 +25,33 @@ def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool, a
 
     A registry without an authority gets one, with a new key pair, if `create` and `make_authority` are true.  Else
     None is returned for it if `create` is true: it waits for an import.  `shown` names the registry in messages,
-    `actor` is who makes it.  A registry of an older version that has its step is brought to this one.
+    `actor` is who makes it.
     Raises: RegistryError if the database holds nothing, another program's tables, others than moireid made, or another
         version of ours.
     """
     with engine.connect() as connection:
         names, public_key = look(connection)
     made = False
-    if create and (not names or (public_key is None and make_authority and names >= NEEDED)):
+    if create and (not names or (public_key is None and make_authority and names >= TABLES)):
         made = _create(engine, actor, make_authority=make_authority)
-        with engine.connect() as connection:
-            names, public_key = look(connection)
-    if not names:
-        raise _empty(shown)
-    if {schema.schema_version.name, schema.badges.name} <= names:
-        _bring_up(engine, shown)
-        with engine.connect() as connection:
-            names, public_key = look(connection)
-            check_tables(connection, shown)
-    if not names >= NEEDED:
-        raise RegistryError(
-            f"registry {shown} is a database, but not one of moireid's; give another URL, or an empty database"
-        )
-    if public_key is None and not create:
-        raise _empty(shown)
-    return public_key, made
-
-
-def _bring_up(engine: Engine, shown: str) -> None:
-    """Check the version, and bring an older one to ours.  Raises: RegistryError if it is none of those."""
     with engine.connect() as connection:
-        found = list(connection.scalars(select(schema.schema_version.c.version)))
-    if len(found) != 1 or found[0] not in STEPS:
-        _check_version(found, shown)
-        return
-    try:
-        migrate(engine)
-    except SQLAlchemyError as error:
-        reason = str(getattr(error, "orig", None) or error).strip().split("\n")[0]
-        raise RegistryError(
-            f"registry {shown} is of schema version {found[0]} and must be brought to {schema.CHAINED_VERSION} once, "
-            f"which failed ({reason}); open it with any command where it may be written and no one else writes",
-            found=found,
-            supported=schema.SCHEMA_VERSION,
-        ) from error
-
-
-def _empty(shown: str) -> RegistryError:
-    return RegistryError(f"registry {shown} is empty; enroll someone first, or run `moireid registry init`")
+        names, public_key = look(connection)
+        if {schema.schema_version.name, schema.badges.name} <= names:
+            _check_version(connection, shown)
+            check_tables(connection, shown)
+        elif names:
+            raise RegistryError(
+                f"registry {shown} is a database, but not one of moireid's; give another URL, or an empty database"
+            )
+    if not names or (public_key is None and not create):
+        raise RegistryError(f"registry {shown} is empty; enroll someone first, or run `moireid registry init`")
+    return public_key, made
 
 
 def look(connection: Connection) -> tuple[set[str], str | None]:
     """The names of all tables, and the authority's public key if there is one."""
     names = set(inspect(connection).get_table_names())
-    if not names >= NEEDED:
+    if not names >= TABLES:
         return names, None
     return names, connection.scalar(select(schema.authority.c.public_key))
 
@@ -167,10 +63,7 @@ def check_tables(connection: Connection, shown: str) -> None:
     code rely on the types.  A table or a column more is the operator's own.
     """
     found = {name: columns for (_, name), columns in inspect(connection).get_multi_columns().items()}
-    chained = schema.schema_version.name in found and list(
-        connection.scalars(select(schema.schema_version.c.version))
-    ) == [schema.CHAINED_VERSION]
-    for name in sorted(NEEDED if chained else schema.metadata.tables):
+    for name in sorted(TABLES):
         types = {column["name"]: _type(column["type"], connection) for column in found.get(name, ())}
         for column in schema.metadata.tables[name].columns:
             if (wanted := _type(column.type, connection)) != types.get(column.name):
@@ -188,18 +81,18 @@ def _type(kind: TypeEngine[Any], connection: Connection) -> str:
     return kind.compile(connection.dialect).split(" ")[0]
 
 
-def _check_version(found: list[int], shown: str) -> None:
-    """Raise unless the one version found is ours."""
-    if found in ([schema.SCHEMA_VERSION], [schema.CHAINED_VERSION]):
+def _check_version(connection: Connection, shown: str) -> None:
+    """Raise RegistryError unless the one version there is ours."""
+    found = list(connection.scalars(select(schema.schema_version.c.version)))
+    if found == [schema.SCHEMA_VERSION]:
         return
-    version = ", ".join(map(str, found)) or "none"
-    if found == [1]:
-        remedy = "its records bear no signatures, so enroll the badges anew in another registry"
+    if found and max(found) < schema.SCHEMA_VERSION:
+        remedy = "an unreleased version made it, so make another registry, and enroll the badges anew"
     else:
         remedy = "open it with the moireid that wrote it, or a newer one"
     raise RegistryError(
-        f"registry {shown} has schema version {version}, and this moireid reads version {schema.SCHEMA_VERSION}; "
-        f"{remedy}",
+        f"registry {shown} has schema version {', '.join(map(str, found)) or 'none'}, and this moireid reads version "
+        f"{schema.SCHEMA_VERSION}; {remedy}",
         found=found,
         supported=schema.SCHEMA_VERSION,
     )
@@ -233,7 +126,7 @@ def _create(engine: Engine, actor: str, *, make_authority: bool) -> bool:
         used = False
         with engine.connect() as connection:
             names, public_key = look(connection)
-        if not names >= NEEDED or (make_authority and public_key is None):
+        if not names >= TABLES or (make_authority and public_key is None):
             raise
     finally:
         if path is not None and not used:

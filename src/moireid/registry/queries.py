@@ -39,7 +39,7 @@ class Entry:
     subject : str
         The badge's id; of the first entry the authority's fingerprint, of "erase_actor" the actor's commitment.
     actor : str or None
-        Who did it; None if they were erased, or the entry is of a version that named no actor.
+        Who did it; None if they were erased.
     actor_erased : bool
         Whether they were erased.
     """

@@ -22,12 +22,12 @@ from moireid.registry.keys import RECORD, Authority, Signs
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 
 REVOKED, SUSPENDED = ("revoked_at", "revoked_reason"), ("suspended_at", "suspended_reason")
-#: Fields that records of schema version 2 did not have; they are signed only if they have a value.
-LATER = ("salt", *SUSPENDED, "expires", "compromised_since", "as_built_reason")
+#: Fields that are signed only if they have a value.
+OPTIONAL = ("salt", *SUSPENDED, "expires", "compromised_since", "as_built_reason")
 #: Documents that are signed by their SHA-256, and stored packed.
 DOCUMENTS = ("as_built", "as_built_earlier")
 #: Fields that are stored and signed as they are.
-PLAIN = ("id", "issued_at", "layout_key", "as_built_at", *REVOKED, *LATER)
+PLAIN = ("id", "issued_at", "layout_key", "as_built_at", *REVOKED, *OPTIONAL)
 #: Fields that lists show.
 SHOWN = ("id", "name", "line", "issued_at", *REVOKED, "compromised_since", *SUSPENDED, "expires")
 
@@ -107,8 +107,8 @@ class Record(BadgeState):
         Canonical JSON of the sets of figures that were in use before, oldest first, each with `as_built`,
         `as_built_at` and `as_built_reason`; None if there are none.  None is ever taken out.
     salt : str or None
-        Random hex digits: without them no one can test a name against the log's hash of the record.  None in
-        records of schema version 2.
+        Random hex digits: without them no one can test a name against the log's hash of the record.  None before it
+        is signed.
 
     Notes
     -----
@@ -197,8 +197,7 @@ class Record(BadgeState):
         }
         if self.as_built_earlier is not None:
             fields["as_built_earlier_sha256"] = sha256_hex(self.as_built_earlier.encode())
-        # Fields of later versions are included only if they have a value, so that older signatures stay valid.
-        plain = {name: getattr(self, name) for name in PLAIN if name not in LATER or getattr(self, name) is not None}
+        plain = {name: getattr(self, name) for name in PLAIN if name not in OPTIONAL or getattr(self, name) is not None}
         return canonical_json(fields | plain).encode()
 
     def digest(self) -> str:

@@ -2,9 +2,9 @@
 
 `badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each action (log.py),
 `nodes` the tree over it (log_tree.py), `actors` the names of the actors (keys.py), and `authority` a single row: the
-public key, and the log's head, signed.  A later version that changes tables must raise `SCHEMA_VERSION` and add a step
-to `opening.py`; so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys and
-signatures would no longer compare.
+public key, and the log's head, signed.  A later version that changes tables must raise `SCHEMA_VERSION`; so must one
+that changes what `Badge.layout_key` hashes, what is signed, or what names look like, because old keys, signatures and
+skeletons would no longer compare.
 """
 
 from __future__ import annotations
@@ -33,8 +33,7 @@ from sqlalchemy import (
 
 from moireid.registry.engine import AnyRow, AnySelect
 
-#: The second is the version before the tree, which is read as it is, and becomes the first when it is written to.
-SCHEMA_VERSION, CHAINED_VERSION = 6, 5
+SCHEMA_VERSION = 6
 #: Rows fetched at a time when all are read.
 PAGE = 500
 
@@ -108,8 +107,9 @@ log = Table(
     Column("action", _text, nullable=False),
     Column("subject", _text, nullable=False),
     Column("record_sha256", _text, nullable=False),
-    Column("actor", _text),
-    Column("previous", _text, nullable=False),
+    Column("actor", _text, nullable=False),
+    # Not used: it keeps registries and exports that have it readable.
+    Column("previous", _text, nullable=False, default=""),
     Column("hash", _text, nullable=False),
     Column("signature", _text, nullable=False),
 )

@@ -63,10 +63,6 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True,
         is no registry, or has another schema version; if no key can be written; or `actor` is no line of text.
     MissingExtraError
         If it is on PostgreSQL, and the driver is not installed.
-
-    Notes
-    -----
-    A registry of schema version 2 or later is brought to this version; older programs cannot open it then.
     """
     parsed = read_url(default_url() if url is None else url)
     who = account() if actor is None else checked_actor(actor)

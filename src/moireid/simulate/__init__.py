@@ -18,7 +18,6 @@ compiled.py    numba's compiler, with types
 left_out.py    what a film does not show, and the time saved by that
 shots.py       the camera's pictures, one by one, with their effects
 filming.py     the whole film: frames, file and truth
-photograph/    a photograph of a badge as it is worn, in colour
 film_badge.py  a film by the names of the command's options
 """
 

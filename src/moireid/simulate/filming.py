@@ -258,8 +258,6 @@ def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
         raise SpecError(f"backend {backend!r} is not known; choose analytic or mitsuba")
     if backend == "analytic":
         return
-    if scene.lens.kind == "array":
-        raise SpecError("the mitsuba backend knows no array of round lenses; use the analytic one")
     if scene.hidden_mm is not None:
         raise SpecError("the mitsuba backend covers no part of the board; use the analytic one")
     if forge is not None:

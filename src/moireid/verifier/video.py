@@ -369,7 +369,7 @@ def decoded_pictures(
     import av
     from av.codec.context import Flags
 
-    # Threads of the decoder wait for one another, and hold more pictures in memory (decisions/decoding-ahead).
+    # Threads of the decoder wait for one another, and hold more pictures in memory (docs/decisions/films.md).
     stream.codec_context.thread_count = 1
     # So that each picture has the number of its packet.
     stream.codec_context.copy_opaque = True

@@ -23,7 +23,7 @@ api/             the API
 live/            the pages and sockets of a live check
 challenge/       the live check itself: random prompts, and whether they were followed
 watch/           a stream as it comes: a camera, a file that grows, a pipe
-commands/        serve, token, verdicts, watch, worker
+commands/        serve, token, verdicts, watch
 
 FastAPI is imported by `app.py` and what is under it, so nothing but `moireid serve` pays for it.
 """

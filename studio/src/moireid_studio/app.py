@@ -17,7 +17,7 @@ from moireid.errors import RegistryError
 from moireid.verifier.report.report_page import style as report_style
 from moireid_studio.api import films as api
 from moireid_studio.api import health as health_api
-from moireid_studio.api import issue_api, registry_api
+from moireid_studio.api import issue_api, registry_api, work_api
 from moireid_studio.api.schema import describe
 from moireid_studio.auth.guard import Guard, anyone
 from moireid_studio.http.connections import ConnectionLimits
@@ -49,6 +49,7 @@ ROUTERS: tuple[APIRouter, ...] = (
     registry_api.router,
     registry_api.verdicts_router,
     health_api.router,
+    work_api.router,
     live.router,
     live.enroll_router,
     link_routes.router,
@@ -115,12 +116,6 @@ def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
     connections: ConnectionLimits = app.state.connections
     return [
         ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),
-        (
-            "moireid_lost_workers",
-            "Workers that were lost with a job.",
-            "",
-            lambda: {"": studio.jobs.ledger.lost_workers()},
-        ),
         ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),
         ("moireid_connections", "Connections of HTTP.", "", lambda: {"": connections.held.total()}),
         ("moireid_turned_away", "Connections that were refused.", "", lambda: {"": connections.turned_away}),

@@ -36,16 +36,6 @@ FILMS = UploadKind(_film_suffix, "This file is none of the films that are taken:
 SLOTS = {SHEET_PHOTO: PHOTOS, **dict.fromkeys((SHEET_FILM, CAMERA_FILM, *BADGE_FILMS), FILMS)}
 
 
-def check_here(studio: Studio) -> None:
-    """Raise Refusal 503 where several studios share the work: others do not have a build's folder."""
-    if studio.settings.state is not None:
-        text = (
-            "This studio shares its work with other machines, which do not have a build's folder. Use the command "
-            "moireid first-badge on your own machine."
-        )
-        raise Refusal(503, "no_builds", text)
-
-
 def last_job(studio: Studio, build: Build) -> Job | None:
     """The job that reads a build's pictures, or read them last; None where its result was removed since."""
     return studio.jobs.ledger.find(build.note.job) if build.note.job else None

@@ -18,7 +18,7 @@ from starlette.types import Message
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.pictures import KIND
 from moireid_studio.problems import Refusal
-from moireid_studio.store.storage import StoredPicture
+from moireid_studio.store.stored_pictures import StoredPicture
 from moireid_studio.studio import studio_of
 from moireid_studio.uploads import called, in_time
 

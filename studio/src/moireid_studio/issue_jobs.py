@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
 from moireid.asbuilt import AsBuilt, as_built_from_json
@@ -22,7 +20,7 @@ from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE
 from moireid_studio.pictures import kept_pictures, pack
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
-from moireid_studio.store.storage import StorageError, StoredPicture
+from moireid_studio.store.stored_pictures import StoredPicture
 from moireid_studio.studio import Studio
 
 #: The parts of a mount in 3D; where a badge has several, the first is shown.
@@ -84,38 +82,26 @@ def _start(
 
 def package_of(job: Job) -> FileResponse:
     """A finished job's archive, as a download.  Raises: Refusal 404 where there is none (yet)."""
-    with ExitStack() as held:
-        path = held.enter_context(_package(job))
-        assert job.result is not None
-        name = f"badge-{job.result['id']}.zip" if job.kind == "badge" else "event.zip"
-        return FileResponse(
-            path, media_type="application/zip", filename=name, background=BackgroundTask(held.pop_all().close)
-        )
+    path = _package(job)
+    assert job.result is not None
+    name = f"badge-{job.result['id']}.zip" if job.kind == "badge" else "event.zip"
+    return FileResponse(path, media_type="application/zip", filename=name)
 
 
 def file_of(job: Job, name: str) -> bytes:
     """A file of the badge that a finished job has made.  Raises: Refusal 404 where there is none (yet)."""
-    with _package(job) as path, zipfile.ZipFile(path) as packed:
+    with zipfile.ZipFile(_package(job)) as packed:
         if job.kind != "badge" or job.result is None or name not in job.result["files"]:
             raise _gone()
         return packed.read(f"badge-{job.result['id']}/{name}")
 
 
-@contextmanager
-def _package(job: Job) -> Iterator[Path]:
-    """A finished job's archive.  Raises: Refusal 404 where there is none (yet), 503 where the storage fails."""
-    if job.state != "done" or job.result is None or job.files is None:
+def _package(job: Job) -> Path:
+    """A finished job's archive.  Raises: Refusal 404 where there is none (yet)."""
+    path = job.folder / PACKAGE
+    if job.state != "done" or not path.is_file():
         raise _gone()
-    with ExitStack() as held:
-        try:
-            path = held.enter_context(job.files(PACKAGE))
-        except FileNotFoundError as error:
-            raise _gone() from error
-        except StorageError as error:
-            raise Refusal(503, "storage", "The package cannot be read just now; try again later.") from error
-        if not path.is_file():
-            raise _gone()
-        yield path
+    return path
 
 
 def _gone() -> Refusal:

@@ -18,7 +18,6 @@ from typing import Any
 
 from sqlalchemy import (
     Column,
-    Connection,
     Integer,
     LargeBinary,
     MetaData,
@@ -27,9 +26,7 @@ from sqlalchemy import (
     delete,
     func,
     insert,
-    inspect,
     select,
-    text,
     update,
 )
 
@@ -132,7 +129,7 @@ class Links:
         Parameters
         ----------
         state
-            The database that several studios share, None for the folder's own file.
+            A database of PostgreSQL, None for the folder's own file.
 
         Raises
         ------
@@ -140,7 +137,7 @@ class Links:
             Where the database cannot be made or read.
         """
         self._database = database_of(folder, FILE, state)
-        self._database.make(metadata, _bring_up)
+        self._database.make(metadata)
         self.remove_old()
 
     def close(self) -> None:
@@ -242,11 +239,3 @@ def _link(row: dict[str, Any]) -> OneTimeLink:
     values = {name: value for name, value in row.items() if name not in ("number", "sha256")}
     values |= {name: bool(row[name]) for name in ("ids", "wants_pictures")}
     return OneTimeLink(**values | {"agreed": None if row["agreed"] is None else bool(row["agreed"])})
-
-
-def _bring_up(connection: Connection) -> None:
-    """Add what an older file lacks."""
-    there = {column["name"] for column in inspect(connection).get_columns(links.name)}
-    for name in ("film_name", "film_sha256"):
-        if name not in there:
-            connection.execute(text(f"ALTER TABLE links ADD COLUMN {name} TEXT"))

@@ -27,8 +27,8 @@ from moireid.sandbox.seal import ProcessLimits
 from moireid_studio.auth.guard import Visitor
 from moireid_studio.problems import Refusal
 from moireid_studio.settings import Limits
-from moireid_studio.store.job import Job
-from moireid_studio.store.storage import JOB_ID, StorageError, StoredPicture, unpacked, written
+from moireid_studio.store.job import JOB_ID, Job
+from moireid_studio.store.stored_pictures import StoredPicture, unpacked, written
 from moireid_studio.studio import Studio
 
 #: The kind of job that holds a visitor's pictures, and the file that they are in.
@@ -143,7 +143,7 @@ def keep_pictures(studio: Studio, visitor: Visitor, pictures: Mapping[str, Store
     """
     with studio.jobs.receiving(KIND, visitor.id, visitor.role) as job:
         pack(studio, job, FILE, pictures, {})
-        studio.jobs.keep(job, FILE)
+        studio.jobs.keep(job)
     return job.id
 
 
@@ -181,8 +181,7 @@ def kept_pictures(studio: Studio, visitor: Visitor, kept: str, what: str) -> dic
         raise gone
     try:
         job = studio.jobs.find(kept, visitor.id, KIND)
-        assert job.files is not None
-        with job.files(FILE) as path, zipfile.ZipFile(path) as packed:
+        with zipfile.ZipFile(job.folder / FILE) as packed:
             return unpacked(packed)
     except FileNotFoundError as error:
         raise gone from error
@@ -190,8 +189,6 @@ def kept_pictures(studio: Studio, visitor: Visitor, kept: str, what: str) -> dic
         if error.status == 404:
             raise gone from error
         raise
-    except StorageError as error:
-        raise Refusal(503, "storage", "The pictures cannot be read just now; try again later.") from error
 
 
 @contextmanager

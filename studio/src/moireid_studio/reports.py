@@ -8,7 +8,6 @@ be among ours, and a link is not followed.
 from __future__ import annotations
 
 import os
-from contextlib import nullcontext
 from typing import Any
 
 from moireid.registry import holder_of
@@ -16,7 +15,6 @@ from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.report_page import NAME, Pictures
 from moireid_studio.problems import Refusal
 from moireid_studio.store.job import Job
-from moireid_studio.store.storage import StorageError
 from moireid_studio.studio import Studio
 
 #: Greatest number of plots, and letters of a plot's title.
@@ -57,14 +55,11 @@ def pictures_of_job(job: Job) -> Pictures:
 
 def kept_file(job: Job, name: str) -> bytes:
     """A file that a job's process left; name: one of ours.  Raises: Refusal 404 where there is none, or a huge one."""
-    there = job.files(name) if job.files is not None else nullcontext(job.folder / name)
     try:
-        with there as path, os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW), "rb") as stream:
+        with os.fdopen(os.open(job.folder / name, os.O_RDONLY | os.O_NOFOLLOW), "rb") as stream:
             content = stream.read(KEPT_BYTES + 1)
     except OSError as error:
         raise Refusal(404, "no_report", "There is no such picture or report, or it was removed already.") from error
-    except StorageError as error:
-        raise Refusal(503, "storage", "What is kept of films cannot be read just now; try again later.") from error
     if len(content) > KEPT_BYTES:
         raise Refusal(404, "no_report", "This picture or report is larger than any of ours; the film may be damaged.")
     return content

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import socket
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,8 +24,8 @@ class Limits:
 
     upload_bytes: of one film; form_bytes: of all other fields of a form; picture_bytes, pictures_bytes: of one logo or
     portrait, and of all that come with one form; idle_s, upload_s: an upload is ended when it sends nothing for idle_s,
-    or takes longer than upload_s; uploads: most films on their way; workers: films judged at a time, 0 where `moireid
-    worker` judges them elsewhere; waiting: most jobs that wait, more are refused; job_s: wall time of one job;
+    or takes longer than upload_s; uploads: most films on their way; workers: films judged at a time, here or on a
+    cluster; waiting: most jobs that wait, more are refused; job_s: wall time of one job;
     memory_bytes: private memory of one job; disk_bytes: of all films and results, half of it for one owner; keep_s: how
     long results are kept; stop_s: how long a job may go on once the studio stops, before it is given back; kept: how
     many results are kept for one owner; requests_a_minute, uploads_a_minute: of one token, issuers may upload twice as
@@ -59,8 +58,9 @@ class Settings:
     auth: ask for tokens; without it anyone who reaches the server may do all, so it must listen on loopback alone;
     trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
     keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
-    jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec
-    address, None for the folder; level: the least level that a film or a live check must reach to be accepted
+    links and verdicts, None for files in the folder; scheduler: of Dask, whose workers judge films, None for this
+    machine; worker_url: by which they reach this studio; unsealed: whether films are also read where nothing seals
+    their process; level: the least level that a film or a live check must reach to be accepted
     (`check_level`), whatever a visitor asks for; public_url: the address by which other people reach the studio, with a
     slash at its end, None for the one by which each visitor has reached it; witness_check: the checkpoint that audits
     compare with, and the witnesses that must have signed it, None where none is asked.
@@ -73,7 +73,9 @@ class Settings:
     trust: str | None = None
     keep_verdicts_days: float = KEEP_VERDICTS_DAYS
     state: str | None = None
-    storage: str | None = None
+    scheduler: str | None = None
+    worker_url: str = ""
+    unsealed: bool = False
     level: CheckLevel = "record"
     public_url: str | None = None
     witness_check: WitnessCheck | None = None
@@ -91,14 +93,3 @@ def listening(host: str, port: int) -> socket.socket:
     family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
     both = host == "::" and socket.has_dualstack_ipv6()
     return socket.create_server((host, port), family=family, dualstack_ipv6=both)
-
-
-def is_loopback(host: str) -> bool:
-    """Whether a host (a name or an address without a port) is this machine's loopback."""
-    bare = host.strip("[]").lower()
-    if bare == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(bare).is_loopback
-    except ValueError:
-        return False

@@ -26,6 +26,7 @@ from moireid_studio.auth.tokens import Tokens
 from moireid_studio.http.connections import MOST_SILENT, SilentSockets
 from moireid_studio.http.metrics import Metrics
 from moireid_studio.jobs.claims import PreparedJob, prepared
+from moireid_studio.jobs.cluster import Cluster
 from moireid_studio.jobs.queue import Jobs
 from moireid_studio.jobs.workers import Doer
 from moireid_studio.links import Links
@@ -35,7 +36,6 @@ from moireid_studio.store.build_store import BuildStore
 from moireid_studio.store.database import database_of
 from moireid_studio.store.job import Job
 from moireid_studio.store.ledger import Ledger
-from moireid_studio.store.storage import storage_of
 from moireid_studio.store.verdict_store import Verdicts
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Studio:
         """The default registry is made where it is absent; one that is named must be there.
 
         Raises: RegistryError where the registry is absent, was put back or is another authority's, or the studio's
-            folder cannot be used; SpecError where another studio uses that folder, or no one would judge films.
+            folder cannot be used; SpecError where another studio uses that folder, or no scheduler answers.
         """
         self.settings, self._auditing, self.metrics = settings, threading.Lock(), Metrics()
         self._needs: tuple[float, dict[str, bool]] = (-NEEDS_S, {})
@@ -68,7 +68,7 @@ class Studio:
             self.registry.standing(settings.trust)
             self.tokens = Tokens(settings.data, settings.state)
             undo.callback(self.tokens.close)
-            hold_folder(settings.data, "studio", undo)
+            hold_folder(settings.data, undo)
             self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
             undo.callback(self.verdicts.close)
             self.links = Links(settings.data, settings.state)
@@ -79,21 +79,20 @@ class Studio:
 
     def _jobs(self, undo: ExitStack) -> Jobs:
         settings, folder = self.settings, (self.settings.data / "jobs").absolute()
-        if not settings.limits.workers and (settings.state is None or settings.storage is None):
-            raise SpecError(
-                "no worker elsewhere reaches a file of this studio; give --state and --registry on PostgreSQL, and "
-                "--storage, or let it judge films itself with --workers"
-            )
-        database = database_of(settings.data, "jobs.sqlite3", settings.state, log=True)
+        database = database_of(settings.data, "jobs.sqlite3", None, log=True)
         undo.callback(database.close)
+        cluster = None
+        if settings.scheduler is not None:
+            cluster = Cluster(settings.scheduler, settings.worker_url, unsealed=settings.unsealed)
+            undo.callback(cluster.close)
         doer = Doer(
             Ledger(database, folder),
-            storage_of(settings.storage, folder),
             settings.limits,
             self._prepared,
             self.verdicts.note_job,
             registry=self.registry,
             metrics=self.metrics,
+            cluster=cluster,
         )
         return Jobs(folder, doer)
 
@@ -123,11 +122,13 @@ class Studio:
         return self._needs[1]
 
     def _look(self) -> dict[str, bool]:
-        needs = self.jobs.check() | {"registry": True}
-        try:
-            self.registry.count()
-        except RegistryError:
-            needs["registry"] = False
+        needs = self.jobs.check()
+        for name, ask in (("registry", self.registry.count), ("database", self.tokens.all)):
+            try:
+                ask()
+                needs[name] = True
+            except RegistryError:
+                needs[name] = False
         return needs
 
     def standing(self) -> Standing:
@@ -202,7 +203,7 @@ def studio_of(connection: HTTPConnection) -> Studio:
     return studio
 
 
-def hold_folder(folder: Path, what: str, undo: ExitStack) -> None:
+def hold_folder(folder: Path, undo: ExitStack) -> None:
     """Hold a folder's lock, which the system releases however this process ends.
 
     Without the lock, another process would remove the films here as leftovers of its own.
@@ -218,5 +219,5 @@ def hold_folder(folder: Path, what: str, undo: ExitStack) -> None:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         raise SpecError(
-            f"another {what} runs with the folder {folder}; stop it, or give another with --data"
+            f"another studio runs with the folder {folder}; stop it, or give another with --data"
         ) from error

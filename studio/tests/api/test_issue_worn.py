@@ -178,7 +178,6 @@ def test_pictures_and_looks_reach_the_print_from_the_api(visit: Visit) -> None:
         ),
         ({"axes": "hex"}, ["--axes", "hex"]),
         ({"typeface": "slab"}, ["--typeface", "slab"]),
-        ({"front": "array"}, ["--front", "array"]),
         (
             {"format": "a5", "template": "court", "far_m": "1.5"},
             ["--format", "a5", "--template", "court", "--range", "0.6-1.5"],
@@ -250,7 +249,7 @@ def test_a_fault_is_the_command_s_sentence_and_nothing_is_lost(
 
 def test_fields_that_contradict_or_name_files_are_refused_in_plain_words(visit: Visit) -> None:
     """Catches: a template or a sheet that is a path of the server; words of the command line on a page."""
-    for name in ("template", "lens", "format", "logo", "portrait", "markers", "front"):
+    for name in ("template", "lens", "format", "logo", "portrait", "markers"):
         result = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Ada", name: "/etc/passwd.toml"})
         assert result.status_code == 422 and "passwd" not in result.json()["text"], result.text
         if name not in ("logo", "portrait"):
@@ -258,8 +257,6 @@ def test_fields_that_contradict_or_name_files_are_refused_in_plain_words(visit: 
             assert problem_of(page)
     own = visit.ask("POST", "/issue", "issuer", data={"name": "Ada", "format": "a7", "width_mm": "90", "do": "check"})
     assert "a size of your own" in problem_of(own)
-    array = {"name": "Ada", "front": "array", "axes": "hex", "do": "check"}
-    assert "--" not in problem_of(visit.ask("POST", "/issue", "issuer", data=array))
     small = {"name": "Ada", "width_mm": "70", "height_mm": "60", "axes": "hex", "do": "check"}
     assert "--" not in problem_of(visit.ask("POST", "/issue", "issuer", data=small))
     a7 = {"name": "Ada", "format": "a7", "template": "conference", "mount": "lanyard"}

@@ -17,14 +17,16 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
 from moireid.registry import open_registry
+from moireid.scheduler import is_loopback
 from moireid_studio.auth.guard import COOKIE, rules_of
 from moireid_studio.auth.tokens import Tokens
-from moireid_studio.settings import is_loopback
 
 #: What anybody may open; every other route asks for a role.
 OPEN = {
     *("/", "/help", "/login", "/logout", "/api/health", "/healthz", "/readyz"),
     *("/check", "/check/look", "/check/socket"),
+    # By the token of a job at work.
+    *("/work/film", "/work/message"),
 }
 #: The roles of each part of the studio, by the beginning of its path; the longest beginning counts.
 ROLES = {

@@ -21,10 +21,9 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from kit.browsing import look, served, settled
-from kit.portrait import FACE_MM, portrait
 from kit.programs import needs
 from moireid.badge import Badge
-from moireid_lab.bench.live import answer, frames
+from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
 from moireid_studio.challenge.challenge import FACE, Prompt
 
 #: A session lasts as long as its film, and browser, studio and judge keep both processors of a small machine busy.

@@ -17,11 +17,10 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect, sync_playwright
 
 from kit.browsing import settled
-from kit.portrait import FACE_MM, portrait
 from kit.programs import needs
 from moireid.badge import Badge
 from moireid.registry import open_registry
-from moireid_lab.bench.live import answer, frames
+from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
 from moireid_studio.app import create_app
 from moireid_studio.challenge.challenge import Prompt
 from moireid_studio.challenge.session import READY_S

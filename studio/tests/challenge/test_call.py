@@ -15,12 +15,11 @@ import numpy as np
 import pytest
 
 from kit.payloads import payload_for_name
-from kit.portrait import FACE_MM, portrait
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
-from moireid_lab.bench.live import Caller, PausingPlayer, answer, coded, course_of, frames
+from moireid_lab.bench.live import FACE_MM, Caller, PausingPlayer, answer, coded, course_of, frames, portrait
 from moireid_studio.challenge.challenge import (
     FACE,
     Prompt,

@@ -10,8 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from kit.portrait import FACE_MM
-from moireid_lab.bench.live import REST_MM, WEBCAM, answer, course_of, passes, replays_passed
+from moireid_lab.bench.live import FACE_MM, REST_MM, WEBCAM, answer, course_of, passes, replays_passed
 from moireid_studio.challenge import challenge, clock
 from moireid_studio.challenge import chance as chances
 from moireid_studio.challenge.challenge import (

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 
 from kit.places import FILMS
 from kit.streams import pictures, write_stream
-from moireid.asbuilt import MODEL, AsBuilt
+from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.registry import open_registry
@@ -72,7 +72,7 @@ def test_what_a_live_check_measured_is_enrolled(tmp_path: Path, ada: Badge, monk
     url = f"sqlite:///{tmp_path / 'people.sqlite3'}"
     with open_registry(url, create=True) as registry:
         registry.enroll(ada)
-    found = AsBuilt(str(ada.id), -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, model=MODEL, witnessed=True)
+    found = AsBuilt(str(ada.id), -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, witnessed=True)
     end = {
         "challenged": True,
         "verdict": "accept",

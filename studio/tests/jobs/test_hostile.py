@@ -148,10 +148,10 @@ def test_a_result_is_a_report(films: Path) -> None:
 
 
 def test_a_capture_is_of_the_badge_that_was_asked_about(ada: Badge) -> None:
-    """Catches: figures that are kept with another person's badge; a model by which they replace others again and again;
+    """Catches: figures that are kept with another person's badge; figures of another model;
     a map or a deviation that a comparison falls over; a film that calls itself a live check."""
     maps = tuple((0.1,) * len(knots_mm(grating)) for grating in ada.gratings)
-    true = AsBuilt(str(ada.id), -0.04, 2e-5, 3.0, 0.04, 0.03, 3e-4, 0.99, 0.01, model=MODEL)
+    true = AsBuilt(str(ada.id), -0.04, 2e-5, 3.0, 0.04, 0.03, 3e-4, 0.99, 0.01)
     mapped = replace(true, place_maps=maps, place_map_sd=0.02)
 
     def said(figures: AsBuilt, badge_id: str | None = ada.id) -> dict[str, Any]:
@@ -161,7 +161,8 @@ def test_a_capture_is_of_the_badge_that_was_asked_about(ada: Badge) -> None:
         check_capture(said(honest), ada)
     other = replace(true, badge_id="0123456789abcdef")
     wrong = [said(other), said(other, other.badge_id), said(true, other.badge_id), said(true) | {"as_built": [1]}]
-    changes = ({"model": MODEL + 1}, {"gain_ratio": 0.0}, {"offset_sd": -9}, {"witnessed": True})
+    wrong.append(said(true) | {"as_built": json.loads(true.to_json()) | {"model": MODEL + 1}})
+    changes = ({"gain_ratio": 0.0}, {"offset_sd": -9}, {"witnessed": True})
     wrong += [said(replace(true, **change)) for change in changes]
     for figures in (*wrong, said(replace(mapped, place_maps=maps[:1] * 9)), {"kind": "capture", "id": ada.id}):
         with pytest.raises(Unusable):

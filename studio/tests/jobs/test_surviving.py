@@ -1,23 +1,27 @@
-"""Jobs that outlive their studio, their worker or a fault of their storage.  Each test names the wrong
-implementation it catches."""
+"""Jobs that outlive their studio or their worker.  Each test names the wrong implementation it catches."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import socket
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
+import uvicorn
+from click.testing import CliRunner
 
-from kit.registries import running_server
 from kit.spoilt_films import Spoilt, hang
 from kit.webbing import Visit, film_form, studio, tiny_film
 from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid.errors import SpecError
+from moireid.scheduler import scheduler_client
 from moireid_studio.jobs.claims import PreparedJob
-from moireid_studio.store import storage as storage_module
-from moireid_studio.store.storage import Remote
+from moireid_studio.settings import listening
 
 
 @pytest.fixture(autouse=True)
@@ -42,6 +46,8 @@ def test_a_film_that_waits_is_judged_after_a_restart(tmp_path: Path, ada: Badge,
     with studio(tmp_path, ada, work=False) as visit:
         visit.studio.jobs._folder.mkdir(parents=True)
         job_id, tokens = begun(visit, form), visit.tokens
+        # As it was taken by a studio that was killed.
+        assert visit.studio.jobs.ledger.take(("judge",)) is not None
     with studio(tmp_path, ada) as visit:
         visit.tokens = tokens
         assert visit.wait(job_id, "verifier")["result"]["verdict"] == "inconclusive"
@@ -51,58 +57,14 @@ def test_a_film_that_waits_is_judged_after_a_restart(tmp_path: Path, ada: Badge,
         assert len(visit.studio.verdicts.given(9)) == 1
 
 
-#: A worker that takes a job, says so, and goes on until it is killed; its leases and pauses are short.
-WORKER = """
-import sys, time
-from pathlib import Path
-from moireid_studio.store import ledger
-from moireid_studio.store.database import database_of
-ledger.LEASE_S = ledger.PAUSE_S = 0.001
-one = ledger.Ledger(database_of(Path(sys.argv[1]), "jobs.sqlite3", None, log=True), Path(sys.argv[1]) / "jobs")
-while (job := one.take(("judge",))) is None:
-    time.sleep(0.05)
-print(job.id, flush=True)
-time.sleep(1000)
-"""
-
-
 @pytest.mark.slow
-def test_twelve_workers_that_are_killed_in_a_row_lose_no_film(tmp_path: Path, ada: Badge, form: dict[str, Any]) -> None:
-    """Catches: a film that is given up, or judged unread, because workers were lost with it; a kill that is not shown;
-    a verdict that is written down for each time that a film was begun.
-    """
-    with studio(tmp_path, ada, work=False) as visit:
-        visit.studio.jobs._folder.mkdir(parents=True)
-        ids = [begun(visit, form) for _ in range(3)]
-        taken = []
-        for _ in range(12):
-            command = [sys.executable, "-c", WORKER, str(visit.folder)]
-            with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as worker:
-                assert worker.stdout is not None
-                taken.append(worker.stdout.readline().strip())
-                worker.kill()
-        assert set(taken) <= set(ids) and max(taken.count(one) for one in ids) >= 4
-        assert sum(visit.job(one).kills for one in ids) >= 12 - len(ids)
-        assert "was lost" in visit.ask("GET", f"/verify/{ids[0]}", "verifier").text
-        visit.studio.jobs.start()
-        ended = [visit.wait(one, "verifier") for one in ids]
-        assert [one["result"]["verdict"] for one in ended] == ["inconclusive"] * 3
-        assert sum(one["lost_workers"] for one in ended) == 12
-        assert len(visit.studio.verdicts.given(9)) == 3
-
-
-@pytest.mark.slow
-def test_a_film_that_is_removed_leaves_no_verdict(
-    tmp_path: Path, ada: Badge, form: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_film_that_is_removed_leaves_no_verdict(tmp_path: Path, ada: Badge, form: dict[str, Any]) -> None:
     """Catches: a verdict on what was taken back; a process that goes on with it; files that come again."""
-    monkeypatch.setattr("moireid_studio.store.ledger.AGAIN_S", 0.1)
     with studio(tmp_path, ada, work=False) as visit:
         visit.studio.jobs._folder.mkdir(parents=True)
         visit.studio.jobs.remove(visit.job(begun(visit, form)))
         waiting = begun(visit, form)
-        # Its files alone are gone.
-        visit.studio.jobs._storage.remove(waiting)
+        (visit.job(waiting).folder / "film.mp4").unlink()
         visit.studio.jobs.doer.prepare = lambda job: PreparedJob({"found": Spoilt(hang)})
         visit.studio.jobs.start()
         assert visit.wait(waiting, "verifier")["problem"]["code"] == "storage"
@@ -113,49 +75,52 @@ def test_a_film_that_is_removed_leaves_no_verdict(
     assert visit.left() == [] and visit.studio.verdicts.given(9) == []
 
 
-@pytest.mark.slow
-def test_studios_that_share_database_and_storage_work_as_one(
-    tmp_path: Path, ada: Badge, form: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Catches: a job, a report or a token that one studio alone knows; a film left in the storage; a studio that
-    removes what others have there.
+@contextmanager
+def served(visit: Visit, bound: socket.socket) -> Iterator[None]:
+    """Serve a studio, for workers that ask it over HTTP."""
+    server = uvicorn.Server(uvicorn.Config(visit.app, lifespan="off", log_config=None))
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]})
+    thread.start()
+    try:
+        yield
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+def test_workers_of_a_scheduler_judge_the_films(tmp_path: Path, ada: Badge, form: dict[str, Any]) -> None:
+    """Catches: a worker that needs the registry; a film, a report or questions that do not get through; a token that
+    opens anything once its job is over, or without one; a job that a lost scheduler fails.
     """
-    monkeypatch.setattr(storage_module, "WAIT_S", 0.01)
-    films = tmp_path / "storage"
-    with running_server() as server:
-        shared: dict[str, Any] = {"state": server.fresh(), "storage": films.as_uri()}
-        with studio(tmp_path, ada, work=False, data="one", workers=0, **shared) as one:
-            one.studio.jobs.start()
-            job_id = begun(one, form)
-            assert [path.name for path in films.rglob("*") if path.is_file()] == ["film.mp4"] and one.left() == []
-            with studio(tmp_path, ada, data="two", **shared) as two:
-                two.tokens = one.tokens
-                assert two.wait(job_id, "verifier")["state"] == "done"
-                assert one.ask("GET", f"/api/jobs/{job_id}/report", "verifier").status_code == 200
-                answer = one.ask("POST", "/api/verify", "verifier", **form)
-                assert answer.status_code == 200 and answer.json()["verdict"] == "inconclusive"
-                assert "event: end" in one.ask("GET", f"/api/jobs/{job_id}/events", "verifier").text
-                assert len(one.studio.verdicts.given(9)) == 2
-                failing(two, 4, monkeypatch)
-                assert two.wait(begun(one, form), "verifier")["state"] == "done"
-                failing(two, 1000, monkeypatch)
-                job = two.wait(begun(one, form), "verifier")
-                assert (job["state"], job["problem"]["code"]) == ("failed", "storage")
-        names = {path.name for path in films.rglob("*") if path.is_file()}
-        assert "film.mp4" not in names and "signals.csv" in names
+    from distributed import LocalCluster
+
+    bound = listening("127.0.0.1", 0)
+    url, tokens = f"http://127.0.0.1:{bound.getsockname()[1]}", list[str]()
+    with (
+        LocalCluster(1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None) as cluster,
+        studio(tmp_path, ada, scheduler=cluster.scheduler_address, worker_url=url) as visit,
+        served(visit, bound),
+    ):
+        kept = visit.studio.jobs.doer.cluster
+        assert kept is not None and kept.there
+        usual = kept.run_of
+        kept.run_of = lambda token: tokens.append(token) or usual(token)  # type: ignore[method-assign,func-returns-value]
+        job = visit.wait(begun(visit, form), "verifier")
+        assert job["result"]["verdict"] == "inconclusive" and job["frames"]["read"] and job["report"]
+        assert visit.ask("GET", f"/api/jobs/{job['id']}/report?format=zip", "verifier").content[:2] == b"PK"
+        answer = visit.ask("POST", "/api/identify", "verifier", files=form["files"]).json()
+        assert answer["finding"] == "inconclusive" and answer["sealed"] is not None
+        assert len(visit.studio.verdicts.given(9)) == 2 and not any("film" in name for name in visit.left())
+        for token in (tokens[0], "", visit.tokens["admin"]):
+            given = {"Authorization": f"Bearer {token}"}
+            assert visit.ask("GET", "/work/film", None, headers=given).status_code == 404
+            assert visit.ask("POST", "/work/message", None, headers=given, json={}).status_code == 404
 
 
-def failing(visit: Visit, times: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let a studio's storage fail so many times."""
-    storage, left = visit.studio.jobs._storage, [times]
-    assert isinstance(storage, Remote)
-    monkeypatch.setattr("moireid_studio.store.ledger.AGAIN_S", 0.1)
-    real = type(storage._system).get_file
-
-    def get_file(*given: Any, **more: Any) -> None:
-        left[0] -= 1
-        if left[0] >= 0:
-            raise OSError("the storage is away")
-        real(storage._system, *given, **more)
-
-    monkeypatch.setattr(storage._system, "get_file", get_file)
+@pytest.mark.parametrize("address", ["tcp://192.0.2.7:8786", "tcp://example.org:8786", "ucx://192.0.2.7:1"])
+def test_a_scheduler_that_others_reach_needs_certificates(address: str, tmp_path: Path) -> None:
+    """Catches: a studio that sends films, and takes code, over a line that anyone may join."""
+    with pytest.raises(SpecError, match="tls://"):
+        scheduler_client(address, ("", "moireid-lab"))
+    done = CliRunner().invoke(moireid, ["serve", "--scheduler", address, "--port", "0", "--data", str(tmp_path)])
+    assert done.exit_code == 2 and "--worker-url" in done.stderr

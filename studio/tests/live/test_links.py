@@ -23,13 +23,13 @@ from starlette.websockets import WebSocketDisconnect
 from websockets.asyncio.client import connect
 from websockets.typing import Origin
 
-from kit.portrait import portrait
 from kit.webbing import Visit, studio
 from moireid.badge import Badge
 from moireid.provenance import ClaimedBadge, Provenance, Standing
 from moireid.sandbox.process import ProcessEnd
 from moireid.sandbox.seal import MEANS
 from moireid.verifier.report.live_receipt import receipt_of
+from moireid_lab.bench.live import portrait
 from moireid_studio import links
 from moireid_studio.http.connections import MOST_SILENT, ask_for_files
 from moireid_studio.http.server import _server_of

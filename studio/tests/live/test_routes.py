@@ -21,15 +21,14 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from kit.portrait import FACE_MM, portrait
-from moireid.asbuilt import MODEL, AsBuilt, as_built_from_json
+from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge
 from moireid.enrolment import keep_figures
 from moireid.errors import SpecError
 from moireid.registry import ClaimedBadge, open_registry
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.known_figures import MOST_OFFSET_SD_RAD, checked_figures
-from moireid_lab.bench.live import answer, frames
+from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
 from moireid_studio.app import create_app
 from moireid_studio.auth.tokens import Tokens
 from moireid_studio.challenge.challenge import Prompt, draw_prompts
@@ -127,7 +126,7 @@ def test_who_is_enrolled_need_not_be_enrolled_before(ada, monkeypatch):
         "moireid_studio.challenge.session.LiveCheck",
         lambda claim, **_: claims.append(claim) or SimpleNamespace(ended=True),
     )
-    known = AsBuilt(ada.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, model=MODEL)
+    known = AsBuilt(ada.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03)
     for enrolling in (True, False):
         start = Start(ClaimedBadge(ada, known), level="enrolled", enrolling=enrolling)
         _session(SimpleNamespace(send=lambda _: None), start)
@@ -140,7 +139,7 @@ def test_what_a_live_check_measured_is_kept_on_the_page_of_captures(studio, ada)
     live check that takes the place of surer figures of a film, or leaves no trace next to them."""
     client, tokens = studio
     held = client.app.state.studio
-    figures = AsBuilt(ada.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, model=MODEL, witnessed=True)
+    figures = AsBuilt(ada.id, -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.03, witnessed=True)
     issuer = next(one.id for one in held.tokens.all() if one.role == "issuer")
     asked = live.SessionRequest(ClaimedBadge(ada), ClaimedBadge(ada), issuer, "enroll", allowed=lambda: True)
     with pytest.raises(SpecError, match="badge"):

@@ -1,15 +1,12 @@
-"""Jobs on SQLite and on a real PostgreSQL server, without a studio."""
+"""The studio's own state, in files and on a real PostgreSQL server."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 
 import pytest
 
 from kit.registries import Server, running_server
-from moireid_studio.store.database import Database, database_of
-from moireid_studio.store.ledger import Ledger
 
 
 @pytest.fixture(scope="session")
@@ -19,15 +16,6 @@ def postgres() -> Iterator[Server]:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
-    """An empty database of each kind."""
-    state = None if request.param == "sqlite" else request.getfixturevalue("postgres").fresh()
-    found = database_of(tmp_path, "jobs.sqlite3", state, log=True)
-    yield found
-    found.close()
-
-
-@pytest.fixture
-def process(database: Database, tmp_path: Path) -> Callable[[], Ledger]:
-    """Another process at the same jobs."""
-    return lambda: Ledger(database, tmp_path / "films")
+def state(request: pytest.FixtureRequest) -> str | None:
+    """An empty database of each kind, as `--state` names it."""
+    return None if request.param == "sqlite" else str(request.getfixturevalue("postgres").fresh())

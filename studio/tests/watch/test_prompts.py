@@ -15,12 +15,11 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
-from kit.portrait import FACE_MM, portrait
 from moireid.badge import Badge
 from moireid.verifier import Claim
 from moireid.verifier.picture import Picture
 from moireid.verifier.session.result import report_schema
-from moireid_lab.bench.live import answer, frames
+from moireid_lab.bench.live import FACE_MM, answer, frames, portrait
 from moireid_studio.challenge.challenge import Prompt
 from moireid_studio.challenge.session import READY_S
 from moireid_studio.watch.judge import Voice, Watching

@@ -102,7 +102,7 @@ def test_no_file_that_was_read_is_replaced_and_no_registry_made_in_vain(registry
 
 def test_the_range_suits_the_identity_that_was_given(tmp_path: Path) -> None:
     """Catches: a range that the program chose for 64 bits, and then refuses for 128."""
-    words = ["Ada", "--front", "array", "--template", "court", "--payload", "00" * 15 + "01"]
+    words = ["Ada", "--axes", "xy", "--template", "court", "--payload", "00" * 15 + "01"]
     printed(*words, out=tmp_path / "a")
     assert json.loads((tmp_path / "a" / "badge.json").read_text(encoding="utf-8"))["payload_bits"] == 128
 

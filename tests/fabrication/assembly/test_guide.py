@@ -195,14 +195,6 @@ def test_the_figures_of_a_stand_reach_the_words(badge: Badge, tmp_path: Path) ->
     assert "leans back by 25°" in text_of(tmp_path / "a.pdf")[1]
 
 
-def test_an_array_of_lenses_is_one_piece(tmp_path: Path) -> None:
-    """Catches: two halves of a sheet for two gratings that cross on one field; a lenticular sheet bought for it."""
-    badge = design_badge(Request("A", front="array", range_m=(0.3, 0.8)), bytes(8))
-    lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none")
-    assert len(pieces(badge)) == 1 and "Array of lenses" in lists and "Lenticular" not in lists
-    assert "2 pieces" not in lists and "squares form rows" in steps and "wide dark bands" not in steps
-
-
 def test_a_frame_is_left_free_and_no_squares_are_spoken_of(tmp_path: Path) -> None:
     """Catches: squares on the sheet of a badge that has none."""
     badge = design_badge(Request("A", markers="frame"), bytes(8))

@@ -22,7 +22,7 @@ from kit.registries import badge_of
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
-from moireid.registry.bundle.bundle_file import ORIGINS, ROOTS
+from moireid.registry.bundle.bundle_file import ORIGIN
 from moireid.registry.keys import ENTRY, NOTE, RECORD, ROOT, Signer
 from moireid.registry.log import entry_text, rotation_of, rotation_row
 from moireid.registry.signing import signer_process as signing
@@ -82,13 +82,11 @@ def test_it_signs_what_an_authority_signs_and_nothing_else(signer: str, tmp_path
         assert set(keys.answer(message)) == {"refused"}
     assert of_kind("note", f"moireid/registry/{finger}\n1\n".encode(), finger) and not of_kind("", b"", finger)
     assert not of_kind("root", b"0:" + b"0" * 64, finger) and of_kind("root", b"7:" + b"0" * 64, finger)
-    # Heads of before the tree are signed no more.
-    assert not of_kind("head", b"7:" + b"0" * 64, finger)
 
 
 def entry_of(**more: object) -> dict[str, object]:
     entry = {"seq": 2, "time": "2026-01-01T00:00:00Z", "action": "enroll", "subject": "00" * 8, "actor": "11" * 32}
-    return entry | {"record_sha256": "22" * 32, "previous": ""} | more
+    return entry | {"record_sha256": "22" * 32} | more
 
 
 def test_a_log_entry_is_signed_by_its_words_alone(signer: str) -> None:
@@ -104,7 +102,6 @@ def test_a_log_entry_is_signed_by_its_words_alone(signer: str) -> None:
         entry_text(entry_of(subject="key:" + "00" * 32 + ":" + "11" * 32)),
         entry_text(entry_of(action="rotate")),
         entry_text(entry_of(seq="2")),
-        entry_text(entry_of(previous="33" * 32)),
         entry_text(entry_of(actor=None)),
         b"moireid registry log entry 1\n" + entry_text(entry_of()).partition(b"\n")[2],
         b"moireid registry log entry 3\n" + json.dumps(said).encode(),
@@ -222,5 +219,5 @@ def test_the_command_keeps_its_socket_to_itself(tmp_path: Path) -> None:
 
 
 def test_a_signer_signs_bundles_of_the_present_version_alone() -> None:
-    """Catches: a bundle that no signer signs; a signature for a bundle of before, which this version never writes."""
-    assert {origin for origin in NOTE_ORIGINS if "bundle" in origin} == {ORIGINS[ROOTS]}
+    """Catches: a bundle that no signer signs; a signature for a bundle which this version never writes."""
+    assert {origin for origin in NOTE_ORIGINS if "bundle" in origin} == {ORIGIN}

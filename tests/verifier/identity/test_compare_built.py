@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from moireid.asbuilt import MODEL, AsBuilt, as_built_from_json, merge
+from moireid.asbuilt import AsBuilt, as_built_from_json, merge
 from moireid.errors import SpecError
 from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.identity.compare_built import _worst_stretch, compare_built
@@ -55,17 +55,6 @@ def test_maps_of_places_are_compared_where_both_are_known(ada):
     # A film that is made noisy neither agrees with another map nor is rejected for its own.
     assert compare_built(replace(other, place_map_sd=0.2), known, ada).built == "not_known"
     assert compare_built(replace(again, place_map_sd=0.2), known, ada).built == "agrees"
-
-
-def test_figures_of_an_earlier_version_are_marked(ada):
-    """Catches: old figures that speak as new ones; a note on every badge; one old capture among new ones forgotten."""
-    new = replace(ONE, model=MODEL)
-    assert [one.code for one in compare_built(new, ONE, ada).reasons][-1] == "as_built_old"
-    assert "as_built_old" not in [one.code for one in compare_built(new, new, ada).reasons]
-    assert merge([new, ONE]).model == 1 and merge([new, new]).model == MODEL
-    assert (
-        as_built_from_json(json.dumps({k: v for k, v in json.loads(ONE.to_json()).items() if k != "model"})).model == 1
-    )
 
 
 def test_maps_merge_by_their_information_and_keep_their_shape():

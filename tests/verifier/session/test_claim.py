@@ -38,7 +38,6 @@ def test_each_finding_has_its_cause(secret: Badge, ada: Badge, built: AsBuilt) -
     assert codes(Claim(secret, secret.id, provenance=REGISTRY)) == {"copyable": "note"}
     assert codes(Claim(secret, secret.id, provenance=REGISTRY), OTHER) == {}
     assert codes(Claim(secret, secret.id, as_built=built, provenance=FROM_FILE)) == {"claim_source": "note"}
-    assert codes(Claim(ada, ada.id, as_built=built)) == {"name_derived": "note"}
     alike = replace(REGISTRY, alike=("\u0410da (00)",))
     assert codes(Claim(secret, secret.id, as_built=built, provenance=alike)) == {"look_alike": "note"}
     chosen = Claim(secret, secret.id, as_built=built, provenance=replace(REGISTRY, line="Reporter", others=6))

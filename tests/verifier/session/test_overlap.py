@@ -14,7 +14,6 @@ import pytest
 from click.testing import CliRunner
 
 from kit.payloads import payload_for_name
-from kit.portrait import AT_PX, FACE_MM, SIZE_PX, portrait
 from kit.report_faults import faults
 from moireid.badge import Badge
 from moireid.cli.main import moireid as program
@@ -33,7 +32,7 @@ from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.timeline import BREAK_S, Spans
 from moireid.verifier.video import Film
-from moireid_lab.bench.live import answer, frames
+from moireid_lab.bench.live import AT_PX, FACE_MM, SIZE_PX, answer, frames, portrait
 from moireid_studio.challenge.challenge import Prompt
 
 #: A call: the badge goes to the left, across the face, and down from there.

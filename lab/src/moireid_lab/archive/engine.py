@@ -25,13 +25,13 @@ from typing import Any
 from moireid.errors import MoireIdError, SpecError
 from moireid.extras import missing_extra
 from moireid.result_cache import program_digest
+from moireid.scheduler import scheduler_client
 from moireid_lab.archive.isolated import START_S, Limits, LostJob
 from moireid_lab.archive.worker import Done, Order, do, stop_children
 
 #: Tasks queued at the scheduler, at least and for each thread.  So workers never wait for this program, a deployment
 #: that grows with its queue sees one, and a hundred thousand films are not queued at once.
 WAITING, WAITING_A_THREAD = 64, 4
-CONNECT_S = 10.0
 LOCAL = "local"
 #: A run stops if it has had no worker for this long; a deployment that starts workers on demand has this time.
 NO_WORKER_S = 300.0
@@ -76,7 +76,7 @@ def run_tasks(
     """Yield (index of the task, its results) as tasks end; a job without a result gives `LostJob`.
 
     Parameters: work: a function at the top of a module, since other processes import it by name, as they do the modules
-        of jobs and results. scheduler: address of a Dask scheduler, such as tcp://HOST:PORT; None or "local": this
+        of jobs and results. scheduler: address of a Dask scheduler, such as tls://HOST:PORT; None or "local": this
         machine.  workers: number on this machine; None: one for each processor; 1: in this process.
 
         A worker begins its next task at the next call of the generator, so save the results before that.
@@ -204,7 +204,7 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
     except ImportError as error:
         raise missing_extra("the judging of many films", error.name or "a package", "", "moireid-lab") from error
     if scheduler not in (None, LOCAL):
-        with _connected(distributed, str(scheduler)) as client:
+        with _connected(str(scheduler)) as client:
             yield client
         return
     # A cluster obeys anyone who reaches it, so this one listens only locally and requires a certificate.
@@ -251,18 +251,9 @@ def _interrupts_after() -> Iterator[None]:
 
 
 @contextmanager
-def _connected(distributed: Any, address: str) -> Iterator[Any]:
+def _connected(address: str) -> Iterator[Any]:
     """A client of an existing cluster with the same moireid as this program."""
-    try:
-        # With an invalid address, a client would leave its thread in a state in which no other client can start.
-        distributed.comm.get_address_host_port(address)
-        client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError, NotImplementedError) as error:
-        words = " ".join(str(error).split())[:150] or type(error).__name__
-        raise SpecError(
-            f"no Dask scheduler answers at {address[:100]!r} ({words}); give tcp://HOST:PORT as `dask scheduler` "
-            "prints it, or local"
-        ) from error
+    client = scheduler_client(address, ("", "moireid-lab"))
     # It logs tracebacks when a scheduler goes away; we give one sentence.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with client:

@@ -1,35 +1,33 @@
-"""The frame of every bench: what is asked, which cases, rows that come one by one, a table, JSON and CSV.
+"""The frame of every bench: what is asked, which cases, a row for each, a table, a plot, JSON.
 
-A bench is a function that yields rows, and the format of each column by its name.  The suites of `moireid bench` and
-the scripts of `benchmarks/` are benches; a script ends with `run_script(__file__)`.
+A bench is a function that yields rows, one for each film or case, and the format of each column by its name.  The
+benches of `moireid lab bench` are listed in `suites`.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
-import importlib
 import json
 import os
 import platform
 import re
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-import click
-
-from moireid.errors import MoireIdError
+from moireid import __version__
+from moireid.errors import SpecError
+from moireid.files import planned, whole_file, write_text
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Motion
 from moireid.simulate.scene import Scene
-from moireid_lab.bench.bench_rows import Row, Where, chosen_names, made_rows
+from moireid_lab.bench.bench_rows import Row as Row
+from moireid_lab.bench.bench_rows import Where, chosen_names, made_rows
 
 #: Format of each column by its heading: `<` or `>`, the width, and Python's format of its values; before it, where the
 #: rows have it under another key than the heading, that key and a space (`fine.image >8.2%`: of an object in the row).
@@ -45,7 +43,8 @@ class Wish:
     """What is asked of a bench.
 
     clips: films of each case, None for the bench's own number; only: a regular expression in the names of the cases
-    wanted; kept: a file in which rows are kept between runs; folder: where films may be kept; own: a script's options.
+    wanted; kept: a file in which rows are kept between runs; folder: where films are kept, None: nowhere; own: the
+    bench's own options.
     """
 
     quick: bool = False
@@ -54,7 +53,6 @@ class Wish:
     only: str | None = None
     kept: Path | None = None
     folder: Path | None = None
-    overwrite: bool = False
     where: Where = field(default_factory=Where)
     progress: Callable[[int, int | None], None] = _quiet
     own: argparse.Namespace = field(default_factory=argparse.Namespace)
@@ -73,9 +71,20 @@ class Wish:
         work: a function at the top of a module.  Raises: SpecError where no name is wanted.
         """
         wanted = [(name, jobs[name]) for name in self.chosen(jobs)]
-        for count, row in enumerate(made_rows(work, wanted, kept=self.kept, where=self.where), start=1):
+        how = "quick" if self.quick else "usual"
+        named = [(f"{how} {self.seed} {name}", job) for name, job in wanted]
+        for count, row in enumerate(made_rows(work, named, kept=self.kept, where=self.where), start=1):
             self.progress(count, len(wanted))
             yield row
+
+    def films(self, work: Callable[[Any], Row], names: Iterable[str], frames: int, seeds: range) -> Iterator[Row]:
+        """A row for each case that is wanted and each seed; work: of a case's name, a seed, and the frames of its film.
+
+        Convention: film after film of all cases, so that an interrupted run has some of each.
+        """
+        chosen = self.chosen(names)
+        jobs = {f"{name}|{seed}": (name, seed, frames) for seed in seeds for name in chosen}
+        return replace(self, only=None).each(work, jobs)
 
     @contextmanager
     def kept_folder(self) -> Iterator[Path]:
@@ -86,19 +95,6 @@ class Wish:
             return
         self.folder.mkdir(parents=True, exist_ok=True)
         yield self.folder
-
-
-def film_cases(work: Callable[[Any], Row], names: Sequence[str], frames: int, seeds: range, wish: Wish) -> list[Row]:
-    """One row for each case that is wanted and each seed; work: of a case's name, a seed, and the frames of its film.
-
-    Convention: film after film of all cases, so that an interrupted run has some of each.
-    """
-    jobs = [(f"{name}|{seed}", (name, seed, frames)) for seed in seeds for name in wish.chosen(names)]
-    rows = []
-    for row in made_rows(work, jobs, kept=wish.kept, where=wish.where):
-        rows.append(row)
-        wish.progress(len(rows), len(jobs))
-    return rows
 
 
 @contextmanager
@@ -142,11 +138,6 @@ def table_lines(rows: Iterable[Row], columns: Columns) -> Iterator[str]:
         yield _line((_text(_value(row, _key(name, columns[name])), columns[name]), columns[name]) for name in names)
 
 
-def text_table(rows: Iterable[Row], columns: Columns) -> str:
-    """All rows as text."""
-    return "\n".join(table_lines(rows, columns))
-
-
 def _key(name: str, spec: str) -> list[str]:
     """Where a row has the value of a column."""
     return spec.rpartition(" ")[0].split(".") if " " in spec else [name]
@@ -170,85 +161,62 @@ def _text(value: Any, spec: str) -> str:
     return format(value, "" if isinstance(value, str) else re.sub(r".*[<>]\d+", "", spec))
 
 
+def table_text(bench: Bench, rows: list[Row]) -> str:
+    """The table of a bench's rows, and its notes."""
+    notes = list(bench.notes(rows))
+    return "\n".join([*table_lines(bench.table(rows), bench.columns), *([""] if notes else []), *notes])
+
+
+class _Options(argparse.ArgumentParser):
+    """The parser of a bench's own options."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raises: SpecError."""
+        own = ", ".join(flag for action in self._actions for flag in action.option_strings) or "none"
+        raise SpecError(f"{self.prog}: {message}; options of its own: {own}")
+
+
 @dataclass(frozen=True)
 class Bench:
-    """rows: of a wish; notes: lines below the table; options: of a script, beyond those that all have, by flag."""
+    """What prints one table.
+
+    rows: of a wish, one for each film or case; columns: of the table; notes: lines below it; options: of this bench
+    alone, by flag; table: the table's rows, made of those; plot: a figure of the rows.
+    """
 
     rows: Callable[[Wish], Iterable[Row]]
     columns: Columns
     notes: Callable[[list[Row]], Iterable[str]] = lambda rows: ()
     options: Mapping[str, dict[str, Any]] = field(default_factory=dict)
+    table: Callable[[list[Row]], Iterable[Row]] = lambda rows: rows
+    plot: Callable[[list[Row]], Any] | None = None
+
+    def parsed(self, name: str, words: Sequence[str]) -> argparse.Namespace:
+        """The bench's own options.  Raises: SpecError where it has no such option."""
+        parser = _Options(prog=name, allow_abbrev=False, add_help=False)
+        for flag, how in self.options.items():
+            parser.add_argument(flag, **how)
+        return parser.parse_args(list(words))
 
 
-def run_script(file: str) -> None:
-    """Run the bench of a script.  It is imported by its name, as other processes know it."""
-    folder = Path(file).parent
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
-    module = importlib.import_module(Path(file).stem)
-    try:
-        run_bench(module.BENCH, module.__doc__ or "", sys.argv[1:])
-    except MoireIdError as error:
-        raise SystemExit(str(error)) from error
+def outputs(folder: Path, name: str, bench: Bench) -> list[Path]:
+    """The files that a bench writes."""
+    return [folder / f"{name}.json", *([folder / f"{name}.svg"] if bench.plot else [])]
 
 
-def run_bench(bench: Bench, words: str, arguments: list[str]) -> list[Row]:
-    """Read the options, and print each row as it comes, the notes, and with `--json` the rows alone."""
-    given = _parser(bench, words).parse_args(arguments)
-    click.echo(
-        f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, Python "
-        f"{platform.python_version()}",
-        err=True,
-    )
-    wish = Wish(
-        quick=given.quick,
-        seed=given.seed,
-        clips=given.clips,
-        only=given.only,
-        kept=given.kept,
-        folder=given.keep,
-        where=Where(given.scheduler, given.workers),
-        progress=lambda done, total: click.echo(f"{done} of {total}", err=True),
-        own=given,
-    )
-    rows: list[Row] = []
-
-    def passing() -> Iterator[Row]:
-        for row in bench.rows(wish):
-            rows.append(row)
-            yield row
-
-    for line in table_lines(passing(), bench.columns):
-        click.echo(line, err=given.json)
-    if given.csv:
-        write_csv(rows, given.csv)
-    if given.json:
-        click.echo(json.dumps(rows, indent=1))
-    for line in bench.notes(rows):
-        click.echo(line, err=given.json)
-    return rows
+def document_of(name: str, wish: Wish, rows: list[Row]) -> dict[str, Any]:
+    """A bench's rows, with what was asked, the machine and the version."""
+    machine = {"processor": platform.machine(), "cores": os.cpu_count(), "python": platform.python_version()}
+    asked = {"suite": name, "quick": wish.quick, "seed": wish.seed}
+    return {"moireid": __version__, "machine": machine} | asked | {"rows": rows}
 
 
-def _parser(bench: Bench, words: str) -> argparse.ArgumentParser:
-    """The options of every bench, and its own."""
-    parser = argparse.ArgumentParser(description=words, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", metavar="REGEX", help="only the cases whose name holds this")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--quick", action="store_true", help="fewer or smaller cases")
-    parser.add_argument("--clips", "--films", type=int, metavar="N", help="films, or repetitions, of each case")
-    parser.add_argument("--workers", type=int, metavar="N", help="films at a time; default: one for each processor")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, in place of this machine's processors")
-    parser.add_argument("--keep", type=Path, metavar="DIR", help="keep films there, and use those that are there")
-    parser.add_argument("--kept", type=Path, metavar="FILE", help="add rows to this file, and make none of them again")
-    parser.add_argument("--json", action="store_true", help="print the rows as JSON, and the table to stderr")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the rows")
-    for flag, how in bench.options.items():
-        parser.add_argument(flag, **how)
-    return parser
-
-
-def write_csv(rows: list[Row], path: Path) -> None:
-    """Rows as CSV, with a column for each key."""
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(dict.fromkeys(name for row in rows for name in row)))
-        writer.writeheader()
-        writer.writerows(rows)
+def write(folder: Path, name: str, bench: Bench, document: dict[str, Any], *, overwrite: bool) -> list[Path]:
+    """Write a bench's JSON and its plot; whole or not at all."""
+    paths = outputs(folder, name, bench)
+    planned(paths, overwrite=overwrite)
+    write_text(paths[0], json.dumps(document, indent=1) + "\n")
+    for path in paths[1:]:
+        with whole_file(path) as temporary:
+            bench.plot and bench.plot(document["rows"]).savefig(temporary, format="svg", metadata={"Date": None})
+    return paths

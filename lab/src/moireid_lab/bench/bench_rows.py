@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from moireid.errors import MoireIdError, SpecError
-from moireid.result_cache import keep_row, kept_rows
+from moireid.result_cache import keep_row, kept_rows, program_digest
 from moireid_lab.archive.engine import Task, run_tasks
 from moireid_lab.archive.isolated import Limits, LostJob
 
@@ -38,16 +41,27 @@ def chosen_names(names: Sequence[str], only: str | None) -> list[str]:
     return chosen
 
 
+@cache
+def sources_digest(module: str) -> str:
+    """Digest of the project's sources, and of those in the folder of a bench's own module."""
+    own = hashlib.sha256()
+    for path in sorted(Path(str(sys.modules[module].__file__)).parent.rglob("*.py")):
+        own.update(path.read_bytes())
+    return program_digest() + own.hexdigest()[:16]
+
+
 def made_rows(
     work: Callable[[Any], Row], jobs: Sequence[tuple[str, Any]], *, kept: Path | None, where: Where
 ) -> Iterator[Row]:
     """One row a job, in their order, each as soon as it and those before it are there.
 
-    Parameters: work: a function at the top of a module; jobs: (key, what the work is done with), where the key names
-        all that the row depends on; kept: a file that rows are added to, those in it are not made again.
+    Parameters: work: a function at the top of a module; jobs: (name, what the work is done with), where the name says
+        all that the row depends on but the program; kept: a file that rows are added to, those in it are not made again
+        by the same program.
     Raises: MoireIdError where a job gave no row; the others of the run so far are kept.
     """
-    rows = kept_rows(kept)
+    rows, program = kept_rows(kept), sources_digest(work.__module__)
+    jobs = [(f"{program} {name}", job) for name, job in jobs]
     todo = [(key, job) for key, job in jobs if key not in rows]
     keys = iter([key for key, _ in jobs])
     at = next(keys, None)

@@ -1,4 +1,4 @@
-"""Many films by the engine of collections, and the list of them that `moireid evaluate` reads.
+"""Many films by the engine of collections, and the list of them that `moireid lab evaluate` reads.
 
 Convention: a worker makes a film in its own folder and sends it back whole, so workers need no shared folder.  The
 digests of a film are stored before its files are written; later only files with these digests count as made.

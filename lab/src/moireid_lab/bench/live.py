@@ -12,6 +12,7 @@ Source: the analytic renderer; the trajectory from place to place is that of lea
 
 from __future__ import annotations
 
+import functools
 import math
 import random
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -51,6 +52,27 @@ GOES_MM, TAKES_S = (180.0, 80.0, 120.0), 0.9
 TURNS = math.radians(7.0) / 200.0
 #: Tremor: place, mm, and angle, rad, and rates, Hz.
 TREMOR_MM, TREMOR_RAD, TREMOR_HZ = 1.5, math.radians(0.7), (0.4, 0.9, 1.7)
+
+
+#: A photograph that is free of rights (it comes with scikit-image).
+#: The face in the photograph, as dlib finds it, and where it is put in a picture of 1280 x 720: centre and size, px.
+IN_PHOTOGRAPH = (222.5, 126.5, 87.0)
+AT_PX, SIZE_PX = (640.0, 165.0), 190.0
+#: That place in the plane of a badge at rest, mm: 640 mm away, 900 px.
+FACE_MM = (np.array(AT_PX) - (639.5, 359.5)) / 900.0 * 640.0
+
+
+@functools.cache
+def portrait() -> NDArray[np.uint8]:
+    """The photograph as a webcam frames a person, (720, 1280) grey."""
+    from skimage import data
+
+    grey = cv2.cvtColor(data.astronaut(), cv2.COLOR_RGB2GRAY)
+    x, y, size = IN_PHOTOGRAPH
+    scale = SIZE_PX / size
+    warp = np.array([[scale, 0, AT_PX[0] - scale * x], [0, scale, AT_PX[1] - scale * y]])
+    picture = cv2.warpAffine(grey, warp, (1280, 720), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(picture, np.uint8)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ is cut, and each part is judged as a chapter of its own.  The verdict of a row i
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,7 +22,7 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
 from moireid.verifier.session.chapters import judge_chapter
 from moireid.verifier.tracking.track import Track
-from moireid_lab.bench.bench_frame import Wish, counted_verdicts, film_cases, grouped, temporary_film, text_table
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
 from moireid_lab.bench.bench_plots import figure_of, plain
 
 #: Two measured motions, and one that is made.
@@ -180,19 +180,14 @@ def rows_of_film(found: dict[str, Any], lengths_s: tuple[int, ...]) -> list[dict
     return [film_row | part for part in found["parts"] if part["seconds"] in lengths_s]
 
 
-def run(wish: Wish) -> dict[str, Any]:
-    """The usual cases as one JSON object, or of all cases those that are asked for.
-
-    Raises: SpecError where no case is left.
-    """
+def rows(wish: Wish) -> Iterator[Row]:
+    """The parts of the usual films, or of those that are asked for.  Raises: SpecError where no case is left."""
     names = [case.name for case in cases() if wish.only is not None or usual(case, quick=wish.quick)]
-    films = film_cases(run_case, names, FRAMES, wish.seeds(5), wish)
     lengths = QUICK_LENGTHS_S if wish.quick else LENGTHS_S
-    rows = [row for found in films for row in rows_of_film(found, lengths)]
-    return {"suite": "natural", "seed": wish.seed, "rows": rows}
+    for found in wish.films(run_case, names, FRAMES, wish.seeds(5)):
+        yield from rows_of_film(found, lengths)
 
 
-Row = dict[str, Any]
 #: Films with this much motion, rad, hold enough of it for a verdict.
 ENOUGH_RAD = 0.3
 #: From the worst verdict to the best one.
@@ -206,13 +201,10 @@ COLUMNS |= {f"of >= {ENOUGH_RAD:g} rad": ">15", "log10 odds": ">12.2f", "ms a fi
 COLUMNS |= {"reasons": "<1"}
 
 
-def natural_table(result: dict[str, Any]) -> str:
-    """Verdicts, log odds and judge time for each motion, distance and length; then the nested pairs."""
-    rows = [
-        {"true badge": f"{motion:<12}{distance:>2g} m", "length": f"{seconds} s"} | part_figures(rows)
-        for (motion, distance, seconds), rows in groups(result).items()
-    ]
-    return "\n".join([text_table(rows, COLUMNS), "", pairs_sentence(result["rows"])])
+def table(rows: list[Row]) -> Iterator[Row]:
+    """Verdicts, log odds and judge time for each motion, distance and length."""
+    for (motion, distance, seconds), own in groups(rows).items():
+        yield {"true badge": f"{motion:<12}{distance:>2g} m", "length": f"{seconds} s"} | part_figures(own)
 
 
 def part_figures(rows: list[Row]) -> Row:
@@ -236,9 +228,9 @@ def pairs_sentence(rows: list[Row]) -> str:
     return f"the longer part's verdict is worse than that of a part inside it: {worse} of {count} pairs"
 
 
-def groups(result: dict[str, Any]) -> dict[tuple[str, float, int], list[Row]]:
+def groups(rows: list[Row]) -> dict[tuple[str, float, int], list[Row]]:
     """Rows by motion, distance and length, in the order of the motions."""
-    found = grouped(result["rows"], "motion", "distance_m", "seconds")
+    found = grouped(rows, "motion", "distance_m", "seconds")
     return dict(sorted(found.items(), key=lambda one: (MOTIONS.index(one[0][0]), *one[0][1:])))
 
 
@@ -273,9 +265,9 @@ def with_enough_motion(rows: list[Row]) -> list[Row]:
     return [row for row in rows if (row["excitation_rad"] or 0.0) >= ENOUGH_RAD]
 
 
-def natural_plot(result: dict[str, Any]) -> Any:
+def plot(rows: list[Row]) -> Any:
     """Share of accepted parts and median log10 odds against the parts' length, a line for each motion and distance."""
-    found = groups(result)
+    found = groups(rows)
     figure = figure_of(9, 3.6)
     shares, odds = figure.subplots(1, 2)
     lengths = sorted({seconds for _, _, seconds in found})
@@ -292,3 +284,6 @@ def natural_plot(result: dict[str, Any]) -> Any:
     shares.set_ylim(-0.05, 1.05)
     figure.legend(handles=shares.lines, frameon=False, ncols=6, loc="outside upper center", fontsize=8)
     return figure
+
+
+BENCH = Bench(rows, COLUMNS, lambda rows: [pairs_sentence(rows)], table=table, plot=plot)

@@ -21,7 +21,7 @@ import numpy as np
 
 from moireid.badge import Badge, Cell, Grating, Lens, Markers
 from moireid.simulate.filming import FilmOptions
-from moireid_lab.bench.bench_frame import Wish
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.film_set import PlannedFilm, make_film_set
 from moireid_lab.evaluation.collect import ScoredFilm, collect
 from moireid_lab.evaluation.film_rows import PIPELINES
@@ -95,38 +95,28 @@ FIGURES = (
 )
 
 
-def run(wish: Wish) -> dict[str, Any]:
+def rows(wish: Wish) -> Iterator[Row]:
     """Film, score and sum up; the wish's clips are courses of each condition.
 
     Films and scores of an earlier run in the folder are kept.  Raises: as `make_film_set` and `collect`.
     """
-    assert wish.folder is not None
     courses, progress, where = len(wish.seeds(COURSES, quick=2)), wish.progress, wish.where
-    rows = list(conditions(quick=wish.quick))
-    films = [one for row in rows for one in _planned(row, courses, wish.seed)]
-    manifest = make_film_set(
-        films,
-        wish.folder / "films",
-        where=where,
-        overwrite=wish.overwrite,
-        progress=lambda done, of, *_: progress(done, 2 * of),
-    )
-    scored = collect(
-        read_manifest(manifest).entries,
-        PIPELINES,
-        kept=wish.folder / "results",
-        scheduler=where.scheduler,
-        workers=where.workers,
-        progress=lambda done, of, *_: progress(of + done, 2 * of),
-    )
-    return {
-        "suite": "published",
-        "quick": wish.quick,
-        "seed": wish.seed,
-        "courses": courses,
-        "paper": PAPER,
-        "rows": [_row(row, [one for one in scored if one.entry.group == row.group]) for row in rows],
-    }
+    asked = list(conditions(quick=wish.quick))
+    films = [one for row in asked for one in _planned(row, courses, wish.seed)]
+    with wish.kept_folder() as folder:
+        manifest = make_film_set(
+            films, folder / "films", where=where, progress=lambda done, of, *_: progress(done, 2 * of)
+        )
+        scored = collect(
+            read_manifest(manifest).entries,
+            PIPELINES,
+            kept=folder / "results",
+            scheduler=where.scheduler,
+            workers=where.workers,
+            progress=lambda done, of, *_: progress(of + done, 2 * of),
+        )
+    for row in asked:
+        yield _row(row, [one for one in scored if one.entry.group == row.group])
 
 
 def _planned(row: Condition, courses: int, seed: int) -> list[PlannedFilm]:
@@ -159,56 +149,49 @@ def _figures(scored: Sequence[ScoredFilm]) -> dict[str, Any]:
     return found
 
 
-Document = dict[str, Any]
+COLUMNS = {"film": "<24", "greatest": ">15", "mean": ">15", "sd": ">6", "range": ">14", "acc.": ">5"}
+COLUMNS |= {"ours: mean": ">15", "acc./inc./rej.": ">14", "paper": "<1"}
 
 
-def published_table(result: Document) -> str:
-    """A line for each condition and distance, both pipelines side by side."""
-    paper = result["paper"]
-    lines = [
-        f"{'|rho|, windows of 30 frames':<28}{'published pipeline':<55}ours",
-        f"{'mean ± deviation of films':<26}{'greatest':>15}{'mean':>15}{'sd':>7}{'range':>14}{'acc.':>6}{'mean':>15}"
-        f"{'acc./inc./rej.':>16}   paper",
-    ]
-    for row in result["rows"]:
+def table(rows: list[Row]) -> Iterator[Row]:
+    """A line for each condition and distance, both pipelines side by side: |rho| over windows of 30 frames."""
+    for row in rows:
         theirs, ours = row["published"], row["moireid"]
         least, most = theirs["window_correlation_min"]["values"], theirs["window_correlation_max"]["values"]
-        span = f"{min(least):.2f} to {max(most):.2f}" if least else "-"
-        verdicts = "/".join(str(_count(ours, verdict)) for verdict in ("accept", "inconclusive", "reject"))
-        lines.append(
-            f"{row['table'] + ', ' + format(row['distance_m'], 'g') + ' m':<26}{_spread(theirs['score']):>15}"
-            f"{_spread(theirs['window_correlation_mean']):>15}{_mean(theirs['window_correlation_sd']):>7}{span:>14}"
-            f"{_count(theirs, 'accept'):>6}{_spread(ours['window_correlation_mean']):>15}{verdicts:>16}"
-            f"   {row['paper']}"
-        )
-    labels = dict.fromkeys(f"{row['table']}: {row['what']}" for row in result["rows"])
-    left_out = sum(row["published"]["without_score"] for row in result["rows"])
-    return "\n".join(
-        [
-            *lines,
-            "",
-            f"{result['courses']} films a line.  " + "; ".join(list(labels)[:2]) + ";",
-            "; ".join(list(labels)[2:]) + ".",
-            "Renderings 1 and 2 are single sweeps, one way, at constant speed: a drift or a delay of the fringes is a",
-            "mere constant on them.  These films are our simulator's, the paper's its own; the letters are ours.",
-            f"Films without a published score (0 in the paper): {left_out}; they are in no mean.",
-            "Paper: its figure for a condition of that description, where it is on record.  Its renderings: "
-            f"{paper['renderings']['mean']:.2f}, not known by distance.",
-            f"The paper's real recordings: {paper['genuine']['mean']:.2f} ± {paper['genuine']['sd']:.2f}; generated "
-            f"films: {paper['forged']['mean']:.2f} ± {paper['forged']['sd']:.2f}; AUC {paper['auc']}; accepted from "
-            f"{paper['threshold']}.",
-        ]
+        yield {
+            "film": f"{row['table']}, {row['distance_m']:g} m",
+            "greatest": _spread(theirs["score"]),
+            "mean": _spread(theirs["window_correlation_mean"]),
+            "sd": _mean(theirs["window_correlation_sd"]),
+            "range": f"{min(least):.2f} to {max(most):.2f}" if least else "-",
+            "acc.": _count(theirs, "accept"),
+            "ours: mean": _spread(ours["window_correlation_mean"]),
+            "acc./inc./rej.": "/".join(str(_count(ours, word)) for word in ("accept", "inconclusive", "reject")),
+            "paper": row["paper"],
+        }
+
+
+def notes(rows: list[Row]) -> Iterator[str]:
+    """What the conditions are, and the paper's own figures."""
+    yield "; ".join(dict.fromkeys(f"{row['table']}: {row['what']}" for row in rows)) + "."
+    yield "Renderings are single sweeps at constant speed, on which a drift or a delay is a mere constant."
+    left_out = sum(row["published"]["without_score"] for row in rows)
+    yield f"Films without a published score (0 in the paper): {left_out}; they are in no mean."
+    yield (
+        f"The paper: renderings {PAPER['renderings']['mean']:.2f}; real recordings {PAPER['genuine']['mean']:.2f} ± "
+        f"{PAPER['genuine']['sd']:.2f}; generated {PAPER['forged']['mean']:.2f} ± {PAPER['forged']['sd']:.2f}; AUC "
+        f"{PAPER['auc']}; accepted from {PAPER['threshold']}."
     )
 
 
-def published_plot(result: Document) -> Any:
+def plot(rows: list[Row]) -> Any:
     """|rho| of every film against its distance, or by condition; a panel for each table."""
     figure = figure_of(10.5, 3.6)
     panels = figure.subplots(1, 3, sharey=True)
     names = ("rendering 1", "rendering 2", "A to D")
     for axes, name in zip(panels, names, strict=True):
-        rows = [row for row in result["rows"] if (row["table"] if len(row["table"]) > 1 else "A to D") == name]
-        for place, row in enumerate(rows):
+        own = [row for row in rows if (row["table"] if len(row["table"]) > 1 else "A to D") == name]
+        for place, row in enumerate(own):
             for pipeline, key, colour, aside in (
                 ("published", "score", PALE, -0.22),
                 ("published", "window_correlation_mean", INK, 0.0),
@@ -216,9 +199,9 @@ def published_plot(result: Document) -> Any:
             ):
                 values = row[pipeline][key]["values"]
                 axes.plot([place + aside] * len(values), values, "o", color=colour, markersize=4, alpha=0.7)
-        axes.axhline(result["paper"]["threshold"], color=INK, linewidth=1, linestyle=":")
-        ticks = [row["table"] if name == "A to D" else f"{row['distance_m']:g}" for row in rows]
-        axes.set_xticks(range(len(rows)), ticks)
+        axes.axhline(PAPER["threshold"], color=INK, linewidth=1, linestyle=":")
+        ticks = [row["table"] if name == "A to D" else f"{row['distance_m']:g}" for row in own]
+        axes.set_xticks(range(len(own)), ticks)
         axes.set_xlabel(f"{name}" if name == "A to D" else f"{name}: distance, m", color=INK)
         axes.set_ylim(-0.02, 1.03)
         plain(axes)
@@ -234,13 +217,16 @@ def published_plot(result: Document) -> Any:
     return figure
 
 
-def _spread(cell: Document) -> str:
+def _spread(cell: Row) -> str:
     return _mean(cell) if cell["sd"] is None else f"{cell['mean']:.3f} ± {cell['sd']:.3f}"
 
 
-def _mean(cell: Document) -> str:
+def _mean(cell: Row) -> str:
     return "-" if cell["mean"] is None else f"{cell['mean']:.3f}"
 
 
-def _count(figures: Document, verdict: str) -> int:
+def _count(figures: Row, verdict: str) -> int:
     return int(figures["verdicts"].get(verdict, 0))
+
+
+BENCH = Bench(rows, COLUMNS, notes, table=table, plot=plot)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +21,7 @@ from moireid.simulate.effects.table import KINDS, STRENGTHS, effect_named
 from moireid.simulate.motion import Motion, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Wish, counted_verdicts, film_cases, grouped, temporary_film, text_table
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
 from moireid_lab.bench.bench_plots import figure_of, verdict_bars
 from moireid_lab.bench.verdicts import verdict_row
 
@@ -101,16 +102,12 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     return row | {"seed": seed, "frames": frames, "seconds": seconds} | verdict_row(report) | more
 
 
-def run(wish: Wish) -> dict[str, Any]:
-    """The usual cases as one JSON object, or of all cases those that are asked for.
-
-    Raises: SpecError where no case is left.
-    """
+def rows(wish: Wish) -> Iterator[Row]:
+    """The usual films, or those that are asked for.  Raises: SpecError where no case is left."""
     names = [case.name for case in cases() if wish.only is not None or usual(case, quick=wish.quick)]
-    return {"suite": "reality", "seed": wish.seed, "rows": film_cases(run_case, names, FRAMES, wish.seeds(10), wish)}
+    return wish.films(run_case, names, FRAMES, wish.seeds(10))
 
 
-Row = dict[str, Any]
 #: Shades of the strengths, from light to strong.
 SHADES = {"light": "#9fb4c7", "ordinary": "#22577a", "strong": "#0b2239"}
 VERDICT_COLUMNS = {"accept": ">8", "inconclusive": ">13", "reject": ">8"}
@@ -118,19 +115,16 @@ FIGURE_COLUMNS = {"gain error": ">12.3f", "residual": ">10.3f", "s a film": ">10
 COLUMNS = {"true badge": "<34", "forged badge": "<34"} | VERDICT_COLUMNS | FIGURE_COLUMNS
 
 
-def reality_table(result: dict[str, Any]) -> str:
+def table(rows: list[Row]) -> Iterator[Row]:
     """Verdicts, gain error, residual and time of every effect, strength and distance; then the forged films."""
-    rows = [
-        _figures(f"{'true' if true else 'forged'} badge", key, films)
-        for true in (True, False)
-        for key, films in groups(result, true=true).items()
-    ]
-    return "\n".join([text_table(rows, COLUMNS), "", *summary(result)])
+    for true in (True, False):
+        for key, films in groups(rows, true=true).items():
+            yield _figures(f"{'true' if true else 'forged'} badge", key, films)
 
 
-def groups(result: dict[str, Any], *, true: bool) -> dict[tuple[str, str, float], list[Row]]:
+def groups(rows: list[Row], *, true: bool) -> dict[tuple[str, str, float], list[Row]]:
     """Rows by effect, strength and distance, in the order of the effects; forged ones of all kinds together."""
-    own = [row for row in result["rows"] if (row["badge"] == TRUE) == true]
+    own = [row for row in rows if (row["badge"] == TRUE) == true]
     effects = [NOTHING, *KINDS]
     return dict(
         sorted(
@@ -140,9 +134,9 @@ def groups(result: dict[str, Any], *, true: bool) -> dict[tuple[str, str, float]
     )
 
 
-def summary(result: dict[str, Any]) -> list[str]:
+def summary(rows: list[Row]) -> list[str]:
     """Shares at the ordinary strength: of the true films accepted and rejected, of the forged ones accepted."""
-    rows = [row for row in result["rows"] if row["strength"] == "ordinary" and row["effect"] != NOTHING]
+    rows = [row for row in rows if row["strength"] == "ordinary" and row["effect"] != NOTHING]
     lines = []
     for true in (True, False):
         verdicts = Counter(row["verdict"] for row in rows if (row["badge"] == TRUE) == true)
@@ -175,9 +169,9 @@ def _figures(heading: str, key: tuple[str, str, float], rows: list[Row]) -> Row:
     return {heading: f"{name:<29}{distance:>3g} m"} | counted_verdicts(rows) | figures
 
 
-def reality_plot(result: dict[str, Any]) -> Any:
+def plot(rows: list[Row]) -> Any:
     """For each effect: the verdicts on true films by strength, and gain error, residual and run time."""
-    found = groups(result, true=True)
+    found = groups(rows, true=True)
     effects = list(dict.fromkeys(effect for effect, _, _ in found))
     figure = figure_of(11, 0.36 * max(len(effects), 1) + 1.4)
     shares, *others = figure.subplots(1, 4, sharey=True, width_ratios=(2, 1, 1, 1))
@@ -201,3 +195,6 @@ def reality_plot(result: dict[str, Any]) -> Any:
 def _both(found: dict[tuple[str, str, float], list[Row]], effect: str, strength: str) -> list[Row]:
     """Rows of all distances."""
     return [row for (one, how, _), rows in found.items() if (one, how) == (effect, strength) for row in rows]
+
+
+BENCH = Bench(rows, COLUMNS, summary, table=table, plot=plot)

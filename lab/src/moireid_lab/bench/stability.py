@@ -7,6 +7,7 @@ edge of what a badge, its building or its picture can be, and beyond it.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -17,7 +18,7 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
-from moireid_lab.bench.bench_frame import Wish, temporary_film, text_table
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, temporary_film
 from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.identity.clips import CRF, FOCAL_PX, FPS
 from moireid_lab.bench.simulate.stiff_scenes import run_scenes
@@ -55,6 +56,10 @@ def cases() -> list[StabilityCase]:
             for share in (0.9, 0.5, 0.2, 0.0, -0.5, -1.0)
         ),
         *(StabilityCase(f"twist {degrees:g} degrees", twist_deg=degrees) for degrees in (0.3, 0.45, 0.7, 1.5, 5.0)),
+        *(
+            StabilityCase(f"twist 1.2 degrees, {axes}", Request("Bench", axes=axes, range_m=(0.8, 2.0)), twist_deg=1.2)
+            for axes in ("xy", "hex")
+        ),
         StabilityCase("smallest board, 0.7 m", small, distance_m=0.7),
         StabilityCase("largest board", Request("Bench", size_mm=large.size_mm, range_m=(1.2, 2.5))),
         StabilityCase("quarter hidden, a corner", hidden=(0.0, 0.0, 0.5, 0.5)),
@@ -69,19 +74,17 @@ def cases() -> list[StabilityCase]:
     ]
 
 
-def run(wish: Wish) -> dict[str, Any]:
-    """All cases as one JSON object, or those that are asked for."""
+def rows(wish: Wish) -> Iterator[Row]:
+    """All cases, or those that are asked for; then scenes that renderers find hard."""
     frames = QUICK_FRAMES if wish.quick else FRAMES
-    rows = list(wish.each(_read, {case.name: (case, wish.seed, frames) for case in cases()}))
-    return {"suite": "stability", "seed": wish.seed, "rows": rows, "scenes": run_scenes()}
+    yield from wish.each(read_case, {case.name: (case, wish.seed, frames) for case in cases()})
+    if wish.only is None:
+        yield from run_scenes()
 
 
-def _read(job: tuple[StabilityCase, int, int]) -> dict[str, Any]:
-    return read_case(*job)
-
-
-def read_case(case: StabilityCase, seed: int, frames: int) -> dict[str, Any]:
+def read_case(job: tuple[StabilityCase, int, int]) -> Row:
     """Film one case and read it."""
+    case, seed, frames = job
     badge = design_badge(case.request, case.payload)
     grating = badge.gratings[0]
     designed = 1 / grating.pitch_mm - 1 / badge.lens.pitch_mm
@@ -134,28 +137,16 @@ def _part_of(badge: Badge, shares: tuple[float, float, float, float] | None) -> 
     return (x0 + left * (x1 - x0), y0 + top * (y1 - y0), x0 + right * (x1 - x0), y0 + bottom * (y1 - y0))
 
 
-COLUMNS = {"case": "name <36", "outcome": "<11", "verdict": "<13", "fixed": "symbols_corrected >6", "tracked": ">8"}
-COLUMNS |= {"frames": ">7", "why": "<1"}
-SCENE_COLUMNS = {
-    "renderer on": "name <38",
-    "outcome": "<9",
-    "phase, rad (bar)": ">18",
-    "image (bar)": ">17",
-    "why": "<1",
-}
+COLUMNS = {"case": "name <36", "renderer on": "scene <38", "outcome": "<11", "verdict": "<13"}
+COLUMNS |= {"fixed": "symbols_corrected >6", "tracked": ">8", "frames": ">7"}
+COLUMNS |= {"phase, rad (bar)": ">18", "image (bar)": ">17", "why": "<1"}
 
 
-def stability_table(result: dict[str, Any]) -> str:
-    """The stability suite as text."""
-    scenes = [
-        row
-        | {
-            "phase, rad (bar)": _with_bar(row, "phase_rad", "bar_rad"),
-            "image (bar)": _with_bar(row, "image", "bar_image"),
-        }
-        for row in result.get("scenes", [])
-    ]
-    return "\n".join([text_table(result["rows"], COLUMNS), "", text_table(scenes, SCENE_COLUMNS)])
+def table(rows: list[Row]) -> Iterator[Row]:
+    """The cases, and the scenes with their error bars."""
+    for row in rows:
+        bars = {"phase, rad (bar)": ("phase_rad", "bar_rad"), "image (bar)": ("image", "bar_image")}
+        yield row | ({name: _with_bar(row, *keys) for name, keys in bars.items()} if "scene" in row else {})
 
 
 def _with_bar(row: dict[str, Any], figure: str, bar: str) -> str:
@@ -163,9 +154,9 @@ def _with_bar(row: dict[str, Any], figure: str, bar: str) -> str:
     return "-" if row.get(figure) is None else f"{row[figure]:.4f} ({row[bar]:.4f})"
 
 
-def stability_plot(result: dict[str, Any]) -> Any:
+def plot(rows: list[Row]) -> Any:
     """One bar a case: frames in which the badge was followed, coloured by outcome."""
-    rows = result["rows"][::-1]
+    rows = [row for row in rows if "scene" not in row][::-1]
     colours = {"right": "#2e7d4f", "unreadable": "#8a97a6", "refused": "#c9a227", "wrong": "#c0392b"}
     figure = figure_of(7, 0.24 * len(rows) + 1)
     axes = figure.add_subplot()
@@ -177,3 +168,6 @@ def stability_plot(result: dict[str, Any]) -> Any:
     axes.legend(frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0, 1))
     plain(axes)
     return figure
+
+
+BENCH = Bench(rows, COLUMNS, table=table, plot=plot)

@@ -1,60 +1,78 @@
-"""The suites of `moireid bench`, each with its table and plot, and the files that a suite writes."""
+"""The benches of `moireid lab bench` by suite, each with the module in which it is `BENCH`.
+
+Modules without a package are scripts in `benchmarks/` of the repository: they film by the outside tracer there, or by
+`true_films`, or use the films of the tests.
+"""
 
 from __future__ import annotations
 
-import json
+import importlib
 import os
-import platform
-from collections.abc import Callable
+import sys
 from pathlib import Path
-from typing import Any, NamedTuple
 
-from moireid import __version__
-from moireid.files import planned, whole_file, write_text
-from moireid_lab.bench import natural, published, reality, stability
-from moireid_lab.bench.bench_frame import Wish
-from moireid_lab.bench.fabricate import fabricate_suite
-from moireid_lab.bench.forgers import forgers_suite
-from moireid_lab.bench.identity import identity_suite
-from moireid_lab.bench.simulate import simulate_suite
-from moireid_lab.bench.verify import verify_suite
+from moireid.errors import SpecError
 
-Document = dict[str, Any]
-
-
-class Suite(NamedTuple):
-    """What measures, what shows the result as text, and what draws it."""
-
-    run: Callable[[Wish], Document]
-    table: Callable[[Document], str]
-    plot: Callable[[Document], Any]
-
-
-SUITES = {
-    "identity": Suite(identity_suite.run, identity_suite.identity_table, identity_suite.identity_plot),
-    "stability": Suite(stability.run, stability.stability_table, stability.stability_plot),
-    "fabricate": Suite(fabricate_suite.run, fabricate_suite.fabricate_table, fabricate_suite.fabricate_plot),
-    "simulate": Suite(simulate_suite.run, simulate_suite.simulate_table, simulate_suite.simulate_plot),
-    "verify": Suite(verify_suite.run, verify_suite.verify_table, verify_suite.verify_plot),
-    "forgers": Suite(forgers_suite.run, forgers_suite.forgers_table, forgers_suite.forgers_plot),
-    "reality": Suite(reality.run, reality.reality_table, reality.reality_plot),
-    "natural": Suite(natural.run, natural.natural_table, natural.natural_plot),
-    "published": Suite(published.run, published.published_table, published.published_plot),
+#: By suite: its benches, each by the name by which it also runs alone.
+SUITES: dict[str, dict[str, str]] = {
+    "films": {
+        "natural": "moireid_lab.bench.natural",
+        "reality": "moireid_lab.bench.reality",
+        "stability": "moireid_lab.bench.stability",
+        "outside": "outside_films",
+        "natural-outside": "natural_films",
+        "builds": "builds",
+        "lenses": "any_lens",
+        "half-real": "half_real",
+        "small-pages": "small_pages",
+    },
+    "attacks": {
+        "forgers": "moireid_lab.bench.forgers.forgers_suite",
+        "headlines": "headlines",
+        "replayed": "replayed",
+        "morphed": "morphed_photographs",
+        "turned": "turned_photographs",
+        "laid-over": "laid_over",
+        "live": "live_replays",
+        "live-enrolment": "live_enrolment",
+    },
+    "cost": {
+        "simulate": "moireid_lab.bench.simulate.simulate_suite",
+        "verify": "moireid_lab.bench.verify.verify_suite",
+        "speed": "verify_speed",
+        "commands": "start_up",
+    },
+    "identity": {"identity": "moireid_lab.bench.identity.identity_suite"},
+    "pages": {
+        "fabricate": "moireid_lab.bench.fabricate.fabricate_suite",
+        "mounts": "mounts",
+        "ink-growth": "ink_growth",
+        "artwork": "artwork",
+    },
+    "registry": {"registry": "registry_scale"},
+    "paper": {"published": "moireid_lab.bench.published", "priors": "priors"},
 }
+#: Every bench by name.
+BENCHES = {name: module for suite in SUITES.values() for name, module in suite.items()}
+SCRIPTS = Path(__file__).parents[4] / "benchmarks"
 
 
-def outputs(folder: Path, suite: str) -> list[Path]:
-    """The files that a suite writes."""
-    return [folder / f"{suite}.json", folder / f"{suite}.svg"]
+def names_of(suite: str) -> list[str]:
+    """The benches of a suite, or the one of that name."""
+    return list(SUITES.get(suite, (suite,)))
 
 
-def write(folder: Path, result: Document, *, overwrite: bool) -> list[Path]:
-    """Write the suite's JSON, with machine and versions, and its plot; whole or not at all."""
-    data, plot = outputs(folder, result["suite"])
-    planned([data, plot], overwrite=overwrite)
-    machine = {"processor": platform.machine(), "cores": os.cpu_count(), "python": platform.python_version()}
-    document = {"moireid": __version__, "machine": machine} | result
-    write_text(data, json.dumps(document, indent=1) + "\n")
-    with whole_file(plot) as temporary:
-        SUITES[result["suite"]].plot(result).savefig(temporary, format="svg", metadata={"Date": None})
-    return [data, plot]
+def module_of(name: str) -> str:
+    """The module of a bench, which this process and those that it starts can import.
+
+    Raises: SpecError where a script's folder is not there.
+    """
+    module = BENCHES[name]
+    if "." not in module:
+        if not SCRIPTS.is_dir():
+            raise SpecError(f"{name} films by scripts of the repository, which are not installed; run it in a checkout")
+        if str(SCRIPTS) not in sys.path:
+            sys.path.insert(0, str(SCRIPTS))
+            os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(SCRIPTS), os.environ.get("PYTHONPATH")]))
+    importlib.import_module(module)
+    return module

@@ -1,5 +1,6 @@
 """The commands that the lab adds to `moireid`.
 
+lab_cmd.py        the group `moireid lab`
 bench_cmd.py      bench
 evaluate_cmd.py   evaluate
 film_set_cmd.py   film-set

@@ -1,4 +1,4 @@
-"""bench: measure, print and save the project's figures of accuracy and speed."""
+"""bench: measure, print and save the project's figures of accuracy, safety and speed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import click
 from moireid.cli.common import (
     FolderPath,
     echo_lines,
-    fail,
     friendly,
     json_option,
     overwrite_option,
@@ -17,24 +16,20 @@ from moireid.cli.common import (
     say,
     show_json,
 )
+from moireid_lab.bench.suites import BENCHES, SUITES, module_of, names_of
 from moireid_lab.commands.rate import scheduler_option, workers_option
 
-#: The names of `bench.suites.SUITES`, written again because importing them takes seconds.
-NAMES = ("identity", "stability", "fabricate", "simulate", "verify", "forgers", "reality", "natural", "published")
-#: Suites whose cases can be chosen; the file of rows of one whose name it has not.
-WITH_CASES, KEPT = ("forgers", "reality", "natural", "stability"), {"identity": "clips.jsonl"}
+#: Those of a suite first.
+NAMES = tuple(dict.fromkeys([*SUITES, *BENCHES]))
 
 
-@click.command("bench")
-@click.argument("suite", type=click.Choice(NAMES))
-@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the figures and plots.")
+@click.command("bench", context_settings={"ignore_unknown_options": True})
+@click.argument("suite", type=click.Choice(NAMES), metavar="SUITE")
+@click.argument("own", nargs=-1, type=click.UNPROCESSED, metavar="[OPTIONS OF ONE BENCH]...")
+@click.option("--out", "folder", type=FolderPath(), help="Folder for rows, figures and plots; default: print alone.")
 @click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
 @click.option(
-    "--clips",
-    type=click.IntRange(1, 10000),
-    metavar="NUMBER",
-    help="Films for each condition; default: 100, or 4 with --quick (published: 10, or 2; reality: 10, or 1; "
-    "natural: 5, or 1).",
+    "--clips", "--films", type=click.IntRange(1, 10000), metavar="NUMBER", help="Films, or repetitions, of each case."
 )
 @click.option(
     "--seed",
@@ -44,11 +39,8 @@ WITH_CASES, KEPT = ("forgers", "reality", "natural", "stability"), {"identity": 
     show_default=True,
     help="Seed of everything random.",
 )
-@click.option(
-    "--only",
-    metavar="REGEX",
-    help="Only the cases whose name holds this regular expression (forgers, reality, natural, stability).",
-)
+@click.option("--only", metavar="REGEX", help="Only the cases whose name holds this regular expression.")
+@click.option("--keep", type=FolderPath(), help="Keep films there, and use those that are there.")
 @workers_option
 @scheduler_option
 @overwrite_option
@@ -56,57 +48,61 @@ WITH_CASES, KEPT = ("forgers", "reality", "natural", "stability"), {"identity": 
 @friendly
 def bench_command(
     suite: str,
-    folder: Path,
+    own: tuple[str, ...],
+    folder: Path | None,
     quick: bool,
     clips: int | None,
     seed: int,
     only: str | None,
+    keep: Path | None,
     workers: int | None,
     scheduler: str | None,
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Measure a suite of figures, and print its table.
+    """Measure a suite of figures, and print its tables.
 
     \b
-    identity    identities read, originals against copies, false matches
-    stability   stiff and extreme cases
-    fabricate   errors of the printed page and the mount, also at extremes
-    simulate    the renderers against an outside tracer; error against run time
-    verify      the verifier's error against its run time; extreme motions
-    forgers     attacks by those who read this code: photographs, stills, delays;
-                and honest films with hands, captions and cuts
-    reality     true and forged badges filmed by phones, editors, calls and
-                services; at strengths but the ordinary, forged ones by --only
-    natural     true badges filmed with measured motions; verdicts on parts of
-                4 to 40 s of each film
-    published   the published paper's tables on simulated films, next to ours
+    films      true badges as people film and build them: natural, reality,
+               stability, outside, natural-outside, builds, lenses, half-real,
+               small-pages
+    attacks    forgers, headlines, replayed, morphed, turned, laid-over, live,
+               live-enrolment
+    cost       error against run time, and processor time: simulate, verify,
+               speed, commands
+    identity   identities read, originals against copies, false matches
+    pages      what is printed, read back: fabricate, mounts, ink-growth,
+               artwork
+    registry   claims, look-ups and proofs among many people
+    paper      the published paper's tables next to ours, and the calibration
+               of the odds: published, priors
 
-    The figures and a plot go into the folder of --out. Films of suites without run times, and the extreme
-    motions of verify, are shared out as in `moireid evaluate` (--workers, --scheduler); timed work runs alone.
-
-    Figures of finished films are kept in clips.jsonl, verify.jsonl, forgers.jsonl, reality.jsonl and natural.jsonl, so
-    a run that was interrupted goes on there.
+    SUITE may also be one of the benches named there. With --out, each writes its rows as JSON, and a plot if it has
+    one; rows are kept in NAME.jsonl as they are made, so a run that was interrupted goes on there. Films are shared
+    out as in `moireid lab evaluate` (--workers, --scheduler).
     """
-    from moireid.files import planned
-    from moireid_lab.bench.bench_frame import Wish
-    from moireid_lab.bench.bench_rows import Where
-    from moireid_lab.bench.suites import SUITES, outputs, write
+    import importlib
 
-    if suite in ("fabricate", "simulate") and (workers or scheduler):
-        fail(f"{suite} has no films to share out; leave out --workers and --scheduler")
-    if only is not None and suite not in WITH_CASES:
-        fail(f"--only chooses cases of {', '.join(WITH_CASES)}, and {suite} has none; leave it out")
-    planned(outputs(folder, suite), overwrite=overwrite)
-    kept = None if suite in ("stability", "published") else folder / KEPT.get(suite, f"{suite}.jsonl")
-    with progress_bar("clips") as progress:
+    from moireid.files import planned
+    from moireid_lab.bench.bench_frame import Wish, document_of, outputs, table_text, write
+    from moireid_lab.bench.bench_rows import Where
+
+    names = names_of(suite)
+    benches = {name: importlib.import_module(module_of(name)).BENCH for name in names}
+    if folder is not None:
+        planned((path for name in names for path in outputs(folder, name, benches[name])), overwrite=overwrite)
         folder.mkdir(parents=True, exist_ok=True)
-        where = Where(scheduler, workers)
-        wish = Wish(quick, seed, clips, only, kept, folder, overwrite, where, progress)
-        result = SUITES[suite].run(wish)
-    for path in write(folder, result, overwrite=overwrite):
-        say(f"written: {path}")
+    documents = []
+    for name, bench in benches.items():
+        kept = folder / f"{name}.jsonl" if folder else None
+        with progress_bar(name) as progress:
+            asked = bench.parsed(name, own)
+            wish = Wish(quick, seed, clips, only, kept, keep, Where(scheduler, workers), progress, asked)
+            rows = list(bench.rows(wish))
+        documents.append(document_of(name, wish, rows))
+        for path in write(folder, name, bench, documents[-1], overwrite=overwrite) if folder else ():
+            say(f"written: {path}")
+        if not as_json:
+            echo_lines(table_text(bench, rows))
     if as_json:
-        show_json(result)
-    else:
-        echo_lines(SUITES[suite].table(result))
+        show_json(documents[0] if len(documents) == 1 else {"suite": suite, "benches": documents})

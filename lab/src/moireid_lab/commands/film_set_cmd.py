@@ -45,7 +45,7 @@ def film_set_command(
     takes the option's default, and `yes` sets mirror. The column name is the film's file name without .mp4 (default:
     its number), and the column group is copied into films.csv.
 
-    `moireid evaluate DIR/films.csv` then scores the films. A run that was interrupted goes on where it stopped, and
+    `moireid lab evaluate DIR/films.csv` then scores the films. A run that was interrupted goes on where it stopped, and
     does not make films again that are already there.
     """
     from moireid_lab.bench.bench_rows import Where
@@ -57,7 +57,7 @@ def film_set_command(
     if as_json:
         show_json({"films": len(films), "manifest": str(manifest)})
     else:
-        echo(f"{len(films)} films in {folder}; score them with: moireid evaluate {manifest} --out scored")
+        echo(f"{len(films)} films in {folder}; score them with: moireid lab evaluate {manifest} --out scored")
 
 
 def read_plan(plan_csv: Path) -> list[PlannedFilm]:

@@ -15,7 +15,7 @@ FORMATS = ("848x480", "1280x720", "1920x1080")
 
 @click.group("generator-kit")
 def generator_group() -> None:
-    """Help to forge films with a video generator, for `moireid evaluate`."""
+    """Help to forge films with a video generator."""
 
 
 @generator_group.command("cut")
@@ -46,14 +46,14 @@ def cut_command(
 ) -> None:
     """Cut the first frames out of genuine films, and write the prompts.
 
-    MANIFEST is a list as `moireid evaluate` reads it; its genuine films are taken. The kit has
+    MANIFEST is a list as `moireid lab evaluate` reads it; its genuine films are taken. The kit has
 
     \b
     frames/      the first frame of each film at each size
     prompts.csv  prompts: the camera moves, the badge moves, both move
     clips.csv    the clips to be made, a line each, to be filled in
     clips/       where the clips are put
-    films.csv    the list for `moireid evaluate`
+    films.csv    the list for `moireid lab evaluate`
 
     Generators make 24 frames a second at 848x480 and 1280x720, and 25 at 1920x1080; clips.csv says so too.
     """
@@ -77,9 +77,9 @@ def cut_command(
 def list_command(folder: Path, as_json: bool) -> None:
     """Count the clips that were kept, and write the list of films.
 
-    DIR is a kit of `moireid generator-kit cut`. In its clips.csv, `outcome` says kept or discarded, `reason` why it was
-    discarded, and `generator` what made the clip. Copy a line for a further clip. A clip that lost its markers needs
-    `corners`; see verify --corners.
+    DIR is a kit of `moireid lab generator-kit cut`. In its clips.csv, `outcome` says kept or discarded, `reason` why it
+    was discarded, and `generator` what made the clip. Copy a line for a further clip. A clip that lost its markers
+    needs `corners`; see verify --corners.
     """
     from moireid_lab.evaluation.generator_kit import listed
 
@@ -92,4 +92,4 @@ def list_command(folder: Path, as_json: bool) -> None:
         echo(f"{one.generator[:23]:<24}{one.made:>6}{one.kept:>6}{one.made - one.kept:>11}")
         for reason, count in one.discarded.items():
             echo(f"  {count} x {reason}")
-    echo(f"score them with: moireid evaluate {manifest} --out scored")
+    echo(f"score them with: moireid lab evaluate {manifest} --out scored")

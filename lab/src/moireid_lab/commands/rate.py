@@ -23,7 +23,8 @@ workers_option = click.option(
 scheduler_option = click.option(
     "--scheduler",
     metavar="ADDRESS",
-    help="Dask scheduler to send the work to, tcp://HOST:PORT; default: local, a cluster on this machine.",
+    help="Dask scheduler to send the work to: tls://HOST:PORT, with certificates in Dask's settings, or a loopback "
+    "address; default: local, a cluster on this machine.",
 )
 
 

@@ -1,4 +1,4 @@
-"""`moireid evaluate`: a labelled collection of films, scored by our pipeline and by the published one.
+"""`moireid lab evaluate`: a labelled collection of films, scored by our pipeline and by the published one.
 
 manifest.py       the list of films, read and fully checked before any work
 film_rows.py      one film with one pipeline: a row of figures, and the key under which it is kept

@@ -3,7 +3,7 @@
 1. `cut` takes the first frame of each genuine film of a list at the sizes in which generators work, writes a prompt for
    each way in which a badge can come to move, and a table of the clips to be made.
 2. The clips are made elsewhere, and the table says of each whether it was kept, or why it was discarded.
-3. `listed` makes the list of genuine films and kept clips that `moireid evaluate` reads, and reports the yield.
+3. `listed` makes the list of genuine films and kept clips that `moireid lab evaluate` reads, and reports the yield.
 
 Convention: paths in the kit are relative to it, so that it can be moved with its films.
 Source: the three paradigms and the generators' formats are those of the published collection (Qing et al. 2026); the
@@ -233,7 +233,7 @@ def _rows(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, str]]
         reader = csv.DictReader(io.StringIO(text, newline=""), restval="", strict=True)
         rows = [(reader.line_num, {k: (v or "").strip() for k, v in row.items() if k}) for row in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise SpecError(f"{path} cannot be read ({error}); make the kit with moireid generator-kit cut") from error
+        raise SpecError(f"{path} cannot be read ({error}); make the kit with moireid lab generator-kit cut") from error
     lacking = [name for name in columns if name not in (reader.fieldnames or ())]
     if lacking:
         raise SpecError(f"{path} has no column {lacking[0]}; its columns are {', '.join(columns)}")

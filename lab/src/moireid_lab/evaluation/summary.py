@@ -39,7 +39,7 @@ SCORES = {
     "published": f"greatest |rho| of a window of 30 frames: {THRESHOLD:g} and more is accepted",
 }
 #: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films.
-PAPER = {
+PAPER: dict[str, Any] = {
     "source": "Qing et al. 2026, on a collection of its own",
     "genuine": {"mean": 0.87, "sd": 0.14},
     "forged": {"mean": 0.57, "sd": 0.21},

@@ -58,12 +58,9 @@ def test_every_extreme_is_whole_or_says_why_not() -> None:
         assert not row["built"]
     names = {(row["case"], row["front"], row["mount"]) for row in rows}
     assert set(BUILT) <= names
-    table = extremes_table([row | {"built": True} for row in rows])
-    assert (
-        table.count("\n") == len(cases())
-        and "printed*" in table
-        and "give a lens sheet (--lens) of 5 mm or less" in table
-    )
+    table = list(extremes_table([row | {"built": True} for row in rows]))
+    assert len(table) == len(cases()) and any("printed*" in row.values() for row in table)
+    assert any("give a lens sheet (--lens) of 5 mm or less" in row["why not whole"] for row in table)
 
 
 def why(case: MountCase, kind: str = "lanyard") -> str:

@@ -13,7 +13,7 @@ from moireid.verifier.fringes import signals as measure
 from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film
-from moireid_lab.bench.suites import SUITES
+from moireid_lab.bench.bench_frame import table_text
 from moireid_lab.bench.verify import verify_suite as verify
 from moireid_lab.bench.verify.films import KINDS, DecodedFilm, FilmTruth, Kind, phase_error_rad
 from moireid_lab.bench.verify.judged import judge_frames
@@ -83,31 +83,9 @@ def test_the_knee_is_the_least_error_times_time_of_what_is_right_on_all_films():
     assert work[2]["accepted_forged"] == sum(kind.forge is not None for kind in KINDS) and work[2]["rejected_true"] == 0
     assert work[0]["ms"] == 10.0 and work[0]["ms_to_decoding"] == 2.0 and work[0]["cpu_ms_to_decoding"] == 4.0
     assert work[0]["gain_error"] == pytest.approx(0.010)
-    result = {"suite": "verify", "work": work, "knee": knee, "extremes": []}
-    assert "the knee is at every 2nd frame: 0.0156 rad in 4.00 CPU ms" in SUITES["verify"].table(result)
-    assert len(SUITES["verify"].plot(result).axes) == 3
+    assert "the knee is at every 2nd frame: 0.0156 rad in 4.00 CPU ms" in table_text(verify.BENCH, films)
+    assert len(verify.plot(films).axes) == 3
     assert verify.knee_of([row | {"right": 0} for row in work]) is None
-
-
-def test_rows_that_are_kept_are_not_measured_again(tmp_path, monkeypatch):
-    """Catches: a run that begins anew, or that takes the rows of another film, length or program."""
-    kept, shot = tmp_path / "verify.jsonl", []
-    monkeypatch.setattr(verify, "shoot", lambda kind, frames, seed, folder: shot.append((kind.name, frames, seed)))
-    monkeypatch.setattr(verify, "timed", lambda filmed, setting, runs: {"every": setting.every, "runs": runs})
-
-    def swept(kind: Kind = KINDS[0], seed: int = 0, *, quick: bool = True) -> list[dict]:
-        return verify.sweep(kind, quick=quick, seed=seed, kept=kept, rows=verify.kept_rows(kept))
-
-    first = swept()
-    assert len(kept.read_text().splitlines()) == len(first) == len(verify.settings(quick=True))
-    assert swept() == first and len(shot) == 1
-    swept(seed=1)
-    swept(quick=False)
-    swept(KINDS[1])
-    assert len(set(shot)) == len(shot) == 4
-    monkeypatch.setattr(verify, "program_digest", lambda *rooms: "another program")
-    swept()
-    assert len(shot) == 5
 
 
 @pytest.mark.slow
@@ -162,9 +140,9 @@ def test_extreme_motions_come_out_as_physics_expects(name):
     """Catches: a true film rejected or accepted for nothing, a figure that is not finite, a row JSON cannot hold."""
     (case,) = [case for case in cases() if case.name == name]
     # With seed 0 the smeared film ends at 6.1 times likelier, where 6.2 is needed: a film's ends are its weakest part.
-    row = read_extreme(case, 1)
+    row = read_extreme((case.name, 1))
     assert row["outcome"] == "right" and json.dumps(row, allow_nan=False)
-    assert name in SUITES["verify"].table({"work": [], "knee": None, "extremes": [row]})
+    assert name in table_text(verify.BENCH, [row])
 
 
 def test_frames_of_nothing_are_absent_badges_and_no_more(ada):

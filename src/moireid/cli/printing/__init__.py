@@ -4,5 +4,4 @@ print_cmd.py      the command: its options, read into an order; the badge of one
 print_options.py  the options about size, looks, design and mount
 people_cmd.py     the badges of a list of people
 materials_cmd.py  moireid materials: what to buy for badges, and how to cut it
-materials_view.py  how its lists and tables are shown
 """

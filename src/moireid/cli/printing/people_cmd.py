@@ -243,7 +243,7 @@ def _dress(order: PrintOrder, path: Path, one: DesignResult, badge: Badge) -> tu
 
 def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], registry: Registry | None) -> list[str]:
     """The notes on a list: guesses, texts that are printed in part, namesakes and look-alikes."""
-    from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes, namesake_notes
+    from moireid.cli.issue_notes import alike_in_list_notes, look_alike_notes, namesake_notes
     from moireid.fabrication.page.dress import look_notes
 
     set_in_part = [
@@ -256,7 +256,7 @@ def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], 
     alike = alike_in_list_notes(badges)
     if registry:
         alike += namesake_notes(badges, registry) + look_alike_notes(badges, registry)
-    return [note for note in (*found.notes, *set_in_part, *shorter, *derived_notes(badges), *alike) if note]
+    return [note for note in (*found.notes, *set_in_part, *shorter, *alike) if note]
 
 
 def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[str, Any]:
@@ -283,7 +283,7 @@ def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[s
 
 def _print_summary(event: Event, badges: Sequence[Badge]) -> None:
     """Print what was made, and what to do with it."""
-    from moireid.fabrication.shopping.needs import front_words
+    from moireid.fabrication.shopping.shopping_list import front_words
 
     count, alone = len(badges), len(badges) == 1
     sheets, most = counted(event.sheet_count, "sheet"), event.boards_to_a_sheet
@@ -300,4 +300,4 @@ def _print_summary(event: Event, badges: Sequence[Badge]) -> None:
         echo(f"The last page of badges.pdf is the mask: print it {times}, on clear film.")
     echo("Print badges.pdf at 100 %; each folder's assembly.pdf says how to go on.")
     echo(f"On the card: {front_words(badges[0])}.")
-    echo(f"What to buy: moireid materials --event {event.summary.parent}")
+    echo(f"What to buy: moireid materials --people {count} --badge {event.folders[0] / 'badge.json'}")

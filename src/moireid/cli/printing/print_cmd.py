@@ -24,7 +24,7 @@ from moireid.cli.common import (
     shown_rows,
     status_line,
 )
-from moireid.cli.issue_notes import derived_notes, look_alike_notes, namesake_notes
+from moireid.cli.issue_notes import look_alike_notes, namesake_notes
 from moireid.cli.printing.print_options import (
     Design,
     MountWish,
@@ -203,7 +203,7 @@ def _make(order: PrintOrder, plan: IssuePlan, registry: Registry | None) -> None
 
     badge = plan.badge
     others = [*namesake_notes([badge], registry), *look_alike_notes([badge], registry)] if registry else []
-    notes = [*plan.notes, *derived_notes([badge]), *others]
+    notes = [*plan.notes, *others]
     for note in notes:
         say(f"note: {note}")
     issue = (lambda: registry.enroll(badge, warned=True, expires=order.expires)) if registry else None
@@ -239,7 +239,7 @@ def _make(order: PrintOrder, plan: IssuePlan, registry: Registry | None) -> None
             }
         )
         return
-    from moireid.fabrication.shopping.needs import front_words
+    from moireid.fabrication.shopping.shopping_list import front_words
 
     entered = ", entered in the registry" if registry else ""
     echo(f"Badge {badge.id} for {badge.name}{entered}:")

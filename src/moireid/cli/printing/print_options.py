@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import FiniteRange, SettingOption, form_option, paper_option, printer_dpi_option
+from moireid.cli.removed import RemainingChoice
 from moireid.errors import SpecError
 from moireid.issuing import IssueOrder, Wear
 
@@ -103,11 +104,10 @@ design_options = gathered(
         ),
         click.option(
             "--front",
-            type=click.Choice(["lens", "array", "mask"]),
+            type=RemainingChoice(["lens", "mask"]),
             default="lens",
             show_default=True,
-            help="What is on top: a lenticular sheet; an array of round lenses (fly's-eye sheet), which senses both "
-            "directions at every point; or a line mask printed on clear film with an acrylic spacer.",
+            help="What is on top: a lenticular sheet, or a line mask printed on clear film with an acrylic spacer.",
         ),
         click.option(
             "--gap",
@@ -147,7 +147,7 @@ design_options = gathered(
         click.option(
             "--pattern",
             type=click.Choice(["cells", "silk"]),
-            show_default="silk; cells for --axes hex, --front array or mask, --code pitch",
+            show_default="silk; cells for --axes hex, --front mask, --code pitch",
             help="How lines pass from one cell of the code to the next: they end and begin anew, which looks like a "
             "chequered board, or they bend, which looks like watered silk.",
         ),

@@ -46,7 +46,7 @@ def registry_command(
 
     Parameters: options: those between --registry and --json in the help; create: make the registry if it is absent;
         writes: the log names who does it; check: refuses the options by themselves, before the registry is opened, and
-        perhaps brought to this version.
+        perhaps made.
     """
 
     def decorate(function: Callable[..., None]) -> click.Command:
@@ -235,11 +235,6 @@ def registry_erase(registry: Registry, claim: str, from_log: bool, sure: bool, a
         say(
             "note: the database could not be written anew, so parts of it that are not in use may still hold the data; "
             "close what else uses it, make room on the disk, and give the same command again with the id"
-        )
-    if done.guessable:
-        say(
-            "note: entries from before this version hold a hash of the record without a salt, and cannot be changed: "
-            "a person who has the log and the badge's identity can still confirm a guessed name"
         )
 
 

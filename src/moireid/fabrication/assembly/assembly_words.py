@@ -109,10 +109,8 @@ def _front(build: BuildPlan) -> list[str]:
             continue
         turned = f"across its length, turned by {grating.axis}° clockwise"
         way = WAYS.get(grating.axis, turned.replace(".0°", "°"))
-        kind = "Array of lenses (a fly's-eye sheet)" if lens.kind == "array" else "Lenticular sheet"
-        way = "in rows along its edges" if lens.kind == "array" else way
         found.append(
-            f"{kind}, {MM_PER_INCH / lens.pitch_mm:.0f} lines per inch (LPI), {lens.thickness_mm:.3g} mm "
+            f"Lenticular sheet, {MM_PER_INCH / lens.pitch_mm:.0f} lines per inch (LPI), {lens.thickness_mm:.3g} mm "
             f"thick, cut to {size}, lenses {way}"
         )
     return found
@@ -138,11 +136,11 @@ def steps(build: BuildPlan) -> list[Step]:
     """What to do, in order."""
     badge = build.badge
     mask, upright = badge.lens.kind == "mask", all(grating.axis == "x" for grating in badge.gratings)
-    several, array = len(sheet_pieces(badge)) > 1, badge.lens.kind == "array"
+    several = len(sheet_pieces(badge)) > 1
     front = "film" if mask else "sheet"
     one = f"each piece of {front}" if several else f"the {front}"
     bands = "are upright" if upright else "run along the printed lines"
-    lay = _LAY_MASK if mask else _LAY_ARRAY if array else _LAY_PIECES if several else _LAY
+    lay = _LAY_MASK if mask else _LAY_PIECES if several else _LAY
     # Under a sheet the sides of a frame look displaced; films of such badges are accepted (docs/accuracy.md).
     free = "Only the frame's left and right side may lie below it"
     free = free if isinstance(badge.markers, CodedFrame) else "Leave the black squares free"
@@ -155,14 +153,12 @@ def steps(build: BuildPlan) -> list[Step]:
         ),
         Step("Lay", f"Lay {lay}. {free}.", partial(sketches.lay, badge)),
         Step(
-            f"Turn the {front} until the bands are upright"
-            if upright
-            else f"Turn it until the {'squares form rows' if array else 'bands follow the lines'}",
+            f"Turn the {front} until the bands are upright" if upright else "Turn it until the bands follow the lines",
             _seen(build, f"Turn {one} slowly until", bands),
             partial(sketches.fringes, badge, (sketches.GOOD,)),
         ),
         Step(
-            "Do the rows lean?" if array else "Do the bands lean?",
+            "Do the bands lean?",
             f"Then the {front} is turned by half a degree or so. Turn it back a very little, until they lean no more.",
             partial(sketches.fringes, badge, (sketches.LEANING,)),
         ),
@@ -190,7 +186,6 @@ def steps(build: BuildPlan) -> list[Step]:
 
 _LAY = "the lens sheet on the striped field: ribs up, and along the printed lines"
 _LAY_PIECES = "each piece of lens sheet on its striped field: ribs up, and along the printed lines"
-_LAY_ARRAY = "the lens sheet on the field of dots: its lenses up, and their rows along the field's edges"
 _LAY_MASK = "the acrylic on the striped field, and the film on it, printed side down"
 _BARS = (
     "Use the settings of page 1. Lay a ruler on both scale bars: each must read 150.0 mm, 0.5 mm more or less. If not, "
@@ -214,15 +209,9 @@ _CHECK: dict[Maker, str] = {
 
 def _seen(build: BuildPlan, turn: str, bands: str) -> str:
     """What a builder sees, and until when to turn."""
-    look = f"Look at it from {build.look_m:g} m."
-    if build.badge.lens.kind == "array":
-        return (
-            f"{look} You see light squares on dark. {turn} they form straight rows, as here. Where the identity "
-            "is, the rows jump."
-        )
     return (
-        f"{look} You see wide dark bands. {turn} the bands of the plain rows (top, middle and bottom) {bands}, as "
-        "here. The other rows carry the identity: there the bands jump."
+        f"Look at it from {build.look_m:g} m. You see wide dark bands. {turn} the bands of the plain rows (top, middle "
+        f"and bottom) {bands}, as here. The other rows carry the identity: there the bands jump."
     )
 
 

@@ -229,9 +229,7 @@ def front_parts(badge: Badge, low: float, film_mm: float) -> list[Part]:
     middle = low + lens.thickness_mm
     several = f"{len(loops)} " if len(loops) > 1 else ""
     plural = "s" if several else ""
-    # The lenses of an array lie in rows both ways.
-    crossed = [corners[1:] + corners[:1] for corners in loops] if lens.kind == "array" else []
-    hints = [line for corners in [*loops, *crossed] for line in _lines(corners)]
+    hints = [line for corners in loops for line in _lines(corners)]
     body = tuple(prism(loop, low, middle) for loop in loops)
     if lens.kind != "mask":
         name = f"{several}lens sheet{plural}"

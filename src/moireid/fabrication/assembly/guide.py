@@ -320,27 +320,23 @@ def draw_plates(sheet: PdfPage, badge: Badge, left_mm: float, top_mm: float) -> 
     for page in placed(found, (left, top_mm + 22, width - RIM_MM, height - 24)):
         sheet.turn_page((width, height))
         sheet.text(left_mm, top_mm, "The lens sheet, in true size", points=16, font=BOLD, align="left")
-        array = badge.lens.kind == "array"
-        along = "lenses up, so that their rows" if array else "ribs up, so that its ribs"
         lines = (
-            f"Print at 100 %. Lay the sheet on this page, {along} run as the thin lines do.",
+            "Print at 100 %. Lay the sheet on this page, ribs up, so that its ribs run as the thin lines do.",
             "Cut along the dashed lines: no wider, and at most 0.2 mm narrower.",
         )
         for k, line in enumerate(lines):
             sheet.text(left_mm, top_mm + 7 + 5 * k, line, points=9, align="left")
         for piece, corner in page:
-            _draw_piece(sheet, piece, corner, crossed=array)
+            _draw_piece(sheet, piece, corner)
         _scale(sheet, left_mm, height - 14)
 
 
-def _draw_piece(sheet: PdfPage, piece: SheetPiece, corner: Point, *, crossed: bool) -> None:
-    """A piece's outline, its lenses sketched, crossed for those of an array, and its name."""
+def _draw_piece(sheet: PdfPage, piece: SheetPiece, corner: Point) -> None:
+    """A piece's outline, its lenses sketched, and its name."""
     wide, tall = piece.size_mm
     drawn = [(corner[0] + x, corner[1] + tall - y) for x, y in piece.upright]
     for x in _between(corner[0], wide):
         sheet.path([(x, corner[1]), (x, corner[1] + tall)], None, 0.8, closed=False)
-    for y in _between(corner[1], tall) if crossed else []:
-        sheet.path([(corner[0], y), (corner[0] + wide, y)], None, 0.8, closed=False)
     sheet.path(drawn, None, 0.0, dash_mm=2.0)
     words = f"{piece.name}, {wide:.1f} × {tall:.1f} mm"
     middle = corner[0] + wide / 2, corner[1] + tall / 2

@@ -49,13 +49,7 @@ def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0)
     size = (max(2, round((y1 - y0) * scale)), max(2, round((x1 - x0) * scale)))
     rows, columns = np.meshgrid(*(np.arange(n) + 0.5 for n in size), indexing="ij")
     own = np.stack([x0 + columns / scale, y0 + rows / scale], axis=-1)
-    page, angle = badge.frame_of(first).on_page(own), math.radians(turned_deg)
-    light = np.ones(size)
-    # Under a lens array light must pass both gratings, which share a field.
-    for grating in badge.gratings if badge.lens.kind == "array" else (first,):
-        frame = badge.frame_of(grating)
-        turn = angle * frame.handed * badge.frame_of(first).handed
-        light *= _light(badge, grating, frame.places(page), turn, _pitch_mm(badge, grating, beats))
+    light = _light(badge, first, own, math.radians(turned_deg), _pitch_mm(badge, first, beats))
     return Image.fromarray((INK + (PAPER - INK) * light).astype(np.uint8))
 
 
@@ -124,8 +118,6 @@ class BadgeSketch:
         ]
         for corners in fields:
             sheet.path(corners, 0.9, None)
-        # Gratings that cross on one field show the stripes of both.
-        for corners in fields:
             stripes(sheet, corners, 1.1, 0.55)
 
     def pieces(self, sheet: PdfPage, moved: Point = (0.0, 0.0)) -> None:
@@ -134,8 +126,6 @@ class BadgeSketch:
             drawn = [(x + moved[0], y + moved[1]) for x, y in (self.at(corner) for corner in corners)]
             sheet.path(drawn, 0.97, 0.1)
             stripes(sheet, drawn, 2.2, 0.75)
-            if self.badge.lens.kind == "array":
-                stripes(sheet, drawn[1:] + drawn[:1], 2.2, 0.75)
 
 
 def _box(x0: float, y0: float, x1: float, y1: float) -> list[Point]:

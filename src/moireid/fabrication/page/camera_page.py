@@ -17,8 +17,8 @@ TEXT_POINTS, LINE_MM = 8.0, 3.8
 WORDS = (
     "Glue this chart to something flat, such as glass. Film it for 20 seconds in even light, from all sides and from "
     "near",
-    "to far, in every corner of the picture; hold still for a moment each time. Then: moireid calibrate-camera FILM "
-    "--out camera.yaml",
+    "to far, in every corner of the picture; hold still for a moment each time. Then: moireid calibrate FILM "
+    "--camera --out camera.yaml",
 )
 
 

@@ -119,9 +119,7 @@ def _draw_grating(
                 seen = _open_share(badge.lens) * smooth_light(lines, grating, [ray[sample] for ray in rays.T])
             else:
                 seen = fringe_profile(badge.lens, cell, own, pixels, middle, aside, away_mm)[sample]
-            # Under a lens array light must pass both gratings; elsewhere this is still blank paper.
-            before = picture[within].astype(float) - INK
-            picture[within] = INK + before * seen
+            picture[within] = INK + (PAPER - INK) * seen
 
 
 def _pixels_within(

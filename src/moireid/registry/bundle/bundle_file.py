@@ -39,11 +39,8 @@ from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import BadgeState
 
-#: Origins of notes by the bundle's version.  The second was for bundles in which a badge is suspended or has a day of
-#: expiry: programs that know neither refuse it, as they would take such a badge for valid.  In the third the head is
-#: the root over the log's entries, in those before the hash of the last one.
-ORIGINS = {1: "moireid/bundle/", 2: "moireid/bundle2/", 3: "moireid/bundle3/"}
-ROOTS = 3
+#: Of the format, and the origin of its notes.
+VERSION, ORIGIN = 3, "moireid/bundle3/"
 #: More entries than any log has; their bytes can still be counted by SQLite.
 MOST_ENTRIES = 1 << 50
 _FIRST = re.compile(rb"moireid bundle (\d{1,9}) (\d{6})\n")
@@ -68,14 +65,13 @@ class Header:
     people: int
     length: int
     sha256: str
-    version: int = ROOTS
 
     def sealed_file(self, signer: Signs, content: bytes) -> bytes:
         """The whole file."""
-        name = ORIGINS[self.version] + signer.authority.fingerprint
+        name = ORIGIN + signer.authority.fingerprint
         text = "".join(f"{line} {getattr(self, line)}\n" for line in _LINES)
         note = signed_note(f"{name}\n{text}", name, signer).encode()
-        return b"moireid bundle %d %06d\n" % (self.version, len(note)) + note + content
+        return b"moireid bundle %d %06d\n" % (VERSION, len(note)) + note + content
 
 
 def read_bundle_file(path: Path) -> tuple[Header, Authority, bytes]:
@@ -91,13 +87,14 @@ def read_bundle_file(path: Path) -> tuple[Header, Authority, bytes]:
     if first is None:
         raise RegistryError(f"{path} is no bundle of a registry; give a file that `moireid registry publish` wrote")
     begin = first.end() + int(first[2])
-    if int(first[1]) not in ORIGINS:
+    if (version := int(first[1])) != VERSION:
+        older = "an unreleased version made it, so have it published again"
         raise RegistryError(
-            f"bundle {path} is of format {int(first[1])}, and this moireid reads formats 1 to {ROOTS}; install a newer "
-            "moireid"
+            f"bundle {path} is of format {version}, and this moireid reads format {VERSION}; "
+            f"{older if version < VERSION else 'install a newer moireid'}"
         )
     try:
-        header, authority = _header(whole[first.end() : begin].decode(), int(first[1]))
+        header, authority = _header(whole[first.end() : begin].decode())
         content = memoryview(whole)[begin:]
         if len(content) != header.length:
             raise ValueError(f"it has {len(content)} bytes of content, and {header.length} were signed")
@@ -126,18 +123,17 @@ def check_expiry(header: Header, path: Path) -> None:
         )
 
 
-def _header(note: str, version: int) -> tuple[Header, Authority]:
+def _header(note: str) -> tuple[Header, Authority]:
     """Header and authority of a note that bears that authority's signature.  Raises: ValueError if it does not."""
     text, _ = parted(note)
     origin, *lines = text[:-1].split("\n")
     words = [line.partition(" ") for line in lines]
     if tuple(name for name, _, _ in words) != _LINES:
         raise ValueError("its header is none")
-    found = {name: value for name, _, value in words} | {"version": version}
     # Not strict: whole numbers are written as text there.
-    header = msgspec.convert(found, Header, strict=False)
+    header = msgspec.convert({name: value for name, _, value in words}, Header, strict=False)
     authority = Authority(header.key)
-    if origin != ORIGINS[version] + authority.fingerprint:
+    if origin != ORIGIN + authority.fingerprint:
         raise ValueError("its key is not that of its origin")
     opened(note, origin, authority)
     for time in (header.issued, header.expires):
@@ -184,7 +180,7 @@ class BundlePerson(BadgeState):
         return vars(self) | looks | {"salt": self.seal.salt, "seal": self.seal.digest}
 
 
-#: Fields that are columns of the same name; older bundles lack the later ones.
+#: Fields that are columns of the same name.
 _PLAIN = [field.name for field in fields(BundlePerson) if field.name != "seal"]
 _KINDS: dict[str, Any] = dict.fromkeys(_PLAIN, str | None) | {"name": str, "layout": int}
 _COLUMNS = (*_PLAIN, "skeleton", "folded", "salt", "seal")
@@ -250,10 +246,6 @@ class BundleContent:
             self._database.execute("PRAGMA trusted_schema = OFF")
             if other := self._rows(tuple[str], _OTHER):
                 raise ValueError(f"it holds {other[0][0][:40]!r}, which is no table")
-            # In older bundles names that differ only in case or width are not found, and columns are absent.
-            columns = {name for (name,) in self._rows(tuple[str], "SELECT name FROM pragma_table_info('people')")}
-            self._folds = "folded" in columns
-            self._plain = [name for name in _PLAIN if name in columns]
 
     def close(self) -> None:
         """Give the memory back."""
@@ -266,9 +258,7 @@ class BundleContent:
     def alike(self, name: str) -> list[BundlePerson]:
         """All people whose names have one of this name's skeletons."""
         found = self._people("skeleton = ?", skeleton(name))
-        if self._folds:
-            found += [one for one in self._people("folded = ?", folded_skeleton(name)) if one not in found]
-        return found
+        return found + [one for one in self._people("folded = ?", folded_skeleton(name)) if one not in found]
 
     def everybody(self) -> list[BundlePerson]:
         """All people."""
@@ -314,18 +304,16 @@ class BundleContent:
         return [dict(one) for one in sets]
 
     def rotations(self) -> list[dict[str, Any]]:
-        """The log entries that gave the log another key, in order; none in a bundle of an early version."""
-        if not self._rows(tuple[int], "SELECT 1 FROM sqlite_master WHERE name = 'rotations'"):
-            return []
+        """The log entries that gave the log another key, in order."""
         with self._checked():
             rows = self._rows(tuple[str], "SELECT entry FROM rotations ORDER BY rowid")
             return [msgspec.json.decode(entry, type=dict[str, Any]) for (entry,) in rows]
 
     def _people(self, condition: str, value: object) -> list[BundlePerson]:
-        query = f"SELECT salt, seal, {', '.join(self._plain)} FROM people WHERE {condition} ORDER BY number"
-        kind: Any = tuple[(bytes, bytes, *(_KINDS[name] for name in self._plain))]  # type: ignore[misc]
+        query = f"SELECT salt, seal, {', '.join(_PLAIN)} FROM people WHERE {condition} ORDER BY number"
+        kind: Any = tuple[(bytes, bytes, *(_KINDS[name] for name in _PLAIN))]  # type: ignore[misc]
         return [
-            BundlePerson(seal=Seal(salt, seal), **dict(zip(self._plain, rest, strict=True)))
+            BundlePerson(seal=Seal(salt, seal), **dict(zip(_PLAIN, rest, strict=True)))
             for salt, seal, *rest in self._rows(kind, query, value)
         ]
 
@@ -343,5 +331,5 @@ class BundleContent:
         except (sqlite3.Error, ValueError, MemoryError, RecursionError) as error:
             raise RegistryError(
                 f"bundle {self._path} cannot be read ({str(error) or 'it is empty'}); fetch one that this moireid's "
-                "version or an older one wrote"
+                "version wrote"
             ) from error

@@ -21,7 +21,7 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.names import claim_text, named_by
 from moireid.provenance import AuthorityKey, BadgeHolder, ClaimedBadge, Provenance
-from moireid.registry.bundle.bundle_file import ROOTS, BundleContent, BundlePerson, check_expiry, read_bundle_file
+from moireid.registry.bundle.bundle_file import BundleContent, BundlePerson, check_expiry, read_bundle_file
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.cosignature import Quorum
 from moireid.registry.log import Head, Rotation, authority_keys, linked, rotation_of
@@ -100,15 +100,14 @@ class Bundle:
     def __init__(self, path: Path | str, trust: str | None = None) -> None:
         self.path = Path(path)
         header, self.authority, content = read_bundle_file(self.path)
-        self._head, self._rooted = Head.parse(header.head), header.version >= ROOTS
+        self._head = Head.parse(header.head)
         self._content = BundleContent(content, self.path)
         self.opens_soon = self._content.count() <= MOST_SEALS
         # Both were signed together; a bundle in which they differ was made by another program.
-        last = self.hash_at(self._head.seq)
-        if last is None or (not self._rooted and last != self._head.hash):
+        if self.hash_at(self._head.seq) is None:
             raise RegistryError(
                 f"bundle {path} cannot be read (its head is not the end of its log); fetch one that this moireid's "
-                "version or an older one wrote"
+                "version wrote"
             )
         check_expiry(header, self.path)
         log = LogState(
@@ -229,7 +228,7 @@ class Bundle:
         source = f"of bundle {self.path}"
         checkpoint = checkpoint_from(self._content.checkpoint(), f"the text {source}")
         checkpoint.check(self.authority, source)
-        if not self._rooted or Head(checkpoint.size, checkpoint.root.hex()) != self._head:
+        if Head(checkpoint.size, checkpoint.root.hex()) != self._head:
             raise RegistryError(
                 f"bundle {self.path} holds a checkpoint of another log than its own, so its witnesses say nothing of "
                 "it; fetch a newer one",
@@ -239,15 +238,13 @@ class Bundle:
 
     def _extends(self, seen: Head) -> bool:
         """Whether its log, all of which is signed, goes on from an earlier head."""
-        if seen == self._head or self.hash_at(seen.seq) == seen.hash:
+        if seen == self._head:
             return True
         tree, before = Tree(), b""
         for entry in self._content.entry_hashes():
             tree.add(leaf_hash(entry))
             before = tree.root() if tree.size == seen.seq else before
-        # The head of an older version is the hash of the last entry, which was compared when the bundle was opened.
-        whole = not self._rooted or tree.root().hex() == self._head.hash
-        return before.hex() == seen.hash and whole
+        return before.hex() == seen.hash and tree.root().hex() == self._head.hash
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None if there is no such entry."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 from sqlalchemy import select
@@ -24,8 +24,8 @@ from moireid.registry.merkle import included
 from moireid.registry.record import Fault, Record
 from moireid.registry.schema import log
 
-#: What is not part of an entry's content.
-OUTSIDE = ("hash", "signature")
+#: Of the file.
+FORMAT, KIND = 2, "moireid registry proof"
 
 
 class ProvenState(msgspec.Struct):
@@ -41,13 +41,10 @@ class ProvenState(msgspec.Struct):
 
 
 class ProofFile(msgspec.Struct):
-    """A proof as it is written; the record whole, as it was signed, and the checkpoint as its note.
+    """A proof as it is written; the record whole, as it was signed, and the checkpoint as its note."""
 
-    Format 1 is of entries that contain the hash of the entry before, format 2 of those that do not.
-    """
-
-    format: Literal[1, 2]
-    kind: Literal["moireid registry proof"]
+    format: int
+    kind: str
     public_key: str
     checkpoint: str
     entry: LogEntry
@@ -93,13 +90,12 @@ def proof_of(ledger: Ledger, record: Record) -> str:
         if steps is None:
             raise Fault("entry_missing", f"log entry {row.seq} is not in the tree of the signed head")
         checkpoint = sign_checkpoint(tree, signer)
-    outside = OUTSIDE if row.previous else (*OUTSIDE, "previous")
     document = {
-        "format": 1 if row.previous else 2,
-        "kind": "moireid registry proof",
+        "format": FORMAT,
+        "kind": KIND,
         "public_key": signer.authority.public_hex,
         "checkpoint": checkpoint.note,
-        "entry": {name: value for name, value in row._mapping.items() if name not in outside},
+        "entry": {name: row._mapping[name] for name in LogEntry.__struct_fields__},
         "record": json.loads(bytes(record.signed_text)),
         "proof": [step.hex() for step in steps],
     }
@@ -114,6 +110,10 @@ def check_proof(text: str, source: str) -> ProofResult:
     """
     try:
         found = msgspec.json.decode(text, type=ProofFile)
+        if found.kind != KIND or found.format > FORMAT:
+            raise ValueError(f"it is no {KIND} of format {FORMAT}")
+        if found.format < FORMAT:
+            raise ValueError("an unreleased version made it, so have it made again")
         record = msgspec.convert(found.record, ProvenState)
         steps = [bytes.fromhex(step) for step in found.proof]
         authority, checkpoint = Authority(found.public_key), checkpoint_from(found.checkpoint, source)

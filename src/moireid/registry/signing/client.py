@@ -78,13 +78,13 @@ def _is_record(content: bytes) -> bool:
 
 
 def entry_of(content: bytes) -> LogEntry | None:
-    """The log entry whose hashed text (`log.entry_text`) this is; None if it is none of the present format."""
+    """The log entry whose hashed text (`log.entry_text`) this is; None if it is none."""
     try:
         entry = msgspec.json.decode(content.partition(b"\n")[2], type=LogEntry)
     except (ValueError, RecursionError):
         return None
     # Only the canonical spelling is accepted: what is checked here must be what others read.
-    if entry.previous or entry.actor is None or entry_text(msgspec.structs.asdict(entry)) != content:
+    if entry_text(msgspec.structs.asdict(entry)) != content:
         return None
     return entry if (entry.action == ROTATE) is entry.subject.startswith(ROTATED) else None
 

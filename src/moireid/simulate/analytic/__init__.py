@@ -9,6 +9,5 @@ traced_page.py        what is printed, as tables
 uneven_sheet.py       what changes over the sheet: places of lenses, air
 page_light.py         bands, haze, and light from one side
 light_kernels.py      what a light adds
-fly_eye.py            boards under a lens array, as pictures
 accuracy.py           how far one picture is from another, in radians
 """

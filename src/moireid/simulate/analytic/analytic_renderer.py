@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import SpecError
-from moireid.simulate.analytic.fly_eye import FlyEye
 from moireid.simulate.analytic.light_kernels import lamp_figures
 from moireid.simulate.analytic.page_light import light_rows, page_light
 from moireid.simulate.analytic.rows import trace_rows
@@ -37,8 +36,6 @@ Crop = tuple[int, int, int, int]
 #: Rays of a pixel, as a grid across and down it.
 RAYS = (16, 1)
 MOST_RAYS = 1 << 16
-#: Fineness of the picture of a lens array; a camera of 1450 px focal length sees 2.9 px to the mm at 0.5 m.
-EYE_PX_PER_MM = 4.0
 #: No forged field: a badge seen from one place.  And unknown values for the blocks of a picture.
 NO_FIELD, _UNEVEN = np.zeros((1, 1, 2)), np.full((1, 1), np.nan, np.float32)
 #: Multiples of the golden ratio spread the rays of a row evenly over its height.
@@ -74,7 +71,6 @@ class AnalyticRenderer:
         self._points = ray_places(*rays)
         self._sheet = sheet_as_built(scene)
         self._cells = cell_table(scene)
-        self._eye = FlyEye(scene, EYE_PX_PER_MM) if scene.lens.kind == "array" else None
         cx, cy = scene.board_centre_mm
         covered = scene.hidden_mm or (cx, cy, cx, cy)
         scale = scene.build.print_scales
@@ -117,17 +113,11 @@ class AnalyticRenderer:
         shown = instant.shown_from_mm - (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
         cells, board = self._cells, self._board
         picture = instant.picture
-        if self._eye is not None and picture is None:
-            picture = self._eye.picture(instant.shown_from_mm)
         if picture is not None:
             per_mm = picture.shape[1] / (2 * self.scene.printed_half_mm[0])
             cells = cells._replace(gratings=cells.gratings[:0])
             board = board._replace(texture=picture, even=_UNEVEN, columns_per_mm=per_mm, rows_per_mm=per_mm)
         if instant.field is not None:
-            if self._eye is not None:
-                raise SpecError(
-                    "a lens array is rendered whole, so none of its parts can move by itself; use another forgery"
-                )
             board = board._replace(field=instant.field)
         view = FrameView(
             corner_x=left - camera.matrix[0, 2],

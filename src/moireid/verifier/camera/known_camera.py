@@ -98,7 +98,7 @@ def load_camera(path: AnyPath) -> KnownCamera:
         raise SpecError(
             f"camera file {path} holds no calibration that can be read; allowed are OpenCV's files (camera_matrix, "
             "distortion_coefficients, image_width and image_height) and lens profiles of gyroflow; moireid "
-            "calibrate-camera makes one"
+            "calibrate --camera makes one"
         ) from error
 
 

@@ -23,7 +23,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.asbuilt import MODEL, MOST_MAP_RAD, MOST_MAP_SD_RAD, AsBuilt
+from moireid.asbuilt import MOST_MAP_RAD, MOST_MAP_SD_RAD, AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
 from moireid.frames import own_rect
@@ -32,7 +32,7 @@ from moireid.verifier.fringes.grating_signal import GratingSignal
 from moireid.verifier.fringes.place_map import PlaceMap
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import read_identity
-from moireid.verifier.limits import INDEPENDENT_PER_S
+from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS, INDEPENDENT_PER_S
 from moireid.verifier.reasons import Reason
 from moireid.verifier.tracking.track import Track
 
@@ -44,6 +44,73 @@ SEEN: dict[Built, str] = {
     "not_known": "is a little different, and it is not clear why",
     "differs": "is another",
 }
+#: Value and standard deviation of a figure in `AsBuilt`, with its name and unit.
+FIGURES = (
+    ("beat", "cycles/mm", "beat_frequency_per_mm", "beat_frequency_sd"),
+    ("offset", "rad", "offset_rad", "offset_sd"),
+    ("twist", "rad/mm", "twist_rad_per_mm", "twist_sd"),
+    ("gain", "", "gain_ratio", "gain_sd"),
+)
+#: What a figure is of, in words.  The gain is left out: `judge` compares it.
+WORDS = {
+    "beat": "the spacing of the fringes",
+    "offset": "the place of the lens sheet",
+    "twist": "the turn of the lens sheet",
+    "map": "the pattern of the lens sheet's own errors",
+}
+
+
+@dataclass(frozen=True)
+class FigurePair:
+    """One figure of two sets, the known one and a new one.
+
+    known, known_sd: None where none is known; difference: without sign, None likewise; room: how far weather usually
+    moves it, and widest, how far at most; sd: of the difference, with what repetition does.
+    """
+
+    name: str
+    unit: str
+    known: float | None
+    known_sd: float | None
+    new: float
+    new_sd: float
+    difference: float | None = None
+    room: float = 0.0
+    widest: float = 0.0
+    sd: float = 0.0
+
+    @property
+    def limit(self) -> float:
+        """How large the difference of one build may be."""
+        return self.room + measuring.AGREES_SDS * self.sd
+
+    @property
+    def level(self) -> Built:
+        """Whether they are of one build; "not_known" lies between the limits of the other two."""
+        if self.difference is None or self.within(self.limit):
+            return "agrees"
+        return "differs" if self.difference > self.widest + measuring.DIFFERS_SDS * self.sd else "not_known"
+
+    def within(self, room: float) -> bool:
+        """Whether the difference is at most this."""
+        return self.difference is None or self.difference <= room
+
+    @property
+    def differs(self) -> bool:
+        """Whether it is another figure."""
+        return self.level != "agrees"
+
+    @property
+    def apart_sds(self) -> float | None:
+        """The difference in error bars of both."""
+        if self.difference is None or self.known_sd is None:
+            return None
+        return self.difference / max(math.hypot(self.known_sd, self.new_sd), 1e-12)
+
+    @property
+    def limit_sds(self) -> float | None:
+        """How many error bars apart it may be."""
+        return self.apart_sds * self.limit / self.difference if self.apart_sds and self.difference else None
 
 
 @dataclass(frozen=True)
@@ -118,7 +185,6 @@ def filmed_built(
         gain_ratio=gain,
         gain_sd=gain_sd,
         third_harmonic=third_harmonic,
-        model=MODEL,
         **_filmed_maps(measurement.maps),
     )
     apart = np.angle(clock * np.conj(mean_turn))
@@ -155,6 +221,45 @@ def _worst_stretch(apart: Array, law_rad: Array, signal: GratingSignal, gain_sd:
     return worst
 
 
+def agree(new: AsBuilt, known: AsBuilt, badge: Badge) -> dict[str, FigurePair]:
+    """Whether two sets of figures are of one build: each figure, by its name, with how far apart it may be.
+
+    Convention: limits in standard deviations of the repeatability, plus what weather does (module docstring); of the
+        gain `GAINS_AGREE_SDS`, or a share of the known one.
+    """
+    grating = next(grating for grating in badge.gratings if grating.code)
+    low, _, high, _ = own_rect(grating.axis, grating.rect_mm)
+    half_mm = (high - low) / 2
+    lines_per_mm = 1.0 / badge.lens.pitch_mm
+    paper = float(badge.frame_of(grating).growths(measuring.PAPER_GROWTH_SHARE)[0])
+    sheet = measuring.SHEET_GROWTH_PER_K * measuring.WEATHER_K
+    usual, most = math.hypot(paper, sheet) * lines_per_mm, (paper + sheet) * lines_per_mm
+    beat = abs(new.beat_frequency_per_mm - known.beat_frequency_per_mm)
+    offset = abs(math.remainder(new.offset_rad - known.offset_rad, 2 * math.pi))
+    twist = abs(new.twist_rad_per_mm - known.twist_rad_per_mm)
+    slide_rad = 2 * math.pi * half_mm * min(beat, most)
+    gain_sd = math.hypot(known.gain_sd, new.gain_sd)
+    gain_room = max(GAINS_AGREE_SDS * gain_sd, BUILT_GAIN_ROOM_SHARE * known.gain_ratio)
+    # Difference, what weather does usually and at most, and what repetition does; None: as much as the room says.
+    limits: dict[str, tuple[float, float, float, float | None]] = {
+        "beat": (beat, usual, most, measuring.MIN_FREQUENCY_SD_PER_MM),
+        "offset": (offset, slide_rad, slide_rad, measuring.OFFSET_REPEATS_RAD),
+        "twist": (twist, 0.0, 0.0, 2 * math.pi * measuring.TWIST_REPEATS_RAD * lines_per_mm),
+        "gain": (abs(new.gain_ratio - known.gain_ratio), gain_room, gain_room, None),
+    }
+    pairs = {}
+    for name, unit, value, deviation in FIGURES:
+        known_sd, new_sd = getattr(known, deviation), getattr(new, deviation)
+        difference, room, widest, repeats = limits[name]
+        sd = 0.0 if repeats is None else math.hypot(new_sd, known_sd, repeats)
+        pairs[name] = FigurePair(
+            name, unit, getattr(known, value), known_sd, getattr(new, value), new_sd, difference, room, widest, sd
+        )
+    if maps := _maps_apart(new, known):
+        pairs["map"] = maps
+    return pairs
+
+
 def compare_built(
     found: AsBuilt, enrolled: AsBuilt, badge: Badge, *, apart_rad: float = 0.0, apart_sd: float = 1.0
 ) -> Comparison:
@@ -162,76 +267,48 @@ def compare_built(
 
     Parameters: apart_rad, apart_sd: of the worst stretch, as in `FilmFigures`.
 
-    Convention: differences are found less enrolled.
-    Returns: Comparison; "not_known" lies between the limits of the other two.
-    Source: module docstring; limits in standard deviations of the repeatability, plus what weather does.
+    Source: `agree`, but for the gain.
     """
-    grating = next(grating for grating in badge.gratings if grating.code)
-    low, _, high, _ = own_rect(grating.axis, grating.rect_mm)
-    half_mm = (high - low) / 2
-    lines_per_mm = 1.0 / badge.lens.pitch_mm
-    beat = found.beat_frequency_per_mm - enrolled.beat_frequency_per_mm
-    beat_sd = math.hypot(found.beat_frequency_sd, enrolled.beat_frequency_sd, measuring.MIN_FREQUENCY_SD_PER_MM)
-    paper, sheet = (
-        float(badge.frame_of(grating).growths(measuring.PAPER_GROWTH_SHARE)[0]),
-        measuring.SHEET_GROWTH_PER_K * measuring.WEATHER_K,
-    )
-    usual, most = math.hypot(paper, sheet) * lines_per_mm, (paper + sheet) * lines_per_mm
-    slide_rad = 2 * math.pi * half_mm * min(abs(beat), most)
-    offset = abs(math.remainder(found.offset_rad - enrolled.offset_rad, 2 * math.pi))
-    offset_sd = math.hypot(found.offset_sd, enrolled.offset_sd, measuring.OFFSET_REPEATS_RAD)
-    twist = abs(found.twist_rad_per_mm - enrolled.twist_rad_per_mm)
-    twist_sd = math.hypot(found.twist_sd, enrolled.twist_sd, 2 * math.pi * measuring.TWIST_REPEATS_RAD * lines_per_mm)
-    checks: tuple[tuple[str, float, tuple[float, float], float, str, str], ...] = (
-        ("as_built_beat", abs(beat), (usual, most), beat_sd, "cycles/mm", "the spacing of the fringes"),
-        ("as_built_offset", offset, (slide_rad, slide_rad), offset_sd, "rad", "the place of the lens sheet"),
-        ("as_built_twist", twist, (0.0, 0.0), twist_sd, "rad/mm", "the turn of the lens sheet"),
-    )
-    if maps := _maps_apart(found, enrolled):
-        apart, sure_sd, sd = maps
-        widest = measuring.DIFFERS_SDS * (sd - sure_sd)
-        checks += (
-            ("as_built_map", apart, (0.0, widest), sure_sd, "rad", "the pattern of the lens sheet's own errors"),
-        )
+    pairs = agree(found, enrolled, badge)
     reasons, levels = [], []
-    for code, difference, (room, widest), sd, unit, words in checks:
-        limit, far = room + measuring.AGREES_SDS * sd, widest + measuring.DIFFERS_SDS * sd
-        level: Built = "agrees" if difference <= limit else "differs" if difference > far else "not_known"
-        levels.append(level)
-        text = f"Compared with its enrolment, {words} {SEEN[level]}."
-        reasons.append(Reason(code, "note", difference, limit, unit, text))
+    for name, words in WORDS.items():
+        if (pair := pairs.get(name)) is not None:
+            levels.append(pair.level)
+            text = f"Compared with its enrolment, {words} {SEEN[pair.level]}."
+            reasons.append(Reason(f"as_built_{name}", "note", pair.difference, pair.limit, pair.unit, text))
     if apart_rad > measuring.AGREES_SDS * apart_sd:
         levels.append("not_known")
         limit = measuring.AGREES_SDS * apart_sd
         text = "Between parts of the film the lens sheet seems to lie in different places."
         reasons.append(Reason("as_built_stretches", "note", apart_rad, limit, "rad", text))
     built: Built = "differs" if "differs" in levels else "not_known" if "not_known" in levels else "agrees"
-    if enrolled.model < MODEL:
-        text = (
-            "The figures of enrolment were measured by an earlier version, which knew less of cameras and bent pages. "
-            "Enroll the badge again with its films."
-        )
-        reasons.append(Reason("as_built_old", "note", float(enrolled.model), float(MODEL), "", text))
     if built != "agrees":
         return Comparison(built, tuple(reasons))
     gain_sd = math.hypot(found.gain_sd, enrolled.gain_sd)
-    room = slide_rad + measuring.KNOWN_SDS * offset_sd
-    sure = abs(found.gain_ratio - enrolled.gain_ratio) <= measuring.KNOWN_SDS * gain_sd and offset <= room
+    offset = pairs["offset"]
+    room = offset.room + measuring.KNOWN_SDS * offset.sd
+    sure = (
+        abs(found.gain_ratio - enrolled.gain_ratio) <= measuring.KNOWN_SDS * gain_sd
+        and (offset.difference or 0) <= room
+    )
     return Comparison(built, tuple(reasons), room if sure else None)
 
 
-def _maps_apart(found: AsBuilt, enrolled: AsBuilt) -> tuple[float, float, float] | None:
-    """Root mean square between the maps of a film and of enrolment, its standard deviation with what a noisy film may
-    claim of it (`MAP_MOST_SD_RAD`), and in full, rad; None if they are unknown.
+def _maps_apart(new: AsBuilt, known: AsBuilt) -> FigurePair | None:
+    """Root mean square between the maps of two sets, rad; None if they are unknown.
 
-    Weather does not change a map: what grows evenly has a mean and a slope alone, which a map has not.
+    Its standard deviation is that with what a noisy film may claim of it (`MAP_MOST_SD_RAD`); in full only where the
+    maps are to differ.  Weather does not change a map: what grows evenly has a mean and a slope alone, which a map has
+    not.
     """
-    if found.place_map_sd is None or enrolled.place_map_sd is None:
+    if new.place_map_sd is None or known.place_map_sd is None:
         return None
-    pairs = zip(found.place_maps, enrolled.place_maps, strict=True)
-    apart = [one - other for row, known in pairs for one, other in zip(row, known, strict=True)]
-    rest = math.hypot(enrolled.place_map_sd, measuring.MAP_REPEATS_RAD)
+    both = zip(new.place_maps, known.place_maps, strict=True)
+    apart = [one - other for row, before in both for one, other in zip(row, before, strict=True)]
+    off = math.sqrt(sum(value**2 for value in apart) / len(apart))
+    rest = math.hypot(known.place_map_sd, measuring.MAP_REPEATS_RAD)
     sure_sd, sd = (
-        math.hypot(own, rest) for own in (min(found.place_map_sd, measuring.MAP_MOST_SD_RAD), found.place_map_sd)
+        math.hypot(own, rest) for own in (min(new.place_map_sd, measuring.MAP_MOST_SD_RAD), new.place_map_sd)
     )
-    return math.sqrt(sum(value**2 for value in apart) / len(apart)), sure_sd, sd
+    widest = measuring.DIFFERS_SDS * (sd - sure_sd)
+    return FigurePair("map", "rad", 0.0, known.place_map_sd, off, new.place_map_sd, off, 0.0, widest, sure_sd)

@@ -18,8 +18,7 @@ from moireid.files import AnyPath
 from moireid.verifier.camera.known_camera import KnownCamera
 from moireid.verifier.decision.judge import Invariant
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.compare_built import compare_built, filmed_built
-from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS
+from moireid.verifier.identity.compare_built import agree, filmed_built
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.refusal import build_findings
@@ -59,7 +58,7 @@ def capture_as_built(
                 f"capture {video} cannot be used: {why_refused(report)} Film the badge again, moving it sideways."
             )
         parts.append(built)
-    check_gains(parts, videos)
+    check_gains(parts, videos, badge)
     check_builds(parts, videos, badge)
     return replace(merge(parts), measured_scale=measured_scale)
 
@@ -96,28 +95,22 @@ def _from_front(invariant: Invariant) -> float | None:
 def check_builds(parts: list[AsBuilt], videos: Sequence[AnyPath], badge: Badge) -> None:
     """Raise MediaError if two films show two builds of the badge, whose mean would be a third one."""
     for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
-        found = compare_built(other, one, badge)
-        if found.built == "differs":
-            limits = [f"{one.code.removeprefix('as_built_')} {one.measured:.3g} {one.unit}" for one in found.reasons]
+        pairs = [pair for name, pair in agree(other, one, badge).items() if name != "gain"]
+        if any(pair.level == "differs" for pair in pairs):
+            limits = ", ".join(f"{pair.name} {pair.difference:.3g} {pair.unit}" for pair in pairs)
             raise MediaError(
-                f"captures {first} and {second} show two builds of the badge ({', '.join(limits)} apart); enroll "
-                "it with films of one badge"
+                f"captures {first} and {second} show two builds of the badge ({limits} apart); enroll it with films of "
+                "one badge"
             )
 
 
-def gain_room(one: AsBuilt, other: AsBuilt) -> float:
-    """How far the gains of two captures of one sheet may be apart."""
-    sd = math.hypot(one.gain_sd, other.gain_sd)
-    return max(GAINS_AGREE_SDS * sd, BUILT_GAIN_ROOM_SHARE * one.gain_ratio)
-
-
-def check_gains(parts: list[AsBuilt], videos: Sequence[AnyPath]) -> None:
+def check_gains(parts: list[AsBuilt], videos: Sequence[AnyPath], badge: Badge) -> None:
     """Raise MediaError if two films do not agree on the gain of one sheet."""
     for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
-        apart, sd = abs(one.gain_ratio - other.gain_ratio), math.hypot(one.gain_sd, other.gain_sd)
-        if apart > gain_room(one, other):
+        gain = agree(other, one, badge)["gain"]
+        if gain.differs:
             raise MediaError(
-                f"captures {first} and {second} differ in how far the fringes move ({one.gain_ratio:.3f} and "
-                f"{other.gain_ratio:.3f} times the design; {GAINS_AGREE_SDS * sd:.3f} apart at most for their error "
-                "bars); film the badge again, each time with the sheet pressed flat and without zoom"
+                f"captures {first} and {second} differ in how far the fringes move ({gain.known:.3f} and "
+                f"{gain.new:.3f} times the design; {gain.limit:.3f} apart at most for their error bars); film the "
+                "badge again, each time with the sheet pressed flat and without zoom"
             )

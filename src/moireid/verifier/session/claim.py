@@ -7,7 +7,6 @@ from typing import Any
 
 from moireid.asbuilt import AsBuilt, DatedFigures
 from moireid.badge import Badge
-from moireid.idcodes import is_name_derived
 from moireid.names import hidden_letters, hidden_words
 from moireid.provenance import ClaimedBadge, Provenance, Seal
 from moireid.verifier.camera.known_camera import KnownCamera
@@ -130,35 +129,26 @@ def claim_reasons(claim: Claim, identity: Identity) -> tuple[Reason, ...]:
     if claim.seal is not None:
         claim = replace(claim, badge=replace(claim.badge, id=identity.claimed_id), badge_id=identity.claimed_id)
     found = [_source(claim), _name(claim), _look_alike(claim), _chosen(claim), _hidden(claim)]
-    about = badge_notes(claim.badge, copyable=claim.as_built is None and identity.verdict == "match")
-    return (*(reason for reason in found if reason is not None), *about)
-
-
-def badge_notes(badge: Badge, *, copyable: bool) -> tuple[Reason, ...]:
-    """Who else could have a badge; copyable: whether it was shown, and never enrolled with a film of it."""
-    found = [_name_derived(badge), _copyable() if copyable else None]
+    found.append(_copyable() if claim.as_built is None and identity.verdict == "match" else None)
     return tuple(reason for reason in found if reason is not None)
 
 
-def with_badge_notes(document: dict[str, Any], badge: Badge, *, measured: bool) -> dict[str, Any]:
-    """Add notes on who else could have the badge that was found to the output of ``identify --json``, as in ``verify``.
+def with_badge_notes(document: dict[str, Any], *, measured: bool) -> dict[str, Any]:
+    """Add to the output of ``identify --json`` who else could have the badge that was found, as in ``verify``.
 
     Parameters
     ----------
     document : dict
         Of a badge that was found; it is not changed.
-    badge : Badge
-        The one that was found, as the registry holds it.
     measured : bool
         Whether it was enrolled with a film of it.
 
     Returns
     -------
     dict
-        With the findings `name_derived` and `copyable` if they hold.
+        With the finding `copyable` if it was not.
     """
-    notes = [reason.to_json() for reason in badge_notes(badge, copyable=not measured)]
-    return document | {"reasons": [*document["reasons"], *notes]}
+    return document if measured else document | {"reasons": [*document["reasons"], _copyable().to_json()]}
 
 
 def _source(claim: Claim) -> Reason | None:
@@ -202,16 +192,6 @@ def _hidden(claim: Claim) -> Reason | None:
         return None
     text = f"The name {claim.badge.name!r} {words}, so it can pass for another; compare the identities."
     return Reason("hidden_letters", "note", float(len(hidden_letters(claim.badge.name))), 0.0, "letters", text)
-
-
-def _name_derived(badge: Badge) -> Reason | None:
-    if not is_name_derived(badge):
-        return None
-    text = (
-        "This badge's identity was made from the name, as early versions did: anybody who knows the name can print "
-        "this badge. Issue another."
-    )
-    return Reason("name_derived", "note", badge.id, None, "", text)
 
 
 def _copyable() -> Reason:

@@ -2,9 +2,9 @@
 
 1. No figures are known: the gain must be one that lens sheets can have under this design (`sheet_gain.designed`), and
    the place of the sheet known well enough to distinguish copies (`MOST_OFFSET_SD_RAD`).
-2. They differ from those in use, by `compare_built` or in their gain: they are another build, or no build at all.
+2. They differ from those in use, by `compare_built.agree`: they are another build, or no build at all.
 3. They agree: those in use stay, as else a film that shows less would widen what agrees, and many small steps would
-   lead anywhere; but figures that also say what those in use do not (a newer model, a map of places) are taken.
+   lead anywhere; but figures that also say what those in use do not (a map of places, a live check) are taken.
    Where a live check agrees with those of a film, and is too unsure for its own to be taken, they stay, and count as
    witnessed from then on, if it knows the place of the sheet as a first capture must.
 
@@ -19,65 +19,20 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from moireid.asbuilt import MODEL, AsBuilt, as_built_from_json
+from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.verifier.decision.sheet_gain import designed
 from moireid.verifier.fringes.place_map import knots_mm
-from moireid.verifier.identity.compare_built import compare_built
+from moireid.verifier.identity.compare_built import FIGURES, FigurePair, agree
 from moireid.verifier.limits import ENROLLED_GAINS, GAIN_REJECTED_SDS
 from moireid.verifier.measuring import AGREES_SDS
-from moireid.verifier.session.capture import gain_room
 
 #: An error bar that is larger than the known one by more than this is of a film that shows less.  Set by hand.
 LESS_SURE_RATIO = 2.0
 #: A copy's sheet may lie anywhere over the lines: with a larger standard deviation its place would agree with that of
 #: more than a quarter of all copies.  The share is set by hand; 28 enrolments of two films have 0.002 to 0.025 rad.
 MOST_OFFSET_SD_RAD = math.pi / 4 / AGREES_SDS
-#: Value and standard deviation of a figure in `AsBuilt`, with its name and unit.
-FIGURES = (
-    ("beat", "cycles/mm", "beat_frequency_per_mm", "beat_frequency_sd"),
-    ("offset", "rad", "offset_rad", "offset_sd"),
-    ("twist", "rad/mm", "twist_rad_per_mm", "twist_sd"),
-    ("gain", "", "gain_ratio", "gain_sd"),
-)
-
-
-@dataclass(frozen=True)
-class FigurePair:
-    """One figure of a capture next to the known one.
-
-    known, known_sd: None where none is known; apart_sds: difference over the error bars of both, None likewise; limit:
-    how large the difference may be, with what weather and repetition do.
-    """
-
-    name: str
-    unit: str
-    known: float | None
-    known_sd: float | None
-    new: float
-    new_sd: float
-    difference: float | None = None
-    limit: float | None = None
-
-    @property
-    def apart_sds(self) -> float | None:
-        """The difference in error bars."""
-        if self.difference is None or self.known_sd is None:
-            return None
-        return self.difference / max(math.hypot(self.known_sd, self.new_sd), 1e-12)
-
-    @property
-    def limit_sds(self) -> float | None:
-        """How many error bars apart it may be."""
-        if self.apart_sds is None or not self.difference or self.limit is None:
-            return None
-        return self.apart_sds * self.limit / self.difference
-
-    @property
-    def differs(self) -> bool:
-        """Whether it is another figure."""
-        return self.difference is not None and self.limit is not None and self.difference > self.limit
 
 
 @dataclass(frozen=True)
@@ -130,26 +85,17 @@ def compare_capture(new: AsBuilt, known: AsBuilt | None, badge: Badge) -> Captur
     Notes
     -----
     Convention: differences are without sign.
-    Source: module docstring; limits of `compare_built` and `capture.gain_room`.
+    Source: module docstring; limits of `compare_built.agree`.
     """
     vague = new.offset_sd > MOST_OFFSET_SD_RAD
     if known is None:
         (low, high), beyond = designed(badge).reach, GAIN_REJECTED_SDS * new.gain_sd
         explained = low - beyond <= new.gain_ratio <= high + beyond
-        pairs = tuple(FigurePair(name, unit, None, None, *_figure(new, names)) for name, unit, *names in FIGURES)
-        return CaptureComparison("odd" if not explained else "vague" if vague else "new", pairs)
-    compared = compare_built(new, known, badge)
-    apart = {reason.code.removeprefix("as_built_"): (reason.measured, reason.limit) for reason in compared.reasons}
-    apart["gain"] = (abs(new.gain_ratio - known.gain_ratio), gain_room(known, new))
-    pairs = tuple(
-        FigurePair(name, unit, *_figure(known, names), *_figure(new, names), *map(_number, apart[name]))
-        for name, unit, *names in FIGURES
-    )
-    if "map" in apart:
-        sds = known.place_map_sd or math.nan, new.place_map_sd or math.nan
-        pairs += (
-            FigurePair("map off", "rad", 0.0, sds[0], _number(apart["map"][0]), sds[1], *map(_number, apart["map"])),
+        alone = tuple(
+            FigurePair(name, unit, None, None, *(getattr(new, of) for of in names)) for name, unit, *names in FIGURES
         )
+        return CaptureComparison("odd" if not explained else "vague" if vague else "new", alone)
+    pairs = tuple(agree(new, known, badge).values())
     if any(pair.differs for pair in pairs):
         return CaptureComparison("differs", pairs)
     if _says_more(new, known):
@@ -166,27 +112,16 @@ def checked_figures(document: object, badge: Badge) -> AsBuilt:
     found = as_built_from_json(json.dumps(document))
     if found.badge_id != badge.id:
         raise SpecError(f"figures of badge {found.badge_id} came, and those of {badge.id} were to be measured")
-    if found.model != MODEL or not ENROLLED_GAINS[0] <= found.gain_ratio <= ENROLLED_GAINS[1]:
-        raise SpecError(f"figures of model {found.model} and gain {found.gain_ratio:.3g} came, which no capture shows")
+    if not ENROLLED_GAINS[0] <= found.gain_ratio <= ENROLLED_GAINS[1]:
+        raise SpecError(f"figures of gain {found.gain_ratio:.3g} came, which no capture shows")
     if found.place_maps and [len(row) for row in found.place_maps] != [len(knots_mm(one)) for one in badge.gratings]:
         raise SpecError("a map of places came that is not of this badge's gratings")
     return found
 
 
-def _figure(built: AsBuilt, names: list[str]) -> tuple[float, float]:
-    value, sd = (float(getattr(built, name)) for name in names)
-    return value, sd
-
-
-def _number(value: object) -> float:
-    assert isinstance(value, float)
-    return value
-
-
 def _says_more(new: AsBuilt, known: AsBuilt) -> bool:
     """Whether figures say what the known ones do not, and are as certain and as sharp in all else."""
-    more = known.model < new.model <= MODEL or bool(new.place_maps and not known.place_maps)
-    more = more or (new.witnessed and not known.witnessed)
+    more = bool(new.place_maps and not known.place_maps) or (new.witnessed and not known.witnessed)
     sure = all(getattr(new, sd) <= LESS_SURE_RATIO * getattr(known, sd) for *_, sd in FIGURES)
     sharp = (new.third_harmonic or 0.0) >= (known.third_harmonic or 0.0) / LESS_SURE_RATIO
     keeps = (bool(new.place_maps) or not known.place_maps) and new.witnessed >= known.witnessed

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 #: Parts of each side of a frame: a hand over one corner leaves three quarters of them.
 SIDE_PARTS = 2
 #: A frame gives the pose as well as four markers of this many of its lines would.  Source:
-#: docs/decisions/fiducials.md: a line of 3 mm errs as squares of 18 mm do, at 0.5 to 2 m.
+#: Films of our own simulator: a line of 3 mm errs as squares of 18 mm do, at 0.5 to 2 m.
 FRAME_MODULES = 6
 
 

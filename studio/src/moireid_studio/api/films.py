@@ -24,9 +24,9 @@ from moireid_studio.api.schema import IDENTIFICATION, REPORT, answers, form
 from moireid_studio.auth.guard import Visitor, anyone, require
 from moireid_studio.auth.tokens import Role
 from moireid_studio.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
+from moireid_studio.jobs.child import STOPPED
 from moireid_studio.jobs.queue import Jobs
 from moireid_studio.jobs.task import SIGNALS
-from moireid_studio.jobs.workers import STOPPED
 from moireid_studio.problems import Problem, Refusal, problem_responses
 from moireid_studio.receipts import with_live_checks
 from moireid_studio.reports import circumstances_of, kept_file, pictures_of_job
@@ -39,7 +39,7 @@ Verifier = Annotated[Visitor, require("verifier")]
 JobId = Annotated[str, InPath(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
 UPLOAD = problem_responses(400, 401, 403, 404, 408, 409, 413, 415, 422, 503)
 #: Errors after a film was received: the film's fault, or the machine's.
-OUR_FAULT = frozenset({"stopped", "system", "storage"})
+OUR_FAULT = frozenset({"stopped", "system", "storage", "registry"})
 
 
 class Health(BaseModel):
@@ -57,10 +57,7 @@ class Frames(BaseModel):
 
 
 class JobStatus(BaseModel):
-    """How far a job has come; `result` is what the command prints, `problem` why there is none.
-
-    `lost_workers`: how many processes were lost with it and took up work anew, which is no fault of the film by itself.
-    """
+    """How far a job has come; `result` is what the command prints, `problem` why there is none."""
 
     id: str
     kind: str
@@ -69,7 +66,6 @@ class JobStatus(BaseModel):
     result: dict[str, Any] | None
     problem: Problem | None
     report: bool
-    lost_workers: int
 
 
 def status_of(job: Job) -> JobStatus:
@@ -82,7 +78,6 @@ def status_of(job: Job) -> JobStatus:
         result=job.result if job.over else None,
         problem=Problem(code=job.problem[0], text=job.problem[1]) if job.problem else None,
         report=job.over and bool(job.kept),
-        lost_workers=job.kills,
     )
 
 

@@ -46,9 +46,6 @@ class CheckAnswer(BaseModel):
     already_issued: bool = Field(description="This very badge is in the registry already.")
     namesakes: list[str] = Field(description="Ids of other badges of that name.")
     look_alikes: list[str] = Field(description="Ids of badges whose names look like it, in other letters or case.")
-    name_derived: bool = Field(
-        description="The identity is made from the name; anyone who knows it can print this badge."
-    )
     explain: dict[str, str]
     link_budget: list[LinkPoint]
     files: list[str] = Field(description="Files of the mount.")
@@ -109,7 +106,6 @@ def check(request: Request, order: BadgeOrder, visitor: Issuer) -> CheckAnswer:
         already_issued=found.plan.holder is not None,
         namesakes=[record.id for record in found.namesakes],
         look_alikes=[record.id for record in found.look_alikes],
-        name_derived=found.name_derived,
         explain=dict(found.rows),
         link_budget=links,
         files=list(found.plan.parts.files),

@@ -34,9 +34,9 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from moireid.registry.keys import account
+from moireid.scheduler import is_loopback
 from moireid_studio.auth.tokens import Role
 from moireid_studio.problems import Refusal
-from moireid_studio.settings import is_loopback
 from moireid_studio.studio import studio_of
 
 POLICY = (

@@ -2,7 +2,7 @@
 
 A token is shown only once, when it is made; only its hash, a role and times are kept.  It is 256 random bits, so no one
 can find it from its plain SHA-256: neither salt nor a slow hash is needed.  The file is in the studio's folder and not
-in the registry, which is copied and exported to others.  Studios that work as one share a database of their own.
+in the registry, which is copied and exported to others; or all is in a database of PostgreSQL (`serve --state`).
 
 A token lasts until it expires or is revoked.  A browser that signs in with one gets a session of its own, and keeps no
 token: signing out ends that session, so what was in its cookie opens nothing any more.  A session ends with its token.
@@ -20,15 +20,12 @@ from typing import Any, Literal, get_args
 
 from sqlalchemy import (
     Column,
-    Connection,
     MetaData,
     Table,
     Text,
     delete,
     insert,
-    inspect,
     select,
-    text,
     update,
 )
 
@@ -53,13 +50,6 @@ sessions = Table(
     Column("token", Text, nullable=False),
     Column("expires_at", Text, nullable=False),
 )
-
-
-def bring_up(connection: Connection, expires_at: str) -> None:
-    """Add what an older file lacks: tokens of one in which none expired do so at `expires_at`."""
-    if "expires_at" not in {column["name"] for column in inspect(connection).get_columns(tokens.name)}:
-        connection.execute(text("ALTER TABLE tokens ADD COLUMN expires_at TEXT NOT NULL DEFAULT ''"))
-        connection.execute(tokens.update().values(expires_at=expires_at))
 
 
 Role = Literal["issuer", "verifier", "monitor", "admin"]
@@ -93,7 +83,7 @@ class Tokens:
         Parameters
         ----------
         state
-            The database that several studios share, None for the folder's own file.
+            A database of PostgreSQL, None for the folder's own file.
 
         Raises
         ------
@@ -102,7 +92,7 @@ class Tokens:
         """
         self.path = folder / "tokens.sqlite3"
         self._database = database_of(folder, self.path.name, state)
-        self._database.make(metadata, lambda connection: bring_up(connection, utc_text(timedelta(days=DEFAULT_DAYS))))
+        self._database.make(metadata)
 
     def close(self) -> None:
         """Close the connections."""
@@ -178,7 +168,7 @@ class Tokens:
 
 @contextmanager
 def open_tokens(folder: Path | None, state: str | None = None) -> Iterator[Tokens]:
-    """The tokens in a studio's folder, the default one for None; or in the database that several studios share."""
+    """The tokens in a studio's folder, the default one for None; or in a database of PostgreSQL."""
     from moireid_studio.settings import default_data
 
     found = Tokens(folder or default_data(), state)

@@ -26,6 +26,7 @@ from moireid.cli.common import (
 from moireid.cli.witness_options import WitnessCheck, witness_check
 from moireid.errors import SpecError
 from moireid.extras import missing_extra
+from moireid.scheduler import is_loopback
 
 if TYPE_CHECKING:
     from moireid.verifier.session.check_level import CheckLevel
@@ -41,8 +42,7 @@ data_option = click.option(
 state_option = click.option(
     "--state",
     metavar="URL",
-    help="A PostgreSQL database in place of files in the folder, for tokens, jobs and verdicts: studios that are given "
-    "the same one work as one.",
+    help="A PostgreSQL database in place of files in the folder, for tokens, links and verdicts.",
 )
 
 keep_verdicts_option = click.option(
@@ -62,13 +62,6 @@ log_option = click.option(
     help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
     "names a person, a film or a token.",
 )
-storage_option = click.option(
-    "--storage",
-    metavar="URL",
-    help="Where films wait and reports are kept, in place of the folder: an address such as s3://bucket/films.",
-)
-
-
 unsealed_option = click.option(
     "--unsealed",
     is_flag=True,
@@ -124,15 +117,13 @@ unsealed_option = click.option(
 )
 @log_option
 @state_option
-@storage_option
 @click.option(
     "--workers",
-    type=click.IntRange(0, 256),
+    type=click.IntRange(1, 256),
     default=2,
     show_default=True,
     metavar="NUMBER",
-    help="Films that this studio judges at a time; 0 leaves all to `moireid worker` on other machines, with --state "
-    "and --storage.",
+    help="Films that are judged at a time, here or by the workers of --scheduler.",
 )
 @click.option(
     "--level",
@@ -142,7 +133,18 @@ unsealed_option = click.option(
     help="What a film or a live check must show to be accepted here, as for verify --level; with less it is "
     "inconclusive.",
 )
-@click.option("--scheduler", hidden=True, help="Of older versions: a Dask scheduler.")
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="A Dask scheduler, whose workers judge the films in the place of this machine: tls://HOST:PORT, with "
+    "certificates in Dask's settings, or a loopback address. The workers have moireid-studio and its extra cluster.",
+)
+@click.option(
+    "--worker-url",
+    metavar="URL",
+    help="The address by which the workers of --scheduler fetch their films from this studio; needed where they are "
+    "on other machines. Use https:// where others could read along.",
+)
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @unsealed_option
 @data_option
@@ -160,10 +162,10 @@ def serve_command(
     uploads_per_minute: int,
     log: str,
     state: str | None,
-    storage: str | None,
     workers: int,
     level: CheckLevel,
     scheduler: str | None,
+    worker_url: str | None,
     no_auth: bool,
     unsealed: bool,
     data: Path | None,
@@ -179,11 +181,12 @@ def serve_command(
     """
     try:
         from moireid_studio.app import create_app
+        from moireid_studio.auth.guard import address_parts
         from moireid_studio.http.addresses import checked_address
         from moireid_studio.http.connections import ask_for_files
         from moireid_studio.http.logs import begin as begin_log
         from moireid_studio.http.server import serve
-        from moireid_studio.settings import Limits, Settings, default_data, is_loopback
+        from moireid_studio.settings import Limits, Settings, default_data
     except ModuleNotFoundError as error:
         raise missing_extra("the studio", error.name or "a package", "", "moireid-studio") from error
     if no_auth and not is_loopback(host):
@@ -194,8 +197,11 @@ def serve_command(
         raise SpecError("--no-auth answers this machine alone, so no one else could open --public-url; leave one out")
     # Without tokens the films are those of the one user of this machine, as on the command line.
     check_sealed(allowed=unsealed or no_auth)
-    if scheduler is not None:
-        say("note: --scheduler is of older versions; this studio judges films, as `moireid worker` does elsewhere")
+    if scheduler is not None and worker_url is None and not is_loopback(address_parts(scheduler).hostname or ""):
+        raise SpecError(
+            "workers of a scheduler elsewhere must reach this studio for their films; say how with --worker-url"
+        )
+    bound = _listen(host, port)
     limits = Limits(
         keep_s=keep_days * 86400,
         disk_bytes=int(disk_gb * 1e9),
@@ -211,7 +217,9 @@ def serve_command(
         trust,
         keep_verdicts,
         state=state,
-        storage=storage,
+        scheduler=scheduler,
+        worker_url=worker_url or f"http://127.0.0.1:{bound.getsockname()[1]}",
+        unsealed=unsealed,
         level=level,
         # What is set for all commands does not concern a studio that only this machine reaches.
         public_url=None if no_auth or public_url is None else checked_address(public_url),
@@ -221,7 +229,6 @@ def serve_command(
     with _signing():
         made = registry_url is None and not _default_is_there()
         app = create_app(settings)
-        bound = _listen(host, port)
         shown = f"[{host}]" if ":" in host else host
         say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
         say(_seal_words())

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from fastapi import Request
 
 from moireid.errors import SpecError
+from moireid.scheduler import is_loopback
 from moireid_studio.auth.guard import address_parts
-from moireid_studio.settings import is_loopback
 from moireid_studio.studio import studio_of
 
 

@@ -35,6 +35,9 @@ orders = ForkServer("moireid_studio.jobs.issue_work:make")
 ORDERS = frozenset({"badge", "event"})
 
 
+STOPPED = ("stopped", "The studio was stopped meanwhile.")
+
+
 class JobFailure(Exception):
     """A job that ended without its result: a code and a sentence."""
 
@@ -82,7 +85,7 @@ def _listen(
     deadline = time.monotonic() + wall_s
     while (rest := deadline - time.monotonic()) > 0:
         if stopping():
-            raise JobFailure("stopped", "The studio was stopped meanwhile.")
+            raise JobFailure(*STOPPED)
         if (message := child.hear(min(rest, LOOK_S))) is None:
             continue
         if isinstance(message.get("result"), dict):

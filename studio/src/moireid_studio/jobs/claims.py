@@ -1,7 +1,6 @@
 """What a job's process gets, from the visitor's wish: the claimed badge, and what the registry knows of it now.
 
-The worker that does the job looks the wish up again.  So a badge that was revoked meanwhile counts as revoked, and a
-worker need not believe anything that another machine found.
+The wish is looked up again as the job begins.  So a badge that was revoked meanwhile counts as revoked.
 """
 
 from __future__ import annotations

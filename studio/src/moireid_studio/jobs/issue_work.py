@@ -30,7 +30,7 @@ from moireid_studio.jobs.lists import dress_people
 from moireid_studio.jobs.orders import BadgeOrder, Wish, plan_order
 from moireid_studio.jobs.task import ORDER, PACKAGE, PEOPLE, Progress, Send, Task
 from moireid_studio.problems import plain
-from moireid_studio.store.storage import unpacked, written
+from moireid_studio.store.stored_pictures import unpacked, written
 
 
 def issue_badge(

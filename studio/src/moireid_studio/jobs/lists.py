@@ -20,7 +20,6 @@ from moireid.designer.people import DesignResult, PersonRow, design_people, pars
 from moireid.errors import SpecError
 from moireid.fabrication.page.dress import check_look, look_notes
 from moireid.fabrication.page.lettering import name_note
-from moireid.idcodes import is_name_derived
 from moireid.names import PICTURE_COLUMNS, line_of
 from moireid.registry import Registry
 from moireid.registry.look_alikes import alike_within
@@ -199,8 +198,6 @@ def _row(one: ListRow, registry: Registry, alike: list[str]) -> dict[str, Any]:
         )
     elif holder is not None:
         notes.append(f"issued already on {holder.issued_at[:10]}; its files are made again")
-    if badge is not None and is_name_derived(badge):
-        notes.append("made from the name, so anybody who knows it can print this badge")
     shown_id = badge.id if badge is not None and person.payload and not fault else None
     worn = set(NAMED) if badge is None or one.look is None else shown_pieces(badge, one.look)
     return {

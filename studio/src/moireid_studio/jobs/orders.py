@@ -20,7 +20,6 @@ from moireid.designer.reach import LinkBudget, link_budgets
 from moireid.designer.request import clean_name
 from moireid.errors import SpecError
 from moireid.fabrication.process_figures import MountFigures
-from moireid.idcodes import is_name_derived
 from moireid.issuing import IssueOrder, IssuePlan, Wear, plan_badge
 from moireid.names import MOST_LINES
 from moireid.registry import Record, Registry
@@ -60,9 +59,6 @@ class Wish(BaseModel):
     )
     lens_thickness_mm: float | None = Field(
         None, gt=0, le=20, allow_inf_nan=False, description="Thickness of the sheet by a calliper, mm."
-    )
-    front: Literal["lens", "array"] = Field(
-        "lens", description="What is on top: a lenticular sheet, or an array of round lenses (fly's-eye sheet)."
     )
     printer_dpi: int = Field(1200, ge=72, le=9600, description="Printer's dots per inch.")
     paper: Literal["a4", "letter"] = "a4"
@@ -146,7 +142,6 @@ class Wish(BaseModel):
             family="spacing",
             axes=self.axes,
             markers=self.markers,
-            front=self.front,
             lens_thickness_mm=self.lens_thickness_mm,
         )
         return (wear or self.wear()).fit(wish)
@@ -187,14 +182,9 @@ class CheckedOrder:
     look_alikes: list[Record]
 
     @property
-    def name_derived(self) -> bool:
-        """Whether everyone who knows the name can print this badge."""
-        return is_name_derived(self.plan.badge)
-
-    @property
     def to_read(self) -> str | None:
         """What the issuer must have read before this badge is issued, as a mark of it; None where there is nothing."""
-        notable = self.plan.holder or self.namesakes or self.look_alikes or self.name_derived
+        notable = self.plan.holder or self.namesakes or self.look_alikes
         return f"{self.plan.badge.id} {self.plan.badge.name}" if notable else None
 
 
@@ -265,7 +255,6 @@ LABELS = {
     "width_mm": "width of the badge",
     "height_mm": "height of the badge",
     "axes": "fringes",
-    "front": "sheet on top",
     "lines": "lines below the name",
     "people": "number of badges",
     "spare_percent": "share to spare",

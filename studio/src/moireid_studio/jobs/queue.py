@@ -1,14 +1,14 @@
-"""The jobs of one studio: a limited number waits, workers judge them, and results are kept for a while.
+"""The jobs of one studio: a limited number waits, threads judge them, and results are kept for a while.
 
-The database says which jobs there are (`store.ledger`); where several studios share one, each sees the same.  A film
-is in the folder of its job as it comes, then in the storage until it is judged.
+A table says which jobs there are (`store.ledger`).  A film is in the folder of its job until it is judged, and what is
+kept of it then is there too.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import re
+import os
 import shutil
 from collections.abc import AsyncIterator, Iterator, Sequence
 from functools import partial
@@ -18,19 +18,15 @@ from typing import Any
 import anyio
 from starlette.concurrency import run_in_threadpool
 
-from moireid.errors import RegistryError
 from moireid_studio.auth.tokens import Role
 from moireid_studio.http.server import Rates, fits
 from moireid_studio.jobs.child import films
 from moireid_studio.jobs.workers import Doer, Workers
 from moireid_studio.problems import Refusal
 from moireid_studio.store.database import patiently
-from moireid_studio.store.job import Job, Lane
-from moireid_studio.store.storage import JOB_ID, Folder, StorageError
+from moireid_studio.store.job import JOB_ID, Job, Lane
 
 __all__ = ["Job", "Jobs"]
-#: Folders that a killed studio leaves: of films as they came, and copies of files in a storage.
-LEFT = re.compile(r"[0-9a-f]{32}(-.*)?|kept-.*")
 #: Time between two looks at a job that is waited for, s.
 LOOK_S = 0.2
 
@@ -39,36 +35,24 @@ class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
     def __init__(self, folder: Path, doer: Doer) -> None:
-        """Hold the jobs of a folder; none is begun before `start`.
-
-        Parameters
-        ----------
-        folder
-            For films as they come.
-        doer
-            Does the jobs, and holds their ledger and storage.
-        """
+        """Hold the jobs of a folder; none is begun before `start`."""
         # Made absolute, because a job's process begins in another folder.
         self._folder, self.doer, self._limits = folder.absolute(), doer, doer.limits
-        self.ledger, self._storage, self.rates = doer.ledger, doer.storage, Rates(doer.limits)
+        self.ledger, self.rates = doer.ledger, Rates(doer.limits)
         self.workers = Workers(doer)
         #: Bytes of films on their way here, by job; and those of all that are stored, by owner, as of the last look.
         self._coming: dict[str, tuple[str, int]] = {}
         self._there: dict[str, int] = {}
 
     def start(self) -> None:
-        """Begin to work, after removing what a killed server has left."""
+        """Begin to work, with what a studio that was killed has left."""
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if not self.ledger.database.shared:
-            # This process is alone here, so what other processes had is free again.
-            self.ledger.disown()
-        self._clear_folder()
-        if self._limits.workers:
-            films.warm_up()
+        self.ledger.recover()
+        self.workers.sweep()
+        films.warm_up()
         both: Sequence[Lane] = ("issue", "judge")
         # One that takes no film, so that no verifier's film keeps an issuer waiting.
         self.workers.start([both] * self._limits.workers + [("issue",)])
-        self.workers.sweep()
 
     def stop(self) -> None:
         """End the work: films that are not judged yet wait for the next start, results are kept."""
@@ -144,29 +128,17 @@ class Jobs:
     def submit(self, job: Job, video: Path, wish: dict[str, Any] | None = None) -> None:
         """Let a job begin as soon as a worker is free; the wish is JSON and depends on the kind of work.
 
-        Raises: Refusal 503 where the film cannot be stored, 404 where the job was removed meanwhile.
+        Raises: Refusal 404 where the job was removed meanwhile.
         """
         job.video, job.wish = video.name, wish or {}
-        try:
-            self._storage.sent(job.id, job.video)
-        except (StorageError, OSError) as error:
-            self.remove(job)
-            raise Refusal(503, "storage", "The film cannot be stored just now; try again later.") from error
         if not self.ledger.submit(job):
             self.remove(job)
             raise Refusal(404, "no_job", "This job was removed meanwhile; send the film again.")
         job.state = "waiting"
         self.workers.wake()
 
-    def keep(self, job: Job, name: str) -> None:
-        """Keep a file of a job that no worker does, for as long as results are kept.
-
-        Raises: Refusal 503 where it cannot be stored, 404 where the job was removed meanwhile.
-        """
-        try:
-            self._storage.sent(job.id, name)
-        except (StorageError, OSError) as error:
-            raise Refusal(503, "storage", "The file cannot be stored just now; try again later.") from error
+    def keep(self, job: Job) -> None:
+        """Keep the files of a job that no thread does.  Raises: Refusal 404 where the job was removed meanwhile."""
         if not self.ledger.keep(job):
             raise Refusal(404, "no_job", "This was removed meanwhile; send it again.")
         job.state = "done"
@@ -186,7 +158,6 @@ class Jobs:
         job = self.ledger.find(job_id) if JOB_ID.fullmatch(job_id) else None
         if job is None or job.owner != owner or (kinds and job.kind not in kinds):
             raise Refusal(404, "no_job", "There is no such job, or its results were removed already.")
-        job.files = lambda name: self._storage.file(job_id, name)
         return job
 
     async def changes(self, job: Job) -> AsyncIterator[tuple[Job, bool]]:
@@ -209,34 +180,14 @@ class Jobs:
     def remove(self, job: Job) -> None:
         """Forget a job, and remove all its files."""
         self._coming.pop(job.id, None)
+        self.ledger.remove(job.id)
         shutil.rmtree(job.folder, ignore_errors=True)
-        self.workers.remove(job.id)
 
     def stored_bytes(self) -> float:
         """How many bytes of films are stored."""
         return sum(self.ledger.stored().values())
 
     def check(self) -> dict[str, bool]:
-        """Of the database, the storage and the workers, whether they are there."""
-        found = {"database": True, "storage": True, "at_work": self.at_work}
-        try:
-            self.ledger.counts()
-        except RegistryError:
-            found["database"] = False
-        try:
-            self._storage.check()
-        except StorageError:
-            found["storage"] = False
-        return found
-
-    def _clear_folder(self) -> None:
-        """Remove films that came when this machine's last studio was killed; what is not of a job stays."""
-        clear_leftovers(self._folder, but_jobs=isinstance(self._storage, Folder))
-        self.workers.clear()
-
-
-def clear_leftovers(folder: Path, *, but_jobs: bool) -> None:
-    """Remove films that a process had here when it was killed; but_jobs: the folders of jobs are the storage's own."""
-    for entry in folder.iterdir() if folder.is_dir() else ():
-        if LEFT.fullmatch(entry.name) and not (but_jobs and JOB_ID.fullmatch(entry.name)):
-            shutil.rmtree(entry, ignore_errors=True)
+        """Of the folder of films, the threads and the scheduler, whether they are there."""
+        found = {"storage": os.access(self._folder, os.W_OK), "at_work": self.at_work}
+        return found if self.doer.cluster is None else found | {"scheduler": self.doer.cluster.there}

@@ -26,7 +26,7 @@ from moireid_studio.jobs.orders import BadgeOrder, CheckedOrder, Wish, checked, 
 from moireid_studio.pages.home import render
 from moireid_studio.pages.preview_law import preview_law
 from moireid_studio.pictures import at_hand, keep_pictures, kept_pictures, read_pictures
-from moireid_studio.store.storage import StoredPicture
+from moireid_studio.store.stored_pictures import StoredPicture
 from moireid_studio.studio import Studio, studio_of
 
 #: The formats: what they are called, and what they go into; sizes and ranges are said by `FORMATS`.

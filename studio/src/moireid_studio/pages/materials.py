@@ -15,13 +15,11 @@ from fastapi.responses import Response
 from pydantic import BaseModel, Field
 
 from moireid.errors import MoireIdError
-from moireid.fabrication.shopping.cutting import StockSheet
-from moireid.fabrication.shopping.list_files import heading_lines
-from moireid.fabrication.shopping.needs import MOST_PEOPLE, ShoppingList, ShoppingWish
-from moireid.fabrication.shopping.written import LIST_FILES, PLAN_FILES, write_shopping
+from moireid.fabrication.shopping.shopping_files import file_names, write_shopping
+from moireid.fabrication.shopping.shopping_list import MOST_PEOPLE, ShoppingList
 from moireid.shopping import ASSUMED_MM, list_for, usual_badge
 from moireid_studio.auth.guard import Visitor, require
-from moireid_studio.jobs.orders import FormatName, Millimetres, Mount, Orientation, read_fields
+from moireid_studio.jobs.orders import FormatName, Millimetres, Mount, read_fields
 from moireid_studio.pages.home import render
 from moireid_studio.pages.issue_pages import CHOICES
 from moireid_studio.problems import Refusal
@@ -32,9 +30,8 @@ FILES = {
     "shopping-list.pdf": ("application/pdf", "Shopping list, PDF"),
     "shopping-list.csv": ("text/csv; charset=utf-8", "Shopping list, CSV for a spreadsheet"),
     "cutting-plan.pdf": ("application/pdf", "Cutting plan of the lens sheets, PDF"),
-    "cutting-plan.dxf": ("image/vnd.dxf", "Cutting plan of the lens sheets, DXF"),
 }
-FileName = Literal["shopping-list.pdf", "shopping-list.csv", "cutting-plan.pdf", "cutting-plan.dxf"]
+FileName = Literal["shopping-list.pdf", "shopping-list.csv", "cutting-plan.pdf"]
 
 
 class MaterialsOrder(BaseModel):
@@ -42,19 +39,18 @@ class MaterialsOrder(BaseModel):
 
     format: FormatName = "a6"
     people: int = Field(1, ge=1, le=MOST_PEOPLE)
-    orientation: Orientation | None = None
-    mount: Mount | None = None
-    made: Literal["printed", "acrylic"] = "printed"
+    mount: Mount | Literal["acrylic"] | None = None
     spare_percent: float = Field(5.0, ge=0, le=100, allow_inf_nan=False)
     across_mm: Millimetres | None = None
     along_mm: Millimetres | None = None
 
     def listed(self) -> ShoppingList:
         """The shopping list.  Raises: SpecError, FabricationError or DesignError, as the command does."""
-        across, along = self.across_mm or ASSUMED_MM[0], self.along_mm or ASSUMED_MM[1]
-        wish = ShoppingWish(self.people, StockSheet(across, along), self.spare_percent / 100, self.format, self.made)
-        badge = usual_badge(self.format, orientation=self.orientation)
-        return list_for(badge, wish, self.mount, assumed=self.across_mm is None and self.along_mm is None)
+        sheet_mm = None
+        if self.across_mm is not None or self.along_mm is not None:
+            sheet_mm = (self.across_mm or ASSUMED_MM[0], self.along_mm or ASSUMED_MM[1])
+        spare_share, badge = self.spare_percent / 100, usual_badge(self.format)
+        return list_for(badge, self.people, mount=self.mount, spare_share=spare_share, sheet_mm=sheet_mm)
 
 
 router = APIRouter(prefix="/issue/materials", include_in_schema=False)
@@ -71,9 +67,8 @@ def materials_page(request: Request, visitor: Issuer) -> Response:
         found = _order(given).listed()
     except MoireIdError as error:
         return _page(request, given, status=422, problem=studio_of(request).sentence(error))
-    names = LIST_FILES + (PLAN_FILES if found.cutting is not None else ())
-    files = [(f"/issue/materials/{name}?{urlencode(given)}", FILES[name][1]) for name in names]
-    return _page(request, given, found=found, heading=heading_lines(found), files=files)
+    files = [(f"/issue/materials/{name}?{urlencode(given)}", FILES[name][1]) for name in file_names(found)]
+    return _page(request, given, found=found, files=files)
 
 
 @router.get("/{name}")
@@ -95,6 +90,6 @@ def _order(given: dict[str, str]) -> MaterialsOrder:
 
 
 def _page(request: Request, given: dict[str, str], *, status: int = 200, **shown: object) -> Response:
-    context: dict[str, Any] = {"problem": None, "found": None, "heading": [], "files": [], "assumed": ASSUMED_MM}
+    context: dict[str, Any] = {"problem": None, "found": None, "files": [], "assumed": ASSUMED_MM}
     context |= {"most": MOST_PEOPLE} | CHOICES | shown
     return render(request, "materials.html.j2", status=status, given=given, **context)

@@ -29,7 +29,7 @@ import msgspec
 from moireid.bringup.build_folder import STATE, BuildFolder, BuildState, Wish
 from moireid.files import read_regular, write_text
 from moireid_studio.problems import Refusal
-from moireid_studio.store.storage import JOB_ID
+from moireid_studio.store.job import JOB_ID
 
 FOLDER, ROUND, RECORD = "first-badge", "round.json", "record.json"
 #: Largest file of a build's process that is read here; an honest one has some ten kB.

@@ -1,7 +1,6 @@
-"""The studio's own databases, a file of SQLite for one studio, PostgreSQL for several; and the table of jobs.
+"""The studio's own databases, files of SQLite or one of PostgreSQL; and the table of jobs, which is always a file.
 
-Times come from the database's clock alone, so machines whose clocks differ agree on what is late.  A database that is
-away is no verdict on a film: a worker waits for it, and a visitor is asked to come again.
+A database that is away is no verdict on a film: a job waits for it, and a visitor is asked to come again.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ from typing import Any, TypeVar
 from sqlalchemy import (
     BigInteger,
     Column,
-    ColumnElement,
     Connection,
     Engine,
     Executable,
@@ -29,7 +27,6 @@ from sqlalchemy import (
     MetaData,
     Table,
     Text,
-    cast,
     create_engine,
     event,
     func,
@@ -52,8 +49,8 @@ CONNECT_S, SQLITE_WAIT_S = 5, 30.0
 POOL, POOL_MORE = 10, 30
 #: The mark of connections that will write, as in `registry.engine`.
 WRITES = "studio_writes"
-#: Names of locks that PostgreSQL knows as numbers: who makes tables, and who counts places.
-TABLES_LOCK, PLACES_LOCK = 0x6D6F6972, 0x6D6F6973
+#: The name of a lock, which PostgreSQL knows as a number: who makes tables.
+TABLES_LOCK = 0x6D6F6972
 
 
 class Away(RegistryError):
@@ -88,12 +85,12 @@ class Database:
         except (ArgumentError, TypeError, ValueError) as error:
             raise SpecError(f"{self.shown} cannot be opened; check the address") from error
 
-    def make(self, metadata: MetaData, more: Callable[[Connection], None] = lambda _: None) -> None:
-        """Make the tables that are absent, and do what more is to be done; one process at a time."""
+    def make(self, metadata: MetaData) -> None:
+        """Make the tables that are absent; one process at a time."""
         with self.writing() as connection:
-            self.alone(connection, TABLES_LOCK)
+            if self.shared:
+                connection.execute(select(func.pg_advisory_xact_lock(TABLES_LOCK)))
             metadata.create_all(connection)
-            more(connection)
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
@@ -129,25 +126,6 @@ class Database:
                 raise Away(f"{text}; try again in a moment") from error
             raise RegistryError(f"{text}; check it") from error
 
-    def alone(self, connection: Connection, lock: int) -> None:
-        """Until this transaction ends, no other one passes here; in SQLite no other one writes anyhow."""
-        if self.shared:
-            connection.execute(select(func.pg_advisory_xact_lock(lock)))
-
-    @property
-    def now(self) -> ColumnElement[float]:
-        """The database's clock in seconds since 1970, as part of a statement."""
-        if self.shared:
-            return cast(func.extract("epoch", func.clock_timestamp()), Float(53))
-        return (func.julianday("now") - 2440587.5) * 86400.0
-
-    def tidy(self) -> None:
-        """Let nothing that was deleted stay in SQLite's log, where names would outlive their job."""
-        if not self.shared:
-            with self.reading() as connection:
-                connection.exec_driver_sql("ROLLBACK")
-                connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
-
     def close(self) -> None:
         """Close the connections."""
         self.engine.dispose()
@@ -161,10 +139,7 @@ def database_of(folder: Path, name: str, state: str | None, *, log: bool = False
     if state is not None:
         found = Database(read_url(state))
         if not found.shared:
-            # Each studio would take the jobs of the others for those of a studio that was killed.
-            raise SpecError(
-                f"{found.shown} is a file, and of one studio; give postgresql+psycopg://..., or leave it out"
-            )
+            raise SpecError(f"{found.shown} is a file; give postgresql+psycopg://..., or leave it out")
         return found
     path = folder.absolute() / name
     try:
@@ -247,10 +222,7 @@ def _begin_in_sqlite(connection: Connection) -> None:
 
 metadata = MetaData()
 #: `lane`: "issue" or "judge"; `turn`: how many jobs of the owner were there before it; `wish`, `about`, `result`,
-#: `kept`, `problem`: JSON; `holder`: the process that receives or works; `taken`: how often it was begun, which with
-#: the holder says who may end it; `kills`: how many workers were lost with it, apart from the present one; `lease`:
-#: until when the holder has it, of one that waits from when on it may be taken; `settled`: how it has ended, before
-#: what is left of it was tidied up.  Times: s, of the database's clock.
+#: `kept`, `problem`: JSON; `taken`: how often it was begun; `made`, `ended`: s since 1970.
 jobs = Table(
     "jobs",
     metadata,
@@ -262,13 +234,7 @@ jobs = Table(
     Column("state", Text, nullable=False),
     Column("turn", Integer, nullable=False),
     Column("made", Float(53), nullable=False),
-    Column("tries", Integer, nullable=False),
     Column("taken", Integer, nullable=False),
-    Column("kills", Integer, nullable=False, server_default="0"),
-    Column("taken_at", Float(53)),
-    Column("holder", Text),
-    Column("lease", Float(53), nullable=False),
-    Column("settled", Text),
     Column("ended", Float(53)),
     Column("video", Text),
     Column("bytes", BigInteger, nullable=False),
@@ -280,4 +246,4 @@ jobs = Table(
     Column("kept", Text),
     Column("problem", Text),
 )
-Index("jobs_by_state", jobs.c.state, jobs.c.lease)
+Index("jobs_by_state", jobs.c.state)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+import re
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,14 +12,12 @@ from typing import Any, Literal
 
 from moireid.provenance import Exclusion, Standing
 
+#: What a job is called.
+JOB_ID = re.compile("[0-9a-f]{32}")
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed")
 #: Work that badges are made by, and the films and pictures of issuers: verifiers' films never come before it.
 ISSUE = frozenset({"badge", "event", "capture", "pictures", "build"})
-#: How often a job is begun at most if the storage or the registry fails; one that dies with its worker is done again
-#: as often as it takes.  A job of one try is never begun again: an event's identities are drawn as it is made, so they
-#: would all be issued anew.
-TRIES, TRIES_OF = 2, {"event": 1}
 Lane = Literal["issue", "judge"]
 
 
@@ -37,12 +35,11 @@ class JobCounts:
 class Job:
     """One job, as it was when it was read.
 
-    folder: for the film as it comes, and in a studio without a storage for all that is kept; wish: what is to be done,
-    as JSON; result: the JSON of the command; kept: what was kept with it; problem: code and sentence; begun: when it
-    was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
-    of the registry when the film was judged; film_sha256: of the film as it came; claimed_id, claim_source: the badge
-    that the claim means, and who says so; holder, taken: who has it, and how often it was begun; kills: how many
-    workers were lost with it; files: gives what was kept by its name, None where it is in the folder.
+    folder: of its film, and of all that is kept; wish: what is to be done, as JSON; result: the JSON of the command;
+    kept: what was kept with it; problem: code and sentence; begun: when it was asked for; film_name, claim: as the
+    visitor gave them; barred: why the claimed badge does not count; standing: of the registry when the film was judged;
+    film_sha256: of the film as it came; claimed_id, claim_source: the badge that the claim means, and who says so;
+    taken: how often it was begun.
     """
 
     id: str
@@ -67,10 +64,7 @@ class Job:
     result: dict[str, Any] | None = None
     kept: dict[str, Any] = field(default_factory=dict)
     problem: tuple[str, str] | None = None
-    holder: str = ""
     taken: int = 0
-    kills: int = 0
-    files: Callable[[str], AbstractContextManager[Path]] | None = None
 
     @property
     def over(self) -> bool:
@@ -79,13 +73,8 @@ class Job:
 
     @property
     def lane(self) -> Lane:
-        """Which workers it is for."""
+        """Which threads it is for."""
         return "issue" if self.kind in ISSUE else "judge"
-
-    @property
-    def tries(self) -> int:
-        """How often it is begun at most."""
-        return TRIES_OF.get(self.kind, TRIES)
 
     def about(self) -> str:
         """What is known of it apart from its work, as the database keeps it."""
@@ -118,8 +107,6 @@ def job_of(row: Mapping[str, Any], folder: Path) -> Job:
         result=json.loads(row["result"]) if row["result"] else None,
         kept=json.loads(row["kept"]) if row["kept"] else {},
         problem=(str(problem[0]), str(problem[1])) if problem else None,
-        holder=row["holder"] or "",
         taken=row["taken"],
-        kills=row["kills"],
         **{name: about[name] for name in TEXTS},
     )

@@ -16,7 +16,7 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Column, Connection, Integer, MetaData, Table, Text, delete, inspect, select, text
+from sqlalchemy import Column, Connection, Integer, MetaData, Table, Text, delete, select
 from sqlalchemy.dialects import postgresql, sqlite
 
 from moireid import __version__
@@ -87,7 +87,7 @@ class Verdicts:
         keep_days
             Older ones are removed, None where nothing is (a command that only reads).
         state
-            The database that several studios share, None for the folder's own file.
+            A database of PostgreSQL, None for the folder's own file.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class Verdicts:
         self.path, self._keep_days = folder / FILE, keep_days
         # Who asks for what is their own business: the file is closed to others.
         self._database = database_of(folder, FILE, state)
-        self._database.make(metadata, _bring_up)
+        self._database.make(metadata)
         with self._database.writing() as connection:
             self._remove_old(connection)
 
@@ -145,13 +145,6 @@ class Verdicts:
         if self._keep_days is not None:
             oldest = utc_text(-timedelta(days=self._keep_days))
             connection.execute(delete(verdicts).where(verdicts.c.at < oldest))
-
-
-def _bring_up(connection: Connection) -> None:
-    """Add what an older file lacks."""
-    if "job" not in {column["name"] for column in inspect(connection).get_columns(verdicts.name)}:
-        connection.execute(text("ALTER TABLE verdicts ADD COLUMN job TEXT"))
-        connection.execute(text("CREATE UNIQUE INDEX verdicts_by_job ON verdicts (job)"))
 
 
 def said(result: Mapping[str, Any]) -> dict[str, Any]:

@@ -115,6 +115,6 @@ def test_the_finding_leaves_a_film_open_and_a_badge_alone():
 
 
 def test_without_an_overtone_nothing_is_told():
-    """Catches: a film of a lens array, or of few frames, left open for what it cannot show."""
+    """Catches: a film of few frames, left open for what it cannot show."""
     assert cross_fade_of(replace(signal(), beyond=None)) is None
     assert cross_fade_of(replace(signal(), phase_sd_rad=np.full(FRAMES, np.inf))) is None

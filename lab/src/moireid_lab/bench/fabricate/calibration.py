@@ -10,7 +10,6 @@ Convention: pitches in units of the printed page, as a photograph gives them (`m
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,7 +74,7 @@ def photograph(chart: Badge, case: PhotoCase, seed: int) -> NDArray[np.uint8]:
     return Sensor(STILL, seed).expose(board, turn, 0.0)
 
 
-def calibration_figures(*, count: int, seed: int, progress: Callable[[], None]) -> dict[str, Any]:
+def calibration_figures(*, count: int, seed: int) -> dict[str, Any]:
     """One row a photograph, and the worst and median error in percent and in standard deviations."""
     rows = []
     for k, case in enumerate(cases(count, seed)):
@@ -106,7 +105,6 @@ def calibration_figures(*, count: int, seed: int, progress: Callable[[], None]) 
                 "bands_used": made.used,
             }
         rows.append(row)
-        progress()
     errors = np.abs([row["error_percent"] for row in rows if row["error_percent"] is not None])
     in_sd = np.array([row["in_sd"] for row in rows if row["in_sd"] is not None])
     return {

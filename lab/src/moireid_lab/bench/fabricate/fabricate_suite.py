@@ -8,9 +8,6 @@ place, and the identity is read from the raster alone.  A mount's facets are com
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -22,10 +19,11 @@ import numpy as np
 from moireid.designer import Request, design_badge
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import FORMS
-from moireid_lab.bench.bench_frame import Wish, table_lines, text_table
+from moireid_lab.bench.bench_frame import Bench, Row, Wish
 from moireid_lab.bench.bench_plots import figure_of, plain
 from moireid_lab.bench.fabricate.calibration import calibration_figures
 from moireid_lab.bench.fabricate.mount_extremes import BUILT, extremes, extremes_table
+from moireid_lab.bench.fabricate.mount_extremes import COLUMNS as EXTREME_COLUMNS
 from moireid_lab.bench.fabricate.page_extremes import extreme_rows
 from moireid_lab.bench.fabricate.painted import painted_figures
 from moireid_lab.bench.fabricate.raster import RASTERS, paint
@@ -44,33 +42,16 @@ ANGLES_RAD = (0.5, 0.2, 0.1, 0.05, 0.02)
 MOST_POINTS = 150
 
 
-def run(wish: Wish) -> dict[str, Any]:
-    """All figures as one JSON object."""
-    quick, seed, progress = wish.quick, wish.seed, wish.progress
-    cases = [(form, dpi) for form in FORMS for dpi in (QUICK_DPI if quick else DPI)]
-    total = len(cases) + 3
-    pages = []
-    for done, (form, dpi) in enumerate(cases, start=1):
-        pages.append(page_figures(form, dpi, seed, QUICK_BADGES if quick else BADGES))
-        progress(done, total)
-    page_rows = extreme_rows(quick=quick)
-    progress(total - 2, total)
-    alone = command_seconds(1 if quick else RUNS)
-    progress(total - 1, total)
-    mounts = mount_figures(ANGLES_RAD[:3:2], 1) if quick else mount_figures(ANGLES_RAD, RUNS)
-    progress(total, total)
-    mount_rows = extremes(BUILT[:1] if quick else BUILT)
-    photographs = calibration_figures(count=2 if quick else PHOTOGRAPHS, seed=seed, progress=lambda: None)
-    return {
-        "suite": "fabricate",
-        "seed": seed,
-        "pages": pages,
-        "page_extremes": page_rows,
-        "pdf_alone": alone,
-        "mounts": mounts,
-        "mount_extremes": mount_rows,
-        "calibration": photographs,
-    }
+def rows(wish: Wish) -> Iterator[Row]:
+    """Pages, pages and mounts at the edge, meshes, and photographs of the pitch test."""
+    quick = wish.quick
+    for form in FORMS:
+        for dpi in QUICK_DPI if quick else DPI:
+            yield page_figures(form, dpi, wish.seed, QUICK_BADGES if quick else BADGES)
+    yield from extreme_rows(quick=quick)
+    yield from mount_figures(ANGLES_RAD[:3:2], 1) if quick else mount_figures(ANGLES_RAD, RUNS)
+    yield from extremes(BUILT[:1] if quick else BUILT)
+    yield {"photographs": calibration_figures(count=2 if quick else PHOTOGRAPHS, seed=wish.seed)}
 
 
 def page_figures(form: str, dpi: int, seed: int, count: int) -> dict[str, Any]:
@@ -126,31 +107,6 @@ def _together(rows: list[dict[str, Any]], dpi: int) -> dict[str, Any]:
     }
 
 
-def command_seconds(runs: int) -> dict[str, float]:
-    """Seconds of `print NAME --mount none` as a command of its own, interpreter and imports included.
-
-    cpu_seconds: of processor time, which other work on the machine does not lengthen; bare_seconds: of an interpreter
-    that imports numpy and reportlab alone, to compare with.
-    """
-    wall: dict[str, list[float]] = {"command": [], "bare": []}
-    cpu = []
-    for _ in range(runs):
-        with tempfile.TemporaryDirectory() as folder:
-            print_it = f"['moireid', 'print', 'Bench', '--mount', 'none', '--out', {str(Path(folder) / 'b')!r}]"
-            for name, code in (
-                ("bare", "import numpy, reportlab.pdfgen.canvas"),
-                ("command", f"import sys; sys.argv = {print_it}; from moireid.cli.main import main; main()"),
-            ):
-                clock, before = time.perf_counter(), os.times()
-                subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
-                wall[name].append(time.perf_counter() - clock)
-                after = os.times()
-            spent = after.children_user + after.children_system - before.children_user - before.children_system
-            cpu.append(spent)
-    command, bare = (float(np.median(wall[name])) for name in ("command", "bare"))
-    return {"seconds": command, "bare_seconds": bare, "ratio": command / bare, "cpu_seconds": float(np.median(cpu))}
-
-
 def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, Any]]:
     """Seconds of meshing and writing, size and chord error of the lanyard mount's mesh at each angle of its facets."""
     import trimesh
@@ -181,7 +137,7 @@ def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, An
             found.append(
                 {
                     "angle_rad": angle,
-                    "seconds": float(np.median(seconds)),
+                    "mesh_s": float(np.median(seconds)),
                     "kilobytes": file.stat().st_size / 1e3,
                     "triangles": len(mesh.faces),
                     "chord_error_mm": error,
@@ -194,52 +150,33 @@ def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, An
 COLUMNS = {"page": "form <8", "dpi": ">5", "raster": "<13", "edges off, dots RMS": "rms_dots >20.2f"}
 COLUMNS |= {"worst": "worst_dots >6.2f", "um": "worst_um >6.1f", "pitch, ppm": "pitch_ppm >11.1f"}
 COLUMNS |= {"badges": ">7", "markers": "all_markers >8", "read": ">5", "wrong": "wrong_payloads >6", "ms": ">7.0f"}
-COLUMNS |= {"kB": "kilobytes >7.0f"}
-EXTREME_COLUMNS = {"page at the edge": "case <40", "outcome": "<8", "edge, dots": ">10.2f", "cell, rad": ">10.3f"}
-EXTREME_COLUMNS |= {"granted": "asked <1"}
-MOUNT_COLUMNS = {"mount, facets rad": "angle_rad <22g", "seconds": ">9.2f", "kB": "kilobytes >7.0f", "triangles": ">10"}
-MOUNT_COLUMNS |= {"chord error, mm": "chord_error_mm >16.4f", "default": ">8"}
+COLUMNS |= {"page at the edge": "<40", "outcome": "<8", "edge, dots": ">10.2f", "cell, rad": ">10.3f"}
+COLUMNS |= {"refusals": ">8", "granted": "asked <1"}
+COLUMNS |= {"mount, facets rad": "angle_rad <22g", "seconds": "mesh_s >9.2f", "triangles": ">10"}
+COLUMNS |= {"chord error, mm": "chord_error_mm >16.4f", "default": ">8", "kB": "kilobytes >7.0f"}
+COLUMNS |= EXTREME_COLUMNS
 
 
-def fabricate_table(result: dict[str, Any]) -> str:
-    """The fabricate suite as text."""
-    pages = [
-        row | {"raster": raster, "ms": 1e3 * row["seconds"]} | row[raster]
-        for row in result["pages"]
-        for raster in RASTERS
-        if raster in row
-    ]
-    alone = result["pdf_alone"]
-    return "\n".join(
-        [
-            text_table(pages, COLUMNS),
-            "",
-            "PDF, preview and assembly sheet alone (print NAME --mount none, interpreter and all): "
-            f"{alone['seconds']:.2f} s, of which {alone['cpu_seconds']:.2f} s of processor time; "
-            f"{alone['ratio']:.1f} times an interpreter that imports numpy and reportlab",
-            "",
-            *_page_extremes(result["page_extremes"]),
-            "",
-            text_table(result["mounts"], MOUNT_COLUMNS),
-            "",
-            extremes_table(result["mount_extremes"]),
-            "",
-            _calibration(result["calibration"]),
-        ]
-    )
-
-
-def _page_extremes(rows: list[dict[str, Any]]) -> Iterator[str]:
-    """A line for each page at the edge, with the refusals on the way to it."""
-    shown = []
+def table(rows: list[Row]) -> Iterator[Row]:
+    """A row for each page and raster, each page at the edge, each mesh, and each mount at the edge."""
     for row in rows:
-        seen = [row[raster] for raster in ("poppler", "ghostscript") if raster in row]
-        worst, phase = (max((one[name] for one in seen), default=0.0) for name in ("worst_dots", "cell_phase_rad"))
-        shown.append(row | {"edge, dots": worst, "cell, rad": phase})
-    head, *lines = table_lines(shown, EXTREME_COLUMNS)
-    yield head
-    for line, row in zip(lines, rows, strict=True):
-        yield from (line, *(f"    {refusal}" for refusal in row["said"]))
+        if "form" in row:
+            for raster in RASTERS:
+                if raster in row:
+                    yield row | {"raster": raster, "ms": 1e3 * row["seconds"]} | row[raster]
+        elif "said" in row:
+            seen = [row[raster] for raster in ("poppler", "ghostscript") if raster in row]
+            worst, phase = (max((one[name] for one in seen), default=0.0) for name in ("worst_dots", "cell_phase_rad"))
+            shown = {"page at the edge": row["case"], "outcome": row["outcome"], "refusals": len(row["said"])}
+            yield shown | {"edge, dots": worst, "cell, rad": phase, "asked": row["asked"]}
+        elif "angle_rad" in row:
+            yield row
+    yield from extremes_table([row for row in rows if "mount" in row])
+
+
+def notes(rows: list[Row]) -> Iterator[str]:
+    """What the photographs of the pitch test gave."""
+    yield from (_calibration(row["photographs"]) for row in rows if "photographs" in row)
 
 
 def _calibration(found: dict[str, Any]) -> str:
@@ -253,18 +190,18 @@ def _calibration(found: dict[str, Any]) -> str:
     )
 
 
-def fabricate_plot(result: dict[str, Any]) -> Any:
+def plot(rows: list[Row]) -> Any:
     """Edge error against resolution for each form of the page; chord error against seconds and size of the mesh."""
     figure = figure_of(11, 3.6)
     pages, *meshes = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
-    _plot_edges(pages, result["pages"])
+    _plot_edges(pages, [row for row in rows if "form" in row])
     for axes, key, label in zip(
-        meshes, ("seconds", "kilobytes"), ("meshing and writing, s", "mount.stl, kB"), strict=True
+        meshes, ("mesh_s", "kilobytes"), ("meshing and writing, s", "mount.stl, kB"), strict=True
     ):
-        rows = result["mounts"]
-        errors = [1e3 * row["chord_error_mm"] for row in rows]
-        axes.loglog([row[key] for row in rows], errors, "o-", color="#1f6fb2")
-        for row, error in zip(rows, errors, strict=True):
+        own = [row for row in rows if "angle_rad" in row]
+        errors = [1e3 * row["chord_error_mm"] for row in own]
+        axes.loglog([row[key] for row in own], errors, "o-", color="#1f6fb2")
+        for row, error in zip(own, errors, strict=True):
             words = f"{row['angle_rad']:g} rad" + (" (default)" if row["default"] else "")
             axes.annotate(words, (row[key], error), (6, 5), textcoords="offset points", fontsize=8)
             if row["default"]:
@@ -302,3 +239,6 @@ def _plot_edges(axes: Any, pages: list[dict[str, Any]]) -> None:
     axes.set_xlabel("dots per inch")
     axes.set_ylabel("worst edge off its place, um")
     axes.legend(frameon=False, fontsize=8)
+
+
+BENCH = Bench(rows, COLUMNS, notes, table=table, plot=plot)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from moireid.errors import MoireIdError
 from moireid.fabrication.mount_parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process_figures import mount_figures
 from moireid.profiles import LensProfile, lens_named, save_lens_profile
-from moireid_lab.bench.bench_frame import grouped, text_table
+from moireid_lab.bench.bench_frame import Row, grouped
 
 KINDS = ("lanyard", "clip", "stand", "holder")
 PAYLOAD = bytes(range(8))
@@ -132,11 +132,9 @@ def outcome_of(parts: Parts) -> str:
 COLUMNS = {"mount at its extreme": "<21", "front": "<7", **dict.fromkeys(KINDS, "<10"), "why not whole": "<1"}
 
 
-def extremes_table(rows: list[dict[str, Any]]) -> str:
-    """A line a case, with the outcome for each mount (an asterisk where it was built and checked), and why."""
-    shown = []
+def extremes_table(rows: list[Row]) -> Iterator[Row]:
+    """A row a case, with the outcome for each mount (an asterisk where it was built and checked), and why."""
     for (case, front), group in grouped(rows, "case", "front").items():
         marks = {entry["mount"]: entry["outcome"] + "*" * entry["built"] for entry in group}
         why = " | ".join(dict.fromkeys(entry["why"] for entry in group if entry["why"]))
-        shown.append({"mount at its extreme": case, "front": front} | marks | {"why not whole": why})
-    return text_table(shown, COLUMNS)
+        yield {"mount at its extreme": case, "front": front} | marks | {"why not whole": why}

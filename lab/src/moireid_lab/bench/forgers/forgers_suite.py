@@ -18,7 +18,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify
-from moireid_lab.bench.bench_frame import Wish, counted_verdicts, film_cases, grouped, temporary_film, text_table
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, counted_verdicts, grouped, temporary_film
 from moireid_lab.bench.bench_plots import figure_of, verdict_bars
 from moireid_lab.bench.forgers.cases import ForgeryCase, Shoot, cases
 from moireid_lab.bench.verdicts import verdict_row
@@ -63,10 +63,9 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     return {"case": name, "genuine": case.genuine, "seed": seed, "seconds": seconds} | verdict_row(report)
 
 
-def run(wish: Wish) -> dict[str, Any]:
-    """All cases as one JSON object, or those that are asked for.  Raises: SpecError where no case is left."""
-    names, seeds = [case.name for case in cases()], wish.seeds(100, quick=2)
-    return {"suite": "forgers", "seed": wish.seed, "rows": film_cases(run_case, names, FRAMES, seeds, wish)}
+def rows(wish: Wish) -> Iterator[Row]:
+    """All cases, or those that are asked for.  Raises: SpecError where no case is left."""
+    return wish.films(run_case, [case.name for case in cases()], FRAMES, wish.seeds(100, quick=2))
 
 
 HEADINGS = {False: "forged", True: "genuine, as hands and editors spoil it"}
@@ -74,37 +73,36 @@ COLUMNS = {HEADINGS[False]: "<58", HEADINGS[True]: "<58", "accept": ">8", "incon
 COLUMNS |= {"s a film": ">10.1f", "reasons": "<1"}
 
 
-def forgers_table(result: dict[str, Any]) -> str:
+def table(rows: list[Row]) -> Iterator[Row]:
     """Verdicts of each case, and why those that were not accepted were not."""
-    rows = [
-        {HEADINGS[genuine]: name}
-        | counted_verdicts(rows, 1)
-        | {"s a film": sum(r["seconds"] for r in rows) / len(rows)}
-        for genuine in HEADINGS
-        for name, rows in by_case(result, genuine).items()
-    ]
-    return text_table(rows, COLUMNS)
+    for genuine, heading in HEADINGS.items():
+        for name, own in by_case(rows, genuine).items():
+            seconds = sum(row["seconds"] for row in own) / len(own)
+            yield {heading: name} | counted_verdicts(own, 1) | {"s a film": seconds}
 
 
-def by_case(result: dict[str, Any], genuine: bool) -> dict[str, list[dict[str, Any]]]:
+def by_case(rows: list[Row], genuine: bool) -> dict[str, list[Row]]:
     """Rows of each case, in the order of the suite."""
-    return grouped([row for row in result["rows"] if row["genuine"] == genuine], "case")
+    return grouped([row for row in rows if row["genuine"] == genuine], "case")
 
 
-def forgers_plot(result: dict[str, Any]) -> Any:
+def plot(rows: list[Row]) -> Any:
     """One bar a case: share of its films by verdict."""
-    groups = {genuine: by_case(result, genuine) for genuine in (False, True)}
-    # A row for each case, and an empty one with the heading of each group, from the top.
-    rows = [row for genuine, cases in groups.items() if cases for row in ((HEADINGS[genuine], []), *cases.items())]
-    figure = figure_of(8, 0.18 * len(rows) + 1)
+    groups = {genuine: by_case(rows, genuine) for genuine in (False, True)}
+    # A bar for each case, and an empty one with the heading of each group, from the top.
+    bars = [bar for genuine, cases in groups.items() if cases for bar in ((HEADINGS[genuine], []), *cases.items())]
+    figure = figure_of(8, 0.18 * len(bars) + 1)
     axes = figure.add_subplot()
-    verdict_bars(axes, [films for _, films in rows])
-    axes.set_yticks(range(len(rows)), [name for name, _ in rows], fontsize=7)
-    for mark, (_, films) in zip(axes.get_yticklabels(), rows, strict=True):
+    verdict_bars(axes, [films for _, films in bars])
+    axes.set_yticks(range(len(bars)), [name for name, _ in bars], fontsize=7)
+    for mark, (_, films) in zip(axes.get_yticklabels(), bars, strict=True):
         mark.set_fontweight("normal" if films else "bold")
-    axes.set(xlabel="share of films", xlim=(0, 1), ylim=(len(rows) - 0.5, -0.5))
+    axes.set(xlabel="share of films", xlim=(0, 1), ylim=(len(bars) - 0.5, -0.5))
     axes.tick_params(axis="y", length=0)
     axes.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     axes.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
     axes.spines[["top", "right", "left"]].set_visible(False)
     return figure
+
+
+BENCH = Bench(rows, COLUMNS, table=table, plot=plot)

@@ -11,13 +11,10 @@ import numpy as np
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid.designer import Request
     from moireid.verifier.tracking.track import Track
 
 #: The picture is cropped to the room of a swaying badge at 1 m; pixels to the millimetre are those of 1080p.
 WIDTH, HEIGHT, FOCAL_PX = 1024, 576, 1450.0
-#: Badges of a format fill more of the picture at their near end.
-WHOLE_PX = 1280, 720
 FPS, CRF = 30.0, 28
 #: Lengths at which a clip is read again: 0.5 to 8 s.
 FRAMES = (15, 30, 60, 120, 240)
@@ -27,8 +24,7 @@ FRAMES = (15, 30, 60, 120, 240)
 class Clip:
     """What to film: payload, distance, how the badge is built, and the seeds of build and motion.
 
-    shorter: read it again as if it had ended earlier, with both decoders, to set error against time; pattern: as in
-    `designer.Request`; format: one of `designer.formats`, None for a board read from 0.8 to 2.5 m.
+    shorter: read it again as if it had ended earlier, with both decoders, to set error against time.
     """
 
     payload: bytes
@@ -38,17 +34,6 @@ class Clip:
     assembly_seed: int | None = None
     frames: int = 240
     shorter: bool = False
-    pattern: str | None = None
-    format: str | None = None
-
-
-def request_of(clip: Clip) -> Request:
-    """The wish for the clip's badge.  Raises: DesignError where no range works."""
-    from moireid.designer import Request
-    from moireid.designer.formats import in_format
-
-    request = Request("Bench", range_m=(0.8, 2.5), pattern=clip.pattern)
-    return in_format(request, clip.format, payload_bytes=len(clip.payload)) if clip.format else request
 
 
 def build_of(clip: Clip) -> Any:
@@ -72,7 +57,7 @@ def build_of(clip: Clip) -> Any:
 
 def read_clip(clip: Clip) -> dict[str, Any]:
     """Film the clip, read it back, and compare with what was printed; one row of figures."""
-    from moireid.designer import design_badge
+    from moireid.designer import Request, design_badge
     from moireid.idcodes.spacing import true_phases_rad
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Camera, Scene
@@ -82,9 +67,9 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     from moireid.verifier.session.film import verify
     from moireid_lab.bench.bench_frame import temporary_film
 
-    badge = design_badge(request_of(clip), clip.payload)
+    badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), clip.payload)
     build = build_of(clip)
-    scene = Scene(badge, build, Camera(*(WHOLE_PX if clip.format else (WIDTH, HEIGHT)), FOCAL_PX))
+    scene = Scene(badge, build, Camera(WIDTH, HEIGHT, FOCAL_PX))
     motion = motion_named("sway", distance_mm=clip.distance_mm, seed=clip.motion_seed)
     how = {"frames": clip.frames, "fps": FPS, "seed": clip.motion_seed, "crf": CRF}
     with temporary_film(scene, motion, **how) as video:

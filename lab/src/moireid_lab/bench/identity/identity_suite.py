@@ -8,6 +8,7 @@ H.264 crf 28.  The clips are few enough for a morning; confidence intervals show
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,10 @@ from numpy.typing import NDArray
 
 from moireid.asbuilt import as_built_from_json
 from moireid.designer import Request, design_badge
-from moireid.result_cache import program_digest
 from moireid.verifier.identity.compare_built import compare_built
-from moireid_lab.bench.bench_frame import Wish, text_table
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.bench_plots import figure_of, plain
-from moireid_lab.bench.identity.clips import CRF, FOCAL_PX, FPS, HEIGHT, WIDTH, Clip, read_clip
+from moireid_lab.bench.identity.clips import Clip, read_clip
 from moireid_lab.bench.identity.matching import matching_figures
 from moireid_lab.evaluation.statistics import interval
 
@@ -41,7 +41,7 @@ def shorter_figures(groups: dict[str, list[dict[str, Any]]]) -> list[dict[str, A
                 continue
             found.append(
                 {
-                    "name": name,
+                    "cut": name,
                     "frames": frames,
                     "clips": len(some),
                     "cells_wrong": float(np.mean([one["cells_wrong"] for one in some])),
@@ -56,32 +56,36 @@ def shorter_figures(groups: dict[str, list[dict[str, Any]]]) -> list[dict[str, A
 
 
 CONDITIONS = ((64, 1000.0), (64, 2000.0), (64, 3000.0), (128, 2000.0), (128, 3000.0))
+#: Films of a badge that is enrolled, of it again, and of a copy.
+BUILT = ("enrolled", "original", "copy")
 CLIPS, QUICK_CLIPS = 100, 4
 #: Clips of a condition that are also read shortened.
 SHORTER_CLIPS = 20
 BUILT_DISTANCE_MM = 1000.0
 
 
-def run(wish: Wish) -> dict[str, Any]:
-    """All figures of the suite as one JSON object."""
-    count, seed = len(wish.seeds(CLIPS, QUICK_CLIPS)), wish.seed
-    jobs = _jobs(count, seed)
-    groups: dict[str, list[dict[str, Any]]] = {}
-    for (name, _), row in zip(jobs, _read_all([clip for _, clip in jobs], wish), strict=True):
-        groups.setdefault(name, []).append(row)
-    built = {name: groups.pop(name) for name in ("enrolled", "original", "copy")}
-    return {
-        "suite": "identity",
-        "seed": seed,
-        "clips": count,
-        "conditions": [_condition(name, found) for name, found in groups.items()],
-        "shorter": shorter_figures(groups),
-        "built": _built(built),
-        "matching": matching_figures(groups, quick=wish.quick, seed=seed),
-    }
+def rows(wish: Wish) -> Iterator[Row]:
+    """A row for each clip, with the kind of its film; then the rates of false matches, made of them."""
+    jobs = clips_of(len(wish.seeds(CLIPS, QUICK_CLIPS)), wish.seed)
+    found = []
+    for row in wish.each(read_kind, {f"{kind} {number}": (kind, clip) for number, (kind, clip) in enumerate(jobs)}):
+        found.append(row)
+        yield row
+    if wish.only is None:
+        yield {"matching": matching_figures(by_condition(found), quick=wish.quick, seed=wish.seed)}
 
 
-def _jobs(count: int, seed: int) -> list[tuple[str, Clip]]:
+def read_kind(job: tuple[str, Clip]) -> Row:
+    """One clip, read."""
+    return {"kind": job[0]} | read_clip(job[1])
+
+
+def by_condition(rows: list[Row]) -> dict[str, list[Row]]:
+    """The clips of each condition."""
+    return grouped([row for row in rows if "matching" not in row and row["kind"] not in BUILT], "kind")
+
+
+def clips_of(count: int, seed: int) -> list[tuple[str, Clip]]:
     """All clips with the name of their condition, the first of every condition first; each has its own seed."""
     jobs: list[tuple[str, Clip]] = []
     for k in range(count):
@@ -92,19 +96,9 @@ def _jobs(count: int, seed: int) -> list[tuple[str, Clip]]:
             jobs.append((f"{bits} bits, {distance / 1000:g} m", clip))
         rng = np.random.default_rng([seed, len(CONDITIONS), k])
         payload, of_badge = rng.bytes(8), rng.integers(0, 2**31, 6).tolist()
-        for kind, motion, assembly in (("enrolled", 1, None), ("original", 2, None), ("copy", 3, of_badge[4])):
+        for kind, motion, assembly in zip(BUILT, (1, 2, 3), (None, None, of_badge[4]), strict=True):
             jobs.append((kind, Clip(payload, BUILT_DISTANCE_MM, of_badge[0], of_badge[motion], assembly)))
     return jobs
-
-
-def _read_all(clips: list[Clip], wish: Wish) -> list[dict[str, Any]]:
-    """One row a clip, in their order; those that are kept are not filmed again."""
-    return list(wish.each(read_clip, {_key(clip): clip for clip in clips}))
-
-
-def _key(clip: Clip) -> str:
-    """The key of a clip: clip, camera, and a digest of the program; so changed code gives new rows."""
-    return f"{program_digest()} {WIDTH}x{HEIGHT} {FOCAL_PX} {FPS} {CRF} {clip}"
 
 
 def _condition(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -116,7 +110,6 @@ def _condition(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
     read = sum(row["read"] for row in rows)
     return {
         "name": name,
-        "clips": len(rows),
         "read": read,
         "read_interval": interval(read, len(rows)),
         "wrong_payloads": sum(row["wrong"] for row in rows),
@@ -144,17 +137,18 @@ def _rms(values: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
-def _built(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
+def built_counts(rows: list[Row]) -> dict[str, dict[str, int]]:
     """How often the figures of the original and of a copy agree and differ, at `BUILT_DISTANCE_MM`."""
-    counts = {kind: dict.fromkeys(("agrees", "differs", "not_known"), 0) for kind in ("original", "copy")}
-    for k, row in enumerate(rows["enrolled"]):
+    by_kind = grouped([row for row in rows if "matching" not in row and row["kind"] in BUILT], "kind")
+    counts = {kind: dict.fromkeys(("agrees", "differs", "not_known"), 0) for kind in BUILT[1:]}
+    for k, row in enumerate(by_kind.get(BUILT[0], [])):
         if row["as_built"] is None:
             continue
         badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), bytes.fromhex(row["payload"]))
         enrolled = as_built_from_json(row["as_built"])
         for kind, count in counts.items():
-            if rows[kind][k]["as_built"] is not None:
-                found = as_built_from_json(rows[kind][k]["as_built"])
+            if by_kind[kind][k]["as_built"] is not None:
+                found = as_built_from_json(by_kind[kind][k]["as_built"])
                 count[compare_built(found, enrolled, badge).built] += 1
     return counts
 
@@ -162,29 +156,32 @@ def _built(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
 COLUMNS = {"clips": "name <18", "read": "of >9", "wrong": "wrong_payloads >7", "accepted": ">10"}
 COLUMNS |= {"cell errors": "wrong_cells >13.5f", "phase rms": "phase_rms_rad >12.4f"}
 COLUMNS |= {"beat error": "beat_error_worst >12.5f", "decode s": "identity_s >12.3f"}
-SHORTER_COLUMNS = {"clips cut short": "name <18", "frames": ">7", "cell errors": "cells_wrong >13.5f"}
-SHORTER_COLUMNS |= {"soft": "soft_read >7.2f", "hard": "hard_read >7.2f", "measure ms": "measure_ms >12.0f"}
-SHORTER_COLUMNS |= {"decode ms": "identity_ms >12.0f"}
+COLUMNS |= {"clips cut short": "cut <18", "frames": ">7", "wrong cells": "cells_wrong >13.5f"}
+COLUMNS |= {"soft": "soft_read >7.2f", "hard": "hard_read >7.2f", "measure ms": "measure_ms >12.0f"}
+COLUMNS |= {"decode ms": "identity_ms >12.0f"}
 
 
-def identity_table(result: dict[str, Any]) -> str:
-    """The identity suite as text."""
-    conditions = [row | {"of": f"{row['read']}/{row['clips']}"} for row in result["conditions"]]
-    built = [
-        f"films of the {kind:<9} judged as: "
-        + ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
-        for kind, counts in result["built"].items()
-    ]
-    shorter = text_table(result["shorter"], SHORTER_COLUMNS)
-    return "\n".join(
-        [text_table(conditions, COLUMNS), "", *built, "", *_matching_lines(result["matching"]), "", shorter]
-    )
+def table(rows: list[Row]) -> Iterator[Row]:
+    """A row for each condition; then one for each condition and length of clips that were cut short."""
+    groups = by_condition(rows)
+    for name, found in groups.items():
+        row = _condition(name, found)
+        yield row | {"of": f"{row['read']}/{len(found)}"}
+    yield from shorter_figures(groups)
+
+
+def notes(rows: list[Row]) -> Iterator[str]:
+    """Original and copy, and the rates in sentences."""
+    for kind, counts in built_counts(rows).items():
+        judged = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
+        yield f"films of the {kind:<9} judged as: {judged}"
+    for row in rows:
+        yield from _matching_lines(row["matching"]) if "matching" in row else ()
 
 
 def _matching_lines(matching: dict[str, Any]) -> list[str]:
     """The rates in sentences."""
-    acquired, scores, issued = matching["failure_to_acquire"], matching["scores"], matching["issued"]
-    model, undetected = matching["model"], matching["undetected"]
+    acquired, scores, model = matching["failure_to_acquire"], matching["scores"], matching["model"]
     tails = ", ".join(f"{100 * tail['other_films']:.2f} % for {100 * tail['model']:g} %" for tail in model["tails"])
     lines = [
         f"failure to acquire: {acquired['failed']} of {acquired['films']} films "
@@ -204,26 +201,24 @@ def _matching_lines(matching: dict[str, Any]) -> list[str]:
         f"{row['comparisons']:,} comparisons"
         for row in matching["decoding"]
     ]
-    lines += [
-        f"{issued['payloads']:,} issued words differ in {issued['least_distance_bytes']} bytes or more; "
-        f"the code promises {issued['promised_bytes']}",
-        f"wrong payloads of {undetected['words_each']:,} words at random: {undetected['random']}; "
-        f"of as many with one error more than can be corrected: {undetected['one_error_too_many']}",
-    ]
     return lines
 
 
-def identity_plot(result: dict[str, Any]) -> Any:
+def plot(rows: list[Row]) -> Any:
     """Scatter of the cells' phase against distance, with the point of confusion."""
     figure = figure_of(6, 3.6)
     axes = figure.add_subplot()
     for bits, colour in ((64, "#1f6fb2"), (128, "#c2571a")):
-        rows = [row for row in result["conditions"] if row["name"].startswith(f"{bits} ")]
-        metres = [float(row["name"].split(", ")[1].removesuffix(" m")) for row in rows]
-        axes.semilogy(metres, [row["phase_rms_rad"] for row in rows], "o-", color=colour, label=f"{bits} bits")
+        own = {name: found for name, found in by_condition(rows).items() if name.startswith(f"{bits} ")}
+        metres = [float(name.split(", ")[1].removesuffix(" m")) for name in own]
+        rms = [_condition(name, found)["phase_rms_rad"] for name, found in own.items()]
+        axes.semilogy(metres, rms, "o-", color=colour, label=f"{bits} bits")
     axes.axhline(3.14159 / 4, color="#8a97a6", linestyle=":", label="point of confusion")
     axes.set_xlabel("distance, m")
     axes.set_ylabel("phase error of a cell, rad (RMS)")
     axes.legend(frameon=False)
     plain(axes)
     return figure
+
+
+BENCH = Bench(rows, COLUMNS, notes, table=table, plot=plot)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t
 
-from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS, decode_phases, word_places
+from moireid.idcodes.spacing import PHASE_LEVELS, decode_phases, word_places
 from moireid.idcodes.words import WordCode
 from moireid_lab.evaluation.statistics import interval
 
@@ -50,8 +50,6 @@ def matching_figures(groups: dict[str, list[dict[str, Any]]], *, quick: bool, se
         "scores": _scores(read, rng, 2_000 if quick else 20_000),
         "model": _model(far[::2], far[1::2]),
         "decoding": _decoding(far[::2], far[1::2], rng, *((200, 5_000) if quick else (2_000, 10_000))),
-        "issued": _issued_apart(rng, 1_000 if quick else 10_000),
-        "undetected": _undetected(rng, 200 if quick else 5_000),
     }
 
 
@@ -140,32 +138,3 @@ def _decoding(
                 }
             )
     return found
-
-
-def _issued_apart(rng: np.random.Generator, count: int) -> dict[str, int]:
-    """Least number of bytes in which two of `count` issued words differ, and what the code promises."""
-    words = np.array([list(WORD.encode(rng.bytes(WORD.payload_bytes))) for _ in range(count)], np.uint8)
-    least = WORD.word_bytes
-    for k in range(count - 1):
-        least = min(least, int((words[k + 1 :] != words[k]).sum(axis=1).min()))
-    return {
-        "payloads": count,
-        "least_distance_bytes": least,
-        "promised_bytes": WORD.parity_bytes + 1,
-        "cells": WORD.word_bytes * CELLS_PER_BYTE,
-    }
-
-
-def _undetected(rng: np.random.Generator, words: int) -> dict[str, int]:
-    """How many words at random, and how many with one error more than can be corrected, decode to a wrong payload."""
-    wrong = dict.fromkeys(("random", "one_error_too_many"), 0)
-    for _ in range(words):
-        doubts = list(rng.uniform(0, 0.5, WORD.word_bytes))
-        wrong["random"] += WORD.decode(rng.bytes(WORD.word_bytes), doubts) is not None
-        payload = rng.bytes(WORD.payload_bytes)
-        read = np.frombuffer(WORD.encode(payload), np.uint8).copy()
-        places = rng.choice(WORD.word_bytes, WORD.parity_bytes // 2 + 1, replace=False)
-        read[places] ^= rng.integers(1, 256, len(places), np.uint8)
-        found = WORD.decode(read.tobytes(), doubts)
-        wrong["one_error_too_many"] += found is not None and found[0] != payload
-    return {"words_each": words, **wrong}

@@ -16,10 +16,9 @@ from __future__ import annotations
 import math
 import textwrap
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -28,10 +27,11 @@ from numpy.typing import NDArray
 from moireid.simulate.analytic.accuracy import Difference, PixelStrip, brightness, difference, estimate_error, strips_of
 from moireid.simulate.analytic.analytic_renderer import RAYS, AnalyticRenderer, BoardRadiance
 from moireid.simulate.scene import Camera, Instant, Scene
-from moireid_lab.bench.bench_frame import Wish, grouped, text_table
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.bench_plots import error_against_time
 from moireid_lab.bench.simulate import left_out
-from moireid_lab.bench.simulate.left_out import left_out_table, rms
+from moireid_lab.bench.simulate.left_out import COLUMNS as LEFT_OUT
+from moireid_lab.bench.simulate.left_out import rms
 from moireid_lab.bench.simulate.reference import Setup, trace_pixels
 from moireid_lab.bench.simulate.scenes import STEEP_TANGENT, TANGENTS, SceneSetting, eleven
 
@@ -58,30 +58,14 @@ class SceneTruth:
     escaped: float
 
 
-def run(wish: Wish) -> dict[str, Any]:
-    """All figures as one JSON object."""
-    settings, quick, seed, progress = eleven(), wish.quick, wish.seed, wish.progress
-    cameras = {"1080p": CAMERAS["1080p"]} if quick else CAMERAS
-    total = len(settings) + len(cameras) + 1
-    against = []
-    for done, setting in enumerate(settings, start=1):
-        against.append(against_reference(setting, quick=quick))
-        progress(done, total)
-    work: list[dict[str, Any]] = []
-    for done, (name, camera) in enumerate(cameras.items(), start=len(settings) + 1):
-        work += work_precision(replace(settings[0], camera=camera), name, quick=quick, seed=seed)
-        progress(done, total)
-    unseen = left_out.run(seed)
-    progress(total, total)
-    return {
-        "suite": "simulate",
-        "seed": seed,
-        "versions": _versions(),
-        "against": against,
-        "work": work,
-        "speed": speed_at_equal_error(work),
-        "left_out": unseen,
-    }
+def rows(wish: Wish) -> Iterator[Row]:
+    """Scenes against the outside tracer, error against run time, and what is left out of a scene."""
+    settings = eleven()
+    for setting in settings:
+        yield against_reference(setting, quick=wish.quick)
+    for name in CAMERAS if not wish.quick else ("1080p",):
+        yield from work_precision(replace(settings[0], camera=CAMERAS[name]), name, quick=wish.quick, seed=wish.seed)
+    yield from left_out.rows(wish.seed)
 
 
 def truth_of(setting: SceneSetting, tangent: float, *, per_grating: int = 1, budget: int = BUDGET) -> SceneTruth | None:
@@ -236,7 +220,7 @@ def _mitsuba(
     return MitsubaRenderer(scene, samples=samples, segments=segments, variant=variant, seed=seed).render
 
 
-def speed_at_equal_error(work: list[dict[str, Any]]) -> dict[str, Any] | None:
+def speed_at_equal_error(work: list[Row]) -> dict[str, Any] | None:
     """How many times faster the analytic renderer is than the best Mitsuba set-up, at that set-up's phase error.
 
     Convention: of all set-ups of Mitsuba at a resolution, the one against which the analytic renderer wins by least;
@@ -268,17 +252,6 @@ def speed_at_equal_error(work: list[dict[str, Any]]) -> dict[str, Any] | None:
     return min(found, key=lambda one: one["times"]) if found else None
 
 
-def _versions() -> dict[str, str]:
-    """Versions of the packages that do the work."""
-    found = {}
-    for package in ("numpy", "numba", "mitsuba", "drjit"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            continue
-    return found
-
-
 COLUMNS = {"against the outside tracer": "name <36", "phase": "fine.phase_rad >8.4f"}
 COLUMNS |= {
     "at 60": "fine.steep_phase_rad >8.4f",
@@ -286,25 +259,27 @@ COLUMNS |= {
     "image at 60": "fine.steep_image >11.2%",
 }
 COLUMNS |= {"usual": "usual.phase_rad >8.4f", "estimate": "estimate_rad >9.4f", "usual image": "usual.image >11.2%"}
-WORK_COLUMNS = {"renderer": "<24", "camera": ">8", "setting": ">10", "ms": ">9.2f", "least": ">8.2f", "spread": ">8.2f"}
-WORK_COLUMNS |= {"phase": "phase_rad >8.4f", "image": ">7.2%"}
+COLUMNS |= {"renderer": "<24", "camera": ">8", "setting": "set >10", "ms": ">9.2f", "least": ">8.2f"}
+COLUMNS |= {"spread": ">8.2f", "phase error": "phase_rad >11.4f", "image error": "image >11.2%"} | LEFT_OUT
 
 
-def simulate_table(result: dict[str, Any]) -> str:
-    """The simulate suite as text."""
-    work = [
-        row
-        | {name: 1e3 * row[key] for name, key in zip(("ms", "least", "spread"), SECONDS, strict=True)}
-        | {"setting": " x ".join(map(str, row["setting"]))}
-        for row in result["work"]
-    ]
-    tables = [text_table(result["against"], COLUMNS), "", text_table(work, WORK_COLUMNS)]
-    return "\n".join([*tables, "", speed_sentence(result), "", left_out_table(result["left_out"])])
+def table(rows: list[Row]) -> Iterator[Row]:
+    """The rows of all three parts."""
+    yield from (row for row in rows if "fine" in row)
+    for row in work_of(rows):
+        ms = {name: 1e3 * row[key] for name, key in zip(("ms", "least", "spread"), SECONDS, strict=True)}
+        yield row | ms | {"set": " x ".join(map(str, row["setting"]))}
+    yield from left_out.table([row for row in rows if "what" in row])
 
 
-def speed_sentence(result: dict[str, Any]) -> str:
+def work_of(rows: list[Row]) -> list[Row]:
+    """The rows of error against run time."""
+    return [row for row in rows if "setting" in row]
+
+
+def speed_sentence(rows: list[Row]) -> str:
     """How the two renderers compare, in a sentence."""
-    speed = result["speed"]
+    speed = speed_at_equal_error(work_of(rows))
     if speed is None:
         return "no set-up of Mitsuba was measured that errs as much as an analytic setting"
     return (
@@ -314,11 +289,11 @@ def speed_sentence(result: dict[str, Any]) -> str:
     )
 
 
-def simulate_plot(result: dict[str, Any]) -> Any:
+def plot(rows: list[Row]) -> Any:
     """Seconds a frame against phase error, and against image error, both log."""
-    rows = sorted((row for row in result["work"] if row["phase_rad"]), key=lambda row: math.prod(row["setting"]))
+    work = sorted((row for row in work_of(rows) if row["phase_rad"]), key=lambda row: math.prod(row["setting"]))
     figure = error_against_time(
-        {", ".join(key): own for key, own in grouped(rows, "renderer", "camera").items()},
+        {", ".join(key): own for key, own in grouped(work, "renderer", "camera").items()},
         {
             "phase error, rad (RMS)": lambda row: row["phase_rad"],
             "brightness error, share of the contrast (RMS)": lambda row: row["image"],
@@ -326,5 +301,8 @@ def simulate_plot(result: dict[str, Any]) -> Any:
         lambda row: row["seconds"],
         "seconds a frame",
     )
-    figure.suptitle(textwrap.fill(speed_sentence(result), 100), fontsize=9)
+    figure.suptitle(textwrap.fill(speed_sentence(rows), 100), fontsize=9)
     return figure
+
+
+BENCH = Bench(rows, COLUMNS, lambda rows: [speed_sentence(rows)], table=table, plot=plot)

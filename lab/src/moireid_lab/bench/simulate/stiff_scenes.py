@@ -66,7 +66,7 @@ def run_scenes() -> list[dict[str, Any]]:
 
 def render_case(case: StiffScene) -> dict[str, Any]:
     """One row: errors of both tracers, the bar, and the outcome."""
-    row: dict[str, Any] = {"name": case.name, "outcome": "refused", "why": "", "float32_from_float64": None}
+    row: dict[str, Any] = {"scene": case.name, "outcome": "refused", "why": "", "float32_from_float64": None}
     try:
         setting = case.make()
         scene = setting.scene

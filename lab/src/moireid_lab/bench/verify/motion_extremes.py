@@ -33,7 +33,6 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film
-from moireid_lab.bench.bench_frame import Wish
 from moireid_lab.bench.verify.judged import JudgedFrames, judge_frames
 
 Array = NDArray[np.float64]
@@ -148,27 +147,23 @@ def cases() -> list[Extreme]:
     ]
 
 
-def run_extremes(wish: Wish, program: str) -> list[dict[str, Any]]:
-    """All cases as rows; those that are kept are not filmed again; program: digest of what made them."""
-    jobs = {f"{program} extreme {case.name} {wish.seed}": (case.name, wish.seed) for case in chosen(quick=wish.quick)}
-    return list(wish.each(_read, jobs))
+def extreme_jobs(*, quick: bool, seed: int) -> dict[str, tuple[str, int]]:
+    """The cases of a run by name, as their motions cannot travel to another process."""
+    return {case.name: (case.name, seed) for case in cases() if case.quick or not quick}
 
 
-def _read(job: tuple[str, int]) -> dict[str, Any]:
-    """A case by its name, as its motion cannot travel to another process."""
-    name, seed = job
-    return read_extreme(next(case for case in cases() if case.name == name), seed)
-
-
-def chosen(*, quick: bool) -> list[Extreme]:
-    """The cases of a run."""
-    return [case for case in cases() if case.quick or not quick]
-
-
-def read_extreme(case: Extreme, seed: int) -> dict[str, Any]:
+def read_extreme(job: tuple[str, int]) -> dict[str, Any]:
     """Film one case and judge it; one row."""
+    name, seed = job
+    case = next(case for case in cases() if case.name == name)
     badge = design_badge(Request("Bench"), PAYLOAD)
-    row: dict[str, Any] = {"name": case.name, "expected": case.expected, "outcome": "wrong", "reasons": [], "why": ""}
+    row: dict[str, Any] = {
+        "extreme": case.name,
+        "expected": case.expected,
+        "outcome": "wrong",
+        "reasons": [],
+        "why": "",
+    }
     row |= {"tracked": 0, "frames": case.frames} | dict.fromkeys(FIGURES)
     with tempfile.TemporaryDirectory() as folder:
         try:

@@ -19,24 +19,23 @@ import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 
-from moireid.result_cache import keep_row, kept_rows, program_digest
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.fringes import signals as measure
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.session.claim import Claim
 from moireid_lab.baseline.pipeline import PublishedReader, judge
-from moireid_lab.bench.bench_frame import Wish, grouped, text_table
+from moireid_lab.bench.bench_frame import Bench, Row, Wish, grouped
 from moireid_lab.bench.bench_plots import error_against_time
+from moireid_lab.bench.bench_rows import Where
 from moireid_lab.bench.verify.films import KINDS, DecodedFilm, Kind, phase_error_rad, shoot
 from moireid_lab.bench.verify.judged import judge_frames
-from moireid_lab.bench.verify.motion_extremes import chosen, run_extremes
+from moireid_lab.bench.verify.motion_extremes import extreme_jobs, read_extreme
 
 #: 8 s, so that every fourth frame is still more than the verifier asks for at least.
 FRAMES, QUICK_FRAMES = 250, 150
@@ -44,8 +43,6 @@ RUNS, QUICK_RUNS = 3, 2
 EVERY, SCALES = (1, 2, 3, 4), (1.0, 3 / 4, 1 / 2, 1 / 3)
 ESTIMATORS = ("ours", "focal length given", "nothing solved", "poses not smoothed", "published")
 QUICK_KINDS = (KINDS[1], KINDS[-1])
-#: Packages that a row depends on; the digest of the rest of the package changes no figure.
-ROOMS = ("bench", "designer", "idcodes", "simulate", "verifier")
 
 
 @dataclass(frozen=True)
@@ -72,49 +69,24 @@ def settings(*, quick: bool) -> list[EstimatorSetting]:
     return [EstimatorSetting(every, scale) for scale in SCALES for every in EVERY] + others
 
 
-def run(wish: Wish) -> dict[str, Any]:
-    """All figures as one JSON object; what is timed runs by itself, extremes are filmed and judged by the engine."""
-    rows, films = kept_rows(wish.kept), list[dict[str, Any]]()
-    kinds = QUICK_KINDS if wish.quick else KINDS
-    total = len(kinds) + len(chosen(quick=wish.quick))
-    for done, kind in enumerate(kinds, start=1):
-        films += sweep(kind, quick=wish.quick, seed=wish.seed, kept=wish.kept, rows=rows)
-        wish.progress(done, total)
-    work = [_summary(setting, films) for setting in settings(quick=wish.quick)]
-    after = replace(wish, progress=lambda done, _: wish.progress(len(kinds) + done, total))
-    return {
-        "suite": "verify",
-        "seed": wish.seed,
-        "versions": {name: version(name) for name in ("numpy", "scipy", "av")} | {"opencv": cv2.__version__},
-        "films": films,
-        "work": work,
-        "knee": knee_of(work),
-        "extremes": run_extremes(after, program_digest(*ROOMS)),
-    }
+def rows(wish: Wish) -> Iterator[Row]:
+    """A row for each film and setting, timed one after the other; then one for each extreme motion."""
+    kinds = {kind.name: (kind, wish.quick, wish.seed) for kind in (QUICK_KINDS if wish.quick else KINDS)}
+    for film in replace(wish, only=None, where=Where(workers=1)).each(swept, kinds):
+        yield from film["settings"]
+    yield from replace(wish, only=None).each(read_extreme, extreme_jobs(quick=wish.quick, seed=wish.seed))
 
 
-def sweep(
-    kind: Kind, *, quick: bool, seed: int, kept: Path | None, rows: dict[str, dict[str, Any]]
-) -> list[dict[str, Any]]:
-    """One film by all settings; it is filmed only where a row is missing.
-
-    Forged films are judged once, because only the times of true films are used.
-    """
+def swept(job: tuple[Kind, bool, int]) -> Row:
+    """One film by all settings; forged films are judged once, because only the times of true films are used."""
+    kind, quick, seed = job
     frames, runs = (QUICK_FRAMES, QUICK_RUNS) if quick else (FRAMES, RUNS)
-    runs = 1 if kind.forge else runs
-    keys = {
-        setting: f"{program_digest(*ROOMS)} {kind} {frames} {runs} {seed} {setting}"
-        for setting in settings(quick=quick)
-    }
-    if any(key not in rows for key in keys.values()):
-        with tempfile.TemporaryDirectory() as folder:
-            filmed = shoot(kind, frames, seed, Path(folder))
-        timed(filmed, DEFAULT, 1)  # Tables that a process makes once are made here, and not while a setting is timed.
-        for setting, key in keys.items():
-            if key not in rows:
-                rows[key] = timed(filmed, setting, runs)
-                keep_row(kept, key, rows[key])
-    return [rows[key] for key in keys.values()]
+    # Children of the engine are limited to one thread; a user's process is not.
+    cv2.setNumThreads(max(cv2.getNumberOfCPUs(), 2))
+    with tempfile.TemporaryDirectory() as folder:
+        filmed = shoot(kind, frames, seed, Path(folder))
+    timed(filmed, DEFAULT, 1)  # Tables that a process makes once are made here, and not while a setting is timed.
+    return {"settings": [timed(filmed, setting, 1 if kind.forge else runs) for setting in settings(quick=quick)]}
 
 
 def timed(filmed: DecodedFilm, setting: EstimatorSetting, runs: int) -> dict[str, Any]:
@@ -266,21 +238,26 @@ COLUMNS = {"setting": "name <36", "fringes": "phase_rad >8.4f", "poses": "pose_r
 COLUMNS |= {"right": "of >7", "CPU ms": "cpu_ms >8.2f", "CPU spread": "cpu_ms_spread >11.2f"}
 COLUMNS |= {"CPU decodings": "cpu_ms_to_decoding >14.2f", "ms": ">7.1f", "spread": "ms_spread >7.1f"}
 COLUMNS |= {"decodings": "ms_to_decoding >10.2f", "": "mark <14"}
-EXTREME_COLUMNS = {"motion": "name <38", "expected": "<22", "came out": "verdict <13", "outcome": "<13"}
-EXTREME_COLUMNS |= {"rad": "true_excitation_rad >5.2f", "gain": "gain_ratio >7.3f", "sd": "gain_sd >6.3f"}
-EXTREME_COLUMNS |= {"tracked": ">8", "frames": ">7", "why": "<1"}
+COLUMNS |= {"motion": "extreme <38", "expected": "<22"}
+COLUMNS |= {"came out": "outcome <13", "verdict": "<13", "rad": "true_excitation_rad >5.2f"}
+COLUMNS |= {"gain ratio": "gain_ratio >10.3f", "sd": "gain_sd >6.3f", "tracked": ">8", "frames": ">7", "why": "<1"}
 
 
-def verify_table(result: dict[str, Any]) -> str:
-    """The verify suite as text."""
-    knee = result["knee"]
-    work = [
-        row | {"name": setting_name(row["setting"]), "of": f"{row['right']}/{row['films']}", "mark": _marks(row, knee)}
-        for row in result["work"]
-    ]
-    extremes = [row | {"outcome": row["outcome"].replace("wrong", "WRONG")} for row in result["extremes"]]
-    tables = text_table(work, COLUMNS), text_table(extremes, EXTREME_COLUMNS)
-    return "\n".join([tables[0], "", knee_sentence(result), "", tables[1]])
+def work_of(rows: list[Row]) -> list[Row]:
+    """A row for each setting, over all films."""
+    films = [row for row in rows if "setting" in row]
+    named = {setting_name(row["setting"]): EstimatorSetting(**row["setting"]) for row in films}
+    return [_summary(setting, films) for setting in named.values()]
+
+
+def table(rows: list[Row]) -> Iterator[Row]:
+    """The settings, with the knee; then the extreme motions."""
+    work = work_of(rows)
+    knee = knee_of(work)
+    for row in work:
+        of = f"{row['right']}/{row['films']}"
+        yield row | {"name": setting_name(row["setting"]), "of": of, "mark": _marks(row, knee)}
+    yield from (row | {"outcome": row["outcome"].replace("wrong", "WRONG")} for row in rows if "extreme" in row)
 
 
 def setting_name(setting: dict[str, Any]) -> str:
@@ -292,12 +269,12 @@ def setting_name(setting: dict[str, Any]) -> str:
     return f"{frames or 'every 4th frame'}{share}"
 
 
-def knee_sentence(result: dict[str, Any]) -> str:
+def knee_sentence(work: list[Row]) -> str:
     """Where the knee is, and how far the default is from it, in a sentence."""
-    knee = result["knee"]
+    knee = knee_of(work)
     if knee is None:
         return "no setting judges all films right"
-    default = next(row for row in result["work"] if row["default"])
+    default = next(row for row in work if row["default"])
     if knee["default"]:
         return "the default is at the knee: of the settings that judge all films right it has the least error x time"
     return (
@@ -306,15 +283,16 @@ def knee_sentence(result: dict[str, Any]) -> str:
     )
 
 
-def verify_plot(result: dict[str, Any]) -> Any:
+def plot(rows: list[Row]) -> Any:
     """CPU milliseconds a frame against the errors of phase, of gain, and of the verdict."""
+    work = work_of(rows)
     sizes = {1.0: "full size", 0.75: "3/4 size", 0.5: "1/2 size"}
 
     def series(setting: dict[str, Any]) -> str:
         return sizes.get(setting["scale"], "1/3 size") if setting["estimator"] == "ours" else setting["estimator"]
 
     figure = error_against_time(
-        grouped(({**row, "series": series(row["setting"])} for row in result["work"]), "series"),
+        grouped(({**row, "series": series(row["setting"])} for row in work), "series"),
         {
             "phase error of fringes and poses, rad (RMS)": lambda row: (
                 both_rad(row) if row["pose_rad"] else row["phase_rad"]
@@ -324,13 +302,16 @@ def verify_plot(result: dict[str, Any]) -> Any:
         },
         lambda row: row["cpu_ms"],
         "CPU milliseconds a frame of the film",
-        {"the default": next((row for row in result["work"] if row["default"]), None), "the knee": result["knee"]},
+        {"the default": next((row for row in work if row["default"]), None), "the knee": knee_of(work)},
     )
     figure.axes[-1].set_xscale("linear")
-    figure.suptitle(knee_sentence(result), fontsize=9)
+    figure.suptitle(knee_sentence(work), fontsize=9)
     return figure
 
 
 def _marks(row: dict[str, Any], knee: dict[str, Any] | None) -> str:
     at_knee = knee is not None and row["setting"] == knee["setting"]
     return " ".join(word for word, holds in (("default", row["default"]), ("knee", at_knee)) if holds)
+
+
+BENCH = Bench(rows, COLUMNS, lambda rows: [knee_sentence(work_of(rows))], table=table, plot=plot)

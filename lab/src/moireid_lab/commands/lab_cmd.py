@@ -1,0 +1,19 @@
+"""lab: the commands for researchers, as one group."""
+
+from __future__ import annotations
+
+import click
+
+from moireid_lab.commands.bench_cmd import bench_command
+from moireid_lab.commands.evaluate_cmd import evaluate_command
+from moireid_lab.commands.film_set_cmd import film_set_command
+from moireid_lab.commands.generator_cmd import generator_group
+
+
+@click.group("lab")
+def lab_group() -> None:
+    """Print this project's figures, and score many films."""
+
+
+for _command in (bench_command, evaluate_command, film_set_command, generator_group):
+    lab_group.add_command(_command)

@@ -1,0 +1,171 @@
+"""shopping-list.csv for a spreadsheet, shopping-list.pdf for the shop, cutting-plan.pdf for the person at the cutter.
+
+A page of the plan shows sheets that are cut alike: the lenses' direction, the pieces, and each cut's distance from the
+lower or left edge.  A sheet that does not fit the paper at true size is drawn smaller.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape
+
+from moireid.fabrication.package import made_aside
+from moireid.fabrication.page.canvas import BOLD, POINTS_PER_MM, REGULAR, PdfPage, register_fonts
+from moireid.fabrication.shopping.cutting import TRIM_MM, CuttingPlan, Pieces
+from moireid.fabrication.shopping.shopping_list import ShoppingList
+from moireid.files import AnyPath
+from moireid.profiles import PAPERS_MM
+
+LIST_PDF, LIST_CSV, PLAN_PDF = "shopping-list.pdf", "shopping-list.csv", "cutting-plan.pdf"
+PAPER_MM = PAPERS_MM["a4"]
+TITLE_POINTS, TEXT_POINTS, SMALL_POINTS = 13.0, 8.5, 7.0
+GREY, PIECE_GREY, LENS_GREY = 0.75, 0.93, 0.82
+#: Widths of the list's columns, mm: what, quantity, why.
+COLUMNS_MM, MARGIN_MM = (85.0, 30.0, 65.0), 15.0
+#: Around a sheet on the page, and on the page between the strokes that show the lenses, mm.
+LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM, LENSES_MM = 22.0, 44.0, 12.0, 14.0, 6.0
+#: Widths of the first cuts' lines and of the second ones', mm.
+FIRST_MM, SECOND_MM = 0.8, 0.2
+
+
+def file_names(found: ShoppingList) -> list[str]:
+    """The files of a list; a mask has no cutting plan."""
+    return [LIST_PDF, LIST_CSV] + [PLAN_PDF] * (found.cutting is not None)
+
+
+def write_shopping(
+    found: ShoppingList, folder: Path, *, overwrite: bool = False, kept: Sequence[AnyPath] = ()
+) -> dict[str, Path]:
+    """Write the list, and the cutting plan where lens sheets are cut: all files, or none.
+
+    Parameters
+    ----------
+    folder : Path
+        Made where it is absent.
+    overwrite : bool
+        Replace older files.
+    kept : sequence of str or Path
+        Input files, which are never replaced.
+
+    Returns
+    -------
+    dict of str to Path
+        Path by name.
+
+    Raises
+    ------
+    SpecError
+        Where a file exists or cannot be written.
+    """
+    names = file_names(found)
+    with made_aside(folder, names, (), overwrite=overwrite, kept=kept, before_moving=None) as aside:
+        _write_list_pdf(found, aside / LIST_PDF)
+        # A byte order mark, by which spreadsheets know UTF-8.
+        (aside / LIST_CSV).write_text(list_csv(found), encoding="utf-8-sig", newline="")
+        if found.cutting is not None:
+            _write_plan(found.cutting, aside / PLAN_PDF)
+    return {name: folder / name for name in names}
+
+
+def list_csv(found: ShoppingList) -> str:
+    """The list as CSV text, a row a line."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("key", "what", "quantity", "unit", "note", "source", "not_stated"))
+    for line in found.lines:
+        writer.writerow((line.key, line.what, line.quantity, line.unit, line.note, line.source, line.unstated))
+    return out.getvalue()
+
+
+def _write_list_pdf(found: ShoppingList, path: Path) -> None:
+    from reportlab.lib.colors import Color
+    from reportlab.lib.styles import ParagraphStyle
+    from reportlab.platypus import Paragraph, SimpleDocTemplate, Spacer, Table
+
+    register_fonts()
+    text = ParagraphStyle("text", fontName=REGULAR, fontSize=TEXT_POINTS, leading=1.3 * TEXT_POINTS)
+    small = ParagraphStyle("small", text, fontSize=SMALL_POINTS, leading=1.25 * SMALL_POINTS)
+    bold = ParagraphStyle("bold", text, fontName=BOLD)
+    rows: list[list[Any]] = [[Paragraph(word, bold) for word in ("What", "Quantity", "Why so much")]]
+    for line in found.lines:
+        about = [("Source", line.source), ("Not stated", line.unstated)]
+        below = [Paragraph(escape(f"{word}: {words}."), small) for word, words in about if words]
+        what = [Paragraph(escape(line.what), text), *below]
+        rows.append([what, Paragraph(escape(line.amount), text), Paragraph(escape(line.note), small)])
+    rules: list[Any] = [
+        ("VALIGN", (0, 0), (-1, -1), "TOP"),
+        ("LINEBELOW", (0, 0), (-1, -1), 0.4, Color(GREY, GREY, GREY)),
+    ]
+    gap = Spacer(1, 4 * POINTS_PER_MM)
+    story = [
+        Paragraph("Shopping list", ParagraphStyle("title", bold, fontSize=TITLE_POINTS, leading=1.5 * TITLE_POINTS)),
+        Paragraph(escape(found.title), text),
+        gap,
+        Table(rows, [wide * POINTS_PER_MM for wide in COLUMNS_MM], repeatRows=1, style=rules),
+        gap,
+        *(Paragraph(escape(f"Note: {note}."), small) for note in found.notes),
+    ]
+    margin = MARGIN_MM * POINTS_PER_MM
+    page: dict[str, Any] = dict.fromkeys(("leftMargin", "rightMargin", "topMargin", "bottomMargin"), margin)
+    page |= {"pagesize": [side * POINTS_PER_MM for side in PAPER_MM], "title": "Shopping list", "creator": "moireid"}
+    # Each page begins with a font set, which would else be a Helvetica that the file does not carry.
+    SimpleDocTemplate(str(path), invariant=1, initialFontName=REGULAR, **page).build(story)
+
+
+def _write_plan(plan: CuttingPlan, path: Path) -> None:
+    page, first = PdfPage(path, PAPER_MM, "Cutting plan"), 1
+    for strips, count in plan.sheets:
+        if first > 1:
+            page.turn_page(PAPER_MM)
+        last = first + count - 1
+        title = f"Sheet {last}" if count == 1 else f"Sheets {first:,} to {last:,}, all cut alike"
+        _draw_sheet(page, plan.sheet_mm, strips, title)
+        first = last + 1
+    page.save()
+
+
+def _draw_sheet(page: PdfPage, sheet_mm: tuple[float, float], strips: tuple[Pieces, ...], title: str) -> None:
+    """One sheet, its lower edge below as in the plan."""
+    wide, high = sheet_mm
+    scale = max(1.0, wide / (PAPER_MM[0] - LEFT_MM - RIGHT_MM), high / (PAPER_MM[1] - TOP_MM - BOTTOM_MM))
+    words = (
+        f"A sheet of {wide:g} x {high:g} mm, drawn at 1 : {scale:.3g}; its lower and left edge lose {TRIM_MM:g} mm.",
+        "Figures are mm: at the cuts from the lower or left edge, in the pieces across the lenses x along them.",
+        "Cut from edge to edge: first the bold cuts, then each strip.",
+        "Grey lines show the lenses. Never turn a piece: they must run on the badge as they run here.",
+    )
+    page.text(LEFT_MM, 14.0, title, points=TITLE_POINTS, font=BOLD, align="left")
+    for k, line in enumerate(words):
+        page.text(LEFT_MM, 20.5 + 4.4 * k, line, points=TEXT_POINTS, align="left")
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        return LEFT_MM + x / scale, TOP_MM + (high - y) / scale
+
+    levels = list(accumulate((strip.along_mm for strip in strips), initial=TRIM_MM))
+    for strip, y in zip(strips, levels, strict=False):
+        page.fill([(*at(TRIM_MM, y + strip.along_mm), *at(TRIM_MM + strip.count * strip.across_mm, y))], PIECE_GREY)
+    for k in range(1, int(wide / scale / LENSES_MM)):
+        x = LEFT_MM + k * LENSES_MM
+        page.path([(x, TOP_MM), (x, at(0, 0)[1])], None, LENS_GREY, closed=False)
+    page.path([at(0, 0), at(wide, 0), at(wide, high), at(0, high)], None, 0.0)
+    for strip, y in zip(strips, levels, strict=False):
+        for x in (TRIM_MM + k * strip.across_mm for k in range(strip.count + 1)):
+            page.stroke(*at(x, y), *at(x, y + strip.along_mm), SECOND_MM)
+            page.text(at(x, y)[0] + 0.6, at(x, y)[1] - 0.8, _mm(x), points=SMALL_POINTS, align="left")
+        for k in range(strip.count):
+            middle = at(TRIM_MM + (k + 0.5) * strip.across_mm, y + strip.along_mm / 2)
+            size, points = f"{_mm(strip.across_mm)} x {_mm(strip.along_mm)}", strip.across_mm / scale / 6
+            page.text(*middle, size, points=min(TEXT_POINTS, points))
+    for level in levels:
+        page.stroke(*at(0, level), *at(wide, level), FIRST_MM)
+        page.text(LEFT_MM - 1.6, at(0, level)[1] + 0.8, _mm(level), points=SMALL_POINTS, align="right")
+
+
+def _mm(length: float) -> str:
+    """A length to a hundredth, without zeros at its end."""
+    return f"{length:.2f}".rstrip("0").rstrip(".")
